@@ -1,0 +1,113 @@
+"""Exceptions: misuse is an exception that says what came, what was expected and what to write instead."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+class RobostiffError(Exception):
+    """Base of every exception that robostiff raises on purpose."""
+
+
+class InputError(RobostiffError, ValueError):
+    """Input that cannot be used.
+
+    Parameters
+    ----------
+    subject : str
+        What is wrong, in words (``"outer diameter"``, ``"spring stiffness"``).
+    got : object, optional
+        What came.
+    expected : str, optional
+        What was expected.
+    hint : str, optional
+        What to write instead.
+
+    Examples
+    --------
+    >>> print(InputError("length", got=-0.3, expected="a positive number", hint="write 0.3"))
+    length: got -0.3, expected a positive number; write 0.3
+    """
+
+    def __init__(
+        self,
+        subject: str,
+        *,
+        got: Any = None,
+        expected: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        self.subject = subject
+        self.got = got
+        self.expected = expected
+        self.hint = hint
+        super().__init__(self.message())
+
+    def message(self) -> str:
+        """The error in one sentence."""
+        facts = []
+        if self.got is not None:
+            facts.append(f"got {_shortened(self.got)}")
+        if self.expected is not None:
+            facts.append(f"expected {self.expected}")
+        text = self.subject
+        if facts:
+            text += ": " + ", ".join(facts)
+        if self.hint is not None:
+            text += "; " + self.hint
+        return text
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where in a file: 1-based line and column, and the path inside the document (``legs[0].chain[2].axis``)."""
+
+    file: str
+    line: int | None = None
+    column: int | None = None
+    path: str = ""
+
+    def __str__(self) -> str:
+        place = self.file
+        if self.line is not None:
+            place += f":{self.line}"
+            if self.column is not None:
+                place += f":{self.column}"
+        return f"{place}: {self.path}" if self.path else place
+
+
+class FileError(InputError):
+    """A file that cannot be used, with the place in it that is to blame."""
+
+    def __init__(
+        self,
+        location: Location,
+        subject: str,
+        *,
+        got: Any = None,
+        expected: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        self.location = location
+        super().__init__(subject, got=got, expected=expected, hint=hint)
+
+    @classmethod
+    def from_input_error(cls, location: Location, error: InputError) -> FileError:
+        """The same complaint, with its place in a file."""
+        return cls(
+            location, error.subject, got=error.got, expected=error.expected, hint=error.hint
+        )
+
+    def message(self) -> str:
+        """The place, then the complaint."""
+        return f"{self.location}: {super().message()}"
+
+
+class NoAnswerError(RobostiffError):
+    """A quantity was asked of a result that has none; the message gives status and advice."""
+
+
+def _shortened(value: Any, limit: int = 80) -> str:
+    text = repr(value)
+    return text if len(text) <= limit else text[: limit - 1] + "…"
