@@ -1,0 +1,36 @@
+"""Twists, wrenches and stiffness between points and frames, eq. (11)-(14) and (17).
+
+A twist is ``(dx, dy, dz, rx, ry, rz)``: translation of the reference point, then rotation. A wrench
+is ``(Fx, Fy, Fz, Mx, My, Mz)``: force, then moment about the reference point. World-aligned axes
+unless a name says otherwise; SI units.
+"""
+
+from robostiff.spatial.joint_twist import cross, rotation_twist, translation_twist
+from robostiff.spatial.rotation import block_rotation, rotate_stiffness
+from robostiff.spatial.screw import Screw, screw_of_twist
+from robostiff.spatial.skew import skew
+from robostiff.spatial.space import Space
+from robostiff.spatial.transport import (
+    move_compliance,
+    move_stiffness,
+    move_twist,
+    move_wrench,
+    twist_transport,
+)
+
+__all__ = [
+    "Screw",
+    "Space",
+    "block_rotation",
+    "cross",
+    "move_compliance",
+    "move_stiffness",
+    "move_twist",
+    "move_wrench",
+    "rotate_stiffness",
+    "rotation_twist",
+    "screw_of_twist",
+    "skew",
+    "translation_twist",
+    "twist_transport",
+]

@@ -1,0 +1,31 @@
+"""Skew-symmetric matrix of a vector, eq. (14)."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+
+def skew(v: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
+    """Matrix (v x) with (v x) w = v x w, eq. (14).
+
+    Parameters
+    ----------
+    v : (..., 3) array
+
+    Returns
+    -------
+    (..., 3, 3) array
+
+    Examples
+    --------
+    >>> skew(np.array([1.0, 2.0, 3.0]))
+    array([[ 0., -3.,  2.],
+           [ 3.,  0., -1.],
+           [-2.,  1.,  0.]])
+    """
+    matrix = np.zeros((*v.shape, 3), dtype=v.dtype)
+    matrix[..., 0, 1], matrix[..., 0, 2] = -v[..., 2], v[..., 1]
+    matrix[..., 1, 0], matrix[..., 1, 2] = v[..., 2], -v[..., 0]
+    matrix[..., 2, 0], matrix[..., 2, 1] = -v[..., 1], v[..., 0]
+    return matrix

@@ -1,0 +1,64 @@
+"""The coordinates in which stiffness is written: six in space, three in the plane."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from robostiff.errors import InputError
+
+
+class Space(Enum):
+    """Spatial (x, y, z, rx, ry, rz) or planar (x, y, rz) coordinates.
+
+    Attributes
+    ----------
+    translations : int
+        How many leading coordinates are translations; the rest are rotations.
+    rows : tuple of int
+        The coordinates among the six spatial ones.
+
+    Examples
+    --------
+    >>> Space.PLANAR.twist_order
+    ('dx', 'dy', 'rz')
+    >>> Space.of_size(6)
+    <Space.SPATIAL: (0, 1, 2, 3, 4, 5)>
+    """
+
+    SPATIAL = (0, 1, 2, 3, 4, 5)
+    PLANAR = (0, 1, 5)
+
+    @classmethod
+    def of_size(cls, size: int) -> Space:
+        """The space whose matrices have `size` rows (3 or 6)."""
+        for space in cls:
+            if space.size == size:
+                return space
+        raise InputError(
+            "matrix size", got=size, expected="6 (x, y, z, rx, ry, rz) or 3 (x, y, rz)"
+        )
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """The coordinates among the six spatial ones."""
+        return self.value
+
+    @property
+    def size(self) -> int:
+        """How many coordinates there are: 6 or 3."""
+        return len(self.value)
+
+    @property
+    def translations(self) -> int:
+        """How many of them, the leading ones, are translations."""
+        return sum(row < 3 for row in self.value)
+
+    @property
+    def twist_order(self) -> tuple[str, ...]:
+        """Names of the displacement coordinates [m, rad]."""
+        return tuple(("dx", "dy", "dz", "rx", "ry", "rz")[row] for row in self.value)
+
+    @property
+    def wrench_order(self) -> tuple[str, ...]:
+        """Names of the load coordinates [N, N m]."""
+        return tuple(("Fx", "Fy", "Fz", "Mx", "My", "Mz")[row] for row in self.value)

@@ -1,0 +1,121 @@
+"""Changing the reference point of twists, wrenches, stiffness and compliance, eq. (12)-(13).
+
+Everywhere ``v`` points from the old reference point to the new one, in the axes of the matrices.
+The paper prints both signs of (13) reversed; with v from the leg end to the reference point, as it
+defines it, ``J_v = [[I, -(v x)], [0, I]]``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from robostiff.errors import InputError
+from robostiff.spatial.skew import skew
+
+
+def twist_transport(v: Float[np.ndarray, "*batch d"]) -> Float[np.ndarray, "*batch n n"]:
+    """Matrix J_v of eq. (13), sign corrected: t_new = J_v t_old with J_v = [[I, -(v x)], [0, I]].
+
+    Parameters
+    ----------
+    v : (..., 3) or (..., 2) array
+        Vector from the old reference point to the new one [m]; of length 2 in the plane.
+
+    Returns
+    -------
+    (..., 6, 6) or (..., 3, 3) array
+
+    Raises
+    ------
+    InputError
+        When `v` has neither 3 nor 2 components.
+
+    Examples
+    --------
+    A turn about z moves a point at x = 2 m along y:
+
+    >>> twist_transport(np.array([2.0, 0.0, 0.0])) @ np.array([0, 0, 0, 0, 0, 0.1])
+    array([0. , 0.2, 0. , 0. , 0. , 0.1])
+    >>> twist_transport(np.array([2.0, 0.0])) @ np.array([0, 0, 0.1])
+    array([0. , 0.2, 0.1])
+    """
+    if v.shape[-1] == 3:
+        J = np.zeros((*v.shape[:-1], 6, 6), dtype=v.dtype)
+        J[..., range(6), range(6)] = 1
+        J[..., :3, 3:] = -skew(v)
+        return J
+    if v.shape[-1] == 2:
+        J = np.zeros((*v.shape[:-1], 3, 3), dtype=v.dtype)
+        J[..., range(3), range(3)] = 1
+        J[..., 0, 2] = -v[..., 1]
+        J[..., 1, 2] = v[..., 0]
+        return J
+    raise InputError("vector between reference points", got=v.shape, expected="2 or 3 components")
+
+
+def move_twist(
+    t: Float[np.ndarray, "*#batch n"], v: Float[np.ndarray, "*#batch d"]
+) -> Float[np.ndarray, "*batch n"]:
+    """Twist at the new reference point, t_new = J_v t_old.
+
+    Examples
+    --------
+    >>> move_twist(np.array([0, 0, 0, 0, 0, 0.1]), np.array([2.0, 0.0, 0.0]))
+    array([0. , 0.2, 0. , 0. , 0. , 0.1])
+    """
+    return np.einsum("...ij,...j->...i", twist_transport(v), t)
+
+
+def move_wrench(
+    F: Float[np.ndarray, "*#batch n"], v: Float[np.ndarray, "*#batch d"]
+) -> Float[np.ndarray, "*batch n"]:
+    """Wrench about the new reference point, F_new = J_v^-T F_old (the moment changes by -v x F).
+
+    Examples
+    --------
+    >>> move_wrench(np.array([0, 10.0, 0, 0, 0, 0]), np.array([2.0, 0.0, 0.0]))
+    array([  0.,  10.,   0.,   0.,   0., -20.])
+    """
+    return np.einsum("...ji,...j->...i", twist_transport(-v), F)
+
+
+def move_stiffness(
+    K: Float[np.ndarray, "*#batch n n"], v: Float[np.ndarray, "*#batch d"]
+) -> Float[np.ndarray, "*batch n n"]:
+    """Stiffness about the new reference point, K_new = J_v^-T K_old J_v^-1, the terms of eq. (12).
+
+    Parameters
+    ----------
+    K : (..., n, n) array
+        Stiffness about the old reference point.
+    v : (..., 3) or (..., 2) array
+        Vector from the old reference point to the new one [m].
+
+    Returns
+    -------
+    (..., n, n) array
+
+    Examples
+    --------
+    >>> spring = np.diag([0.0, 100.0, 0.0, 0.0, 0.0, 0.0])
+    >>> float(move_stiffness(spring, np.array([2.0, 0.0, 0.0]))[5, 5])
+    400.0
+    """
+    J_inverse = twist_transport(-v)
+    return np.swapaxes(J_inverse, -1, -2) @ K @ J_inverse
+
+
+def move_compliance(
+    C: Float[np.ndarray, "*#batch n n"], v: Float[np.ndarray, "*#batch d"]
+) -> Float[np.ndarray, "*batch n n"]:
+    """Compliance of the new reference point, C_new = J_v C_old J_v^T.
+
+    Examples
+    --------
+    >>> hinge_spring = np.diag([0, 0, 0, 0, 0, 0.01])
+    >>> float(move_compliance(hinge_spring, np.array([2.0, 0.0, 0.0]))[1, 1])
+    0.04
+    """
+    J = twist_transport(v)
+    return J @ C @ np.swapaxes(J, -1, -2)

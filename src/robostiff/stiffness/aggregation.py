@@ -1,0 +1,94 @@
+"""Legs in parallel: the sum of their stiffnesses about one point, eq. (12)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from robostiff.errors import InputError
+from robostiff.spatial import move_stiffness
+from robostiff.stiffness.conditioning import smallest_singular_value
+from robostiff.stiffness.result import CartesianStiffness
+from robostiff.stiffness.status import Status
+
+
+def aggregate_matrices(
+    K_legs: Sequence[Float[np.ndarray, "*batch n n"]],
+    v_leg_end_to_ref: Sequence[Float[np.ndarray, "*batch d"]],
+) -> Float[np.ndarray, "*batch n n"]:
+    """Stiffness of a parallel robot, sum of J_v^-T K_i J_v^-1, eq. (12) with (13) corrected.
+
+    Parameters
+    ----------
+    K_legs : sequence of (..., n, n) arrays
+        Stiffness of each leg about its own end, all in the same axes.
+    v_leg_end_to_ref : sequence of (..., 3) arrays, or (..., 2) in the plane
+        Vector from each leg end to the reference point [m].
+
+    Returns
+    -------
+    (..., n, n) array
+        About the reference point.
+
+    Examples
+    --------
+    >>> pull = np.diag([0.0, 0.0, 100.0, 0.0, 0.0, 0.0])
+    >>> left, right = np.array([1.0, 0, 0]), np.array([-1.0, 0, 0])
+    >>> K = aggregate_matrices([pull, pull], [left, right])
+    >>> float(K[2, 2]), float(K[4, 4])
+    (200.0, 200.0)
+    """
+    if len(K_legs) != len(v_leg_end_to_ref):
+        raise InputError(
+            "vectors from leg ends", got=len(v_leg_end_to_ref), expected=f"{len(K_legs)}, one a leg"
+        )
+    moved = [move_stiffness(K, v) for K, v in zip(K_legs, v_leg_end_to_ref, strict=True)]
+    return np.sum(moved, axis=0)
+
+
+def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
+    """Stiffness of legs that act on one platform, all about the same point.
+
+    Ranks are those of the stacked unit wrenches by which the legs hold the platform: geometry
+    decides them, not the size of the stiffnesses.
+
+    Parameters
+    ----------
+    legs : sequence of CartesianStiffness
+        About the same point, in the same axes, scaled by the same length.
+
+    Raises
+    ------
+    InputError
+        When there is no leg.
+    """
+    if not legs:
+        raise InputError("parallel robot", got="no leg", expected="at least one leg")
+    first = legs[0]
+    n = first.space.size
+    held = np.concatenate([leg.held for leg in legs], axis=-1)
+    margin = smallest_singular_value(held)
+    tolerance = first.tolerance
+    full = margin > tolerance.independence
+    rank = np.full(first.batch_shape, n)
+    if not np.all(full):
+        values = np.linalg.svd(held[~full], compute_uv=False)
+        rank[~full] = np.count_nonzero(values > tolerance.independence, axis=-1)
+    status = np.bitwise_or.reduce([leg.status_codes for leg in legs])
+    status = status & ~np.uint8(Status.FREE_MOTIONS)
+    status = status | (rank < n) * np.uint8(Status.FREE_MOTIONS)
+    near = full & (margin <= tolerance.near_independence)
+    status = status | near * np.uint8(Status.ILL_CONDITIONED)
+    return CartesianStiffness(
+        matrix=np.sum([leg.matrix for leg in legs], axis=0),
+        status_codes=np.asarray(status, dtype=np.uint8),
+        rank=rank,
+        held=held,
+        redundant=np.concatenate([leg.redundant for leg in legs], axis=-1),
+        length=first.length,
+        rigid=np.concatenate([leg.rigid for leg in legs], axis=-1),
+        tolerance=tolerance,
+        reason="; ".join(dict.fromkeys(leg.reason for leg in legs if leg.reason)),
+    )

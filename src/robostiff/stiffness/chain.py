@@ -1,0 +1,152 @@
+"""Stiffness of a chain from its compliance and its passive joints: the front door to the forms."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+from robostiff.spatial import Space
+from robostiff.stiffness.chain_problem import ChainProblem, Form
+from robostiff.stiffness.result import CartesianStiffness
+from robostiff.stiffness.status import Status
+from robostiff.stiffness.tolerance import Tolerance, matrix_length, scaling
+from robostiff.stiffness.transmitted_wrenches import transmitted_wrenches
+from robostiff.stiffness.wrench_basis import WrenchBasis
+
+_DEFAULT_FORM = WrenchBasis()
+_DEFAULT_TOLERANCE = Tolerance()
+_SYMMETRY = 1e-9
+
+
+def chain_stiffness(
+    C: ArrayLike,
+    J_q: ArrayLike,
+    *,
+    form: Form = _DEFAULT_FORM,
+    length: ArrayLike | None = None,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> CartesianStiffness:
+    """Cartesian stiffness of a serial chain with passive joints, Sections III and V.
+
+    Parameters
+    ----------
+    C : (..., n, n) array
+        Compliance with the passive joints held, J_theta K_theta^-1 J_theta^T [m/N, 1/N,
+        rad/(N m)]; n = 6 in space, 3 in the plane (x, y, rz).
+    J_q : (..., n, q) array
+        Twists of the passive joints about the same point; q = 0 for none.
+    form : Form
+        ``WrenchBasis()``, ``Block()``, ``Recursive()``, ``SaddlePoint()`` or ``IndexRules()``.
+    length : float or (...) array, optional
+        Characteristic length [m]; taken from the matrices when left out.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    CartesianStiffness
+        About the same point, in the same axes.
+
+    Raises
+    ------
+    InputError
+        When a shape does not fit, an entry is not finite, or C is not symmetric.
+
+    Examples
+    --------
+    The planar link of eq. (4), free to turn at its tip:
+
+    >>> C = [[1.0, 0, 0], [0, 4.0, 6.0], [0, 6.0, 12.0]]
+    >>> result = chain_stiffness(C, [[0.0], [0.0], [1.0]])
+    >>> result.K
+    array([[1.  , 0.  , 0.  ],
+           [0.  , 0.25, 0.  ],
+           [0.  , 0.  , 0.  ]])
+    >>> int(result.rank), str(result.status)
+    (2, 'free-motions')
+    """
+    C, J_q = _checked(np.asarray(C, dtype=float), np.asarray(J_q, dtype=float))
+    space = Space.of_size(C.shape[-1])
+    L = matrix_length(C, J_q) if length is None else _checked_length(length, C.shape[:-2])
+    s = scaling(L, space)
+    scale = s[..., :, None] * s[..., None, :]
+
+    J_scaled = J_q * s[..., :, None]
+    size = np.sqrt(np.einsum("...nq,...nq->...q", J_scaled, J_scaled))
+    J_scaled = J_scaled / np.where(size > 0, size, 1.0)[..., None, :]
+    W, redundant = transmitted_wrenches(J_scaled, tolerance.independence)
+    problem = ChainProblem(C * scale, J_scaled, W, redundant, tolerance)
+
+    answer = form.solve(problem)
+    K = 0.5 * (answer.K + np.swapaxes(answer.K, -1, -2)) * scale
+    transmitted = np.count_nonzero(np.any(W != 0, axis=-2), axis=-1)
+    status = (
+        (transmitted < space.size) * int(Status.FREE_MOTIONS)
+        | problem.dependent * int(Status.REDUNDANT_JOINTS)
+        | problem.rigid * int(Status.RIGID_DIRECTION)
+        | (~problem.rigid & (problem.compliance_ratio <= tolerance.near_rigidity))
+        * int(Status.ILL_CONDITIONED)
+    )
+    if answer.refused is not None:
+        status = status | answer.refused * int(Status.FORM_DOES_NOT_HOLD)
+    return CartesianStiffness(
+        matrix=np.broadcast_to(K, C.shape),
+        status_codes=np.asarray(status, dtype=np.uint8),
+        rank=np.asarray(transmitted),
+        held=W,
+        redundant=redundant,
+        length=L,
+        rigid=_rigid_wrenches(problem),
+        tolerance=tolerance,
+        reason=answer.reason,
+    )
+
+
+def _rigid_wrenches(problem: ChainProblem) -> np.ndarray:
+    """Combinations of the transmitted wrenches that meet no compliance, zero columns elsewhere."""
+    W, rigid = problem.W, problem.rigid
+    if not np.any(rigid):
+        return np.zeros((*W.shape[:-1], 0))
+    wrenches = np.zeros(W.shape)
+    trace = np.trace(problem.C, axis1=-2, axis2=-1)[..., None]
+    values, modes = np.linalg.eigh(np.swapaxes(W, -1, -2) @ problem.C @ W)
+    lost = values <= problem.tolerance.rigidity * trace
+    wrenches[rigid] = (W @ np.where(lost[..., None, :], modes, 0.0))[rigid]
+    return wrenches
+
+
+def _checked(C: np.ndarray, J_q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    if C.ndim < 2 or C.shape[-1] != C.shape[-2]:
+        raise InputError("compliance of the chain", got=C.shape, expected="a shape (..., n, n)")
+    Space.of_size(C.shape[-1])
+    if J_q.ndim < 2 or J_q.shape[-2] != C.shape[-1]:
+        raise InputError(
+            "passive joint Jacobian",
+            got=J_q.shape,
+            expected=f"a shape (..., {C.shape[-1]}, q), one column a joint",
+            hint=f"without passive joints write np.zeros(({C.shape[-1]}, 0))",
+        )
+    if not (np.isfinite(C).all() and np.isfinite(J_q).all()):
+        raise InputError("compliance and passive joint Jacobian", expected="finite entries")
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", C), 0.0))
+    allowed = _SYMMETRY * size[..., :, None] * size[..., None, :]
+    skewness = np.abs(C - np.swapaxes(C, -1, -2))
+    if np.any(skewness > allowed):
+        *_, i, j = (int(k) for k in np.argwhere(skewness > allowed)[0])
+        raise InputError(
+            f"compliance of the chain, entries [{i}, {j}] and [{j}, {i}]",
+            got=(float(C[..., i, j].flat[0]), float(C[..., j, i].flat[0])),
+            expected="a symmetric matrix",
+        )
+    batch = np.broadcast_shapes(C.shape[:-2], J_q.shape[:-2])
+    return (
+        np.broadcast_to(C, (*batch, *C.shape[-2:])),
+        np.broadcast_to(J_q, (*batch, *J_q.shape[-2:])),
+    )
+
+
+def _checked_length(length: ArrayLike, batch: tuple[int, ...]) -> np.ndarray:
+    L = np.asarray(length, dtype=float)
+    if not np.all(np.isfinite(L) & (L > 0)):
+        raise InputError("characteristic length", got=length, expected="positive metres")
+    return np.broadcast_to(L, batch)

@@ -1,0 +1,109 @@
+"""What every form of K_C starts from, and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from robostiff.stiffness.conditioning import smallest_compliance
+from robostiff.stiffness.tolerance import Tolerance
+
+
+@dataclass(frozen=True)
+class ChainProblem:
+    """A chain in scaled coordinates, where translations and rotations are both lengths.
+
+    Attributes
+    ----------
+    C : (..., n, n) array
+        Compliance with the passive joints held.
+    J_q : (..., n, q) array
+        Unit twists of the passive joints.
+    W : (..., n, m) array
+        Orthonormal basis of the transmitted wrenches, padded with zero columns.
+    redundant : (..., q) array of bool
+        Passive joints that add no freedom to those before them.
+    tolerance : Tolerance
+    """
+
+    C: np.ndarray
+    J_q: np.ndarray
+    W: np.ndarray
+    redundant: np.ndarray
+    tolerance: Tolerance
+
+    @cached_property
+    def compliance_ratio(self) -> np.ndarray:
+        """Smallest compliance that a transmitted wrench meets, as a part of the trace of C."""
+        return smallest_compliance(self.C, self.W)
+
+    @property
+    def rigid(self) -> np.ndarray:
+        """Whether a transmitted wrench meets no compliance (...)."""
+        return self.compliance_ratio <= self.tolerance.rigidity
+
+    @cached_property
+    def regular(self) -> np.ndarray:
+        """Whether C can be inverted, rank(J_theta) = n (...)."""
+        every_wrench = np.broadcast_to(np.eye(self.C.shape[-1]), self.C.shape)
+        return smallest_compliance(self.C, every_wrench) > self.tolerance.rigidity
+
+    @property
+    def dependent(self) -> np.ndarray:
+        """Whether some passive joint is redundant (...)."""
+        return np.any(self.redundant, axis=-1)
+
+    @cached_property
+    def K0(self) -> np.ndarray:
+        """Stiffness without passive joints, C^-1; the identity where C has no inverse."""
+        identity = np.eye(self.C.shape[-1])
+        return np.linalg.inv(np.where(self.regular[..., None, None], self.C, identity))
+
+
+@dataclass(frozen=True)
+class FormAnswer:
+    """Stiffness in scaled coordinates, the poses at which the form refuses, and why.
+
+    Attributes
+    ----------
+    K : (..., n, n) array
+        Without meaning where refused.
+    refused : (...) array of bool or None
+    reason : str
+    """
+
+    K: np.ndarray
+    refused: np.ndarray | None = None
+    reason: str = ""
+
+
+class Form(Protocol):
+    """A form of K_C: a small frozen object with its own options."""
+
+    @property
+    def name(self) -> str:
+        """Name on the command line and in results."""
+        ...
+
+    @property
+    def equation(self) -> str:
+        """The formula, with its number in the paper."""
+        ...
+
+    def solve(self, problem: ChainProblem) -> FormAnswer:
+        """Stiffness of a scaled chain."""
+        ...
+
+
+C_SINGULAR = "it inverts the compliance of the chain, which is singular (rank(J_theta) < n)"
+J_DEPENDENT = "it needs independent passive joints, and some are redundant"
+DIRECTION_RIGID = "a transmitted wrench meets no compliance, so its matrix is singular"
+
+
+def refusal(*conditions: tuple[np.ndarray, str]) -> tuple[np.ndarray, str]:
+    """Poses refused by any of several conditions, and the reasons that occur."""
+    refused = np.any(np.stack([condition for condition, _ in conditions]), axis=0)
+    return refused, "; ".join(reason for condition, reason in conditions if np.any(condition))

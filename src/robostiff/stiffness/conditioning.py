@@ -1,0 +1,88 @@
+"""How far a matrix is from losing rank, cheaply certified and, where in doubt, computed."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+# A certificate this much above rounding needs no further look.
+_CERTAIN = 1e-10
+
+
+def smallest_compliance(
+    C: Float[np.ndarray, "*batch n n"], W: Float[np.ndarray, "*batch n m"]
+) -> Float[np.ndarray, "*batch"]:
+    """Smallest eigenvalue of W^T C W over the trace of C: 0 where a transmitted wrench is rigid.
+
+    Parameters
+    ----------
+    C : (..., n, n) array
+        Compliance, scaled.
+    W : (..., n, m) array
+        Orthonormal transmitted wrenches; zero columns are passed over.
+
+    Returns
+    -------
+    (...) array
+        1 where nothing is transmitted. Where the ratio is certainly above 1e-10 a lower bound is
+        given in place of the eigenvalue.
+
+    Examples
+    --------
+    >>> C = np.diag([1.0, 1.0, 0.0])
+    >>> smallest_compliance(C, np.eye(3)), smallest_compliance(C, np.eye(3)[:, :1])
+    (array(0.), array(0.5))
+    """
+    m = W.shape[-1]
+    trace = np.trace(C, axis1=-2, axis2=-1)
+    if m == 0:
+        return np.ones(trace.shape)
+    A = np.einsum("...im,...im->...m", W, W)[..., :, None] * np.eye(m)
+    idle = np.eye(m) - np.where(A > 0, 1.0, 0.0) * np.eye(m)
+    held = np.where(trace > 0, trace, 1.0)[..., None, None]
+    A = np.einsum("...im,...ik->...mk", W, np.einsum("...ij,...jk->...ik", C, W)) / held + idle
+    ratio = _smallest_eigenvalue(A)
+    return np.where(trace > 0, np.maximum(ratio, 0.0), np.where(idle.any((-1, -2)), ratio, 0.0))
+
+
+def smallest_singular_value(
+    W: Float[np.ndarray, "*batch n m"],
+) -> Float[np.ndarray, "*batch"]:
+    """Lower bound, sharp where it is small, of the smallest singular value of W (n x m, m >= n).
+
+    Examples
+    --------
+    >>> float(smallest_singular_value(np.array([[1.0, 0.0, 1.0], [0.0, 1e-8, 0.0]])))
+    1e-08
+    """
+    n, m = W.shape[-2:]
+    if m < n:
+        return np.zeros(W.shape[:-2])
+    bound = np.atleast_1d(_determinant_bound(np.einsum("...im,...jm->...ij", W, W)))
+    value = np.sqrt(np.maximum(bound, 0.0))
+    doubtful = bound < _CERTAIN
+    if np.any(doubtful):
+        stack = W.reshape(*bound.shape, n, m) if W.ndim == 2 else W
+        value[doubtful] = np.linalg.svd(stack[doubtful], compute_uv=False)[..., -1]
+    return value.reshape(W.shape[:-2])
+
+
+def _smallest_eigenvalue(A: np.ndarray) -> np.ndarray:
+    bound = np.atleast_1d(_determinant_bound(A))
+    doubtful = bound < _CERTAIN
+    if np.any(doubtful):
+        stack = A.reshape(*bound.shape, *A.shape[-2:])
+        bound[doubtful] = np.linalg.eigvalsh(stack[doubtful])[..., 0]
+    return bound.reshape(A.shape[:-2])
+
+
+def _determinant_bound(A: np.ndarray) -> np.ndarray:
+    """Smallest eigenvalue of a semidefinite A is at least det A / (tr A / (n - 1))^(n - 1).
+
+    The other n - 1 eigenvalues have at most that product (arithmetic against geometric mean).
+    """
+    n = A.shape[-1]
+    if n == 1:
+        return A[..., 0, 0].copy()
+    others = (np.trace(A, axis1=-2, axis2=-1) / (n - 1)) ** (n - 1)
+    return np.linalg.det(A) / np.where(others > 0, others, 1.0)

@@ -1,0 +1,167 @@
+"""The stiffness of a chain or a robot, with what it means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import NoAnswerError
+from robostiff.spatial import Space
+from robostiff.stiffness.status import WITHOUT_STIFFNESS, Status
+from robostiff.stiffness.tolerance import RankDecision, Tolerance, scaling
+
+
+@dataclass(frozen=True)
+class CartesianStiffness:
+    """K_C about a point, at one pose or a batch of poses, with rank, free motions and status.
+
+    Attributes
+    ----------
+    matrix : (..., n, n) array
+        K_C, meaningful where `answered`; `K` is the safe way to it.
+    status_codes : (...) array of uint8
+        `Status` of each pose.
+    rank : (...) array of int
+        Rank of K_C: how many independent wrenches the platform is held by.
+    held : (..., n, m) array
+        Unit wrenches by which the platform is held, in coordinates scaled by `length`.
+    redundant : (..., q) array of bool
+        Passive joints that add no freedom to those before them.
+    length : (...) array
+        Characteristic length [m] of the scaling.
+    rigid : (..., n, k) array
+        Wrenches that meet no compliance, scaled like `held`; zero columns fill up.
+    tolerance : Tolerance
+        What decided.
+    reason : str
+        Why the form refused, where it did.
+    """
+
+    matrix: np.ndarray
+    status_codes: np.ndarray
+    rank: np.ndarray
+    held: np.ndarray
+    redundant: np.ndarray
+    length: np.ndarray
+    rigid: np.ndarray
+    tolerance: Tolerance
+    reason: str = ""
+
+    @property
+    def space(self) -> Space:
+        """Spatial (6 x 6) or planar (3 x 3)."""
+        return Space.of_size(self.matrix.shape[-1])
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self.matrix.shape[:-2]
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Where there is a stiffness matrix (...)."""
+        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
+
+    @property
+    def K(self) -> np.ndarray:
+        """Stiffness matrix (..., n, n) [N/m, N, N m].
+
+        Raises
+        ------
+        NoAnswerError
+            When a pose has none; `answered` tells which, and ``result[result.answered]`` keeps the
+            others.
+        """
+        answered = self.answered
+        if not np.all(answered):
+            raise NoAnswerError(self._complaint(answered))
+        return self.matrix
+
+    @property
+    def status(self) -> Status:
+        """Status of a single pose; of a batch, everything that happened at any pose."""
+        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+
+    @property
+    def free_motions(self) -> np.ndarray:
+        """Twists that meet no stiffness, rows of an (f, n) array; of a single pose.
+
+        Each row has unit length when rotations are multiplied by `length`.
+        """
+        self._single("free motions")
+        scaled = _orthogonal_complement(self.held, self.tolerance.independence)
+        return scaled / scaling(self.length, self.space)
+
+    @property
+    def rigid_directions(self) -> np.ndarray:
+        """Wrenches that meet no compliance, rows of an (r, n) array; of a single pose."""
+        self._single("rigid directions")
+        columns = self.rigid.T[np.any(self.rigid != 0, axis=0)]
+        return columns * scaling(self.length, self.space)
+
+    @property
+    def compliance(self) -> np.ndarray | None:
+        """Inverse of K (..., n, n) [m/N, 1/N, rad/(N m)]; None when some pose has rank < n."""
+        if not np.all(self.answered) or np.any(self.rank < self.space.size):
+            return None
+        s = scaling(self.length, self.space)
+        scale = s[..., :, None] * s[..., None, :]
+        inverse = np.linalg.inv(self.matrix / scale)
+        return 0.5 * (inverse + np.swapaxes(inverse, -1, -2)) / scale
+
+    @property
+    def decision(self) -> RankDecision:
+        """How the rank of a single pose was decided."""
+        self._single("rank decision")
+        values = np.linalg.svd(self.held, compute_uv=False)
+        kept = values[values > self.tolerance.independence]
+        dropped = values[values <= self.tolerance.independence]
+        return RankDecision(
+            smallest_kept=float(kept.min()) if kept.size else None,
+            largest_dropped=float(dropped.max()) if dropped.size else None,
+            tolerance=self.tolerance.independence,
+            length=float(self.length),
+        )
+
+    def __getitem__(self, index: Any) -> CartesianStiffness:
+        """The result at one pose, or at some poses, of a batch."""
+        return CartesianStiffness(
+            matrix=self.matrix[index],
+            status_codes=np.asarray(self.status_codes[index]),
+            rank=np.asarray(self.rank[index]),
+            held=self.held[index],
+            redundant=self.redundant[index],
+            length=np.asarray(self.length[index]),
+            rigid=self.rigid[index],
+            tolerance=self.tolerance,
+            reason=self.reason,
+        )
+
+    def _single(self, what: str) -> None:
+        if self.batch_shape:
+            raise NoAnswerError(
+                f"{what} of {np.prod(self.batch_shape)} poses at once: they differ in number; "
+                f"take one pose, result[i]"
+            )
+
+    def _complaint(self, answered: np.ndarray) -> str:
+        advice = " ".join(f"{line}." for line in Status(self.status & WITHOUT_STIFFNESS).advice)
+        if self.reason:
+            advice += f" Reason: {self.reason}."
+        if not self.batch_shape:
+            return f"no stiffness matrix at this pose ({self.status}): {advice}"
+        first = tuple(int(i) for i in np.argwhere(~answered)[0])
+        return (
+            f"no stiffness matrix at {np.count_nonzero(~answered)} of {answered.size} poses, the "
+            f"first being {first} ({self.status}): {advice} result[result.answered] keeps the others."
+        )
+
+
+def _orthogonal_complement(W: np.ndarray, tolerance: float) -> np.ndarray:
+    n = W.shape[-2]
+    if W.shape[-1] == 0:
+        return np.eye(n)
+    U, values, _ = np.linalg.svd(W)
+    return U[:, np.count_nonzero(values > tolerance) :].T

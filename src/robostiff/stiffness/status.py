@@ -1,0 +1,76 @@
+"""What can be said of an answer, pose by pose."""
+
+from __future__ import annotations
+
+from enum import IntFlag
+
+
+class Status(IntFlag):
+    """What happened at a pose; several may hold at once, and 0 is a plain answer.
+
+    ``FREE_MOTIONS`` and ``REDUNDANT_JOINTS`` accompany a right answer. The others are bad: there is
+    no stiffness matrix (``RIGID_DIRECTION``, ``FORM_DOES_NOT_HOLD``, ``UNREACHABLE``), or there is
+    one to be used with care (``ILL_CONDITIONED``, ``BEYOND_LIMITS``).
+
+    Examples
+    --------
+    >>> status = Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS
+    >>> str(status), status.is_bad
+    ('free-motions+redundant-joints', False)
+    """
+
+    OK = 0
+    FREE_MOTIONS = 1
+    REDUNDANT_JOINTS = 2
+    ILL_CONDITIONED = 4
+    BEYOND_LIMITS = 8
+    RIGID_DIRECTION = 16
+    FORM_DOES_NOT_HOLD = 32
+    UNREACHABLE = 64
+
+    @property
+    def is_bad(self) -> bool:
+        """Whether the answer is missing or to be used with care."""
+        return bool(self & BAD)
+
+    @property
+    def has_stiffness(self) -> bool:
+        """Whether there is a stiffness matrix."""
+        return not self & WITHOUT_STIFFNESS
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """One sentence of advice for each thing that happened."""
+        return tuple(_ADVICE[member] for member in type(self) if member & self)
+
+    def __str__(self) -> str:
+        names = [str(member.name).lower().replace("_", "-") for member in type(self) if member & self]
+        return "+".join(names) or "ok"
+
+
+WITHOUT_STIFFNESS = Status.RIGID_DIRECTION | Status.FORM_DOES_NOT_HOLD | Status.UNREACHABLE
+BAD = WITHOUT_STIFFNESS | Status.ILL_CONDITIONED | Status.BEYOND_LIMITS
+
+_ADVICE = {
+    Status.FREE_MOTIONS: (
+        "the platform can move without meeting stiffness: the matrix is singular, and only loads "
+        "that do no work on the free motions can be carried"
+    ),
+    Status.REDUNDANT_JOINTS: (
+        "a passive joint adds no freedom to those before it: the stiffness is right, but the joint "
+        "(for instance the spin of a rod between two spherical joints) is not held by the platform"
+    ),
+    Status.ILL_CONDITIONED: (
+        "near a singular pose, or springs of too different size: few digits of the matrix hold; "
+        "move away from the pose, or give the very stiff parts as rigid"
+    ),
+    Status.BEYOND_LIMITS: "an actuator is beyond its limits: the machine cannot stand at this pose",
+    Status.RIGID_DIRECTION: (
+        "a wrench is carried without meeting any compliance, so the stiffness is infinite and no "
+        "matrix exists: give a link or an actuator on that path its elasticity"
+    ),
+    Status.FORM_DOES_NOT_HOLD: (
+        "the form asked for does not hold here: use the wrench basis form, which always does"
+    ),
+    Status.UNREACHABLE: "a leg cannot reach the pose: move the pose, or check the leg's dimensions",
+}

@@ -1,0 +1,116 @@
+"""The one place that decides ranks, on matrices scaled by a characteristic length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from robostiff.errors import InputError
+from robostiff.spatial import Space
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """When a direction counts as lost.
+
+    Joint and wrench directions are decided on unit vectors of the geometry alone, never on the size
+    of stiffnesses: a soft spring is not a free motion.
+
+    Attributes
+    ----------
+    independence : float
+        A joint whose unit twist lies nearer than this to the span of the other joints is redundant;
+        a platform direction held by unit wrenches with a singular value below this is free.
+    near_independence : float
+        Below this the pose is reported as ill-conditioned.
+    rigidity : float
+        A transmitted wrench whose compliance is below this part of the largest is rigid: float64
+        cannot tell it from zero.
+    near_rigidity : float
+        Below this the answer is reported as ill-conditioned.
+    """
+
+    independence: float = 1e-9
+    near_independence: float = 1e-6
+    rigidity: float = 1e-14
+    near_rigidity: float = 1e-12
+
+    def __post_init__(self) -> None:
+        pairs = (
+            (self.independence, self.near_independence),
+            (self.rigidity, self.near_rigidity),
+        )
+        for strict, near in pairs:
+            if not 0 < strict <= near < 1:
+                raise InputError(
+                    "tolerance", got=(strict, near), expected="0 < strict <= near < 1"
+                )
+
+
+def matrix_length(
+    C: Float[np.ndarray, "*batch n n"], J_q: Float[np.ndarray, "*batch n q"]
+) -> Float[np.ndarray, "*batch"]:
+    """Characteristic length of a chain from its matrices alone, sqrt(tr C_tt / tr C_rr) [m].
+
+    It scales with the unit of length, so that metres and millimetres decide alike. Without
+    rotational compliance the lever arms of the joints tell it; without those it does not matter.
+
+    Examples
+    --------
+    >>> C = np.diag([4.0, 4.0, 4.0, 1.0, 1.0, 1.0])
+    >>> float(matrix_length(C, np.zeros((6, 0))))
+    2.0
+    """
+    d = Space.of_size(C.shape[-1]).translations
+    C_tt = np.trace(C[..., :d, :d], axis1=-2, axis2=-1)
+    C_rr = np.trace(C[..., d:, d:], axis1=-2, axis2=-1)
+    turns = np.sqrt(np.sum(J_q[..., d:, :] ** 2, axis=-2))
+    levers = np.sqrt(np.sum(np.where(turns[..., None, :] > 0, J_q[..., :d, :], 0) ** 2, axis=-2))
+    arm = np.max(levers / np.where(turns > 0, turns, 1), axis=-1, initial=0.0)
+    arm = np.where(arm > 0, arm, 1.0)
+    usable = (C_tt > 0) & (C_rr > 0)
+    return np.where(usable, np.sqrt(C_tt / np.where(usable, C_rr, 1)), arm)
+
+
+def scaling(length: Float[np.ndarray, "*batch"], space: Space) -> Float[np.ndarray, "*batch n"]:
+    """Factors that turn a twist into lengths, (1, 1, 1, L, L, L) or (1, 1, L).
+
+    Examples
+    --------
+    >>> scaling(np.array(0.5), Space.PLANAR)
+    array([1. , 1. , 0.5])
+    """
+    ones = np.ones_like(length)
+    turns = space.size - space.translations
+    return np.stack([ones] * space.translations + [length] * turns, axis=-1)
+
+
+@dataclass(frozen=True)
+class RankDecision:
+    """How a rank was decided: which values were kept and dropped, and by which tolerance.
+
+    Attributes
+    ----------
+    smallest_kept, largest_dropped : float or None
+        Singular values of the stacked unit wrenches on both sides of the cut; None where there are
+        none.
+    tolerance : float
+        The cut.
+    length : float
+        Characteristic length [m] of the scaling.
+    """
+
+    smallest_kept: float | None
+    largest_dropped: float | None
+    tolerance: float
+    length: float
+
+    def __str__(self) -> str:
+        kept = "none" if self.smallest_kept is None else f"{self.smallest_kept:.2g}"
+        dropped = "none" if self.largest_dropped is None else f"{self.largest_dropped:.2g}"
+        return (
+            f"smallest kept {kept}, largest dropped {dropped}, tolerance {self.tolerance:g}, "
+            f"characteristic length {self.length:.4g} m"
+        )

@@ -1,0 +1,75 @@
+"""The wrenches that a chain of passive joints can transmit: a basis W of null(J_q^T)."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+
+def transmitted_wrenches(
+    J_q: Float[np.ndarray, "*batch n q"], independence: float = 1e-9
+) -> tuple[Float[np.ndarray, "*batch n n"], Bool[np.ndarray, "*batch q"]]:
+    """Orthonormal wrenches W with W^T J_q = 0, and the joints that add no freedom.
+
+    The dual of the recursion (15): all wrenches are transmitted to begin with, and each passive
+    joint in turn removes the one that would drive it, by a Householder reflection of the columns of
+    W. A joint that no transmitted wrench drives is redundant and removes nothing.
+
+    Parameters
+    ----------
+    J_q : (..., n, q) array
+        Twists of the passive joints, scaled by a characteristic length.
+    independence : float
+        A joint is redundant when its unit twist lies nearer than this to the span of those before.
+
+    Returns
+    -------
+    W : (..., n, m) array
+        Orthonormal columns. Poses of a batch may transmit different numbers of wrenches; m is the
+        largest, and zero columns fill the rest.
+    redundant : (..., q) array of bool
+
+    Examples
+    --------
+    A hinge about z transmits everything but the moment about z:
+
+    >>> W, redundant = transmitted_wrenches(np.array([[0.0], [0.0], [1.0]]))
+    >>> np.abs(W[2]).max(), redundant
+    (np.float64(0.0), array([False]))
+    """
+    n, joints = J_q.shape[-2:]
+    W = np.broadcast_to(np.eye(n), (*J_q.shape[:-2], n, n))
+    redundant = np.zeros((*J_q.shape[:-2], joints), dtype=bool)
+    for i in range(joints):
+        column = J_q[..., i]
+        drive = np.einsum("...nm,...n->...m", W, column)
+        size = np.sqrt(np.einsum("...m,...m->...", drive, drive))
+        lost = size <= independence * np.sqrt(np.einsum("...n,...n->...", column, column))
+        redundant[..., i] = lost
+        if not np.any(lost):
+            W = _without(W, drive, size)
+        elif not np.all(lost):
+            return _pose_groups_apart(J_q, lost, independence)
+    return W, redundant
+
+
+def _without(W: np.ndarray, drive: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Reflect the columns so that the first alone drives the joint, and drop it."""
+    first = drive[..., 0]
+    leading = first + np.copysign(size, first)
+    towards = np.einsum("...nm,...m->...n", W, drive) + W[..., 0] * (leading - first)[..., None]
+    towards = towards / (size * np.abs(leading))[..., None]
+    return W[..., 1:] - towards[..., :, None] * drive[..., None, 1:]
+
+
+def _pose_groups_apart(
+    J_q: np.ndarray, lost: np.ndarray, independence: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Poses that decide differently, each group on its own."""
+    n, joints = J_q.shape[-2:]
+    W = np.zeros((*lost.shape, n, n))
+    redundant = np.zeros((*lost.shape, joints), dtype=bool)
+    for group in (lost, ~lost):
+        W_group, redundant[group] = transmitted_wrenches(J_q[group], independence)
+        W[group, :, : W_group.shape[-1]] = W_group
+    return W, redundant
