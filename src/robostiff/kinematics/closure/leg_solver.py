@@ -1,0 +1,114 @@
+"""The way to close one leg: its closed form where it has one, Newton otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.kinematics.closure.newton import NewtonTask, attachment_frame, leg_base
+from robostiff.kinematics.closure.rod import Rod, recognise_rod
+from robostiff.kinematics.closure.skeleton import skeleton_of
+from robostiff.kinematics.closure.strut import Strut, recognise_strut
+from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.model import Elbow, Leg
+
+
+@dataclass(frozen=True)
+class LegSolver:
+    """Closes one leg at platform poses.
+
+    Attributes
+    ----------
+    leg : Leg
+    closed_form : Strut, Rod or None
+    home_pose : (6,) array
+        Pose coordinates of the home configuration.
+    home : (size,) array
+        Leg coordinates that close it there.
+    length : float
+        Characteristic length [m].
+    """
+
+    leg: Leg
+    closed_form: Strut | Rod | None
+    home_pose: np.ndarray
+    home: np.ndarray
+    length: float
+
+    def solve(self, pose: np.ndarray) -> np.ndarray:
+        """Leg coordinates (N, size) at pose coordinates (N, 6), the nearest where out of reach."""
+        if self.closed_form is not None:
+            R, p = frame_in_base(self.leg, turn_by_vector(pose[..., 3:]), pose[..., :3])
+            return self.closed_form.solve(R, p)
+        task = NewtonTask((self.leg,), (), self.length)
+        return task.follow(self.home_pose, [self.home], pose)[1][0]
+
+
+def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
+    """The way to close a leg of a robot.
+
+    Parameters
+    ----------
+    leg : Leg
+    home_pose : (6,) array
+        Pose coordinates (x, y, z, rotation vector) of the home configuration.
+    length : float
+        Characteristic length [m].
+
+    Raises
+    ------
+    InputError
+        When the leg does not close in the home configuration, or an elbow is named for a leg that
+        has no choice in closed form.
+    """
+    R_home, p_home = frame_in_base(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
+    skeleton = skeleton_of(leg.chain)
+    closed_form = recognise_strut(skeleton) or recognise_rod(skeleton)
+    if isinstance(closed_form, Rod):
+        closed_form = closed_form.with_sign_of(leg.elbow, R_home, p_home)
+    elif leg.elbow is not Elbow.HOME:
+        raise InputError(
+            f"elbow of leg {leg.name!r}",
+            got=leg.elbow.value,
+            expected="none: only a slide or crank with a rod has two ways in closed form",
+            hint="choose the working mode of this leg by the home coordinates of its joints",
+        )
+    if closed_form is not None:
+        home = closed_form.solve(R_home, p_home)
+    else:
+        task = NewtonTask((leg,), (), length)
+        guess = leg.chain.home[None, :]
+        _, (closed,) = task.close(home_pose[None, :], [guess])
+        home = closed[0]
+    _check_home(leg, home, home_pose, length)
+    return LegSolver(leg, closed_form, home_pose, home, length)
+
+
+def frame_in_base(
+    leg: Leg, R_platform: np.ndarray, p_platform: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frame at which the chain of a leg ends, seen from the frame in which it begins."""
+    R, p = attachment_frame(leg, R_platform, p_platform)
+    R_base, p_base = leg_base(leg)
+    return (
+        np.einsum("ji,...jk->...ik", R_base, R),
+        np.einsum("ji,...j->...i", R_base, p - p_base),
+    )
+
+
+def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
+    R_wanted, p_wanted = attachment_frame(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
+    placed = place_chain(leg.chain, q, *leg_base(leg))
+    shift = float(np.linalg.norm(p_wanted - placed.p))
+    turn = float(np.linalg.norm(vector_of_turn(R_wanted @ placed.R.T)))
+    if shift > 1e-7 * length or turn > 1e-7:
+        raise InputError(
+            f"home configuration of leg {leg.name!r}",
+            got=f"a gap of {shift:.4g} m and {np.degrees(turn):.4g} deg at the platform",
+            expected="a leg that closes at the home pose",
+            hint="check its dimensions and the directions of its frames and axes, or give the "
+            "joints home coordinates near the closed configuration",
+        )

@@ -1,0 +1,202 @@
+"""Damped Newton closure of legs without a closed form, followed from the home configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.jacobians import freedom_twists
+from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
+from robostiff.model import Joint, JointKind, Leg, PlacedFreedom
+from robostiff.spatial import cross
+
+_ITERATIONS = 40
+_CONVERGED = 1e-13
+_STEPS = (1, 8, 64)
+_LARGEST_STEP = 0.5
+
+
+@dataclass(frozen=True)
+class NewtonTask:
+    """Legs to close together, and the platform coordinates that they leave open.
+
+    Attributes
+    ----------
+    legs : sequence of Leg
+    open : tuple of int
+        Pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide.
+    length : float
+        Characteristic length [m] that weighs turns against shifts.
+    """
+
+    legs: Sequence[Leg]
+    open: tuple[int, ...]
+    length: float
+
+    def follow(
+        self, start: np.ndarray, q: list[np.ndarray], goal: np.ndarray
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Pose coordinates and leg coordinates at the goals, followed from one closed posture.
+
+        Parameters
+        ----------
+        start : (6,) array
+            Pose coordinates (x, y, z, rotation vector) of the closed posture.
+        q : list of (size,) arrays
+            Leg coordinates of the closed posture.
+        goal : (N, 6) array
+            Wanted pose coordinates; the open ones are first guesses.
+
+        Returns
+        -------
+        pose : (N, 6) array
+        q : list of (N, size) arrays
+            Where no closure is found, the nearest that was.
+        """
+        N = len(goal)
+        pose = goal.copy()
+        found = [np.tile(own, (N, 1)) for own in q]
+        left = np.arange(N)
+        for steps in _STEPS:
+            if left.size == 0:
+                break
+            at = np.tile(start, (left.size, 1))
+            own = [np.tile(coordinates, (left.size, 1)) for coordinates in q]
+            for k in range(1, steps + 1):
+                at = _between(start, goal[left], k / steps, at, self.open)
+                at, own = self.close(at, own)
+            error = self._errors(at, own)[1]
+            for i, coordinates in enumerate(own):
+                found[i][left] = coordinates
+            pose[left] = at
+            left = left[error > 1e-10]
+        return pose, found
+
+    def close(
+        self, pose: np.ndarray, q: list[np.ndarray]
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Close from a guess, by Levenberg steps whose damping vanishes with the square of the error."""
+        best = (pose, q)
+        best_error = np.full(len(pose), np.inf)
+        for _ in range(_ITERATIONS):
+            e, size = self._errors(pose, q)
+            better = size < best_error
+            best_error = np.where(better, size, best_error)
+            best = _where(better, (pose, q), best)
+            if np.all((best_error <= _CONVERGED) | (~better & (best_error < 1e-11))):
+                break
+            J = self._jacobian(pose, q)
+            A = np.einsum("nij,nik->njk", J, J)
+            damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15)
+            damping = damping * np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
+            A = A + damping[:, None, None] * np.eye(A.shape[-1])
+            step = np.linalg.solve(A, np.einsum("nij,ni->nj", J, e)[..., None])[..., 0]
+            longest = np.max(np.abs(step), axis=-1, keepdims=True)
+            step = step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300))
+            pose, q = self._advance(pose, q, step)
+        return best
+
+    def _errors(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Gaps of all legs as lengths (N, 6 m), and their largest part of the length (N,)."""
+        R_platform = turn_by_vector(pose[:, 3:])
+        parts = []
+        for leg, own in zip(self.legs, q, strict=True):
+            R_wanted, p_wanted = attachment_frame(leg, R_platform, pose[:, :3])
+            placed = place_chain(leg.chain, own, *leg_base(leg))
+            turn = vector_of_turn(np.einsum("nij,nkj->nik", R_wanted, placed.R))
+            parts += [p_wanted - placed.p, turn * self.length]
+        e = np.concatenate(parts, axis=-1) / self.length
+        return e, np.max(np.abs(e), axis=-1)
+
+    def _jacobian(self, pose: np.ndarray, q: list[np.ndarray]) -> np.ndarray:
+        """Rates of the gaps closed by the moving coordinates, then by the open pose coordinates."""
+        N = len(pose)
+        columns = sum(int(np.count_nonzero(leg.chain.free)) for leg in self.legs)
+        J = np.zeros((N, 6 * len(self.legs), columns + len(self.open)))
+        R_platform = turn_by_vector(pose[:, 3:])
+        rates = rotvec_rate(pose[:, 3:])
+        column = 0
+        for i, (leg, own) in enumerate(zip(self.legs, q, strict=True)):
+            rows = slice(6 * i, 6 * i + 6)
+            placed = place_chain(leg.chain, own, *leg_base(leg))
+            freedoms = [f for f in placed.elements if isinstance(f, PlacedFreedom)]
+            moving = [f for f, free in zip(freedoms, leg.chain.free, strict=True) if free]
+            J[:, rows, column : column + len(moving)] = freedom_twists(moving, placed.p)
+            column += len(moving)
+            arm = attachment_frame(leg, R_platform, pose[:, :3])[1] - pose[:, :3]
+            for k, coordinate in enumerate(self.open):
+                J[:, rows, columns + k] = -_pose_twist(coordinate, rates, arm)
+        J[:, [r for r in range(J.shape[1]) if r % 6 < 3]] /= self.length
+        return J
+
+    def _advance(
+        self, pose: np.ndarray, q: list[np.ndarray], step: np.ndarray
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
+        moved, column = [], 0
+        for leg, own in zip(self.legs, q, strict=True):
+            free = leg.chain.free
+            count = int(np.count_nonzero(free))
+            delta = np.zeros_like(own)
+            delta[:, free] = step[:, column : column + count]
+            moved.append(advance(leg, own, delta))
+            column += count
+        pose = pose.copy()
+        pose[:, list(self.open)] += step[:, column:]
+        return pose, moved
+
+
+def advance(leg: Leg, q: np.ndarray, delta: np.ndarray) -> np.ndarray:
+    """Coordinates after small joint motions; those of a spherical joint turn it about frame axes."""
+    moved = q + delta
+    for element, place in leg.chain.moving:
+        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+            turn = turn_by_vector(delta[..., place])
+            R = np.einsum("...ij,...jk->...ik", turn, turn_by_vector(q[..., place]))
+            moved[..., place] = vector_of_turn(R)
+    return moved
+
+
+def leg_base(leg: Leg) -> tuple[np.ndarray, np.ndarray]:
+    """Frame in which the chain of a leg begins, as rotation matrix and point."""
+    return leg.base.rotation.as_matrix(), leg.base.translation
+
+
+def attachment_frame(
+    leg: Leg, R_platform: np.ndarray, p_platform: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frame on the platform at which the chain of a leg ends, in the world."""
+    R = np.einsum("...ij,jk->...ik", R_platform, leg.attachment.rotation.as_matrix())
+    p = p_platform + np.einsum("...ij,j->...i", R_platform, leg.attachment.translation)
+    return R, p
+
+
+def _pose_twist(coordinate: int, rates: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    twist = np.zeros((len(arm), 6))
+    if coordinate < 3:
+        twist[:, coordinate] = 1.0
+    else:
+        w = rates[:, :, coordinate - 3]
+        twist[:, :3], twist[:, 3:] = cross(w, arm), w
+    return twist
+
+
+def _between(
+    start: np.ndarray, goal: np.ndarray, part: float, at: np.ndarray, open_: tuple[int, ...]
+) -> np.ndarray:
+    """Pose coordinates part of the way; the open ones stay as they were found."""
+    between = start + part * (goal - start)
+    between[:, list(open_)] = at[:, list(open_)]
+    return between
+
+
+def _where(
+    better: np.ndarray,
+    new: tuple[np.ndarray, list[np.ndarray]],
+    old: tuple[np.ndarray, list[np.ndarray]],
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    pick = better[:, None]
+    legs = [np.where(pick, a, b) for a, b in zip(new[1], old[1], strict=True)]
+    return np.where(pick, new[0], old[0]), legs

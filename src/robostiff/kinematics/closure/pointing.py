@@ -1,0 +1,92 @@
+"""The two joints at the ends of a rod: one points it, the other takes up what turn remains."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robostiff.kinematics.closure.aim import aim_two_axes, angle_between, shortest_turn, take_up
+from robostiff.kinematics.closure.skeleton import Cluster
+from robostiff.kinematics.turn import turn_about, turn_by_vector, vector_of_turn
+
+
+def fits(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
+    """Whether the two joints can be solved one after the other for a rod `along` a direction."""
+    if first.is_ball:
+        return True
+    pointing = first.axes[-1]
+    return float(np.linalg.norm(np.cross(pointing, along))) > 1e-6 and (
+        second.is_ball or len(second.axes) <= 2
+    )
+
+
+def point_and_take_up(
+    q: np.ndarray,
+    first: Cluster,
+    second: Cluster,
+    along: np.ndarray,
+    direction: np.ndarray,
+    R_wanted: np.ndarray,
+    spin: int | None,
+) -> None:
+    """Write the angles of both joints into q, so that the rod points in `direction`.
+
+    Parameters
+    ----------
+    q : (..., size) array
+        Coordinates, filled in place.
+    first, second : Cluster
+        Joints at the near and the far end of the rod.
+    along : (3,) array
+        Direction of the rod at zero coordinates.
+    direction : (..., 3) array
+        Wanted direction, seen from what carries the first joint.
+    R_wanted : (..., 3, 3) array
+        Wanted product of both joints' rotations.
+    spin : int or None
+        Place of a turn about the rod itself (the turn of a cylindrical joint), if there is one.
+    """
+    R_first = _point(q, first, along, direction)
+    left = np.einsum("...ji,...jk->...ik", R_first, R_wanted)
+    if second.is_ball:
+        _write_ball(q, second, left)
+    elif spin is not None:
+        psi, *angles = take_up((along, *second.axes), left)
+        q[..., spin] = psi
+        _write(q, second, angles)
+    elif first.is_ball:
+        psi, *angles = take_up((along, *second.axes), left)
+        turn = np.einsum("...ij,...jk->...ik", R_first, turn_about(along, psi))
+        _write_ball(q, first, turn)
+        _write(q, second, angles)
+    else:
+        _write(q, second, take_up(second.axes, left))
+
+
+def _point(
+    q: np.ndarray, cluster: Cluster, along: np.ndarray, direction: np.ndarray
+) -> np.ndarray:
+    """Point the rod, and return the rotation that does."""
+    if cluster.is_ball:
+        R = turn_by_vector(shortest_turn(along, direction))
+        _write_ball(q, cluster, R)
+        return R
+    if len(cluster.axes) == 1:
+        angles: tuple[np.ndarray, ...] = (angle_between(cluster.axes[0], along, direction),)
+    else:
+        angles = aim_two_axes(*cluster.axes, along, direction)
+    _write(q, cluster, angles)
+    R = turn_about(cluster.axes[0], angles[0])
+    for axis, angle in zip(cluster.axes[1:], angles[1:], strict=True):
+        R = np.einsum("...ij,...jk->...ik", R, turn_about(axis, angle))
+    return R
+
+
+def _write(q: np.ndarray, cluster: Cluster, angles: tuple[np.ndarray, ...] | list) -> None:
+    for place, angle in zip(cluster.places, angles, strict=True):
+        q[..., place] = angle
+
+
+def _write_ball(q: np.ndarray, cluster: Cluster, R: np.ndarray) -> None:
+    own = np.stack(cluster.axes, axis=-1)  # the joint's own frame, all coordinates zero
+    R_own = np.einsum("ji,...jk,kl->...il", own, R, own)
+    q[..., list(cluster.places)] = vector_of_turn(R_own)

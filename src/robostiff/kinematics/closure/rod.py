@@ -1,0 +1,128 @@
+"""Closed form for a rod of fixed length on a slide or a crank: PUU, PUS, RUU, RUS, planar RRR, PRR."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robostiff.kinematics.closure.pointing import fits, point_and_take_up
+from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
+from robostiff.kinematics.closure.strut import _coordinates
+from robostiff.kinematics.turn import turn_about
+from robostiff.model import Elbow
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A slide or crank that carries joint A, and a rod from A to joint B.
+
+    Attributes
+    ----------
+    sign : int
+        Which root: +1 or -1; 0 until the home configuration has told.
+    """
+
+    skeleton: Skeleton
+    drive: Slide | Cluster
+    A: Cluster
+    B: Cluster
+    sign: int
+
+    def solve(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Coordinates (..., size) that bring the end frame to (R, p) in the leg's base frame."""
+        skeleton = self.skeleton
+        R_wanted = np.einsum("...ij,kj->...ik", R, skeleton.R_end)
+        B = p + np.einsum("...ij,j->...i", R_wanted, self.B.point - skeleton.p_end)
+        q = _coordinates(skeleton.home, p.shape[:-1])
+        rod = self.B.point - self.A.point
+        if isinstance(self.drive, Slide):
+            s = slide_coordinate(self.drive.axis, self.A.point, B, rod, self.sign)
+            q[..., self.drive.place] = s
+            A_to_B = B - self.A.point - s[..., None] * self.drive.axis
+            R_left = R_wanted
+        else:
+            axis = self.drive.axes[0]
+            s = crank_coordinate(axis, self.drive.point, self.A.point, B, rod, self.sign)
+            q[..., self.drive.places[0]] = s
+            R_crank = turn_about(axis, s)
+            arm = np.einsum("...ij,j->...i", R_crank, self.A.point - self.drive.point)
+            A_to_B = np.einsum("...ji,...j->...i", R_crank, B - self.drive.point - arm)
+            R_left = np.einsum("...ji,...jk->...ik", R_crank, R_wanted)
+        size = np.sqrt(np.einsum("...i,...i->...", A_to_B, A_to_B))
+        direction = A_to_B / np.where(size > 0, size, 1.0)[..., None]
+        along = rod / np.linalg.norm(rod)
+        point_and_take_up(q, self.A, self.B, along, direction, R_left, None)
+        return q
+
+    def with_sign_of(self, elbow: Elbow, R_home: np.ndarray, p_home: np.ndarray) -> Rod:
+        """The same rod, its root chosen by name or by the home configuration."""
+        if elbow is Elbow.PLUS:
+            return replace(self, sign=1)
+        if elbow is Elbow.MINUS:
+            return replace(self, sign=-1)
+        plus, minus = replace(self, sign=1), replace(self, sign=-1)
+        near = [
+            np.abs(self._from_home(candidate.solve(R_home, p_home))) for candidate in (plus, minus)
+        ]
+        return plus if near[0] <= near[1] else minus
+
+    def _from_home(self, q: np.ndarray) -> np.ndarray:
+        if isinstance(self.drive, Slide):
+            return q[self.drive.place] - self.skeleton.home[self.drive.place]
+        turn = q[self.drive.places[0]] - self.skeleton.home[self.drive.places[0]]
+        return np.arctan2(np.sin(turn), np.cos(turn))
+
+
+def slide_coordinate(
+    e: np.ndarray, A: np.ndarray, B: np.ndarray, rod: np.ndarray, sign: int
+) -> np.ndarray:
+    """Slide s with |B - A - s e| = |rod|, s = e.(B - A) +- sqrt(|rod|^2 - |across|^2) (...) [m].
+
+    Where the rod is too short, the slide that brings it nearest.
+    """
+    A_to_B = B - A
+    along = np.einsum("...i,i->...", A_to_B, e)
+    across = A_to_B - along[..., None] * e
+    square = rod @ rod - np.einsum("...i,...i->...", across, across)
+    return along + sign * np.sqrt(np.maximum(square, 0.0))
+
+
+def crank_coordinate(
+    e: np.ndarray, centre: np.ndarray, A: np.ndarray, B: np.ndarray, rod: np.ndarray, sign: int
+) -> np.ndarray:
+    """Crank angle s with |B - A(s)| = |rod|, from a cos s + b sin s = c (...) [rad].
+
+    Where the rod is too short or too long, the angle that brings it nearest.
+    """
+    arm = A - centre
+    level = e * (e @ arm)
+    arm_across = arm - level
+    to_B = B - centre
+    a = 2 * to_B @ arm_across
+    b = 2 * to_B @ np.cross(e, arm_across)
+    gap = to_B - level
+    c = np.einsum("...i,...i->...", gap, gap) + arm_across @ arm_across - rod @ rod
+    size = np.hypot(a, b)
+    swing = np.arccos(np.clip(c / np.where(size > 0, size, 1.0), -1.0, 1.0))
+    s = np.arctan2(b, a) + sign * swing
+    return np.arctan2(np.sin(s), np.cos(s))
+
+
+def recognise_rod(skeleton: Skeleton) -> Rod | None:
+    """The closed form, its root still open, when the leg is of this kind."""
+    match skeleton.parts:
+        case (Slide() | Cluster() as drive, Cluster() as A, Cluster() as B):
+            pass
+        case _:
+            return None
+    if isinstance(drive, Cluster):
+        arm = A.point - drive.point
+        turning = not drive.is_ball and len(drive.axes) == 1
+        if not turning or np.linalg.norm(np.cross(drive.axes[0], arm)) == 0:
+            return None
+    rod = B.point - A.point
+    size = np.linalg.norm(rod)
+    if size == 0 or not fits(A, B, rod / size):
+        return None
+    return Rod(skeleton, drive, A, B, sign=0)

@@ -1,0 +1,151 @@
+"""Forward kinematics of a chain, eq. (5): where every joint and spring is, and the end frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.elasticity import Elasticity, beam_compliance
+from robostiff.kinematics.turn import turn_about, turn_by_vector
+from robostiff.model import (
+    Chain,
+    Joint,
+    JointKind,
+    Link,
+    Motion,
+    PlacedFreedom,
+    PlacedSpring,
+    Rigid,
+    Role,
+    Telescope,
+    TelescopicBeam,
+)
+
+
+@dataclass(frozen=True)
+class PlacedChain:
+    """A chain in the world, with its end frame.
+
+    Attributes
+    ----------
+    elements : tuple of PlacedFreedom or PlacedSpring
+    R : (..., 3, 3) array
+        Axes of the end frame.
+    p : (..., 3) array
+        Origin of the end frame [m].
+    """
+
+    elements: tuple[PlacedFreedom | PlacedSpring, ...]
+    R: np.ndarray
+    p: np.ndarray
+
+
+def place_chain(
+    chain: Chain,
+    q: np.ndarray,
+    R_base: np.ndarray,
+    p_base: np.ndarray,
+    theta: Sequence[np.ndarray] | None = None,
+) -> PlacedChain:
+    """Place the elements of a chain at coordinates q, and springs deflected by theta, eq. (5).
+
+    Parameters
+    ----------
+    chain : Chain
+    q : (..., chain.size) array
+        Joint coordinates [m, rad].
+    R_base, p_base : (3, 3) and (3,) arrays
+        Frame in which the chain begins.
+    theta : sequence of (..., 6) arrays, optional
+        Deflection of each elastic link or telescope beam in its own axes [m, rad]; none when left
+        out. (The deflection of an elastic joint adds to its coordinate.)
+
+    Returns
+    -------
+    PlacedChain
+    """
+    walk = _Walk(R_base, p_base, q.shape[:-1], theta)
+    start = 0
+    for element in chain.elements:
+        if isinstance(element, Rigid):
+            walk.go(element.transform.translation, element.transform.rotation.as_matrix())
+        elif isinstance(element, Link):
+            walk.go(element.to)
+            walk.spring(element.name, element.axes, element.elasticity)
+        elif isinstance(element, Joint):
+            walk.joint(element, q[..., start : start + element.size])
+            start += element.size
+        else:
+            walk.telescope(element, q[..., start])
+            start += 1
+    return PlacedChain(tuple(walk.placed), walk.R, walk.p)
+
+
+class _Walk:
+    """The frame reached so far, on the way from base to platform."""
+
+    def __init__(
+        self,
+        R: np.ndarray,
+        p: np.ndarray,
+        batch: tuple[int, ...],
+        theta: Sequence[np.ndarray] | None,
+    ) -> None:
+        self.R, self.p, self.batch = R, p, batch
+        self.theta = None if theta is None else list(theta)
+        self.placed: list[PlacedFreedom | PlacedSpring] = []
+
+    def go(self, to: np.ndarray, R: np.ndarray | None = None) -> None:
+        if np.any(to):
+            self.p = self.p + np.einsum("...ij,j->...i", self.R, to)
+        if R is not None and not np.array_equal(R, np.eye(3)):
+            self.R = np.einsum("...ij,jk->...ik", self.R, R)
+
+    def joint(self, joint: Joint, q: np.ndarray) -> None:
+        if joint.kind is JointKind.SPHERICAL:
+            for i, freedom in enumerate(joint.freedoms):
+                self.freedom(f"{joint.name}[{i}]", freedom.motion, freedom.axis, joint.role)
+            self.R = np.einsum("...ij,...jk->...ik", self.R, turn_by_vector(q))
+            return
+        for i, freedom in enumerate(joint.freedoms):
+            name = joint.name if joint.size == 1 else f"{joint.name}[{i}]"
+            e = self.freedom(name, freedom.motion, freedom.axis, joint.role)
+            if freedom.motion is Motion.ROTATION:
+                turn = turn_about(freedom.axis, q[..., i])
+                self.R = np.einsum("...ij,...jk->...ik", self.R, turn)
+            else:
+                self.p = self.p + e * q[..., i, None]
+
+    def telescope(self, telescope: Telescope, extension: np.ndarray) -> None:
+        e = self.freedom(telescope.name, Motion.TRANSLATION, telescope.direction, telescope.role)
+        if not telescope.beams:
+            self.p = self.p + e * extension[..., None]
+        for i, beam in enumerate(telescope.beams):
+            length = beam.fixed + beam.share * extension
+            self.p = self.p + e * length[..., None]
+            name = f"{telescope.name}.beam{i + 1}" if len(telescope.beams) > 1 else (
+                f"{telescope.name}.beam"
+            )
+            self.spring(name, telescope.axes, _telescopic_elasticity(beam, length))
+
+    def freedom(self, name: str, motion: Motion, axis: np.ndarray, role: Role) -> np.ndarray:
+        e = np.einsum("...ij,j->...i", self.R, axis)
+        self.placed.append(PlacedFreedom(name, motion, self.p, e, role))
+        return e
+
+    def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
+        R_spring = np.einsum("...ij,jk->...ik", self.R, axes)
+        self.placed.append(PlacedSpring(name, self.p, R_spring, elasticity))
+        if self.theta is not None:
+            deflection = self.theta.pop(0)
+            self.p = self.p + np.einsum("...ij,...j->...i", R_spring, deflection[..., :3])
+            turn = turn_by_vector(np.einsum("...ij,...j->...i", R_spring, deflection[..., 3:]))
+            self.R = np.einsum("...ij,...jk->...ik", turn, self.R)
+
+
+def _telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticity:
+    # A pose out of reach may ask for a negative length: it is answered by a status, not by a spring.
+    usable = np.maximum(length, np.finfo(float).tiny ** 0.25)
+    return Elasticity(beam_compliance(usable, beam.material, beam.section, beam.theory))

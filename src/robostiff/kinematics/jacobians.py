@@ -1,0 +1,175 @@
+"""Jacobians J_q and J_theta of a placed leg at any point, and its compliance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from jaxtyping import Float
+
+from robostiff.model import Motion, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.spatial import (
+    block_rotation,
+    rotation_twist,
+    skew,
+    translation_twist,
+    twist_transport,
+)
+
+
+def freedom_twist(
+    freedom: PlacedFreedom, at: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 6"]:
+    """Twist of the point `at` per unit of a joint coordinate, eq. (17), world axes (..., 6)."""
+    axis = np.broadcast_to(freedom.axis, np.broadcast_shapes(freedom.axis.shape, at.shape))
+    if freedom.motion is Motion.TRANSLATION:
+        return translation_twist(axis)
+    return rotation_twist(axis, np.broadcast_to(at - freedom.point, axis.shape))
+
+
+def freedom_twists(
+    freedoms: Iterable[PlacedFreedom], at: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 6 q"]:
+    """Columns (17) of several joints about the point `at`, world axes (..., 6, q)."""
+    columns = [freedom_twist(freedom, at) for freedom in freedoms]
+    return _columns(columns, at)
+
+
+def passive_jacobian(
+    leg: PlacedLeg, at: Float[np.ndarray, "*batch 3"]
+) -> tuple[Float[np.ndarray, "*batch 6 q"], tuple[str, ...]]:
+    """J_q of a leg about the point `at`, and the names of its columns.
+
+    Parameters
+    ----------
+    leg : PlacedLeg
+    at : (..., 3) array
+        Point whose twist is told [m].
+
+    Returns
+    -------
+    J_q : (..., 6, q) array
+        World axes. Freedoms of a singular spring count as passive joints.
+    names : tuple of str
+    """
+    columns, names = [], []
+    for element in leg.elements:
+        if isinstance(element, PlacedFreedom):
+            if element.is_passive:
+                columns.append(freedom_twist(element, at))
+                names.append(element.name)
+        else:
+            for i, freedom in enumerate(element.elasticity.freedoms.T):
+                columns.append(np.einsum("...ij,j->...i", _spring_twists(element, at), freedom))
+                names.append(f"{element.name}.free[{i}]")
+    return _columns(columns, at), tuple(names)
+
+
+def spring_jacobian(
+    leg: PlacedLeg, at: Float[np.ndarray, "*batch 3"]
+) -> tuple[Float[np.ndarray, "*batch 6 m"], Float[np.ndarray, "*batch m m"]]:
+    """J_theta of a leg about the point `at`, and K_theta^-1.
+
+    Parameters
+    ----------
+    leg : PlacedLeg
+    at : (..., 3) array
+        Point whose twist is told [m].
+
+    Returns
+    -------
+    J_theta : (..., 6, m) array
+        World axes; a column for each elastic joint and six for each elastic part, along the leg.
+    compliance : (..., m, m) array
+        Block-diagonal compliance of the virtual springs, K_theta^-1.
+    """
+    columns: list[np.ndarray] = []
+    blocks: list[np.ndarray] = []
+    for element in leg.elements:
+        if isinstance(element, PlacedSpring):
+            columns.append(_spring_twists(element, at))
+            blocks.append(element.elasticity.compliance)
+        elif element.stiffness is not None:
+            columns.append(freedom_twist(element, at)[..., None])
+            blocks.append(np.array([[1.0 / element.stiffness]]))
+    batch = np.broadcast_shapes(at.shape[:-1], *(c.shape[:-2] for c in columns + blocks))
+    if not columns:
+        return np.zeros((*batch, 6, 0)), np.zeros((*batch, 0, 0))
+    J_theta = np.concatenate([np.broadcast_to(c, (*batch, *c.shape[-2:])) for c in columns], axis=-1)
+    size = J_theta.shape[-1]
+    compliance = np.zeros((*batch, size, size))
+    start = 0
+    for block in blocks:
+        stop = start + block.shape[-1]
+        compliance[..., start:stop, start:stop] = block
+        start = stop
+    return J_theta, compliance
+
+
+def leg_compliance(
+    leg: PlacedLeg, at: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 6 6"]:
+    """Compliance of a leg with its passive joints held, C = J_theta K_theta^-1 J_theta^T.
+
+    Each elastic part contributes its own compliance, turned to world axes and moved to the point;
+    each elastic joint one column over its stiffness.
+
+    Parameters
+    ----------
+    leg : PlacedLeg
+    at : (..., 3) array
+        Point whose twist is told [m].
+
+    Returns
+    -------
+    (..., 6, 6) array
+        World axes [m/N, 1/N, rad/(N m)].
+    """
+    C = np.zeros((6, 6))
+    for element in leg.elements:
+        if isinstance(element, PlacedSpring):
+            C = C + spring_compliance(element, at)
+        elif element.stiffness is not None:
+            column = freedom_twist(element, at)
+            C = C + column[..., :, None] * (column / element.stiffness)[..., None, :]
+    return np.broadcast_to(C, (*at.shape[:-1], 6, 6)) if C.ndim < at.ndim + 1 else C
+
+
+def spring_compliance(
+    spring: PlacedSpring, at: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 6 6"]:
+    """Compliance that one elastic part gives to the point `at`, J_v diag(R, R) C diag(R, R)^T J_v^T.
+
+    Block by block, which halves the work of the 6 x 6 products.
+    """
+    R, C = spring.rotation, spring.elasticity.compliance
+    rr = _turned(R, C[..., 3:, 3:])
+    rt = _turned(R, C[..., 3:, :3])
+    V = -skew(np.broadcast_to(at - spring.point, np.broadcast_shapes(at.shape, spring.point.shape)))
+    V_rr = np.einsum("...ij,...jk->...ik", V, rr)
+    V_rt = np.einsum("...ij,...jk->...ik", V, rt)
+    tt = _turned(R, C[..., :3, :3]) + V_rt + np.swapaxes(V_rt, -1, -2)
+    tt = tt + np.einsum("...ij,...kj->...ik", V_rr, V)
+    tr = np.swapaxes(rt, -1, -2) + V_rr
+    upper = np.concatenate([tt, tr], axis=-1)
+    lower = np.concatenate([np.swapaxes(tr, -1, -2), rr], axis=-1)
+    return np.concatenate([upper, lower], axis=-2)
+
+
+def _turned(R: np.ndarray, block: np.ndarray) -> np.ndarray:
+    return np.einsum("...ij,...kj->...ik", np.einsum("...ij,...jk->...ik", R, block), R)
+
+
+def _spring_twists(spring: PlacedSpring, at: np.ndarray) -> np.ndarray:
+    """Twists of the point `at` per unit of each own coordinate of a spring (..., 6, 6)."""
+    J_v = twist_transport(at - spring.point)
+    return np.einsum("...ij,...jk->...ik", J_v, block_rotation(spring.rotation))
+
+
+def _columns(columns: list[np.ndarray], at: np.ndarray) -> np.ndarray:
+    if not columns:
+        return np.zeros((*at.shape[:-1], 6, 0))
+    batch = np.broadcast_shapes(at.shape[:-1], *(c.shape[:-1] for c in columns))
+    return np.stack([np.broadcast_to(c, (*batch, 6)) for c in columns], axis=-1)
+
+

@@ -1,0 +1,126 @@
+"""The ways to tell where the platform is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import RigidTransform
+
+from robostiff.errors import InputError
+from robostiff.kinematics.closure import leg_base
+from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.spatial.batch import poses_side_by_side
+
+
+@dataclass(frozen=True)
+class JointCoordinates:
+    """A posture told by the joints of a serial arm.
+
+    Attributes
+    ----------
+    values : (..., size) array
+        Coordinates of all joints from base to tool [m, rad].
+    """
+
+    values: ArrayLike
+
+
+Pose = RigidTransform | JointCoordinates | ArrayLike | None
+
+
+@dataclass(frozen=True)
+class PoseRequest:
+    """Where the platform shall be, one pose a row.
+
+    Attributes
+    ----------
+    batch : tuple of int
+        Shape of the batch that was asked for.
+    coordinates : (N, 6) array
+        x, y, z and rotation vector; the open ones are those of the home pose.
+    open : tuple of int
+        Pose coordinates that the legs decide.
+    R : (N, 3, 3) array
+        Rotation of the platform.
+    """
+
+    batch: tuple[int, ...]
+    coordinates: np.ndarray
+    open: tuple[int, ...]
+    R: np.ndarray
+
+
+def home_coordinates(robot: Robot) -> np.ndarray:
+    """Pose coordinates (x, y, z, rotation vector) of the home configuration (6,) [m, rad]."""
+    if robot.home is not None:
+        return _six(robot.home)
+    leg = robot.legs[0]
+    return _six(platform_pose(robot, leg.chain.home))
+
+
+def platform_pose(robot: Robot, q: np.ndarray) -> RigidTransform:
+    """Pose of the platform of a serial arm at joint coordinates (..., size)."""
+    leg = robot.legs[0]
+    placed = place_chain(leg.chain, q, *leg_base(leg))
+    end = RigidTransform.from_matrix(_homogeneous(placed.R, placed.p))
+    return end * leg.attachment.inv()
+
+
+def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
+    """Read a pose: a rigid transform, the coordinates that are free, all six, or none for home.
+
+    Raises
+    ------
+    InputError
+        When the numbers are not finite, or as many as the robot has free coordinates, or six.
+    """
+    home = home_coordinates(robot)
+    if pose is None:
+        return _request((), home[None, :], ())
+    if isinstance(pose, RigidTransform):
+        batch = tuple(int(k) for k in pose.shape)
+        six = _six(pose).reshape(-1, 6)
+        R = pose.rotation.as_matrix().reshape(-1, 3, 3)
+        return PoseRequest(batch, six, (), poses_side_by_side(R, 2))
+    if isinstance(pose, JointCoordinates):
+        raise InputError(
+            f"pose of {robot.name!r}",
+            got="joint coordinates",
+            expected="a platform pose: joint coordinates pose serial arms only",
+        )
+    given = np.asarray(pose, dtype=float)
+    names = [coordinate.value for coordinate in robot.coordinates]
+    if given.ndim == 0 or given.shape[-1] not in {len(names), 6} or given.shape[-1] == 0:
+        free = f"{len(names)} numbers ({' '.join(names)}) or " if 0 < len(names) < 6 else ""
+        raise InputError(
+            f"pose of {robot.name!r}",
+            got=f"shape {given.shape}",
+            expected=f"{free}6 numbers (x y z rx ry rz) in the last axis",
+        )
+    if not np.isfinite(given).all():
+        raise InputError(f"pose of {robot.name!r}", got=pose, expected="finite numbers")
+    batch, rows = given.shape[:-1], given.reshape(-1, given.shape[-1])
+    if rows.shape[-1] == 6:
+        return _request(batch, rows, ())
+    coordinates = np.tile(home, (len(rows), 1))
+    chosen = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
+    coordinates[:, chosen] = rows
+    return _request(batch, coordinates, tuple(k for k in range(6) if k not in chosen))
+
+
+def _request(batch: tuple[int, ...], coordinates: np.ndarray, open_: tuple[int, ...]) -> PoseRequest:
+    return PoseRequest(batch, coordinates, open_, turn_by_vector(coordinates[:, 3:]))
+
+
+def _six(pose: RigidTransform) -> np.ndarray:
+    return np.concatenate([pose.translation, pose.rotation.as_rotvec()], axis=-1)
+
+
+def _homogeneous(R: np.ndarray, p: np.ndarray) -> np.ndarray:
+    T = np.zeros((*R.shape[:-2], 4, 4))
+    T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = R, p, 1.0
+    return T

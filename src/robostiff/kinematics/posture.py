@@ -1,0 +1,249 @@
+"""A robot at a pose: its coordinates, where everything is, and whether it can stand there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.kinematics.closure import NewtonTask, attachment_frame, leg_base, leg_solver
+from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.pose import (
+    JointCoordinates,
+    Pose,
+    PoseRequest,
+    home_coordinates,
+    platform_pose,
+    requested_pose,
+)
+from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.model import Actuated, Leg, PlacedLeg, Robot, Snapshot
+from robostiff.spatial.batch import poses_side_by_side
+
+_REACHED = 1e-7
+
+
+@dataclass(frozen=True)
+class Posture:
+    """A robot at a batch of poses, one a row.
+
+    Attributes
+    ----------
+    robot : Robot
+    batch : tuple of int
+        Shape of the batch that was asked for.
+    pose : (N, 6) array
+        Platform pose: x, y, z, rotation vector [m, rad].
+    coordinates : tuple of (N, size) arrays
+        Of each leg [m, rad].
+    snapshot : Snapshot
+        The robot in the world, about its own reference point.
+    shift_gaps, turn_gaps : (N, legs) arrays
+        By how much each leg misses the platform [m], [rad].
+    length : float
+        Characteristic length of the closure [m].
+    """
+
+    robot: Robot
+    batch: tuple[int, ...]
+    pose: np.ndarray
+    coordinates: tuple[np.ndarray, ...]
+    snapshot: Snapshot
+    shift_gaps: np.ndarray
+    turn_gaps: np.ndarray
+    length: float
+
+    @property
+    def reached(self) -> np.ndarray:
+        """Which poses all legs reach (N,)."""
+        return np.all(self._closed, axis=-1)
+
+    @property
+    def within_limits(self) -> np.ndarray:
+        """At which poses every actuator is within its limits (N,)."""
+        within = np.ones(len(self.pose), dtype=bool)
+        for leg, q in zip(self.robot.legs, self.coordinates, strict=True):
+            for i, role in enumerate(leg.chain.roles):
+                if isinstance(role, Actuated) and role.limits is not None:
+                    low, high = role.limits
+                    within &= (q[:, i] >= low) & (q[:, i] <= high)
+        return within
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What keeps the first pose from being reached or allowed, a sentence each."""
+        sentences = []
+        for i, leg in enumerate(self.robot.legs):
+            if not self._closed[0, i]:
+                sentences.append(self._shortfall(leg, self.shift_gaps[0, i], self.turn_gaps[0, i]))
+        for leg, q in zip(self.robot.legs, self.coordinates, strict=True):
+            for i, role in enumerate(leg.chain.roles):
+                if self._closed[0].all() and isinstance(role, Actuated) and role.limits is not None:
+                    low, high = role.limits
+                    if not low <= q[0, i] <= high:
+                        sentences.append(
+                            f"coordinate {i} of leg {leg.name!r} is {q[0, i]:.6g}, outside its "
+                            f"limits {low:.6g} to {high:.6g}"
+                        )
+        return tuple(sentences)
+
+    @cached_property
+    def _closed(self) -> np.ndarray:
+        return (self.shift_gaps <= _REACHED * self.length) & (self.turn_gaps <= _REACHED)
+
+    def _shortfall(self, leg: Leg, shift: float, turn: float) -> str:
+        parts = []
+        if shift > _REACHED * self.length:
+            parts.append(f"{1e3 * shift:.4g} mm")
+        if turn > _REACHED:
+            parts.append(f"{np.degrees(turn):.4g} deg")
+        return f"leg {leg.name!r} falls short of the pose by {' and '.join(parts)}"
+
+
+class PostureFinder:
+    """Finds the postures of one robot; prepares the closure of its legs once.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Raises
+    ------
+    InputError
+        When a leg does not close in the home configuration.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.home_pose = home_coordinates(robot)
+        self.length = reach(robot, self.home_pose)
+
+    @cached_property
+    def solvers(self) -> tuple[LegSolver, ...]:
+        """The way to close each leg."""
+        return tuple(leg_solver(leg, self.home_pose, self.length) for leg in self.robot.legs)
+
+    def request(self, pose: Pose) -> PoseRequest | np.ndarray:
+        """Read a pose; for a serial arm posed by its joints, their coordinates (..., size)."""
+        if self.robot.is_serial:
+            chain = self.robot.legs[0].chain
+            if isinstance(pose, JointCoordinates):
+                q = np.asarray(pose.values, dtype=float)
+                if q.ndim == 0 or q.shape[-1] != chain.size or not np.isfinite(q).all():
+                    raise InputError(
+                        f"joint coordinates of {self.robot.name!r}",
+                        got=pose.values,
+                        expected=f"{chain.size} finite numbers in the last axis",
+                    )
+                return q
+            if pose is None and self.robot.home is None:
+                return chain.home
+        return requested_pose(self.robot, pose)
+
+    def find(self, pose: Pose) -> Posture:
+        """Posture at a pose or a batch of poses.
+
+        Raises
+        ------
+        InputError
+            When the pose does not fit the robot.
+        """
+        request = self.request(pose)
+        if isinstance(request, np.ndarray):
+            return self.at_joints(request)
+        return self.at_poses(request)
+
+    def at_joints(self, q: np.ndarray) -> Posture:
+        """Posture of a serial arm at joint coordinates (..., size)."""
+        rows = q.reshape(-1, q.shape[-1])
+        platform = platform_pose(self.robot, rows)
+        pose = np.concatenate([platform.translation, platform.rotation.as_rotvec()], axis=-1)
+        R = poses_side_by_side(platform.rotation.as_matrix(), 2)
+        return self._posture(q.shape[:-1], pose, R, [poses_side_by_side(rows, 1)])
+
+    def at_poses(self, request: PoseRequest) -> Posture:
+        """Posture at platform poses; coordinates that the legs decide follow."""
+        pose = request.coordinates
+        q = [solver.solve(pose) for solver in self.solvers]
+        posture = self._posture(request.batch, pose, request.R, q)
+        missed = ~posture.reached
+        if not request.open or not np.any(missed):
+            return posture
+        task = NewtonTask(self.robot.legs, request.open, self.length)
+        start = [solver.home for solver in self.solvers]
+        pose = pose.copy()
+        pose[missed], found = task.follow(self.home_pose, start, pose[missed])
+        for own, new in zip(q, found, strict=True):
+            own[missed] = new
+        return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q)
+
+    def _posture(
+        self, batch: tuple[int, ...], pose: np.ndarray, R: np.ndarray, q: list[np.ndarray]
+    ) -> Posture:
+        robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
+        legs, shifts, turns = [], [], []
+        for leg, own in zip(robot.legs, q, strict=True):
+            placed = place_chain(leg.chain, own, *leg_base(leg))
+            legs.append(PlacedLeg(leg.name, placed.elements, placed.p))
+            shift, turn = _gap(leg, placed, R, p)
+            shifts.append(shift)
+            turns.append(turn)
+        reference = p + np.einsum("...ij,j->...i", R, robot.reference_point)
+        snapshot = Snapshot(robot.name, tuple(legs), reference, robot.space, robot.title)
+        return Posture(
+            robot=robot,
+            batch=batch,
+            pose=pose,
+            coordinates=tuple(q),
+            snapshot=snapshot,
+            shift_gaps=np.stack(shifts, axis=-1),
+            turn_gaps=np.stack(turns, axis=-1),
+            length=self.length,
+        )
+
+
+
+def find_posture(robot: Robot, pose: Pose = None) -> Posture:
+    """Posture of a robot at a pose or a batch of poses.
+
+    Parameters
+    ----------
+    robot : Robot
+    pose : RigidTransform, JointCoordinates, array of coordinates, or None
+        None for the home configuration.
+
+    Raises
+    ------
+    InputError
+        When the pose does not fit the robot, or a leg does not close in the home configuration.
+    """
+    return PostureFinder(robot).find(pose)
+
+
+def reach(robot: Robot, home_pose: np.ndarray) -> float:
+    """Size of a robot [m]: the largest distance between a leg's two ends, or its chain's extent."""
+    R = turn_by_vector(home_pose[3:])
+    sizes = []
+    for leg in robot.legs:
+        _, p_end = attachment_frame(leg, R, home_pose[:3])
+        placed = place_chain(leg.chain, leg.chain.home, *leg_base(leg))
+        extent = [np.linalg.norm(e.point - leg.base.translation) for e in placed.elements]
+        sizes += [np.linalg.norm(p_end - leg.base.translation), *extent]
+    size = float(max(sizes))
+    return size if size > 0 else 1.0
+
+
+def _gap(
+    leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """By how much the end of a chain misses the platform: shift (N,) [m] and turn (N,) [rad]."""
+    R, p = attachment_frame(leg, R_platform, p_platform)
+    shift = p - placed.p
+    # The chord of the turn: exact enough for small gaps, and never above pi.
+    chord = R - placed.R
+    half_sine = np.sqrt(np.einsum("...ij,...ij->...", chord, chord) / 8.0)
+    turn = 2.0 * np.arcsin(np.minimum(half_sine, 1.0))
+    return np.sqrt(np.einsum("...i,...i->...", shift, shift)), turn

@@ -1,0 +1,83 @@
+"""A chain of elements from base to platform."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.model.joint import Joint, Locked, Role
+from robostiff.model.link import Link, Rigid, Telescope
+
+Element = Rigid | Link | Joint | Telescope
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Elements in series, from base to platform.
+
+    Attributes
+    ----------
+    elements : tuple of Rigid, Link, Joint or Telescope
+
+    Raises
+    ------
+    InputError
+        When it holds no element.
+    """
+
+    elements: tuple[Element, ...]
+
+    def __post_init__(self) -> None:
+        if not self.elements:
+            raise InputError("chain", got="no element", expected="at least one element")
+
+    @property
+    def moving(self) -> Iterator[tuple[Joint | Telescope, slice]]:
+        """The elements that have coordinates, with their places in the coordinate vector."""
+        start = 0
+        for element in self.elements:
+            if isinstance(element, Joint | Telescope):
+                size = element.size if isinstance(element, Joint) else 1
+                yield element, slice(start, start + size)
+                start += size
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return sum(place.stop - place.start for _, place in self.moving)
+
+    @property
+    def home(self) -> np.ndarray:
+        """Coordinates in the home configuration, (size,) [m, rad]."""
+        home: list[float] = []
+        for element, _ in self.moving:
+            home.extend(element.home if isinstance(element, Joint) else (element.home,))
+        return np.array(home, dtype=float)
+
+    @property
+    def roles(self) -> tuple[Role, ...]:
+        """Role of each coordinate."""
+        return tuple(
+            element.role for element, place in self.moving for _ in range(place.start, place.stop)
+        )
+
+    @property
+    def free(self) -> np.ndarray:
+        """Which coordinates may change, (size,) bool: all but the locked."""
+        return np.array([not isinstance(role, Locked) for role in self.roles], dtype=bool)
+
+    @property
+    def has_compliance(self) -> bool:
+        """Whether any element gives way elastically."""
+        return any(_gives_way(element) for element in self.elements)
+
+
+def _gives_way(element: Element) -> bool:
+    if isinstance(element, Link):
+        return bool(np.any(element.elasticity.compliance))
+    if isinstance(element, Telescope) and element.beams:
+        return True
+    return getattr(getattr(element, "role", None), "stiffness", None) is not None

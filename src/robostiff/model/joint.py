@@ -1,0 +1,203 @@
+"""Joints: what moves, and whether it is passive, actuated or locked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+from robostiff.model.checks import checked_stiffness, unit_vector
+
+
+class Motion(Enum):
+    """Elementary motion of a joint freedom."""
+
+    ROTATION = "R"
+    TRANSLATION = "P"
+
+
+class JointKind(Enum):
+    """Kinds of joint; a joint's freedoms follow one another from base to platform."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+    UNIVERSAL = "universal"
+    SPHERICAL = "spherical"
+    CYLINDRICAL = "cylindrical"
+    PLANAR = "planar"
+
+
+@dataclass(frozen=True)
+class Passive:
+    """A joint that turns or slides without resistance."""
+
+
+@dataclass(frozen=True)
+class Actuated:
+    """A joint held by its drive.
+
+    Attributes
+    ----------
+    stiffness : float or None
+        Of the drive [N/m or N m/rad]; None for a rigid one.
+    limits : (float, float) or None
+        Lowest and highest coordinate [m or rad].
+    """
+
+    stiffness: float | None = None
+    limits: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        checked_stiffness("stiffness of the drive", self.stiffness)
+        if self.limits is not None:
+            low, high = self.limits
+            if not (np.isfinite(low) and np.isfinite(high) and low < high):
+                raise InputError(
+                    "limits of the drive", got=self.limits, expected="lowest < highest"
+                )
+
+
+@dataclass(frozen=True)
+class Locked:
+    """A joint that keeps its home coordinate.
+
+    Attributes
+    ----------
+    stiffness : float or None
+        Of the lock or flexure [N/m or N m/rad]; None for a rigid one.
+    """
+
+    stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        checked_stiffness("stiffness of the lock", self.stiffness)
+
+
+Role = Passive | Actuated | Locked
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """An elementary motion about or along an axis, in the frame that the freedoms before it made."""
+
+    motion: Motion
+    axis: np.ndarray
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of a chain; build it with `revolute`, `prismatic`, `universal` and their like.
+
+    Attributes
+    ----------
+    kind : JointKind
+    freedoms : tuple of Freedom
+        In order from base to platform. The three of a spherical joint are the frame axes, and its
+        coordinates are a rotation vector.
+    role : Passive, Actuated or Locked
+    home : tuple of float
+        Coordinates in the home configuration [m, rad].
+    name : str
+    """
+
+    kind: JointKind
+    freedoms: tuple[Freedom, ...]
+    role: Role
+    home: tuple[float, ...] = ()
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        home = self.home or (0.0,) * len(self.freedoms)
+        if len(home) != len(self.freedoms) or not np.isfinite(home).all():
+            raise InputError(
+                f"home coordinates of the {self.kind.value} joint",
+                got=self.home,
+                expected=f"{len(self.freedoms)} finite numbers",
+            )
+        object.__setattr__(self, "home", tuple(float(q) for q in home))
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.freedoms)
+
+
+def revolute(
+    axis: ArrayLike, role: Role, *, home: Sequence[float] = (), name: str = "revolute"
+) -> Joint:
+    """Joint that turns about `axis`.
+
+    Examples
+    --------
+    >>> revolute([0, 0, 2], Passive()).freedoms[0].axis
+    array([0., 0., 1.])
+    """
+    freedoms = (Freedom(Motion.ROTATION, unit_vector("axis of the revolute joint", axis)),)
+    return Joint(JointKind.REVOLUTE, freedoms, role, tuple(home), name)
+
+
+def prismatic(
+    axis: ArrayLike, role: Role, *, home: Sequence[float] = (), name: str = "prismatic"
+) -> Joint:
+    """Joint that slides along `axis`."""
+    freedoms = (Freedom(Motion.TRANSLATION, unit_vector("axis of the prismatic joint", axis)),)
+    return Joint(JointKind.PRISMATIC, freedoms, role, tuple(home), name)
+
+
+def universal(
+    axis1: ArrayLike,
+    axis2: ArrayLike,
+    role: Role,
+    *,
+    home: Sequence[float] = (),
+    name: str = "universal",
+) -> Joint:
+    """Joint that turns about `axis1`, then about `axis2`, which turns along with the first."""
+    first = unit_vector("first axis of the universal joint", axis1)
+    second = unit_vector("second axis of the universal joint", axis2)
+    if np.linalg.norm(np.cross(first, second)) < 1e-6:
+        raise InputError(
+            "axes of the universal joint",
+            got=(list(np.atleast_1d(axis1)), list(np.atleast_1d(axis2))),
+            expected="two directions that are not parallel",
+        )
+    freedoms = (Freedom(Motion.ROTATION, first), Freedom(Motion.ROTATION, second))
+    return Joint(JointKind.UNIVERSAL, freedoms, role, tuple(home), name)
+
+
+def spherical(role: Role, *, home: Sequence[float] = (), name: str = "spherical") -> Joint:
+    """Joint that turns freely about a point; its coordinates are a rotation vector [rad]."""
+    freedoms = tuple(Freedom(Motion.ROTATION, axis) for axis in np.eye(3))
+    return Joint(JointKind.SPHERICAL, freedoms, role, tuple(home), name)
+
+
+def cylindrical(
+    axis: ArrayLike, role: Role, *, home: Sequence[float] = (), name: str = "cylindrical"
+) -> Joint:
+    """Joint that slides along `axis` and turns about it; coordinates (slide, turn)."""
+    direction = unit_vector("axis of the cylindrical joint", axis)
+    freedoms = (Freedom(Motion.TRANSLATION, direction), Freedom(Motion.ROTATION, direction))
+    return Joint(JointKind.CYLINDRICAL, freedoms, role, tuple(home), name)
+
+
+def planar(
+    normal: ArrayLike, role: Role, *, home: Sequence[float] = (), name: str = "planar"
+) -> Joint:
+    """Joint that slides in the plane across `normal` and turns about it.
+
+    Its coordinates are two slides and a turn. The first slide runs along the frame axis that is
+    most nearly in the plane, projected into it; the second along normal x first.
+    """
+    n = unit_vector("normal of the planar joint", normal)
+    start = np.eye(3)[np.argmin(np.abs(n))]
+    first = unit_vector("slide", start - n * (n @ start))
+    freedoms = (
+        Freedom(Motion.TRANSLATION, first),
+        Freedom(Motion.TRANSLATION, np.cross(n, first)),
+        Freedom(Motion.ROTATION, n),
+    )
+    return Joint(JointKind.PLANAR, freedoms, role, tuple(home), name)

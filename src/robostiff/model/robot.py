@@ -1,0 +1,123 @@
+"""A robot: legs between a fixed base and a rigid platform. A serial arm is a robot with one leg."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from robostiff.errors import InputError
+from robostiff.model.chain import Chain
+from robostiff.spatial import Space
+
+
+class Elbow(Enum):
+    """Which of the two ways a leg with a crank or a slide takes to its end (working mode).
+
+    ``PLUS`` and ``MINUS`` are the signs of the square root in the closed form: for a slide, the
+    larger and the smaller coordinate; for a crank, the rod on the positive or negative side of the
+    line from crank centre to leg end, seen along the crank axis. ``HOME`` is that of the home
+    configuration.
+    """
+
+    HOME = "home"
+    PLUS = "plus"
+    MINUS = "minus"
+
+
+class Coordinate(Enum):
+    """Coordinates of the platform pose."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+    RX = "rx"
+    RY = "ry"
+    RZ = "rz"
+
+
+ALL_COORDINATES = tuple(Coordinate)
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A chain from a frame of the base to a frame of the platform.
+
+    Attributes
+    ----------
+    name : str
+    base : RigidTransform
+        Where the chain begins, in the world.
+    chain : Chain
+    attachment : RigidTransform
+        Where the chain ends, in the platform frame.
+    elbow : Elbow
+        Working mode, for a leg that has two.
+    """
+
+    name: str
+    base: RigidTransform
+    chain: Chain
+    attachment: RigidTransform
+    elbow: Elbow = Elbow.HOME
+
+    def __post_init__(self) -> None:
+        if not self.chain.has_compliance:
+            raise InputError(
+                f"leg {self.name!r}",
+                got="no compliance at all",
+                expected="an elastic link, or a joint with a stiffness",
+                hint="a rigid leg has an infinite stiffness: give its actuator or a link elasticity",
+            )
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A serial or parallel robot.
+
+    Attributes
+    ----------
+    name : str
+    legs : tuple of Leg
+        One for a serial arm.
+    home : RigidTransform or None
+        Platform pose in the home configuration; None to take it from the first leg's home
+        coordinates, as for a serial arm.
+    reference_point : (3,) array
+        Point of the platform about which stiffness is given, in the platform frame [m].
+    coordinates : tuple of Coordinate
+        The pose coordinates that can be chosen freely; the legs fix the others. Empty for a serial
+        arm that is posed by its joints alone.
+    space : Space
+        Planar for a robot in the x-y plane that is computed with 3 x 3 matrices.
+    title, source : str
+        What it is, and where its numbers come from.
+    """
+
+    name: str
+    legs: tuple[Leg, ...]
+    home: RigidTransform | None = None
+    reference_point: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    coordinates: tuple[Coordinate, ...] = ALL_COORDINATES
+    space: Space = Space.SPATIAL
+    title: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.legs:
+            raise InputError(f"robot {self.name!r}", got="no leg", expected="at least one leg")
+        names = [leg.name for leg in self.legs]
+        if len(set(names)) < len(names):
+            raise InputError("names of the legs", got=names, expected="each name once")
+        if self.home is None and not self.is_serial:
+            raise InputError(
+                f"home pose of {self.name!r}",
+                expected="the pose of the platform, for a robot with several legs",
+            )
+
+    @property
+    def is_serial(self) -> bool:
+        """Whether it has one leg."""
+        return len(self.legs) == 1

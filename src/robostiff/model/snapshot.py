@@ -1,0 +1,131 @@
+"""A robot frozen at a pose: where its joints are and its springs sit, in world coordinates.
+
+This is what a model becomes once its pose is known, and what somebody with a CAD model can write
+down directly. Every array may have leading batch axes: many poses of one robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.elasticity import Elasticity
+from robostiff.model.joint import Motion, Passive, Role
+from robostiff.spatial import Space
+
+
+@dataclass(frozen=True)
+class PlacedFreedom:
+    """An elementary joint in the world.
+
+    Attributes
+    ----------
+    name : str
+        Of the joint, with the number of the freedom where it has several.
+    motion : Motion
+    point : (..., 3) array
+        A point of the axis [m].
+    axis : (..., 3) array
+        Unit vector.
+    role : Passive, Actuated or Locked
+    """
+
+    name: str
+    motion: Motion
+    point: np.ndarray
+    axis: np.ndarray
+    role: Role
+
+    @property
+    def is_passive(self) -> bool:
+        """Whether it moves without resistance."""
+        return isinstance(self.role, Passive)
+
+    @property
+    def stiffness(self) -> float | None:
+        """Of its drive or lock [N/m or N m/rad]; None when passive or rigid."""
+        return None if isinstance(self.role, Passive) else self.role.stiffness
+
+
+@dataclass(frozen=True)
+class PlacedSpring:
+    """An elastic part in the world.
+
+    Attributes
+    ----------
+    name : str
+    point : (..., 3) array
+        Where its far end is [m].
+    rotation : (..., 3, 3) array
+        Columns: its own axes.
+    elasticity : Elasticity
+        About its far end, in its own axes; the compliance may have batch axes.
+    """
+
+    name: str
+    point: np.ndarray
+    rotation: np.ndarray
+    elasticity: Elasticity
+
+
+@dataclass(frozen=True)
+class PlacedLeg:
+    """A chain in the world, base to platform; whatever lies between its elements is rigid.
+
+    Attributes
+    ----------
+    name : str
+    elements : tuple of PlacedFreedom or PlacedSpring
+    end : (..., 3) array
+        Where it meets the platform [m].
+    """
+
+    name: str
+    elements: tuple[PlacedFreedom | PlacedSpring, ...]
+    end: np.ndarray
+
+    @property
+    def freedoms(self) -> Iterator[PlacedFreedom]:
+        """Its joints."""
+        return (e for e in self.elements if isinstance(e, PlacedFreedom))
+
+    @property
+    def springs(self) -> Iterator[PlacedSpring]:
+        """Its elastic parts, actuator springs aside."""
+        return (e for e in self.elements if isinstance(e, PlacedSpring))
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A robot at one pose, or at a batch of poses.
+
+    Attributes
+    ----------
+    name : str
+    legs : tuple of PlacedLeg
+    reference_point : (..., 3) array
+        Point of the platform about which stiffness is given [m].
+    space : Space
+    description : str
+    """
+
+    name: str
+    legs: tuple[PlacedLeg, ...]
+    reference_point: np.ndarray
+    space: Space = Space.SPATIAL
+    description: str = ""
+
+    @property
+    def characteristic_length(self) -> np.ndarray:
+        """Root mean square distance of all joints, springs and leg ends from their mean (...) [m].
+
+        It does not depend on the reference point, and scales with the unit of length.
+        """
+        points = [e.point for leg in self.legs for e in leg.elements]
+        points += [leg.end for leg in self.legs]
+        batch = self.reference_point.shape
+        mean = sum(points[1:], np.broadcast_to(points[0], batch)) / len(points)
+        square = sum(np.einsum("...i,...i->...", p - mean, p - mean) for p in points)
+        return np.sqrt(square / len(points))
