@@ -22,6 +22,7 @@ from robostiff.model import (
     Telescope,
     TelescopicBeam,
 )
+from robostiff.spatial.batch import poses_side_by_side, product
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,9 @@ def place_chain(
         else:
             walk.telescope(element, q[..., start])
             start += 1
-    return PlacedChain(tuple(walk.placed), walk.R, walk.p)
+    # without a joint that turns or slides, the frame is that of the base: alike at all poses
+    R = np.broadcast_to(walk.R, (*walk.batch, 3, 3))
+    return PlacedChain(tuple(walk.placed), R, np.broadcast_to(walk.p, (*walk.batch, 3)))
 
 
 class _Walk:
@@ -101,20 +104,20 @@ class _Walk:
         if np.any(to):
             self.p = self.p + np.einsum("...ij,j->...i", self.R, to)
         if R is not None and not np.array_equal(R, np.eye(3)):
-            self.R = np.einsum("...ij,jk->...ik", self.R, R)
+            self.R = product(self.R, R)
 
     def joint(self, joint: Joint, q: np.ndarray) -> None:
         if joint.kind is JointKind.SPHERICAL:
             for i, freedom in enumerate(joint.freedoms):
                 self.freedom(f"{joint.name}[{i}]", freedom.motion, freedom.axis, joint.role)
-            self.R = np.einsum("...ij,...jk->...ik", self.R, turn_by_vector(q))
+            self.R = product(self.R, turn_by_vector(q))
             return
         for i, freedom in enumerate(joint.freedoms):
             name = joint.name if joint.size == 1 else f"{joint.name}[{i}]"
             e = self.freedom(name, freedom.motion, freedom.axis, joint.role)
             if freedom.motion is Motion.ROTATION:
                 turn = turn_about(freedom.axis, q[..., i])
-                self.R = np.einsum("...ij,...jk->...ik", self.R, turn)
+                self.R = product(self.R, turn)
             else:
                 self.p = self.p + e * q[..., i, None]
 
@@ -125,8 +128,10 @@ class _Walk:
         for i, beam in enumerate(telescope.beams):
             length = beam.fixed + beam.share * extension
             self.p = self.p + e * length[..., None]
-            name = f"{telescope.name}.beam{i + 1}" if len(telescope.beams) > 1 else (
-                f"{telescope.name}.beam"
+            name = (
+                f"{telescope.name}.beam{i + 1}"
+                if len(telescope.beams) > 1
+                else (f"{telescope.name}.beam")
             )
             self.spring(name, telescope.axes, _telescopic_elasticity(beam, length))
 
@@ -136,16 +141,17 @@ class _Walk:
         return e
 
     def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
-        R_spring = np.einsum("...ij,jk->...ik", self.R, axes)
+        R_spring = product(self.R, axes)
         self.placed.append(PlacedSpring(name, self.p, R_spring, elasticity))
         if self.theta is not None:
             deflection = self.theta.pop(0)
             self.p = self.p + np.einsum("...ij,...j->...i", R_spring, deflection[..., :3])
             turn = turn_by_vector(np.einsum("...ij,...j->...i", R_spring, deflection[..., 3:]))
-            self.R = np.einsum("...ij,...jk->...ik", turn, self.R)
+            self.R = product(turn, self.R)
 
 
 def _telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticity:
-    # A pose out of reach may ask for a negative length: it is answered by a status, not by a spring.
+    # Out of reach, a length may be negative: a status answers, but the others must go on.
     usable = np.maximum(length, np.finfo(float).tiny ** 0.25)
-    return Elasticity(beam_compliance(usable, beam.material, beam.section, beam.theory))
+    C = beam_compliance(usable, beam.material, beam.section, beam.theory)
+    return Elasticity(poses_side_by_side(C, 2))

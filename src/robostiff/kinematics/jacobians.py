@@ -15,6 +15,7 @@ from robostiff.spatial import (
     translation_twist,
     twist_transport,
 )
+from robostiff.spatial.batch import empty_batch, matrix_of_columns, product, transposed
 
 
 def freedom_twist(
@@ -95,7 +96,9 @@ def spring_jacobian(
     batch = np.broadcast_shapes(at.shape[:-1], *(c.shape[:-2] for c in columns + blocks))
     if not columns:
         return np.zeros((*batch, 6, 0)), np.zeros((*batch, 0, 0))
-    J_theta = np.concatenate([np.broadcast_to(c, (*batch, *c.shape[-2:])) for c in columns], axis=-1)
+    J_theta = np.concatenate(
+        [np.broadcast_to(c, (*batch, *c.shape[-2:])) for c in columns], axis=-1
+    )
     size = J_theta.shape[-1]
     compliance = np.zeros((*batch, size, size))
     start = 0
@@ -138,38 +141,36 @@ def leg_compliance(
 def spring_compliance(
     spring: PlacedSpring, at: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 6 6"]:
-    """Compliance that one elastic part gives to the point `at`, J_v diag(R, R) C diag(R, R)^T J_v^T.
+    """Compliance that one elastic part gives to the point `at` (..., 6, 6), world axes.
 
-    Block by block, which halves the work of the 6 x 6 products.
+    J_v diag(R, R) C diag(R, R)^T J_v^T, block by block: half the work of the 6 x 6 products.
     """
     R, C = spring.rotation, spring.elasticity.compliance
     rr = _turned(R, C[..., 3:, 3:])
     rt = _turned(R, C[..., 3:, :3])
     V = -skew(np.broadcast_to(at - spring.point, np.broadcast_shapes(at.shape, spring.point.shape)))
-    V_rr = np.einsum("...ij,...jk->...ik", V, rr)
-    V_rt = np.einsum("...ij,...jk->...ik", V, rt)
-    tt = _turned(R, C[..., :3, :3]) + V_rt + np.swapaxes(V_rt, -1, -2)
-    tt = tt + np.einsum("...ij,...kj->...ik", V_rr, V)
-    tr = np.swapaxes(rt, -1, -2) + V_rr
-    upper = np.concatenate([tt, tr], axis=-1)
-    lower = np.concatenate([np.swapaxes(tr, -1, -2), rr], axis=-1)
-    return np.concatenate([upper, lower], axis=-2)
+    V_rr, V_rt = product(V, rr), product(V, rt)
+    tr = transposed(rt) + V_rr
+    placed = empty_batch(V.shape[:-2], (6, 6))
+    placed[..., :3, :3] = _turned(R, C[..., :3, :3]) + V_rt + transposed(V_rt)
+    placed[..., :3, :3] += product(V_rr, transposed(V))
+    placed[..., :3, 3:], placed[..., 3:, :3] = tr, transposed(tr)
+    placed[..., 3:, 3:] = rr
+    return placed
 
 
 def _turned(R: np.ndarray, block: np.ndarray) -> np.ndarray:
-    return np.einsum("...ij,...kj->...ik", np.einsum("...ij,...jk->...ik", R, block), R)
+    return product(product(R, block), transposed(R))
 
 
 def _spring_twists(spring: PlacedSpring, at: np.ndarray) -> np.ndarray:
     """Twists of the point `at` per unit of each own coordinate of a spring (..., 6, 6)."""
     J_v = twist_transport(at - spring.point)
-    return np.einsum("...ij,...jk->...ik", J_v, block_rotation(spring.rotation))
+    return product(J_v, block_rotation(spring.rotation))
 
 
 def _columns(columns: list[np.ndarray], at: np.ndarray) -> np.ndarray:
     if not columns:
         return np.zeros((*at.shape[:-1], 6, 0))
     batch = np.broadcast_shapes(at.shape[:-1], *(c.shape[:-1] for c in columns))
-    return np.stack([np.broadcast_to(c, (*batch, 6)) for c in columns], axis=-1)
-
-
+    return matrix_of_columns(columns, batch, 6)

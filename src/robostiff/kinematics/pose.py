@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure import leg_base
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
@@ -53,6 +52,14 @@ class PoseRequest:
     open: tuple[int, ...]
     R: np.ndarray
 
+    def part(self, rows: slice) -> PoseRequest:
+        """Some of the poses."""
+        return replace(
+            self,
+            coordinates=poses_side_by_side(self.coordinates[rows], 1),
+            R=poses_side_by_side(self.R[rows], 2),
+        )
+
 
 def home_coordinates(robot: Robot) -> np.ndarray:
     """Pose coordinates (x, y, z, rotation vector) of the home configuration (6,) [m, rad]."""
@@ -65,7 +72,7 @@ def home_coordinates(robot: Robot) -> np.ndarray:
 def platform_pose(robot: Robot, q: np.ndarray) -> RigidTransform:
     """Pose of the platform of a serial arm at joint coordinates (..., size)."""
     leg = robot.legs[0]
-    placed = place_chain(leg.chain, q, *leg_base(leg))
+    placed = place_chain(leg.chain, q, *leg.base_frame)
     end = RigidTransform.from_matrix(_homogeneous(placed.R, placed.p))
     return end * leg.attachment.inv()
 
@@ -85,7 +92,7 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
         batch = tuple(int(k) for k in pose.shape)
         six = _six(pose).reshape(-1, 6)
         R = pose.rotation.as_matrix().reshape(-1, 3, 3)
-        return PoseRequest(batch, six, (), poses_side_by_side(R, 2))
+        return PoseRequest(batch, six, (), R)
     if isinstance(pose, JointCoordinates):
         raise InputError(
             f"pose of {robot.name!r}",
@@ -112,7 +119,9 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
     return _request(batch, coordinates, tuple(k for k in range(6) if k not in chosen))
 
 
-def _request(batch: tuple[int, ...], coordinates: np.ndarray, open_: tuple[int, ...]) -> PoseRequest:
+def _request(
+    batch: tuple[int, ...], coordinates: np.ndarray, open_: tuple[int, ...]
+) -> PoseRequest:
     return PoseRequest(batch, coordinates, open_, turn_by_vector(coordinates[:, 3:]))
 
 

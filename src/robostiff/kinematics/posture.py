@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure import NewtonTask, attachment_frame, leg_base, leg_solver
+from robostiff.kinematics.closure import NewtonTask, attachment_frame, leg_solver
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.pose import (
@@ -19,7 +20,7 @@ from robostiff.kinematics.pose import (
     platform_pose,
     requested_pose,
 )
-from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Leg, PlacedLeg, Robot, Snapshot
 from robostiff.spatial.batch import poses_side_by_side
 
@@ -158,7 +159,7 @@ class PostureFinder:
 
     def at_joints(self, q: np.ndarray) -> Posture:
         """Posture of a serial arm at joint coordinates (..., size)."""
-        rows = q.reshape(-1, q.shape[-1])
+        rows = q.reshape(math.prod(q.shape[:-1]), q.shape[-1])
         platform = platform_pose(self.robot, rows)
         pose = np.concatenate([platform.translation, platform.rotation.as_rotvec()], axis=-1)
         R = poses_side_by_side(platform.rotation.as_matrix(), 2)
@@ -186,7 +187,7 @@ class PostureFinder:
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
         legs, shifts, turns = [], [], []
         for leg, own in zip(robot.legs, q, strict=True):
-            placed = place_chain(leg.chain, own, *leg_base(leg))
+            placed = place_chain(leg.chain, own, *leg.base_frame)
             legs.append(PlacedLeg(leg.name, placed.elements, placed.p))
             shift, turn = _gap(leg, placed, R, p)
             shifts.append(shift)
@@ -203,7 +204,6 @@ class PostureFinder:
             turn_gaps=np.stack(turns, axis=-1),
             length=self.length,
         )
-
 
 
 def find_posture(robot: Robot, pose: Pose = None) -> Posture:
@@ -229,9 +229,9 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
     sizes = []
     for leg in robot.legs:
         _, p_end = attachment_frame(leg, R, home_pose[:3])
-        placed = place_chain(leg.chain, leg.chain.home, *leg_base(leg))
-        extent = [np.linalg.norm(e.point - leg.base.translation) for e in placed.elements]
-        sizes += [np.linalg.norm(p_end - leg.base.translation), *extent]
+        placed = place_chain(leg.chain, leg.chain.home, *leg.base_frame)
+        extent = [np.linalg.norm(e.point - leg.base_frame[1]) for e in placed.elements]
+        sizes += [np.linalg.norm(p_end - leg.base_frame[1]), *extent]
     size = float(max(sizes))
     return size if size > 0 else 1.0
 

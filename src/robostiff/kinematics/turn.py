@@ -11,7 +11,7 @@ from robostiff.spatial.batch import poses_side_by_side
 
 
 def turn_about(
-    axis: Float[np.ndarray, "3"], angle: Float[np.ndarray, "*batch"]
+    axis: Float[np.ndarray, 3], angle: Float[np.ndarray, "*batch"]
 ) -> Float[np.ndarray, "*batch 3 3"]:
     """Rotation matrix I + sin(a) (e x) + (1 - cos(a)) (e x)^2 about a fixed axis.
 

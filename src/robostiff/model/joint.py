@@ -82,7 +82,7 @@ Role = Passive | Actuated | Locked
 
 @dataclass(frozen=True)
 class Freedom:
-    """An elementary motion about or along an axis, in the frame that the freedoms before it made."""
+    """An elementary motion about or along an axis, told in the frame made by those before it."""
 
     motion: Motion
     axis: np.ndarray

@@ -158,7 +158,9 @@ def beam_axes(to: np.ndarray, y_axis: np.ndarray | None) -> np.ndarray:
     start = np.eye(3)[np.argmin(np.abs(x))] if y_axis is None else unit_vector("y axis", y_axis)
     across = start - x * (x @ start)
     if np.linalg.norm(across) < 1e-6:
-        raise InputError("y axis of the section", got=y_axis, expected="a direction across the beam")
+        raise InputError(
+            "y axis of the section", got=y_axis, expected="a direction across the beam"
+        )
     y = across / np.linalg.norm(across)
     return np.stack([x, y, np.cross(x, y)], axis=-1)
 

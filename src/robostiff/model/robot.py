@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -63,13 +64,23 @@ class Leg:
     attachment: RigidTransform
     elbow: Elbow = Elbow.HOME
 
+    @cached_property
+    def base_frame(self) -> tuple[np.ndarray, np.ndarray]:
+        """`base` as rotation matrix and point."""
+        return self.base.rotation.as_matrix(), self.base.translation
+
+    @cached_property
+    def attachment_frame(self) -> tuple[np.ndarray, np.ndarray]:
+        """`attachment` as rotation matrix and point."""
+        return self.attachment.rotation.as_matrix(), self.attachment.translation
+
     def __post_init__(self) -> None:
         if not self.chain.has_compliance:
             raise InputError(
                 f"leg {self.name!r}",
                 got="no compliance at all",
                 expected="an elastic link, or a joint with a stiffness",
-                hint="a rigid leg has an infinite stiffness: give its actuator or a link elasticity",
+                hint="a rigid leg is infinitely stiff: give its actuator or a link elasticity",
             )
 
 

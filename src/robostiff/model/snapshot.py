@@ -7,7 +7,7 @@ down directly. Every array may have leading batch axes: many poses of one robot.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -117,6 +117,18 @@ class Snapshot:
     space: Space = Space.SPATIAL
     description: str = ""
 
+    def one(self, index: int) -> Snapshot:
+        """The robot at one pose of a batch along one axis."""
+        legs = tuple(
+            PlacedLeg(
+                leg.name,
+                tuple(_one_element(element, index) for element in leg.elements),
+                _one(leg.end, 1, index),
+            )
+            for leg in self.legs
+        )
+        return replace(self, legs=legs, reference_point=_one(self.reference_point, 1, index))
+
     @property
     def characteristic_length(self) -> np.ndarray:
         """Root mean square distance of all joints, springs and leg ends from their mean (...) [m].
@@ -129,3 +141,21 @@ class Snapshot:
         mean = sum(points[1:], np.broadcast_to(points[0], batch)) / len(points)
         square = sum(np.einsum("...i,...i->...", p - mean, p - mean) for p in points)
         return np.sqrt(square / len(points))
+
+
+def _one_element(
+    element: PlacedFreedom | PlacedSpring, index: int
+) -> PlacedFreedom | PlacedSpring:
+    point = _one(element.point, 1, index)
+    if isinstance(element, PlacedFreedom):
+        return replace(element, point=point, axis=_one(element.axis, 1, index))
+    elasticity = Elasticity(
+        _one(element.elasticity.compliance, 2, index), element.elasticity.freedoms
+    )
+    rotation = _one(element.rotation, 2, index)
+    return replace(element, point=point, rotation=rotation, elasticity=elasticity)
+
+
+def _one(values: np.ndarray, own_axes: int, index: int) -> np.ndarray:
+    """What is the same at all poses has no batch axis."""
+    return values if values.ndim == own_axes else values[index]

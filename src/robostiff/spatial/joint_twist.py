@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from robostiff.spatial.batch import empty_batch, vector_of_entries
+
 
 def translation_twist(e: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 6"]:
     """Column of a prismatic joint, J_tran = [e; 0], eq. (17).
@@ -23,13 +25,15 @@ def translation_twist(e: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*b
     >>> translation_twist(np.array([0.0, 0.0, 1.0]))
     array([0., 0., 1., 0., 0., 0.])
     """
-    return np.concatenate([e, np.zeros_like(e)], axis=-1)
+    twist = empty_batch(e.shape[:-1], (6,))
+    twist[..., :3], twist[..., 3:] = e, 0.0
+    return twist
 
 
 def rotation_twist(
-    e: Float[np.ndarray, "*batch 3"], r: Float[np.ndarray, "*batch 3"]
+    e: Float[np.ndarray, "*#batch 3"], r: Float[np.ndarray, "*#batch 3"]
 ) -> Float[np.ndarray, "*batch 6"]:
-    """Column of a revolute joint, J_rot = [e x r; e], eq. (17) (its second column is misnamed there).
+    """Column of a revolute joint, J_rot = [e x r; e], eq. (17), where it is misnamed J_tran.
 
     Parameters
     ----------
@@ -47,10 +51,14 @@ def rotation_twist(
     >>> rotation_twist(np.array([0.0, 0.0, 1.0]), np.array([2.0, 0.0, 0.0]))
     array([0., 2., 0., 0., 0., 1.])
     """
-    return np.concatenate([cross(e, r), e], axis=-1)
+    twist = empty_batch(np.broadcast_shapes(e.shape, r.shape)[:-1], (6,))
+    twist[..., :3], twist[..., 3:] = cross(e, r), e
+    return twist
 
 
-def cross(a: Float[np.ndarray, "*batch 3"], b: Float[np.ndarray, "*batch 3"]) -> np.ndarray:
+def cross(
+    a: Float[np.ndarray, "*#batch 3"], b: Float[np.ndarray, "*#batch 3"]
+) -> Float[np.ndarray, "*batch 3"]:
     """Vector product over leading axes (np.cross costs four times as much on batches).
 
     Examples
@@ -60,4 +68,4 @@ def cross(a: Float[np.ndarray, "*batch 3"], b: Float[np.ndarray, "*batch 3"]) ->
     """
     a1, a2, a3 = a[..., 0], a[..., 1], a[..., 2]
     b1, b2, b3 = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=-1)
+    return vector_of_entries([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])

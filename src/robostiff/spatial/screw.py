@@ -42,8 +42,8 @@ class Screw:
 
 
 def screw_of_twist(
-    t: Float[np.ndarray, "6"],
-    reference_point: Float[np.ndarray, "3"],
+    t: Float[np.ndarray, 6],
+    reference_point: Float[np.ndarray, 3],
     length: float,
     tolerance: float = 1e-7,
 ) -> Screw:

@@ -10,7 +10,6 @@ from robostiff.kinematics.closure.newton import (
     NewtonTask,
     advance,
     attachment_frame,
-    leg_base,
 )
 
-__all__ = ["LegSolver", "NewtonTask", "advance", "attachment_frame", "leg_base", "leg_solver"]
+__all__ = ["LegSolver", "NewtonTask", "advance", "attachment_frame", "leg_solver"]

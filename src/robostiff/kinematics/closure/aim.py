@@ -6,6 +6,7 @@ import numpy as np
 
 from robostiff.kinematics.turn import turn_about
 from robostiff.spatial import cross
+from robostiff.spatial.batch import product, transposed
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -75,11 +76,12 @@ def shortest_turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 def twist_angle(axis: np.ndarray, R: np.ndarray) -> np.ndarray:
     """Angle of a rotation R about the unit vector `axis` (...) [rad]."""
-    vee = np.stack(
-        [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]],
-        axis=-1,
+    sine = (
+        axis[0] * (R[..., 2, 1] - R[..., 1, 2])
+        + axis[1] * (R[..., 0, 2] - R[..., 2, 0])
+        + axis[2] * (R[..., 1, 0] - R[..., 0, 1])
     )
-    return np.arctan2(vee @ axis, np.einsum("...ii->...", R) - 1.0)
+    return np.arctan2(sine, np.einsum("...ii->...", R) - 1.0)
 
 
 def take_up(axes: tuple[np.ndarray, ...], R: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -105,7 +107,5 @@ def take_up(axes: tuple[np.ndarray, ...], R: np.ndarray) -> tuple[np.ndarray, ..
         angles = aim_two_axes(first[0], first[1], last, image)
     left = R
     for axis, angle in zip(first, angles, strict=True):
-        left = np.einsum("...ji,...jk->...ik", turn_about(axis, angle), left)
+        left = product(transposed(turn_about(axis, angle)), left)
     return (*angles, twist_angle(last, left))
-
-

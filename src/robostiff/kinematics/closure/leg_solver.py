@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure.newton import NewtonTask, attachment_frame, leg_base
+from robostiff.kinematics.closure.newton import NewtonTask, attachment_frame
 from robostiff.kinematics.closure.rod import Rod, recognise_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.model import Elbow, Leg
+from robostiff.spatial.batch import product
 
 
 @dataclass(frozen=True)
@@ -92,16 +93,16 @@ def frame_in_base(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frame at which the chain of a leg ends, seen from the frame in which it begins."""
     R, p = attachment_frame(leg, R_platform, p_platform)
-    R_base, p_base = leg_base(leg)
+    R_base, p_base = leg.base_frame
     return (
-        np.einsum("ji,...jk->...ik", R_base, R),
+        product(R_base.T, R),
         np.einsum("ji,...j->...i", R_base, p - p_base),
     )
 
 
 def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
     R_wanted, p_wanted = attachment_frame(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
-    placed = place_chain(leg.chain, q, *leg_base(leg))
+    placed = place_chain(leg.chain, q, *leg.base_frame)
     shift = float(np.linalg.norm(p_wanted - placed.p))
     turn = float(np.linalg.norm(vector_of_turn(R_wanted @ placed.R.T)))
     if shift > 1e-7 * length or turn > 1e-7:

@@ -12,6 +12,7 @@ from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
 from robostiff.model import Joint, JointKind, Leg, PlacedFreedom
 from robostiff.spatial import cross
+from robostiff.spatial.batch import product
 
 _ITERATIONS = 40
 _CONVERGED = 1e-13
@@ -75,10 +76,8 @@ class NewtonTask:
             left = left[error > 1e-10]
         return pose, found
 
-    def close(
-        self, pose: np.ndarray, q: list[np.ndarray]
-    ) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Close from a guess, by Levenberg steps whose damping vanishes with the square of the error."""
+    def close(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Close from a guess, by Levenberg steps damped by the square of the error."""
         best = (pose, q)
         best_error = np.full(len(pose), np.inf)
         for _ in range(_ITERATIONS):
@@ -89,6 +88,8 @@ class NewtonTask:
             if np.all((best_error <= _CONVERGED) | (~better & (best_error < 1e-11))):
                 break
             J = self._jacobian(pose, q)
+            if J.shape[-1] == 0:
+                break  # nothing can move
             A = np.einsum("nij,nik->njk", J, J)
             damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15)
             damping = damping * np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
@@ -105,7 +106,7 @@ class NewtonTask:
         parts = []
         for leg, own in zip(self.legs, q, strict=True):
             R_wanted, p_wanted = attachment_frame(leg, R_platform, pose[:, :3])
-            placed = place_chain(leg.chain, own, *leg_base(leg))
+            placed = place_chain(leg.chain, own, *leg.base_frame)
             turn = vector_of_turn(np.einsum("nij,nkj->nik", R_wanted, placed.R))
             parts += [p_wanted - placed.p, turn * self.length]
         e = np.concatenate(parts, axis=-1) / self.length
@@ -121,7 +122,7 @@ class NewtonTask:
         column = 0
         for i, (leg, own) in enumerate(zip(self.legs, q, strict=True)):
             rows = slice(6 * i, 6 * i + 6)
-            placed = place_chain(leg.chain, own, *leg_base(leg))
+            placed = place_chain(leg.chain, own, *leg.base_frame)
             freedoms = [f for f in placed.elements if isinstance(f, PlacedFreedom)]
             moving = [f for f, free in zip(freedoms, leg.chain.free, strict=True) if free]
             J[:, rows, column : column + len(moving)] = freedom_twists(moving, placed.p)
@@ -149,28 +150,23 @@ class NewtonTask:
 
 
 def advance(leg: Leg, q: np.ndarray, delta: np.ndarray) -> np.ndarray:
-    """Coordinates after small joint motions; those of a spherical joint turn it about frame axes."""
+    """Coordinates after small motions; those of a spherical joint turn it about frame axes."""
     moved = q + delta
     for element, place in leg.chain.moving:
         if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
             turn = turn_by_vector(delta[..., place])
-            R = np.einsum("...ij,...jk->...ik", turn, turn_by_vector(q[..., place]))
+            R = product(turn, turn_by_vector(q[..., place]))
             moved[..., place] = vector_of_turn(R)
     return moved
-
-
-def leg_base(leg: Leg) -> tuple[np.ndarray, np.ndarray]:
-    """Frame in which the chain of a leg begins, as rotation matrix and point."""
-    return leg.base.rotation.as_matrix(), leg.base.translation
 
 
 def attachment_frame(
     leg: Leg, R_platform: np.ndarray, p_platform: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frame on the platform at which the chain of a leg ends, in the world."""
-    R = np.einsum("...ij,jk->...ik", R_platform, leg.attachment.rotation.as_matrix())
-    p = p_platform + np.einsum("...ij,j->...i", R_platform, leg.attachment.translation)
-    return R, p
+    R_attachment, p_attachment = leg.attachment_frame
+    p = p_platform + np.einsum("...ij,j->...i", R_platform, p_attachment)
+    return product(R_platform, R_attachment), p
 
 
 def _pose_twist(coordinate: int, rates: np.ndarray, arm: np.ndarray) -> np.ndarray:

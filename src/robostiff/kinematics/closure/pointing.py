@@ -7,6 +7,7 @@ import numpy as np
 from robostiff.kinematics.closure.aim import aim_two_axes, angle_between, shortest_turn, take_up
 from robostiff.kinematics.closure.skeleton import Cluster
 from robostiff.kinematics.turn import turn_about, turn_by_vector, vector_of_turn
+from robostiff.spatial.batch import product, transposed
 
 
 def fits(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
@@ -46,7 +47,7 @@ def point_and_take_up(
         Place of a turn about the rod itself (the turn of a cylindrical joint), if there is one.
     """
     R_first = _point(q, first, along, direction)
-    left = np.einsum("...ji,...jk->...ik", R_first, R_wanted)
+    left = product(transposed(R_first), R_wanted)
     if second.is_ball:
         _write_ball(q, second, left)
     elif spin is not None:
@@ -55,16 +56,14 @@ def point_and_take_up(
         _write(q, second, angles)
     elif first.is_ball:
         psi, *angles = take_up((along, *second.axes), left)
-        turn = np.einsum("...ij,...jk->...ik", R_first, turn_about(along, psi))
+        turn = product(R_first, turn_about(along, psi))
         _write_ball(q, first, turn)
         _write(q, second, angles)
     else:
         _write(q, second, take_up(second.axes, left))
 
 
-def _point(
-    q: np.ndarray, cluster: Cluster, along: np.ndarray, direction: np.ndarray
-) -> np.ndarray:
+def _point(q: np.ndarray, cluster: Cluster, along: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Point the rod, and return the rotation that does."""
     if cluster.is_ball:
         R = turn_by_vector(shortest_turn(along, direction))
@@ -77,7 +76,7 @@ def _point(
     _write(q, cluster, angles)
     R = turn_about(cluster.axes[0], angles[0])
     for axis, angle in zip(cluster.axes[1:], angles[1:], strict=True):
-        R = np.einsum("...ij,...jk->...ik", R, turn_about(axis, angle))
+        R = product(R, turn_about(axis, angle))
     return R
 
 

@@ -1,4 +1,4 @@
-"""Closed form for a rod of fixed length on a slide or a crank: PUU, PUS, RUU, RUS, planar RRR, PRR."""
+"""Closed form for a rod on a slide or a crank: PUU, PUS, RUU, RUS, planar RRR and PRR."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
 from robostiff.kinematics.closure.strut import _coordinates
 from robostiff.kinematics.turn import turn_about
 from robostiff.model import Elbow
+from robostiff.spatial.batch import product, transposed
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Rod:
     def solve(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (..., size) that bring the end frame to (R, p) in the leg's base frame."""
         skeleton = self.skeleton
-        R_wanted = np.einsum("...ij,kj->...ik", R, skeleton.R_end)
+        R_wanted = product(R, skeleton.R_end.T)
         B = p + np.einsum("...ij,j->...i", R_wanted, self.B.point - skeleton.p_end)
         q = _coordinates(skeleton.home, p.shape[:-1])
         rod = self.B.point - self.A.point
@@ -48,7 +49,7 @@ class Rod:
             R_crank = turn_about(axis, s)
             arm = np.einsum("...ij,j->...i", R_crank, self.A.point - self.drive.point)
             A_to_B = np.einsum("...ji,...j->...i", R_crank, B - self.drive.point - arm)
-            R_left = np.einsum("...ji,...jk->...ik", R_crank, R_wanted)
+            R_left = product(transposed(R_crank), R_wanted)
         size = np.sqrt(np.einsum("...i,...i->...", A_to_B, A_to_B))
         direction = A_to_B / np.where(size > 0, size, 1.0)[..., None]
         along = rod / np.linalg.norm(rod)

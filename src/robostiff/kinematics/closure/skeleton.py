@@ -59,7 +59,7 @@ class Skeleton:
 
 
 def skeleton_of(chain: Chain) -> Skeleton:
-    """Reduce a chain to its moving freedoms at zero coordinates, neighbours through one point joined."""
+    """Moving freedoms of a chain at zero coordinates, neighbours through one point joined."""
     zero = np.where(chain.free, 0.0, chain.home)
     placed = place_chain(chain, zero, np.eye(3), np.zeros(3))
     freedoms = [e for e in placed.elements if isinstance(e, PlacedFreedom)]

@@ -8,6 +8,7 @@ import numpy as np
 
 from robostiff.kinematics.closure.pointing import fits, point_and_take_up
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
+from robostiff.spatial.batch import product
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Strut:
     def solve(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (..., size) that bring the end frame to (R, p) in the leg's base frame."""
         skeleton, along = self.skeleton, self.slide.axis
-        R_wanted = np.einsum("...ij,kj->...ik", R, skeleton.R_end)
+        R_wanted = product(R, skeleton.R_end.T)
         end_to_B = self.B.point - skeleton.p_end
         B = p + np.einsum("...ij,j->...i", R_wanted, end_to_B)
         A_to_B = B - self.A.point

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from robostiff.elastostatics.conditioning import smallest_singular_value
+from robostiff.elastostatics.result import CartesianStiffness
+from robostiff.elastostatics.status import Status
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness
-from robostiff.stiffness.conditioning import smallest_singular_value
-from robostiff.stiffness.result import CartesianStiffness
-from robostiff.stiffness.status import Status
+from robostiff.spatial.batch import empty_batch
 
 
 def aggregate_matrices(
@@ -68,7 +69,7 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
         raise InputError("parallel robot", got="no leg", expected="at least one leg")
     first = legs[0]
     n = first.space.size
-    held = np.concatenate([leg.held for leg in legs], axis=-1)
+    held = _beside([leg.held for leg in legs])
     margin = smallest_singular_value(held)
     tolerance = first.tolerance
     full = margin > tolerance.independence
@@ -88,7 +89,19 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
         held=held,
         redundant=np.concatenate([leg.redundant for leg in legs], axis=-1),
         length=first.length,
-        rigid=np.concatenate([leg.rigid for leg in legs], axis=-1),
+        rigid=_beside([leg.rigid for leg in legs]),
         tolerance=tolerance,
         reason="; ".join(dict.fromkeys(leg.reason for leg in legs if leg.reason)),
     )
+
+
+def _beside(stacks: Sequence[np.ndarray]) -> np.ndarray:
+    """Columns of all legs beside one another, poses side by side in memory."""
+    *batch, n, _ = stacks[0].shape
+    beside = empty_batch(tuple(batch), (n, sum(stack.shape[-1] for stack in stacks)))
+    start = 0
+    for stack in stacks:
+        stop = start + stack.shape[-1]
+        beside[..., start:stop] = stack
+        start = stop
+    return beside

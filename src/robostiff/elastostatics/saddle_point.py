@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from robostiff.stiffness.chain_problem import (
+from robostiff.elastostatics.chain_problem import (
     DIRECTION_RIGID,
     J_DEPENDENT,
     ChainProblem,

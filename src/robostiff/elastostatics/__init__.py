@@ -6,22 +6,22 @@ paper and used with anybody's Jacobians. One file a form: eq. (7) ``saddle_point
 summed by ``aggregation``, eq. (12). Ranks are decided in ``tolerance`` alone.
 """
 
-from robostiff.stiffness.aggregation import aggregate, aggregate_matrices
-from robostiff.stiffness.block import Block, eliminate_block
-from robostiff.stiffness.chain import chain_stiffness
-from robostiff.stiffness.chain_problem import Form
-from robostiff.stiffness.index_rules import IndexRules, eliminate_index, eliminate_quasi_trivial
-from robostiff.stiffness.recursive import Recursive, eliminate_joint
-from robostiff.stiffness.result import CartesianStiffness
-from robostiff.stiffness.saddle_point import (
+from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
+from robostiff.elastostatics.block import Block, eliminate_block
+from robostiff.elastostatics.chain import chain_stiffness
+from robostiff.elastostatics.chain_problem import Form
+from robostiff.elastostatics.index_rules import IndexRules, eliminate_index, eliminate_quasi_trivial
+from robostiff.elastostatics.recursive import Recursive, eliminate_joint
+from robostiff.elastostatics.result import CartesianStiffness
+from robostiff.elastostatics.saddle_point import (
     SaddlePoint,
     saddle_point_matrix,
     saddle_point_stiffness,
 )
-from robostiff.stiffness.status import Status
-from robostiff.stiffness.tolerance import RankDecision, Tolerance
-from robostiff.stiffness.transmitted_wrenches import transmitted_wrenches
-from robostiff.stiffness.wrench_basis import WrenchBasis, wrench_basis_stiffness
+from robostiff.elastostatics.status import Status
+from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
+from robostiff.elastostatics.transmitted_wrenches import transmitted_wrenches
+from robostiff.elastostatics.wrench_basis import WrenchBasis, wrench_basis_stiffness
 
 __all__ = [
     "Block",
@@ -43,6 +43,7 @@ __all__ = [
     "eliminate_quasi_trivial",
     "saddle_point_matrix",
     "saddle_point_stiffness",
+    "scaling",
     "transmitted_wrenches",
     "wrench_basis_stiffness",
 ]

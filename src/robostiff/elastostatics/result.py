@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
+from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space
-from robostiff.stiffness.status import WITHOUT_STIFFNESS, Status
-from robostiff.stiffness.tolerance import RankDecision, Tolerance, scaling
 
 
 @dataclass(frozen=True)
@@ -125,9 +126,44 @@ class CartesianStiffness:
             length=float(self.length),
         )
 
+    def with_status(self, status_codes: np.ndarray) -> CartesianStiffness:
+        """The same result under another status."""
+        return replace(self, status_codes=status_codes)
+
+    @staticmethod
+    def joined(parts: Sequence[CartesianStiffness]) -> CartesianStiffness:
+        """Results of several batches, each along one axis, as one batch."""
+        if len(parts) == 1:
+            return parts[0]
+        return CartesianStiffness(
+            matrix=np.concatenate([part.matrix for part in parts]),
+            status_codes=np.concatenate([part.status_codes for part in parts]),
+            rank=np.concatenate([part.rank for part in parts]),
+            held=_side_by_side([part.held for part in parts]),
+            redundant=np.concatenate([part.redundant for part in parts]),
+            length=np.concatenate([part.length for part in parts]),
+            rigid=_side_by_side([part.rigid for part in parts]),
+            tolerance=parts[0].tolerance,
+            reason="; ".join(dict.fromkeys(part.reason for part in parts if part.reason)),
+        )
+
+    def reshaped(self, batch: tuple[int, ...]) -> CartesianStiffness:
+        """The same result under another batch shape."""
+        return replace(
+            self,
+            matrix=self.matrix.reshape(*batch, *self.matrix.shape[-2:]),
+            status_codes=self.status_codes.reshape(batch),
+            rank=self.rank.reshape(batch),
+            held=self.held.reshape(*batch, *self.held.shape[-2:]),
+            redundant=self.redundant.reshape(*batch, self.redundant.shape[-1]),
+            length=self.length.reshape(batch),
+            rigid=self.rigid.reshape(*batch, *self.rigid.shape[-2:]),
+        )
+
     def __getitem__(self, index: Any) -> CartesianStiffness:
         """The result at one pose, or at some poses, of a batch."""
-        return CartesianStiffness(
+        return replace(
+            self,
             matrix=self.matrix[index],
             status_codes=np.asarray(self.status_codes[index]),
             rank=np.asarray(self.rank[index]),
@@ -135,8 +171,6 @@ class CartesianStiffness:
             redundant=self.redundant[index],
             length=np.asarray(self.length[index]),
             rigid=self.rigid[index],
-            tolerance=self.tolerance,
-            reason=self.reason,
         )
 
     def _single(self, what: str) -> None:
@@ -155,8 +189,16 @@ class CartesianStiffness:
         first = tuple(int(i) for i in np.argwhere(~answered)[0])
         return (
             f"no stiffness matrix at {np.count_nonzero(~answered)} of {answered.size} poses, the "
-            f"first being {first} ({self.status}): {advice} result[result.answered] keeps the others."
+            f"first being {first} ({self.status}): {advice} "
+            "result[result.answered] keeps the others."
         )
+
+
+def _side_by_side(stacks: Sequence[np.ndarray]) -> np.ndarray:
+    """Concatenate stacks of columns that may differ in number: zero columns fill up."""
+    most = max(stack.shape[-1] for stack in stacks)
+    filled = [np.pad(s, [(0, 0)] * (s.ndim - 1) + [(0, most - s.shape[-1])]) for s in stacks]
+    return np.concatenate(filled)
 
 
 def _orthogonal_complement(W: np.ndarray, tolerance: float) -> np.ndarray:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from robostiff.elastostatics.chain_problem import C_SINGULAR, ChainProblem, FormAnswer, refusal
 from robostiff.errors import InputError
 from robostiff.spatial import Space
-from robostiff.stiffness.chain_problem import C_SINGULAR, ChainProblem, FormAnswer, refusal
 
 NOT_ALONG_AXES = (
     "index rules hold for joints along the frame axes only (trivial or quasi-trivial columns, "
@@ -89,9 +89,7 @@ class IndexRules:
         J_q = problem.J_q
         t = Space.of_size(J_q.shape[-2]).translations
         moves, turns = _nonzero(J_q[..., :t, :], J_q), _nonzero(J_q[..., t:, :], J_q)
-        along_axis = np.where(
-            turns.any(axis=-2), turns.sum(axis=-2) == 1, moves.sum(axis=-2) == 1
-        )
+        along_axis = np.where(turns.any(axis=-2), turns.sum(axis=-2) == 1, moves.sum(axis=-2) == 1)
         oblique = np.any(~along_axis & ~problem.redundant, axis=-1)
         refused, reason = refusal((~problem.regular, C_SINGULAR), (oblique, NOT_ALONG_AXES))
         K = problem.K0

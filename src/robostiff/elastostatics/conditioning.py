@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from robostiff.spatial.batch import product, transposed
+
 # A certificate this much above rounding needs no further look.
 _CERTAIN = 1e-10
 
@@ -40,7 +42,7 @@ def smallest_compliance(
     A = np.einsum("...im,...im->...m", W, W)[..., :, None] * np.eye(m)
     idle = np.eye(m) - np.where(A > 0, 1.0, 0.0) * np.eye(m)
     held = np.where(trace > 0, trace, 1.0)[..., None, None]
-    A = np.einsum("...im,...ik->...mk", W, np.einsum("...ij,...jk->...ik", C, W)) / held + idle
+    A = product(transposed(W), product(C, W)) / held + idle
     ratio = _smallest_eigenvalue(A)
     return np.where(trace > 0, np.maximum(ratio, 0.0), np.where(idle.any((-1, -2)), ratio, 0.0))
 
@@ -58,7 +60,7 @@ def smallest_singular_value(
     n, m = W.shape[-2:]
     if m < n:
         return np.zeros(W.shape[:-2])
-    bound = np.atleast_1d(_determinant_bound(np.einsum("...im,...jm->...ij", W, W)))
+    bound = np.atleast_1d(_determinant_bound(product(W, transposed(W))))
     value = np.sqrt(np.maximum(bound, 0.0))
     doubtful = bound < _CERTAIN
     if np.any(doubtful):

@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from robostiff.stiffness.conditioning import smallest_compliance
-from robostiff.stiffness.tolerance import Tolerance
+from robostiff.elastostatics.conditioning import smallest_compliance
+from robostiff.elastostatics.tolerance import Tolerance
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from robostiff.errors import InputError
 from robostiff.spatial import Space
+from robostiff.spatial.batch import empty_batch
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,7 @@ class Tolerance:
         )
         for strict, near in pairs:
             if not 0 < strict <= near < 1:
-                raise InputError(
-                    "tolerance", got=(strict, near), expected="0 < strict <= near < 1"
-                )
+                raise InputError("tolerance", got=(strict, near), expected="0 < strict <= near < 1")
 
 
 def matrix_length(
@@ -82,9 +81,10 @@ def scaling(length: Float[np.ndarray, "*batch"], space: Space) -> Float[np.ndarr
     >>> scaling(np.array(0.5), Space.PLANAR)
     array([1. , 1. , 0.5])
     """
-    ones = np.ones_like(length)
-    turns = space.size - space.translations
-    return np.stack([ones] * space.translations + [length] * turns, axis=-1)
+    factors = empty_batch(length.shape, (space.size,))
+    factors[..., : space.translations] = 1.0
+    factors[..., space.translations :] = length[..., None]
+    return factors
 
 
 @dataclass(frozen=True)

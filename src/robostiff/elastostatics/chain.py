@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.elastostatics.chain_problem import ChainProblem, Form
+from robostiff.elastostatics.result import CartesianStiffness
+from robostiff.elastostatics.status import Status
+from robostiff.elastostatics.tolerance import Tolerance, matrix_length, scaling
+from robostiff.elastostatics.transmitted_wrenches import transmitted_wrenches
+from robostiff.elastostatics.wrench_basis import WrenchBasis
 from robostiff.errors import InputError
 from robostiff.spatial import Space
-from robostiff.stiffness.chain_problem import ChainProblem, Form
-from robostiff.stiffness.result import CartesianStiffness
-from robostiff.stiffness.status import Status
-from robostiff.stiffness.tolerance import Tolerance, matrix_length, scaling
-from robostiff.stiffness.transmitted_wrenches import transmitted_wrenches
-from robostiff.stiffness.wrench_basis import WrenchBasis
 
 _DEFAULT_FORM = WrenchBasis()
 _DEFAULT_TOLERANCE = Tolerance()

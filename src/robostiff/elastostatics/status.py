@@ -10,7 +10,7 @@ class Status(IntFlag):
 
     ``FREE_MOTIONS`` and ``REDUNDANT_JOINTS`` accompany a right answer. The others are bad: there is
     no stiffness matrix (``RIGID_DIRECTION``, ``FORM_DOES_NOT_HOLD``, ``UNREACHABLE``), or there is
-    one to be used with care (``ILL_CONDITIONED``, ``BEYOND_LIMITS``).
+    one to be used with care (``ILL_CONDITIONED``, ``BEYOND_LIMITS``). ``UNBALANCED`` is said of a load.
 
     Examples
     --------
@@ -27,6 +27,7 @@ class Status(IntFlag):
     RIGID_DIRECTION = 16
     FORM_DOES_NOT_HOLD = 32
     UNREACHABLE = 64
+    UNBALANCED = 128
 
     @property
     def is_bad(self) -> bool:
@@ -44,12 +45,16 @@ class Status(IntFlag):
         return tuple(_ADVICE[member] for member in type(self) if member & self)
 
     def __str__(self) -> str:
-        names = [str(member.name).lower().replace("_", "-") for member in type(self) if member & self]
+        names = [
+            str(member.name).lower().replace("_", "-") for member in type(self) if member & self
+        ]
         return "+".join(names) or "ok"
 
 
 WITHOUT_STIFFNESS = Status.RIGID_DIRECTION | Status.FORM_DOES_NOT_HOLD | Status.UNREACHABLE
-BAD = WITHOUT_STIFFNESS | Status.ILL_CONDITIONED | Status.BEYOND_LIMITS
+BAD = (
+    WITHOUT_STIFFNESS | Status.ILL_CONDITIONED | Status.BEYOND_LIMITS | Status.UNBALANCED
+)
 
 _ADVICE = {
     Status.FREE_MOTIONS: (
@@ -73,4 +78,8 @@ _ADVICE = {
         "the form asked for does not hold here: use the wrench basis form, which always does"
     ),
     Status.UNREACHABLE: "a leg cannot reach the pose: move the pose, or check the leg's dimensions",
+    Status.UNBALANCED: (
+        "the load does work on a free motion, so the platform runs away instead of deflecting: "
+        "apply a load that the free motions do not feel, or hold them"
+    ),
 }

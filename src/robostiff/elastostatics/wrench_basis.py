@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from robostiff.stiffness.chain_problem import ChainProblem, FormAnswer
+from robostiff.elastostatics.chain_problem import ChainProblem, FormAnswer
 
 
 def wrench_basis_stiffness(

@@ -8,9 +8,8 @@ from itertools import chain
 import numpy as np
 from jaxtyping import Float
 
+from robostiff.elastostatics.chain_problem import C_SINGULAR, ChainProblem, FormAnswer, refusal
 from robostiff.errors import InputError
-from robostiff.stiffness.block import eliminate_block
-from robostiff.stiffness.chain_problem import C_SINGULAR, ChainProblem, FormAnswer, refusal
 
 
 def eliminate_joint(

@@ -1,0 +1,276 @@
+"""Deflection under a load, and who bends: energy shares, joint reactions, actuator loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.stiffness_at_pose import stiffness
+from robostiff.elastostatics import CartesianStiffness, Status, Tolerance, scaling
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Pose, find_posture, freedom_twist
+from robostiff.model import Actuated, PlacedFreedom, PlacedLeg, PlacedSpring, Robot, Snapshot
+from robostiff.spatial import Space, move_twist, move_wrench
+
+_DEFAULT_TOLERANCE = Tolerance()
+_BALANCED = 1e-9
+
+
+@dataclass(frozen=True)
+class PartShare:
+    """Elastic energy of one part under the load.
+
+    Attributes
+    ----------
+    leg, part : str
+    energy : float
+        [J].
+    share : float
+        Of the whole energy, 0 to 1; 0 without any.
+    """
+
+    leg: str
+    part: str
+    energy: float
+    share: float
+
+
+@dataclass(frozen=True)
+class JointReaction:
+    """What a joint carries.
+
+    Attributes
+    ----------
+    leg, joint : str
+    wrench : (6,) array
+        Force [N] and moment [N m] about the joint's own point that the platform side exerts on the
+        base side, world axes.
+    point : (3,) array
+        The joint's point [m].
+    """
+
+    leg: str
+    joint: str
+    wrench: np.ndarray
+    point: np.ndarray
+
+
+@dataclass(frozen=True)
+class ActuatorLoad:
+    """The load on an actuator along its own coordinate.
+
+    Attributes
+    ----------
+    leg, joint : str
+    load : float
+        Force [N] or moment [N m] that the load applies in the direction of the coordinate; the
+        drive holds the opposite.
+    travel : float
+        How far its own elasticity gives way [m or rad]; 0 for a rigid drive.
+    """
+
+    leg: str
+    joint: str
+    load: float
+    travel: float
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """How a robot gives way under a wrench.
+
+    Attributes
+    ----------
+    wrench : (n,) array
+        The load about the reference point, world axes [N, N m].
+    stiffness : RobotStiffness
+        What it was computed from.
+    status : Status
+        That of the stiffness, or ``UNBALANCED`` when the load would drive a free motion.
+    moved : (n,) array or None
+        See `twist`.
+    parts : tuple of PartShare
+        Every elastic part, largest energy first.
+    reactions : tuple of JointReaction
+    actuators : tuple of ActuatorLoad
+    """
+
+    wrench: np.ndarray
+    stiffness: RobotStiffness
+    status: Status
+    moved: np.ndarray | None
+    parts: tuple[PartShare, ...] = ()
+    reactions: tuple[JointReaction, ...] = ()
+    actuators: tuple[ActuatorLoad, ...] = ()
+
+    @property
+    def twist(self) -> np.ndarray:
+        """Displacement of the reference point and rotation of the platform (n,) [m, rad].
+
+        Where free motions remain, the least displacement, to which any of them may be added.
+
+        Raises
+        ------
+        NoAnswerError
+            When there is none; the message says why.
+        """
+        if self.moved is None:
+            raise NoAnswerError(
+                f"no deflection of {self.stiffness.name!r} ({self.status}): "
+                + "; ".join(self.advice)
+            )
+        return self.moved
+
+    @property
+    def has_answer(self) -> bool:
+        """Whether there is a deflection."""
+        return self.moved is not None
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy, half of F . t [J]."""
+        return 0.5 * float(self.wrench @ self.twist)
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to know about this answer, a sentence each."""
+        extra = Status(self.status & ~self.stiffness.status)
+        return (*self.stiffness.advice, *extra.advice)
+
+
+def deflection(
+    robot: Robot | Snapshot,
+    pose: Pose = None,
+    wrench: ArrayLike = (),
+    *,
+    at: ArrayLike | None = None,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> Deflection:
+    """Deflection of the platform under a wrench, and how the parts of the robot share in it.
+
+    Parameters
+    ----------
+    robot : Robot or Snapshot
+    pose : RigidTransform, array, JointCoordinates or None
+        One pose, as for `stiffness`.
+    wrench : (6,) array, or (3,) for a planar robot
+        Force [N] and moment [N m] of the environment on the platform, about `at`, world axes.
+    at : (3,) array, optional
+        Point of the platform in the world [m]; the robot's reference point when left out.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    Deflection
+
+    Raises
+    ------
+    InputError
+        When the wrench or the pose does not fit, or several poses are given.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> bent = rs.deflection(rs.load("gough-stewart-b"), wrench=[0, 0, -1000, 0, 0, 0])
+    >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
+    (-1.964, 0.167)
+    """
+    answer = stiffness(robot, pose, at=at, tolerance=tolerance)
+    if answer.batch_shape:
+        raise InputError(
+            "pose of a deflection",
+            got=f"{int(np.prod(answer.batch_shape))} poses",
+            expected="one pose",
+            hint="for many poses multiply the wrench by compliance(robot, poses)",
+        )
+    F = _checked_wrench(wrench, answer.space)
+    if Status.UNREACHABLE in answer.status:
+        return Deflection(F, answer, answer.status, None)
+    to_origin = answer.origin - answer.reference_point
+    to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
+    F_origin = move_wrench(F, to_origin)
+    if answer.serial_compliance is not None:
+        t_origin, leg_wrenches = answer.serial_compliance @ F_origin, [F_origin]
+    elif not answer.status.has_stiffness:
+        return Deflection(F, answer, answer.status, None)
+    else:
+        t_origin = _held_displacement(answer.about_reference, F_origin)
+        if t_origin is None:
+            return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
+        leg_wrenches = [leg.matrix @ t_origin for leg in answer.legs]
+    snapshot = robot if isinstance(robot, Snapshot) else find_posture(robot, pose).snapshot.one(0)
+    rows = list(answer.space.rows)
+    parts: list[tuple[str, str, float]] = []
+    reactions: list[JointReaction] = []
+    actuators: list[ActuatorLoad] = []
+    for leg, own in zip(snapshot.legs, leg_wrenches, strict=True):
+        F_leg = np.zeros(6)
+        F_leg[rows] = own
+        for element in leg.elements:
+            _add_element(leg, element, F_leg, answer.origin, parts, reactions, actuators)
+    total = sum(energy for *_, energy in parts)
+    shares = [
+        PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
+        for leg, part, energy in parts
+    ]
+    return Deflection(
+        wrench=F,
+        stiffness=answer,
+        status=answer.status,
+        moved=move_twist(t_origin, -to_origin),
+        parts=tuple(sorted(shares, key=lambda share: -share.energy)),
+        reactions=tuple(reactions),
+        actuators=tuple(actuators),
+    )
+
+
+def _held_displacement(held: CartesianStiffness, F: np.ndarray) -> np.ndarray | None:
+    """Least displacement under F on the directions that are held; None when F drives a free one."""
+    s = scaling(held.length, held.space)
+    F_scaled = F / s
+    U, values, _ = np.linalg.svd(held.held)
+    rank = int(np.count_nonzero(values > held.tolerance.independence))
+    held_directions, free = U[:, :rank], U[:, rank:]
+    if np.linalg.norm(free.T @ F_scaled) > _BALANCED * np.linalg.norm(F_scaled):
+        return None
+    K_held = held_directions.T @ (held.matrix / np.outer(s, s)) @ held_directions
+    return held_directions @ np.linalg.solve(K_held, held_directions.T @ F_scaled) / s
+
+
+def _add_element(
+    leg: PlacedLeg,
+    element: PlacedFreedom | PlacedSpring,
+    F_leg: np.ndarray,
+    origin: np.ndarray,
+    parts: list[tuple[str, str, float]],
+    reactions: list[JointReaction],
+    actuators: list[ActuatorLoad],
+) -> None:
+    """Energy, reaction and actuator load of one element under the wrench that its leg carries."""
+    F_here = move_wrench(F_leg, element.point - origin)
+    if isinstance(element, PlacedSpring):
+        own = np.concatenate([element.rotation.T @ F_here[:3], element.rotation.T @ F_here[3:]])
+        energy = 0.5 * float(own @ element.elasticity.compliance @ own)
+        parts.append((leg.name, element.name, energy))
+        return
+    reactions.append(JointReaction(leg.name, element.name, F_here, element.point))
+    load = float(freedom_twist(element, origin) @ F_leg)
+    travel = 0.0 if element.stiffness is None else load / element.stiffness
+    if element.stiffness is not None:
+        parts.append((leg.name, element.name, 0.5 * load * travel))
+    if isinstance(element.role, Actuated):
+        actuators.append(ActuatorLoad(leg.name, element.name, load, travel))
+
+
+def _checked_wrench(wrench: ArrayLike, space: Space) -> np.ndarray:
+    F = np.asarray(wrench, dtype=float)
+    if F.shape != (space.size,) or not np.isfinite(F).all():
+        raise InputError(
+            "wrench",
+            got=wrench,
+            expected=f"{space.size} finite numbers: {' '.join(space.wrench_order)} [N, N m]",
+        )
+    return F

@@ -1,0 +1,169 @@
+"""Free motions in words: translations, rotations about lines, screws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.spatial import Screw, Space, cross, screw_of_twist, skew
+
+_SMALL = 1e-7
+
+
+@dataclass(frozen=True)
+class FreeMotion:
+    """A motion of the platform that meets no stiffness.
+
+    Attributes
+    ----------
+    twist : (n,) array
+        Twist of the reference point, in the coordinates of the stiffness matrix; per metre for a
+        translation, per radian for a rotation.
+    screw : Screw
+        Its direction, a point of its line and its pitch, in the world.
+    """
+
+    twist: np.ndarray
+    screw: Screw
+
+    def __str__(self) -> str:
+        direction = _direction(self.screw.direction)
+        if self.screw.point is None:
+            return f"translation along {direction}"
+        place = f"{direction} through ({_numbers(self.screw.point)}) m"
+        if self.screw.is_rotation:
+            return f"rotation about {place}"
+        return f"screw motion about {place}, {1e3 * (self.screw.pitch or 0.0):.4g} mm per radian"
+
+
+def free_motions_in_words(
+    basis: np.ndarray, reference_point: np.ndarray, length: float
+) -> tuple[FreeMotion, ...]:
+    """A readable basis of a space of free motions.
+
+    Translations are taken apart first. The rotations that remain are given about one common point
+    where there is one (the apex of a Stewart platform of case A), else each about its own line or
+    as a screw. Directions are chosen along the world axes as far as the space allows.
+
+    Parameters
+    ----------
+    basis : (f, n) array
+        Independent twists about the reference point, n = 6 or 3 (planar).
+    reference_point : (3,) array
+        In the world [m].
+    length : float
+        Characteristic length [m].
+
+    Returns
+    -------
+    tuple of FreeMotion
+        f of them, spanning the same space.
+
+    Examples
+    --------
+    >>> spin = np.array([[0, -1.0, 0, 0, 0, 1.0]])
+    >>> [str(motion) for motion in free_motions_in_words(spin, np.zeros(3), 1.0)]
+    ['rotation about z through (1, 0, 0) m']
+    """
+    f, n = basis.shape
+    if f == 0:
+        return ()
+    rows = list(Space.of_size(n).rows)
+    twists = np.zeros((f, 6))
+    twists[:, rows] = basis
+    translations, rotations = _taken_apart(twists, length)
+    rotations, common = _about_common_point(rotations, translations, length)
+    motions = [np.concatenate([v, np.zeros(3)]) for v in translations]
+    readable = []
+    for twist in [*motions, *rotations]:
+        screw = screw_of_twist(twist, reference_point, length, _SMALL)
+        if screw.is_rotation and common is not None:
+            screw = Screw(screw.direction, reference_point + common, screw.pitch)
+        size = 1.0 if screw.is_translation else np.linalg.norm(twist[3:])
+        readable.append(FreeMotion(_clean(twist[rows] / size), screw))
+    return tuple(readable)
+
+
+def _taken_apart(twists: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Unit translations of the space, and twists whose rotations are independent."""
+    scaled = np.concatenate([twists[:, :3], length * twists[:, 3:]], axis=-1)
+    scaled = np.linalg.svd(scaled, full_matrices=False)[2]
+    U, values, _ = np.linalg.svd(scaled[:, 3:])
+    values = np.concatenate([values, np.zeros(len(U) - len(values))])
+    turning = values > _SMALL
+    translations = _along_axes((U.T @ scaled)[~turning, :3])
+    rotations = (U.T @ scaled)[turning]
+    if len(translations):
+        T = np.linalg.qr(translations.T)[0]
+        rotations[:, :3] -= rotations[:, :3] @ T @ T.T
+    rotations[:, 3:] /= length
+    return translations, _reduced(rotations)
+
+
+def _along_axes(directions: np.ndarray) -> np.ndarray:
+    """Unit directions of the same span, as near to the world axes as the span allows."""
+    if len(directions) == 0:
+        return directions.reshape(0, 3)
+    reduced = _echelon(directions, range(3))
+    return reduced / np.linalg.norm(reduced, axis=-1, keepdims=True)
+
+
+def _reduced(rotations: np.ndarray) -> np.ndarray:
+    """The same twists combined so that their rotations lie along world axes where they can."""
+    return _echelon(rotations, range(3, 6)) if len(rotations) else rotations
+
+
+def _echelon(rows: np.ndarray, columns: range) -> np.ndarray:
+    """Reduced row echelon form over the given columns, with pivots by size."""
+    rows = rows.copy()
+    open_columns = list(columns)
+    for i in range(len(rows)):
+        part = np.abs(rows[i:, open_columns])
+        # The first column that is nearly as large as the largest keeps x before y before z.
+        best = int(np.argmax(part.max(axis=0) > 0.9 * part.max()))
+        k = i + int(np.argmax(part[:, best]))
+        rows[[i, k]] = rows[[k, i]]
+        pivot = open_columns.pop(best)
+        rows[i] /= rows[i, pivot]
+        others = [j for j in range(len(rows)) if j != i]
+        rows[others] -= np.outer(rows[others, pivot], rows[i])
+        pivots_done = [c for c in columns if c not in open_columns]
+        order = np.argsort([np.argmax(np.abs(row[pivots_done])) for row in rows[: i + 1]])
+        rows[: i + 1] = rows[: i + 1][order]
+    return rows
+
+
+def _about_common_point(
+    rotations: np.ndarray, translations: np.ndarray, length: float
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Rotations shifted by free translations to pass through one point, and that point."""
+    if len(rotations) < 2:
+        return rotations, None
+    free = np.linalg.qr(translations.T)[0] if len(translations) else np.zeros((3, 0))
+    held = np.eye(3) - free @ free.T
+    system = np.concatenate([held @ skew(twist[3:]) for twist in rotations])
+    wanted = -np.concatenate([held @ twist[:3] for twist in rotations])
+    r = np.linalg.lstsq(system, wanted, rcond=_SMALL)[0]
+    if np.linalg.norm(system @ r - wanted) > _SMALL * length * len(rotations):
+        return rotations, None
+    shared = rotations.copy()
+    for twist in shared:
+        twist[:3] = -cross(twist[3:], r)
+    return shared, r
+
+
+def _clean(values: np.ndarray) -> np.ndarray:
+    return np.where(np.abs(values) < 1e-12 * np.max(np.abs(values)), 0.0, values)
+
+
+def _direction(e: np.ndarray) -> str:
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        if np.linalg.norm(np.cross(e, axis)) < _SMALL:
+            return name
+    return f"({_numbers(e)})"
+
+
+def _numbers(values: np.ndarray) -> str:
+    scale = max(1e-3, float(np.max(np.abs(values))))
+    return ", ".join(f"{0.0 if abs(v) < 1e-7 * scale else v:.4g}" for v in values)

@@ -1,0 +1,192 @@
+"""What `stiffness` answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
+from robostiff.elastostatics import CartesianStiffness, Form, RankDecision, Status
+from robostiff.errors import NoAnswerError
+from robostiff.spatial import Space, move_compliance, move_stiffness, move_twist, move_wrench
+
+
+@dataclass(frozen=True)
+class RobotStiffness:
+    """K_C of a robot about a point, in world axes, with rank, free motions and status.
+
+    Attributes
+    ----------
+    name : str
+        Of the robot.
+    pose : (..., 6) array or None
+        x, y, z [m] and rotation vector [rad] of the platform; None for a snapshot.
+    reference_point : (..., 3) array
+        Point about which K is given, in the world [m].
+    about_reference : CartesianStiffness
+        About `origin`, where ranks are decided, whatever point is asked for.
+    legs : tuple of CartesianStiffness
+        Each leg about `origin`.
+    joint_names : tuple of str
+        ``leg/joint`` of every passive freedom.
+    method : Form
+    complaints : tuple of str
+        What keeps a single pose from being reached or allowed.
+    serial_compliance : (..., n, n) array or None
+        Compliance about `origin` of a single leg without passive joints.
+    origin : (..., 3) array
+        The robot's own reference point in the world [m].
+    """
+
+    name: str
+    pose: np.ndarray | None
+    reference_point: np.ndarray
+    about_reference: CartesianStiffness
+    legs: tuple[CartesianStiffness, ...]
+    joint_names: tuple[str, ...]
+    method: Form
+    complaints: tuple[str, ...]
+    serial_compliance: np.ndarray | None
+    origin: np.ndarray
+
+    @property
+    def space(self) -> Space:
+        """Spatial (6 x 6) or planar (3 x 3)."""
+        return self.about_reference.space
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self.about_reference.batch_shape
+
+    @property
+    def K(self) -> np.ndarray:
+        """Stiffness matrix (..., n, n) [N/m, N, N m] about the reference point.
+
+        Raises
+        ------
+        NoAnswerError
+            When a pose has none.
+        """
+        self._require_answer()
+        K, v = self.about_reference.K, self._offset
+        return move_stiffness(K, v) if np.any(v) else K
+
+    @property
+    def compliance(self) -> np.ndarray | None:
+        """Compliance (..., n, n) [m/N, 1/N, rad/(N m)]; None where K is singular or missing."""
+        reachable = not np.any(self.about_reference.status_codes & int(Status.UNREACHABLE))
+        C = self.serial_compliance if reachable else None
+        if C is None:
+            C = self.about_reference.compliance
+        if C is None:
+            return None
+        return move_compliance(C, self._offset) if np.any(self._offset) else C
+
+    def required_compliance(self) -> np.ndarray:
+        """Compliance matrix, or an exception that says why there is none.
+
+        Raises
+        ------
+        NoAnswerError
+        """
+        C = self.compliance
+        if C is None:
+            self._require_answer()
+            raise NoAnswerError(
+                f"no compliance matrix of {self.name!r}: {Status.FREE_MOTIONS.advice[0]}"
+            )
+        return C
+
+    @property
+    def rank(self) -> np.ndarray:
+        """Rank of K (...): how many independent wrenches hold the platform."""
+        return self.about_reference.rank
+
+    @property
+    def status(self) -> Status:
+        """Status of a single pose; of a batch, everything that happened at any pose."""
+        return self.about_reference.status
+
+    @property
+    def status_codes(self) -> np.ndarray:
+        """Status of every pose (...) as uint8."""
+        return self.about_reference.status_codes
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Where there is a stiffness matrix (...)."""
+        return self.about_reference.answered
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to know about this answer, a sentence each."""
+        reason = self.about_reference.reason
+        why = (f"{self.method.name}: {reason}",) if reason else ()
+        return (*self.complaints, *why, *self.status.advice)
+
+    @property
+    def free_motions(self) -> tuple[FreeMotion, ...]:
+        """Motions of the platform that meet no stiffness, at a single pose."""
+        if self._unreachable:
+            return ()
+        basis = move_twist(self.about_reference.free_motions, self._offset)
+        length = float(self.about_reference.length)
+        return free_motions_in_words(basis, self.reference_point, length)
+
+    @property
+    def rigid_directions(self) -> np.ndarray:
+        """Wrenches about the reference point that meet no compliance, rows (r, n), single pose."""
+        return move_wrench(self.about_reference.rigid_directions, self._offset)
+
+    @property
+    def redundant_joints(self) -> tuple[str, ...]:
+        """``leg/joint`` of the passive freedoms that add nothing to those before, at any pose."""
+        redundant = self.about_reference.redundant
+        lost = redundant.reshape(-1, redundant.shape[-1]).any(axis=0)
+        return tuple(name for name, is_lost in zip(self.joint_names, lost, strict=True) if is_lost)
+
+    @property
+    def decision(self) -> RankDecision:
+        """How the rank was decided, at a single pose."""
+        return self.about_reference.decision
+
+    @property
+    def leg_stiffness(self) -> tuple[np.ndarray, ...]:
+        """Stiffness of each leg (..., n, n) about the reference point; they add up to K."""
+        self._require_answer()
+        return tuple(move_stiffness(leg.K, self._offset) for leg in self.legs)
+
+    def about(self, point: np.ndarray) -> RobotStiffness:
+        """The same answer about another point of the platform (..., 3), in the world [m]."""
+        return replace(self, reference_point=point)
+
+    def __getitem__(self, index: Any) -> RobotStiffness:
+        """The answer at one pose, or at some poses, of a batch."""
+        return replace(
+            self,
+            pose=None if self.pose is None else self.pose[index],
+            reference_point=self.reference_point[index],
+            about_reference=self.about_reference[index],
+            legs=tuple(leg[index] for leg in self.legs),
+            serial_compliance=(
+                None if self.serial_compliance is None else self.serial_compliance[index]
+            ),
+            origin=self.origin[index],
+        )
+
+    @property
+    def _offset(self) -> np.ndarray:
+        v = self.reference_point - self.origin
+        return v if self.space is Space.SPATIAL else v[..., :2]
+
+    @property
+    def _unreachable(self) -> bool:
+        return Status.UNREACHABLE in self.status
+
+    def _require_answer(self) -> None:
+        if not np.all(self.answered) and self.complaints:
+            raise NoAnswerError(f"no stiffness matrix of {self.name!r}: {'; '.join(self.advice)}")
+        _ = self.about_reference.K

@@ -1,0 +1,275 @@
+"""Stiffness of a robot at a pose: where model, kinematics and the forms of K_C meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.planar import check_compliance_in_plane, check_passive_in_plane
+from robostiff.analysis.result import RobotStiffness
+from robostiff.elastostatics import (
+    CartesianStiffness,
+    Form,
+    Status,
+    Tolerance,
+    WrenchBasis,
+    aggregate,
+    chain_stiffness,
+)
+from robostiff.errors import InputError
+from robostiff.kinematics import Pose, Posture, PostureFinder, leg_compliance, passive_jacobian
+from robostiff.kinematics.pose import PoseRequest
+from robostiff.model import Robot, Snapshot
+from robostiff.spatial import Space
+
+_DEFAULT_METHOD = WrenchBasis()
+_DEFAULT_TOLERANCE = Tolerance()
+# Poses worked on at once: the arrays of one step fit into the second-level cache.
+_CHUNK = 2048
+
+
+@dataclass(frozen=True)
+class SnapshotStiffness:
+    """Stiffness of every leg of a snapshot and of the whole, about its own reference point.
+
+    Attributes
+    ----------
+    whole : CartesianStiffness
+    legs : tuple of CartesianStiffness
+        Each about the reference point.
+    joint_names : tuple of str
+        ``leg/joint`` of every column of `whole.redundant`.
+    compliance : (..., n, n) array or None
+        Of a single leg without passive joints, which needs no inverse.
+    """
+
+    whole: CartesianStiffness
+    legs: tuple[CartesianStiffness, ...]
+    joint_names: tuple[str, ...]
+    compliance: np.ndarray | None
+
+
+def stiffness(
+    robot: Robot | Snapshot,
+    pose: Pose = None,
+    *,
+    method: Form = _DEFAULT_METHOD,
+    at: ArrayLike | None = None,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> RobotStiffness:
+    """Cartesian stiffness matrix K_C of a robot at a pose or a batch of poses, F = K_C t.
+
+    Each leg's stiffness comes from its compliance and its passive joints by `method`; the legs are
+    summed about the reference point, eq. (12). World axes.
+
+    Parameters
+    ----------
+    robot : Robot or Snapshot
+    pose : RigidTransform, array, JointCoordinates or None
+        Platform pose; coordinates (..., 6) as x, y, z [m] and rotation vector [rad], or the free
+        coordinates of the robot, the others following from the legs; joint coordinates for a serial
+        arm; None for home. A snapshot has its own pose.
+    method : Form
+        ``WrenchBasis()`` (default), ``Block()``, ``Recursive()``, ``SaddlePoint()``,
+        ``IndexRules()``.
+    at : (3,) or (..., 3) array, optional
+        Point of the platform about which the matrix is given, in world coordinates [m]; the robot's
+        reference point when left out.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    RobotStiffness
+
+    Raises
+    ------
+    InputError
+        When the pose does not fit the robot, or a planar robot leaves the plane.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> result = rs.stiffness(rs.load("gough-stewart-a"))
+    >>> int(result.rank)
+    3
+    >>> print(result.free_motions[0])
+    rotation about x through (0, 0, 2) m
+    """
+    if isinstance(robot, Snapshot):
+        if pose is not None:
+            raise InputError(
+                f"pose of snapshot {robot.name!r}",
+                got=pose,
+                expected="none: a snapshot is frozen at its own pose",
+                hint="describe the robot in a model file to move it",
+            )
+        solved = solve_snapshot(robot, method, tolerance)
+        result = RobotStiffness(
+            name=robot.name,
+            pose=None,
+            reference_point=robot.reference_point,
+            about_reference=solved.whole,
+            legs=solved.legs,
+            joint_names=solved.joint_names,
+            method=method,
+            complaints=(),
+            serial_compliance=solved.compliance,
+            origin=robot.reference_point,
+        )
+        return _about(result, at)
+    finder = PostureFinder(robot)
+    request = finder.request(pose)
+    rows = _rows(request)
+    parts = []
+    for start in range(0, max(rows, 1), _CHUNK):
+        posture = _find(finder, request, slice(start, start + _CHUNK))
+        solved = solve_snapshot(posture.snapshot, method, tolerance)
+        parts.append((posture, _with_reach(solved, posture)))
+    batch = request.shape[:-1] if isinstance(request, np.ndarray) else request.batch
+    return _about(_joined(robot, parts, batch, method), at)
+
+
+def compliance(
+    robot: Robot | Snapshot,
+    pose: Pose = None,
+    *,
+    at: ArrayLike | None = None,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> np.ndarray:
+    """Cartesian compliance matrix of a robot, t = C F (..., n, n) [m/N, 1/N, rad/(N m)].
+
+    Parameters as for `stiffness`.
+
+    Raises
+    ------
+    NoAnswerError
+        When the platform has free motions or a pose is out of reach, with the advice of the status.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> C = rs.compliance(rs.load("gough-stewart-b"))
+    >>> C.shape
+    (6, 6)
+    """
+    return stiffness(robot, pose, at=at, tolerance=tolerance).required_compliance()
+
+
+def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
+    """Stiffness of the legs of a snapshot and of the whole, about its reference point."""
+    reference, rows = snapshot.reference_point, list(snapshot.space.rows)
+    planar = snapshot.space is Space.PLANAR
+    problems, names = [], []
+    for leg in snapshot.legs:
+        J_q, leg_names = passive_jacobian(leg, reference)
+        C = leg_compliance(leg, reference)
+        if planar:
+            check_passive_in_plane(J_q, leg_names)
+            check_compliance_in_plane(C, leg.name)
+            J_q, C = J_q[..., rows, :], C[..., rows, :][..., :, rows]
+        problems.append((C, J_q))
+        names += [f"{leg.name}/{name}" for name in leg_names]
+    length = snapshot.characteristic_length
+    if not np.all(length > 0):  # everything in one point: the springs themselves tell a length
+        C, J_q = problems[0]
+        length = chain_stiffness(C, J_q).length
+    legs = tuple(
+        chain_stiffness(C, J_q, form=method, length=length, tolerance=tolerance)
+        for C, J_q in problems
+    )
+    alone = len(legs) == 1 and problems[0][1].shape[-1] == 0
+    return SnapshotStiffness(
+        whole=aggregate(legs),
+        legs=legs,
+        joint_names=tuple(names),
+        compliance=problems[0][0] if alone else None,
+    )
+
+
+def _rows(request: PoseRequest | np.ndarray) -> int:
+    if isinstance(request, np.ndarray):
+        return int(np.prod(request.shape[:-1], dtype=int))
+    return len(request.coordinates)
+
+
+def _find(finder: PostureFinder, request: PoseRequest | np.ndarray, rows: slice) -> Posture:
+    if isinstance(request, np.ndarray):
+        return finder.at_joints(request.reshape(-1, request.shape[-1])[rows])
+    return finder.at_poses(request.part(rows))
+
+
+def _with_reach(solved: SnapshotStiffness, posture: Posture) -> SnapshotStiffness:
+    """Status of poses out of reach, and of actuators beyond their limits."""
+    whole = solved.whole
+    reached = posture.reached
+    status = np.where(reached, whole.status_codes, np.uint8(Status.UNREACHABLE))
+    beyond = reached & ~posture.within_limits
+    status = status | beyond * np.uint8(Status.BEYOND_LIMITS)
+    return SnapshotStiffness(
+        whole.with_status(np.asarray(status, dtype=np.uint8)),
+        solved.legs,
+        solved.joint_names,
+        solved.compliance,
+    )
+
+
+def _joined(
+    robot: Robot,
+    parts: list[tuple[Posture, SnapshotStiffness]],
+    batch: tuple[int, ...],
+    method: Form,
+) -> RobotStiffness:
+    first = parts[0][1]
+    solved = SnapshotStiffness(
+        whole=_reshaped([part.whole for _, part in parts], batch),
+        legs=tuple(
+            _reshaped([part.legs[i] for _, part in parts], batch) for i in range(len(first.legs))
+        ),
+        joint_names=first.joint_names,
+        compliance=None
+        if first.compliance is None
+        else _stacked([part.compliance for _, part in parts], batch),
+    )
+    reference = _stacked([posture.snapshot.reference_point for posture, _ in parts], batch)
+    pose = _stacked([posture.pose for posture, _ in parts], batch)
+    complaints = parts[0][0].complaints if not batch else ()
+    return RobotStiffness(
+        name=robot.name,
+        pose=pose,
+        reference_point=reference,
+        about_reference=solved.whole,
+        legs=solved.legs,
+        joint_names=solved.joint_names,
+        method=method,
+        complaints=complaints,
+        serial_compliance=solved.compliance,
+        origin=reference,
+    )
+
+
+def _reshaped(parts: list[CartesianStiffness], batch: tuple[int, ...]) -> CartesianStiffness:
+    return CartesianStiffness.joined(parts).reshaped(batch)
+
+
+def _stacked(parts: list[Any], batch: tuple[int, ...]) -> np.ndarray:
+    whole = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    return whole.reshape(*batch, *whole.shape[1:])
+
+
+def _about(result: RobotStiffness, at: ArrayLike | None) -> RobotStiffness:
+    if at is None:
+        return result
+    reference = result.origin
+    point = np.asarray(at, dtype=float)
+    if point.shape[-1:] != (3,) or not np.isfinite(point).all():
+        raise InputError("point 'at'", got=at, expected="three finite numbers x y z [m]")
+    try:
+        point = np.broadcast_to(point, reference.shape)
+    except ValueError:
+        raise InputError(
+            "point 'at'", got=point.shape, expected=f"a shape that fits {reference.shape}"
+        ) from None
+    return result.about(point)

@@ -1,0 +1,54 @@
+"""Where compliance comes from: materials, cross-sections, beams and springs.
+
+Wrenches are (Fx, Fy, Fz, Mx, My, Mz), twists (dx, dy, dz, rx, ry, rz), units SI. A beam is clamped
+at its base, its local x along it, y and z the principal axes of its cross-section.
+"""
+
+from robostiff.elasticity.arbitrary_section import section_from_sectionproperties
+from robostiff.elasticity.beam import beam_compliance, beam_stiffness
+from robostiff.elasticity.beam_theory import BeamTheory, EulerBernoulli, Timoshenko
+from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
+from robostiff.elasticity.material import MATERIALS, Material, material
+from robostiff.elasticity.section import CrossSection
+from robostiff.elasticity.shapes import box, circle, i_section, rectangle, tube
+from robostiff.elasticity.spring import (
+    Elasticity,
+    actuator_compliance,
+    rotational_spring,
+    translational_spring,
+)
+from robostiff.elasticity.spring_from_matrix import (
+    elasticity_from_compliance,
+    elasticity_from_stiffness,
+    moved,
+)
+from robostiff.elasticity.tapered import BeamSegment, tapered_compliance
+
+__all__ = [
+    "MATERIALS",
+    "BeamSegment",
+    "BeamTheory",
+    "CrossSection",
+    "Elasticity",
+    "EulerBernoulli",
+    "Material",
+    "Timoshenko",
+    "actuator_compliance",
+    "beam_compliance",
+    "beam_stiffness",
+    "box",
+    "cantilever_compliance",
+    "cantilever_stiffness",
+    "circle",
+    "elasticity_from_compliance",
+    "elasticity_from_stiffness",
+    "i_section",
+    "material",
+    "moved",
+    "rectangle",
+    "rotational_spring",
+    "section_from_sectionproperties",
+    "tapered_compliance",
+    "translational_spring",
+    "tube",
+]

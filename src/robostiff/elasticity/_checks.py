@@ -1,0 +1,77 @@
+"""What a number must be before it may become an elastic property."""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robostiff.errors import InputError
+
+_A_NUMBER = "a positive finite number"
+
+
+def positive_number(subject: str, value: Any, unit: str, hint: str | None = None) -> float:
+    """The value as a float; InputError unless it is a real number, finite and above zero."""
+    expected = f"{_A_NUMBER} [{unit}]" if unit else _A_NUMBER
+    if not is_real_number(value) or not (math.isfinite(value) and value > 0):
+        raise InputError(subject, got=value, expected=expected, hint=hint)
+    return float(value)
+
+
+def positive_numbers(subject: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
+    """The values `(...)` as floats; InputError that names the first one not finite and positive."""
+    expected = f"{_A_NUMBER} [{unit}]"
+    array = as_array(values)
+    if array.dtype.kind not in "iuf":
+        raise InputError(
+            subject,
+            got=values,
+            expected=expected + " or an array of them",
+            hint="with exact or symbolic entries, call cantilever_compliance",
+        )
+    wrong = ~(np.isfinite(array) & (array > 0))
+    if wrong.any():
+        where = tuple(int(i) for i in np.argwhere(wrong)[0])
+        place = f"{subject}[{', '.join(map(str, where))}]" if where else subject
+        raise InputError(place, got=array[where].item(), expected=expected)
+    return array.astype(np.float64)
+
+
+def poisson_ratio_of_isotropic(value: Any) -> float:
+    """The value as a float; InputError unless -1 < value < 0.5 (E, G, K positive)."""
+    if not is_real_number(value) or not -1 < value < 0.5:
+        raise InputError(
+            "Poisson ratio",
+            got=value,
+            expected="a number between -1 and 0.5, both excluded (isotropic material)",
+            hint="any other material is written by its moduli: Material(name, E, G, source)",
+        )
+    return float(value)
+
+
+def finite_array(
+    subject: str, values: ArrayLike, shape: tuple[int, ...], expected: str
+) -> NDArray[np.float64]:
+    """The values as floats of that shape; InputError if they are not, or not all finite."""
+    array = as_array(values)
+    if array.shape != shape or array.dtype.kind not in "iuf" or not np.isfinite(array).all():
+        got = values.tolist() if isinstance(values, np.ndarray) else values
+        raise InputError(subject, got=got, expected=expected)
+    return array.astype(np.float64)
+
+
+def is_real_number(value: Any) -> bool:
+    """Whether the value is a real number (a bool is not)."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def as_array(values: ArrayLike) -> np.ndarray:
+    """As NumPy reads them; nested lists of unequal lengths become an array of objects."""
+    try:
+        return np.asarray(values)
+    except ValueError:
+        return np.asarray(values, dtype=object)

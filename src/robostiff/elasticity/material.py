@@ -1,0 +1,148 @@
+"""Materials: the two moduli that a beam needs, and a short table with sources."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from robostiff.elasticity._checks import poisson_ratio_of_isotropic, positive_number
+from robostiff.errors import InputError
+
+
+@dataclass(frozen=True)
+class Material:
+    """Linear elastic material of a beam.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    E : float
+        Young's modulus along the beam [Pa].
+    G : float
+        Shear modulus [Pa]; free of E, so that a wound composite tube can be written too.
+    source : str
+        Where the numbers come from.
+
+    Raises
+    ------
+    InputError
+        A modulus is not a positive finite number.
+
+    Examples
+    --------
+    >>> Material("PEEK", E=3.7e9, G=1.32e9, source="data sheet").poisson_ratio
+    0.4015...
+    """
+
+    name: str
+    E: float
+    G: float
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        for field, words in (("E", "Young's modulus E"), ("G", "shear modulus G")):
+            subject = f"{words} of {self.name!r}"
+            object.__setattr__(self, field, positive_number(subject, getattr(self, field), "Pa"))
+
+    @classmethod
+    def isotropic(cls, name: str, E: float, poisson_ratio: float, source: str = "") -> Material:
+        """The isotropic material of modulus E and Poisson ratio nu: ``G = E / (2 (1 + nu))``.
+
+        Parameters
+        ----------
+        name : str
+            What it is called.
+        E : float
+            Young's modulus [Pa].
+        poisson_ratio : float
+            Poisson ratio nu [], -1 < nu < 0.5.
+        source : str
+            Where the numbers come from.
+
+        Raises
+        ------
+        InputError
+            E is not positive and finite, or nu is outside its bounds.
+
+        Examples
+        --------
+        >>> round(Material.isotropic("steel", 210e9, 0.3).G / 1e9, 3)
+        80.769
+        """
+        nu = poisson_ratio_of_isotropic(poisson_ratio)
+        E = positive_number(f"Young's modulus E of {name!r}", E, "Pa")
+        return cls(name, E, E / (2 * (1 + nu)), source)
+
+    @property
+    def poisson_ratio(self) -> float:
+        """``nu = E / (2 G) - 1`` []; outside (-1, 0.5) for a material that is not isotropic."""
+        return self.E / (2 * self.G) - 1
+
+
+_TABLE = (
+    Material.isotropic("steel", 210e9, 0.3, "EN 1993-1-1:2005, 3.2.6 (structural steel)"),
+    Material.isotropic(
+        "stainless-steel", 200e9, 0.3, "EN 1993-1-4:2006, 2.1.3 (austenitic and duplex grades)"
+    ),
+    Material.isotropic(
+        "cast-iron-grey", 110e9, 0.26, "EN 1561:2011, annex, EN-GJL-250 (middle of 103 to 118 GPa)"
+    ),
+    Material.isotropic("cast-iron-ductile", 169e9, 0.275, "EN 1563:2011, annex, EN-GJS-400-18"),
+    Material.isotropic("aluminium", 70e9, 0.3, "EN 1999-1-1:2007, 3.2.5 (structural alloys)"),
+    Material.isotropic(
+        "aluminium-6061",
+        68.9e9,
+        0.33,
+        "Aluminum Association, Aluminum Standards and Data, typical properties (10.0e3 ksi, mean "
+        "of tension and compression); Poisson ratio of MIL-HDBK-5J, 3.6.2",
+    ),
+    Material.isotropic(
+        "aluminium-7075",
+        71.7e9,
+        0.33,
+        "Aluminum Association, Aluminum Standards and Data, typical properties (10.4e3 ksi, mean "
+        "of tension and compression); Poisson ratio of MIL-HDBK-5J, 3.7.6",
+    ),
+    Material("titanium-6al-4v", 110.3e9, 42.7e9, "MIL-HDBK-5J, 5.4.1 (E 16.0e3 ksi, G 6.2e3 ksi)"),
+    Material("magnesium-az31b", 44.8e9, 16.5e9, "MIL-HDBK-5J, 4.2.1 (E 6.5e3 ksi, G 2.4e3 ksi)"),
+    Material(
+        "brass", 97e9, 37e9, "ASM Handbook vol. 2 (1990), wrought copper, C36000 free-cutting brass"
+    ),
+)
+
+#: The shipped materials by name: room temperature, small strain.
+MATERIALS: Mapping[str, Material] = MappingProxyType({m.name: m for m in _TABLE})
+
+
+def material(name: str) -> Material:
+    """The shipped material of that name.
+
+    Parameters
+    ----------
+    name : str
+        A key of `MATERIALS`: lower case, words joined by hyphens.
+
+    Raises
+    ------
+    InputError
+        No such material; the message names the nearest one and all there are.
+
+    Examples
+    --------
+    >>> material("steel").E
+    210000000000.0
+    """
+    if isinstance(name, str) and name in MATERIALS:
+        return MATERIALS[name]
+    spelled = str(name).strip().lower().replace(" ", "-").replace("_", "-")
+    near = difflib.get_close_matches(spelled, MATERIALS, n=1)
+    advice = f"did you mean {near[0]!r}? " if near else ""
+    raise InputError(
+        "material",
+        got=name,
+        expected="one of " + ", ".join(MATERIALS),
+        hint=advice + "any other is written as Material.isotropic(name, E, poisson_ratio, source)",
+    )

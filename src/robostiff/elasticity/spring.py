@@ -1,0 +1,161 @@
+"""Springs: what gives way at one place of a chain, and the directions that meet no stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robostiff.elasticity._checks import as_array, finite_array, positive_number
+from robostiff.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Elasticity:
+    """How an element gives way, about its own point and in its own axes.
+
+    Parameters
+    ----------
+    compliance : (..., 6, 6) array
+        Symmetric positive semidefinite compliance [m/N, rad/N, rad/(N m)]; zero where rigid.
+    freedoms : (6, k) array, optional
+        Twists (dx, dy, dz, rx, ry, rz) in columns [m, rad] that meet no stiffness at all; none
+        normally.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not fit, or entries that are not finite.
+
+    Notes
+    -----
+    Only shapes are checked here, for matrices that were computed. `elasticity_from_stiffness` and
+    `elasticity_from_compliance` check what somebody wrote down. Both arrays are kept read-only.
+
+    Examples
+    --------
+    >>> Elasticity(np.zeros((6, 6))).freedoms.shape
+    (6, 0)
+    """
+
+    compliance: NDArray
+    freedoms: NDArray = field(default_factory=lambda: np.zeros((6, 0)))
+
+    def __post_init__(self) -> None:
+        compliance = _own_array("compliance of the spring", self.compliance)
+        freedoms = _own_array("freedoms of the spring", self.freedoms)
+        if compliance.shape[-2:] != (6, 6):
+            raise InputError(
+                "shape of the compliance of the spring",
+                got=compliance.shape,
+                expected="(..., 6, 6)",
+            )
+        if freedoms.ndim != 2 or freedoms.shape[0] != 6:
+            raise InputError(
+                "shape of the freedoms of the spring",
+                got=freedoms.shape,
+                expected="(6, k), one twist (dx, dy, dz, rx, ry, rz) in each column",
+            )
+        object.__setattr__(self, "compliance", compliance)
+        object.__setattr__(self, "freedoms", freedoms)
+
+
+def actuator_compliance(stiffness: float) -> float:
+    """Compliance of a one-dimensional spring, such as the control loop of an actuator: ``1 / k``.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness k along [N/m] or about [N m/rad] the axis of the actuator.
+
+    Returns
+    -------
+    float
+        Compliance [m/N] or [rad/(N m)].
+
+    Raises
+    ------
+    InputError
+        The stiffness is not positive and finite.
+
+    Examples
+    --------
+    >>> actuator_compliance(2e6)
+    5e-07
+    """
+    return 1 / positive_number("stiffness of the actuator", stiffness, "N/m or N m/rad")
+
+
+def translational_spring(stiffness: float, axis: ArrayLike) -> Elasticity:
+    """Spring that gives way along one axis and is rigid otherwise: ``C[:3, :3] = u u^T / k``.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness k along the axis [N/m].
+    axis : (3,) array
+        Direction; u is this vector made unit.
+
+    Raises
+    ------
+    InputError
+        The stiffness is not positive and finite, or the axis is not a direction.
+
+    Examples
+    --------
+    >>> translational_spring(1e6, axis=[0, 0, 2]).compliance[2, 2]
+    np.float64(1e-06)
+    """
+    k = positive_number("stiffness of the translational spring", stiffness, "N/m")
+    u = _unit(axis)
+    compliance = np.zeros((6, 6))
+    compliance[:3, :3] = np.outer(u, u) / k
+    return Elasticity(compliance)
+
+
+def rotational_spring(stiffness: float, axis: ArrayLike) -> Elasticity:
+    """Spring that gives way about one axis through its point: ``C[3:, 3:] = u u^T / k``.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness k about the axis [N m/rad].
+    axis : (3,) array
+        Direction; u is this vector made unit.
+
+    Raises
+    ------
+    InputError
+        The stiffness is not positive and finite, or the axis is not a direction.
+
+    Examples
+    --------
+    >>> rotational_spring(500.0, axis=[0, 1, 0]).compliance[4, 4]
+    np.float64(0.002)
+    """
+    k = positive_number("stiffness of the rotational spring", stiffness, "N m/rad")
+    u = _unit(axis)
+    compliance = np.zeros((6, 6))
+    compliance[3:, 3:] = np.outer(u, u) / k
+    return Elasticity(compliance)
+
+
+def _unit(axis: ArrayLike) -> NDArray[np.float64]:
+    subject, expected = "axis of the spring", "three numbers, not all zero"
+    vector = finite_array(subject, axis, (3,), expected)
+    norm = float(np.linalg.norm(vector))
+    if norm == 0.0:
+        raise InputError(subject, got=vector.tolist(), expected=expected)
+    return vector / norm
+
+
+def _own_array(subject: str, values: ArrayLike) -> NDArray:
+    """A read-only copy: floats, or objects (exact and symbolic entries) as they are."""
+    array = np.array(as_array(values))
+    if array.dtype != object:
+        if array.dtype.kind not in "iuf" or not np.isfinite(array).all():
+            raise InputError(subject, got=array.tolist(), expected="finite numbers")
+        array = array.astype(np.float64)
+    array.setflags(write=False)
+    return array

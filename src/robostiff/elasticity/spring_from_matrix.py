@@ -1,0 +1,195 @@
+"""Springs given by a full 6x6 matrix: from finite elements, a measurement or a data sheet."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robostiff.elasticity._checks import finite_array
+from robostiff.elasticity._spring_matrix import (
+    COMPLIANCE,
+    RANK_TOLERANCE,
+    STIFFNESS,
+    Matrix,
+    ScaledSpectrum,
+    checked_symmetric,
+    scaled_spectrum,
+)
+from robostiff.elasticity.spring import Elasticity
+from robostiff.errors import InputError
+from robostiff.spatial import block_rotation, move_compliance, rotate_stiffness, twist_transport
+
+
+def elasticity_from_stiffness(stiffness: ArrayLike) -> Elasticity:
+    """Spring of a 6x6 stiffness K: ``compliance = K^-1``, or ``K^+`` with ``freedoms = null(K)``.
+
+    Parameters
+    ----------
+    stiffness : (6, 6) array
+        Symmetric positive semidefinite [N/m, N/rad, N m/rad]; wrench (Fx, Fy, Fz, Mx, My, Mz) for a
+        twist (dx, dy, dz, rx, ry, rz).
+
+    Returns
+    -------
+    Elasticity
+        Each freedom has one component, its own, of one metre or one radian.
+
+    Raises
+    ------
+    InputError
+        Not 6x6; not finite; not symmetric beyond 1e-9 of its block; a negative eigenvalue; a lone
+        stiffness too small beside the others to be told from a free direction.
+
+    Notes
+    -----
+    Rank is decided by the eigenvalues of ``D K D``, D = diag(1, 1, 1, 1/l, 1/l, 1/l), with the
+    characteristic length ``l = sqrt(trace K_rr / trace K_tt)``: those up to 1e-12 of the largest
+    are zero. So metres and millimetres decide alike. A singular K gives the pseudo-inverse in this
+    metric, ``D (D K D)^+ D``. Another metric would change the compliance by motions along the
+    freedoms only, which no wrench that the spring can carry tells apart.
+
+    Examples
+    --------
+    A rubber block that turns freely about z:
+
+    >>> spring = elasticity_from_stiffness(np.diag([1e5, 1e5, 4e5, 200, 200, 0]))
+    >>> np.diag(spring.compliance)
+    array([1.0e-05, 1.0e-05, 2.5e-06, 5.0e-03, 5.0e-03, 0.0e+00])
+    >>> spring.freedoms.T
+    array([[0., 0., 0., 0., 0., 1.]])
+    """
+    K = checked_symmetric(stiffness, STIFFNESS)
+    spectrum = scaled_spectrum(K, STIFFNESS)
+    held = spectrum.values > spectrum.threshold
+    if held.all():
+        return Elasticity(_inverse(K))
+    _refuse_penalty(K, spectrum)
+    basis = spectrum.scale[:, None] * spectrum.vectors[:, held]
+    compliance = (basis / spectrum.values[held]) @ basis.T
+    free = spectrum.scale[:, None] * spectrum.vectors[:, ~held]
+    freedoms = free @ np.linalg.inv(free[_leading_rows(spectrum.vectors[:, ~held])])
+    return Elasticity((compliance + compliance.T) / 2, freedoms)
+
+
+def elasticity_from_compliance(compliance: ArrayLike) -> Elasticity:
+    """Spring of a 6x6 compliance C; directions of zero compliance are rigid.
+
+    Parameters
+    ----------
+    compliance : (6, 6) array
+        Symmetric positive semidefinite [m/N, rad/N, rad/(N m)]; twist (dx, dy, dz, rx, ry, rz) for
+        a wrench (Fx, Fy, Fz, Mx, My, Mz).
+
+    Returns
+    -------
+    Elasticity
+        Without freedoms.
+
+    Raises
+    ------
+    InputError
+        Not 6x6; not finite; not symmetric beyond 1e-9 of its block; a negative eigenvalue.
+
+    Notes
+    -----
+    A negative eigenvalue counts beyond 1e-12 of the largest one of ``D C D``,
+    D = diag(1, 1, 1, l, l, l), with the characteristic length
+    ``l = sqrt(trace C_tt / trace C_rr)``.
+
+    Examples
+    --------
+    >>> elasticity_from_compliance(np.diag([1e-8, 1e-8, 2e-8, 0, 0, 0])).freedoms.shape
+    (6, 0)
+    """
+    C = checked_symmetric(compliance, COMPLIANCE)
+    scaled_spectrum(C, COMPLIANCE)
+    return Elasticity(C)
+
+
+def moved(elasticity: Elasticity, rotation: ArrayLike, offset: ArrayLike) -> Elasticity:
+    """The same spring, told in the axes and about the point of the element that holds it.
+
+    ``C = J B C_spring B^T J^T`` and ``freedoms = J B freedoms_spring``, with ``B = diag(R, R)`` and
+    ``J = [[I, -(v x)], [0, I]]``.
+
+    Parameters
+    ----------
+    elasticity : Elasticity
+        In the axes and about the point E where it was measured or computed.
+    rotation : (3, 3) array
+        R, its columns the axes of the spring in the axes of the element.
+    offset : (3,) array
+        v = P - E, from the point E of the spring to the point P of the element [m], in the axes of
+        the element.
+
+    Raises
+    ------
+    InputError
+        The rotation is not a proper rotation, or the offset is not three finite numbers.
+
+    Examples
+    --------
+    A hinge spring about z seen from a point 2 m along x, which its turns carry along y:
+
+    >>> hinge = Elasticity(np.diag([0, 0, 0, 0, 0, 0.01]))
+    >>> moved(hinge, rotation=np.eye(3), offset=[2, 0, 0]).compliance[1, 1]
+    np.float64(0.04)
+    """
+    R = _checked_rotation(rotation)
+    v = finite_array("offset of the spring", offset, (3,), "three finite numbers [m]")
+    return Elasticity(
+        move_compliance(rotate_stiffness(elasticity.compliance, R), v),
+        twist_transport(v) @ block_rotation(R) @ elasticity.freedoms,
+    )
+
+
+def _inverse(K: Matrix) -> Matrix:
+    """Inverse of a regular K, scaled to a unit diagonal so that no unit and no size weighs more."""
+    scale = 1 / np.sqrt(np.diagonal(K))
+    inverse = np.linalg.inv(scale[:, None] * K * scale)
+    return np.outer(scale, scale) * (inverse + inverse.T) / 2
+
+
+def _refuse_penalty(K: Matrix, spectrum: ScaledSpectrum) -> None:
+    """Refuse a lone diagonal entry below the threshold: it may be soft, or meant to be free."""
+    diagonal = spectrum.scale**2 * np.diagonal(K)
+    lone = (np.count_nonzero(K, axis=1) == 1) & (diagonal > 0)
+    lost = np.flatnonzero(lone & (diagonal <= spectrum.threshold))
+    if lost.size:
+        i, largest = int(lost[0]), int(diagonal.argmax())
+        raise InputError(
+            f"{STIFFNESS.name}, entry {STIFFNESS.entry(K, i, i)} beside "
+            f"{STIFFNESS.entry(K, largest, largest)}",
+            expected=f"a ratio above {RANK_TOLERANCE:g}, to tell a soft direction from a free one",
+            hint="write 0 for a free direction; for a rigid one give the compliance, with a 0 "
+            "there: elasticity_from_compliance(C)",
+        )
+
+
+def _leading_rows(basis: Matrix) -> NDArray[np.intp]:
+    """Rows (k,) that tell the columns of a basis (6, k) apart best: pivots of QR on its rows."""
+    rest = basis
+    rows = np.zeros(basis.shape[1], dtype=np.intp)
+    for k in range(len(rows)):
+        squares = (rest**2).sum(axis=1)
+        rows[k] = squares.argmax()
+        along = rest[rows[k]] / np.sqrt(squares[rows[k]])
+        rest = rest - np.outer(rest @ along, along)
+    return np.sort(rows)
+
+
+def _checked_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
+    expected = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
+    R = finite_array("rotation of the spring", rotation, (3, 3), expected)
+    error = float(np.abs(R.T @ R - np.eye(3)).max())
+    if error > 1e-9:
+        raise InputError(
+            f"rotation of the spring, R^T R off the identity by {error:.3g}", expected=expected
+        )
+    if np.linalg.det(R) < 0:
+        raise InputError(
+            "rotation of the spring, determinant -1",
+            expected=expected,
+            hint="these axes are left-handed: reverse one of them",
+        )
+    return R

@@ -1,0 +1,382 @@
+"""Cross-sections: exact moments, torsion constants and shear factors of the books."""
+
+# ruff: noqa: SIM300 (an attribute named A is no constant)
+
+import math
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robostiff.elasticity import CrossSection, box, circle, i_section, rectangle, tube
+from robostiff.errors import InputError
+
+side = st.floats(1e-3, 1.0)
+
+
+def test_circle_of_unit_diameter():
+    section = circle(1.0)
+    assert section.A == pytest.approx(math.pi / 4, rel=1e-15)
+    assert section.Iy == section.Iz == pytest.approx(math.pi / 64, rel=1e-15)
+    assert section.J == pytest.approx(math.pi / 32, rel=1e-15)
+
+
+@given(outer=side, ratio=st.floats(0.01, 0.99))
+def test_tube_is_the_difference_of_two_circles(outer, ratio):
+    inner = ratio * outer
+    section, full, hole = tube(outer, inner), circle(outer), circle(inner)
+    for name in ("A", "Iy", "Iz", "J"):
+        whole, cut = getattr(full, name), getattr(hole, name)
+        assert getattr(section, name) == pytest.approx(whole - cut, rel=1e-14, abs=1e-14 * whole)
+
+
+def test_thin_tube_keeps_its_digits():
+    # 2 pi r t and pi r^3 t, the limits of a thin wall: here 1 um on 1 m.
+    section = tube(1.0 + 1e-6, 1.0 - 1e-6)
+    assert section.A == pytest.approx(math.pi * 1e-6, rel=1e-9)
+    assert section.Iy == pytest.approx(math.pi / 8 * 1e-6, rel=1e-9)
+
+
+@given(b=side, h=side)
+def test_rectangle_axes(b, h):
+    section, turned = rectangle(b, h), rectangle(h, b)
+    # Iz is the integral of y^2: the width along y counts three times.
+    assert section.Iz == pytest.approx(h * b**3 / 12, rel=1e-14)
+    assert section.Iy == pytest.approx(b * h**3 / 12, rel=1e-14)
+    assert (turned.Iy, turned.Iz) == (section.Iz, section.Iy)
+    assert turned.J == section.J
+
+
+# Timoshenko and Goodier, Theory of Elasticity, 3rd ed. (1970), section 109, table of k1:
+# J = k1 (2a)^3 (2b), by b/a.
+K1 = {1: 0.1406, 1.2: 0.166, 1.5: 0.196, 2: 0.229, 2.5: 0.249, 3: 0.263, 4: 0.281, 5: 0.291}
+K1 |= {10: 0.312, 1e6: 0.333}
+
+
+@pytest.mark.parametrize(("ratio", "k1"), K1.items())
+def test_rectangle_torsion_constant_of_timoshenko_and_goodier(ratio, k1):
+    assert rectangle(1.0, ratio).J / ratio == pytest.approx(k1, abs=5.1e-4)
+
+
+def test_square_torsion_constant_of_roark():
+    # Young and Budynas, Roark's Formulas for Stress and Strain, 7th ed., table 10.1, case 3:
+    # K = 2.25 a^4 with side 2a, i.e. 0.1406 of the side to the fourth.
+    assert rectangle(2.0, 2.0).J == pytest.approx(2.25, rel=5e-4)
+
+
+@pytest.mark.parametrize("ratio", ["1", "1.01", "1.7", "3", "12", "250"])
+def test_rectangle_torsion_constant_to_14_digits(ratio):
+    # The series of Saint-Venant term by term, 30 digits.
+    with mpmath.workdps(30):
+        r = mpmath.mpf(ratio)
+
+        def term(k):
+            n = 2 * k + 1
+            return mpmath.tanh(n * mpmath.pi * r / 2) / n**5
+
+        series = mpmath.nsum(term, [0, mpmath.inf])
+        exact = float(r / 3 * (1 - 192 / mpmath.pi**5 / r * series))
+    assert rectangle(float(ratio), 1.0).J == pytest.approx(exact, rel=1e-14)
+
+
+def test_a_box_is_the_difference_of_two_rectangles():
+    section, outer, inner = box(0.10, 0.06, 0.005), rectangle(0.10, 0.06), rectangle(0.09, 0.05)
+    for name in ("A", "Iy", "Iz"):
+        difference = getattr(outer, name) - getattr(inner, name)
+        assert getattr(section, name) == pytest.approx(difference, rel=1e-13)
+    assert section.Iz > section.Iy
+
+
+def test_thin_square_box_has_the_torsion_constant_t_b3():
+    assert box(1.0, 1.0, 1e-6).J == pytest.approx(1e-6, rel=1e-5)
+
+
+def test_a_closed_box_is_far_stiffer_in_torsion_than_an_open_i():
+    closed, opened = box(0.1, 0.2, 0.005), i_section(0.1, 0.2, 0.010, 0.005)
+    assert closed.A == pytest.approx(opened.A, rel=1e-12)
+    assert closed.J > 100 * opened.J
+
+
+def test_i_section_moments_by_steiner():
+    b, h, w, f = 0.1, 0.2, 0.0056, 0.0085
+    section = i_section(b, h, w, f)
+    web = h - 2 * f
+    assert section.A == pytest.approx(2 * b * f + web * w, rel=1e-14)
+    steiner = 2 * (b * f**3 / 12 + b * f * ((h - f) / 2) ** 2) + w * web**3 / 12
+    assert section.Iy == pytest.approx(steiner, rel=1e-13)
+    assert section.Iz == pytest.approx(2 * f * b**3 / 12 + web * w**3 / 12, rel=1e-13)
+    assert section.J == pytest.approx((2 * b * f**3 + (h - f) * w**3) / 3, rel=1e-13)
+
+
+def test_ipe_200_without_its_fillets():
+    # EN 10365: IPE 200 has A = 28.5 cm^2, Iy = 1943 cm^4, Iz = 142 cm^4 with fillets of 12 mm,
+    # whose share is some 4 % of A.
+    section = i_section(0.100, 0.200, 0.0056, 0.0085)
+    assert section.A == pytest.approx(28.5e-4, rel=0.06)
+    assert section.A < 28.5e-4
+    assert section.Iy == pytest.approx(1943e-8, rel=0.06)
+    assert section.Iz == pytest.approx(142e-8, rel=0.01)
+
+
+def test_cowper_shear_factors_of_full_sections():
+    # Cowper 1966, table 1, at nu = 0.3: circle 0.886, rectangle 0.850; thin tube 0.531.
+    assert circle(0.02).shear_factor_y == pytest.approx(0.886, abs=5e-4)
+    assert rectangle(0.02, 0.05).shear_factor_z == pytest.approx(0.850, abs=5e-4)
+    assert tube(1.0, 0.9999).shear_factor_y == pytest.approx(0.531, abs=5e-4)
+
+
+def test_shear_factors_without_lateral_strain_are_those_of_elementary_theory():
+    # nu = 0: 6/7 circle, 5/6 rectangle, 1/2 thin tube.
+    assert circle(1.0, poisson_ratio=0).shear_factor_z == pytest.approx(6 / 7, rel=1e-15)
+    assert rectangle(1, 2, poisson_ratio=0).shear_factor_y == pytest.approx(5 / 6, rel=1e-15)
+    assert tube(1, 1 - 1e-9, poisson_ratio=0).shear_factor_y == pytest.approx(0.5, rel=1e-8)
+
+
+def test_tube_factor_ends_at_the_circle():
+    assert tube(1.0, 1e-9).shear_factor_y == pytest.approx(circle(1.0).shear_factor_y, rel=1e-14)
+
+
+def _thin_walled_factor_by_energy(strips):
+    """Shear factor at nu = 0 from the shear flow VQ/I: k = I^2 / (A integral of Q^2/t ds).
+
+    Every strip is (thickness, first moment Q(s) on centre lines, coordinate z(s), length).
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    area = inertia = flow = 0.0
+    for thickness, Q, z, length in strips:
+        s = (nodes + 1) / 2 * length
+        w = weights / 2 * length
+        area += thickness * length
+        inertia += thickness * (w * z(s) ** 2).sum()
+        flow += (w * Q(s) ** 2).sum() / thickness
+    return inertia**2 / (area * flow)
+
+
+@pytest.mark.parametrize(("b", "h"), [(1.0, 1.0), (2.0, 1.0), (0.4, 1.0)])
+def test_box_factor_is_the_one_of_its_shear_flow(b, h):
+    t = 1e-7
+    half_flange = (t, lambda s: t * h / 2 * s, lambda s: h / 2 + 0 * s, b / 2)
+    half_web = (
+        t,
+        lambda s: t * (h / 2 * b / 2 + s * (h - s) / 2),
+        lambda s: h / 2 - s,
+        h / 2,
+    )
+    energy = _thin_walled_factor_by_energy([half_flange, half_web])
+    section = box(b + t, h + t, t, poisson_ratio=0)
+    assert section.shear_factor_z == pytest.approx(energy, rel=1e-6)
+    assert box(h + t, b + t, t, poisson_ratio=0).shear_factor_y == section.shear_factor_z
+
+
+@pytest.mark.parametrize(("b", "h", "w", "f"), [(0.5, 1, 1e-7, 1e-7), (1, 1, 2e-7, 3e-7)])
+def test_i_factor_is_the_one_of_its_shear_flow(b, h, w, f):
+    # Half of the I; the flange twice, for its two outstands.
+    outstand = (f, lambda s: f * h / 2 * s, lambda s: h / 2 + 0 * s, b / 2)
+    half_web = (
+        w,
+        lambda s: f * b * h / 2 + w * s * (h - s) / 2,
+        lambda s: h / 2 - s,
+        h / 2,
+    )
+    energy = _thin_walled_factor_by_energy([outstand, outstand, half_web])
+    section = i_section(b, h + f, w, f, poisson_ratio=0)
+    assert section.shear_factor_z == pytest.approx(energy, rel=1e-5)
+    flanges = 2 * b * f / section.A
+    assert section.shear_factor_y == pytest.approx(5 / 6 * flanges, rel=1e-12)
+
+
+def _cowper(nu, strips):
+    """Cowper's general formula (1966) on centre lines: force along z, one quarter of the section.
+
+    k = 2 (1 + nu) Iy / (nu/2 (Iz - Iy) - A/Iy integral of z (chi + z y^2) dA), where chi, the
+    flexure function of Saint-Venant, follows along each wall from the shear flow:
+    dchi/ds = -2 (1 + nu) Q/t - z' (nu/2 z^2 + (1 - nu/2) y^2) - y' (2 + nu) y z.
+    Every strip is (thickness, length, y(s), z(s), Q(s)/t) with polynomials in s, in the order of
+    the flow from the neutral axis on; Q/t is positive where the flow runs along s.
+    """
+    area = Iy = Iz = last = 0.0
+    chi_end = 0.0
+    for thickness, length, y, z, flow in strips:
+        slope = -2 * (1 + nu) * flow - z.deriv() * (nu / 2 * z**2 + (1 - nu / 2) * y**2)
+        slope = slope - y.deriv() * (2 + nu) * y * z
+        chi = slope.integ() + chi_end
+        chi_end = chi(length)
+        area += thickness * length
+        Iy += thickness * (z**2).integ()(length)
+        Iz += thickness * (y**2).integ()(length)
+        last += thickness * (z * (chi + z * y**2)).integ()(length)
+    return 2 * (1 + nu) * Iy / (nu / 2 * (Iz - Iy) - area / Iy * last)
+
+
+S = np.polynomial.Polynomial([0.0, 1.0])
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49])
+def test_cowper_equation_on_a_narrow_rectangle(nu):
+    # The narrow rectangle, where the formula is 10 (1 + nu) / (12 + 11 nu): the test is tested.
+    half = (1.0, 0.5, 0 * S, S, (0.25 - S**2) / 2)
+    expected = rectangle(1.0, 1.0, poisson_ratio=nu).shear_factor_y
+    assert _cowper(nu, [half]) == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49])
+@pytest.mark.parametrize(("b", "h"), [(1.0, 1.0), (2.0, 1.0), (0.4, 1.0)])
+def test_box_factor_from_cowper_equation(b, h, nu):
+    t = 1e-7
+    web = (1.0, h / 2, 0 * S + b / 2, S, b * h / 4 + (h**2 / 4 - S**2) / 2)
+    flange = (1.0, b / 2, b / 2 - S, 0 * S + h / 2, h / 2 * (b / 2 - S))
+    section = box(b + t, h + t, t, poisson_ratio=nu)
+    assert section.shear_factor_z == pytest.approx(_cowper(nu, [web, flange]), rel=1e-6)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49])
+@pytest.mark.parametrize(("b", "h", "w", "f"), [(0.5, 1, 1e-7, 1e-7), (1, 1, 2e-7, 3e-7)])
+def test_i_factor_from_cowper_equation(b, h, w, f, nu):
+    # Half of the web belongs to each side.
+    web = (w / 2, h / 2, 0 * S, S, f * b * h / (2 * w) + (h**2 / 4 - S**2) / 2)
+    flange = (f, b / 2, S, 0 * S + h / 2, h / 2 * (b / 2 - S))
+    section = i_section(b, h + f, w, f, poisson_ratio=nu)
+    assert section.shear_factor_z == pytest.approx(_cowper(nu, [web, flange]), rel=1e-5)
+
+
+@given(b=side, h=side, nu=st.floats(0, 0.49))
+def test_shear_factors_are_factors(b, h, nu):
+    wall = min(b, h) / 10
+    for section in (
+        circle(b, poisson_ratio=nu),
+        tube(b, 0.7 * b, poisson_ratio=nu),
+        rectangle(b, h, poisson_ratio=nu),
+        box(b, h, wall, poisson_ratio=nu),
+        i_section(b, h, wall, wall, poisson_ratio=nu),
+    ):
+        assert 0 < section.shear_factor_y < 1  # type: ignore[operator]
+        assert 0 < section.shear_factor_z < 1  # type: ignore[operator]
+
+
+@given(length_unit=st.sampled_from([1e3, 1e-3, 39.37]))
+def test_units_of_length_scale_out(length_unit):
+    def sections(unit):
+        yield circle(0.02 * unit)
+        yield tube(0.03 * unit, 0.02 * unit)
+        yield rectangle(0.02 * unit, 0.05 * unit)
+        yield box(0.02 * unit, 0.05 * unit, 0.003 * unit)
+        yield i_section(0.02 * unit, 0.05 * unit, 0.003 * unit, 0.004 * unit)
+
+    for ours, theirs in zip(sections(1.0), sections(length_unit), strict=True):
+        assert theirs.A == pytest.approx(ours.A * length_unit**2, rel=1e-12)
+        for name in ("Iy", "Iz", "J"):
+            expected = getattr(ours, name) * length_unit**4
+            assert getattr(theirs, name) == pytest.approx(expected, rel=1e-12)
+        assert theirs.shear_factor_y == pytest.approx(ours.shear_factor_y, rel=1e-12)
+
+
+def test_torsion_constant_grows_with_the_wall():
+    walls = [box(0.1, 0.06, t).J for t in (0.001, 0.003, 0.006)]
+    assert all(a < b for a, b in pairwise(walls))
+
+
+BAD = [0.0, -0.02, math.nan, math.inf, "20 mm", None, True]
+
+
+@pytest.mark.parametrize("bad", BAD)
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (circle, "diameter of the circle"),
+        (lambda x: tube(x, 0.01), "outer diameter of the tube"),
+        (lambda x: tube(0.02, x), "inner diameter of the tube"),
+        (lambda x: rectangle(x, 0.01), "width of the rectangle along y"),
+        (lambda x: rectangle(0.01, x), "height of the rectangle along z"),
+        (lambda x: box(x, 0.1, 0.01), "outer width of the box along y"),
+        (lambda x: box(0.1, x, 0.01), "outer height of the box along z"),
+        (lambda x: box(0.1, 0.1, x), "wall of the box"),
+        (lambda x: i_section(x, 0.2, 0.01, 0.01), "flange width of the I-section"),
+        (lambda x: i_section(0.1, x, 0.01, 0.01), "height of the I-section"),
+        (lambda x: i_section(0.1, 0.2, x, 0.01), "web thickness of the I-section"),
+        (lambda x: i_section(0.1, 0.2, 0.01, x), "flange thickness of the I-section"),
+    ],
+)
+def test_dimensions_must_be_positive(make, words, bad):
+    with pytest.raises(InputError) as error:
+        make(bad)
+    got = "" if bad is None else f"got {bad!r}, "
+    assert str(error.value).startswith(f"{words}: {got}expected a positive finite number [m]")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            lambda: tube(0.02, 0.03),
+            "inner diameter of the tube: got 0.03, expected less than the outer diameter 0.02; "
+            "write tube(outer_diameter, inner_diameter), diameters and not radii",
+        ),
+        (
+            lambda: tube(0.02, 0.02),
+            "inner diameter of the tube: got 0.02, expected less than the outer diameter 0.02; "
+            "write tube(outer_diameter, inner_diameter), diameters and not radii",
+        ),
+        (
+            lambda: tube(0.02, 0.0),
+            "inner diameter of the tube: got 0.0, expected a positive finite number [m]; "
+            "for a full bar use circle(diameter)",
+        ),
+        (
+            lambda: box(0.1, 0.06, 0.03),
+            "wall of the box: got 0.03, expected less than half the shorter side, 0.03",
+        ),
+        (
+            lambda: i_section(0.1, 0.2, 0.1, 0.01),
+            "web thickness of the I-section: got 0.1, expected less than the flange width, 0.1",
+        ),
+        (
+            lambda: i_section(0.1, 0.2, 0.01, 0.1),
+            "flange thickness of the I-section: got 0.1, expected less than half the height, 0.1",
+        ),
+    ],
+)
+def test_messages(make, message):
+    with pytest.raises(InputError) as error:
+        make()
+    assert str(error.value) == message
+
+
+@pytest.mark.parametrize("nu", [0.5, -1, math.nan, "0.3"])
+def test_poisson_ratio_is_checked(nu):
+    for make in (
+        lambda: circle(1, poisson_ratio=nu),
+        lambda: tube(2, 1, poisson_ratio=nu),
+        lambda: rectangle(1, 1, poisson_ratio=nu),
+        lambda: box(1, 1, 0.1, poisson_ratio=nu),
+        lambda: i_section(1, 1, 0.1, 0.1, poisson_ratio=nu),
+    ):
+        with pytest.raises(InputError, match="Poisson ratio"):
+            make()
+
+
+@pytest.mark.parametrize(
+    ("field", "words", "unit"),
+    [
+        ("A", "area A", " [m^2]"),
+        ("Iy", "second moment of area Iy", " [m^4]"),
+        ("Iz", "second moment of area Iz", " [m^4]"),
+        ("J", "torsion constant J", " [m^4]"),
+        ("shear_factor_y", "shear correction factor along y", ""),
+        ("shear_factor_z", "shear correction factor along z", ""),
+    ],
+)
+def test_cross_section_messages(field, words, unit):
+    numbers = {"A": 1e-4, "Iy": 1e-9, "Iz": 1e-9, "J": 1e-9} | {field: -2.5}
+    with pytest.raises(InputError) as error:
+        CrossSection(**numbers)
+    assert str(error.value) == (
+        f"{words} of the cross-section: got -2.5, expected a positive finite number{unit}"
+    )
+
+
+def test_cross_section_numbers_are_needed():
+    with pytest.raises(InputError, match="torsion constant J"):
+        CrossSection(1.0, 1.0, 1.0, None)  # type: ignore[arg-type]

@@ -1,0 +1,337 @@
+"""Springs from 6x6 matrices: inverse, pseudo-inverse and freedoms, units, frames, and messages."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from robostiff.elasticity import (
+    Elasticity,
+    Timoshenko,
+    beam_compliance,
+    beam_stiffness,
+    elasticity_from_compliance,
+    elasticity_from_stiffness,
+    material,
+    moved,
+    rectangle,
+)
+from robostiff.errors import InputError
+
+seeds = st.integers(0, 2**32 - 1)
+ranks = st.integers(0, 6)
+
+
+def random_rotation(rng):
+    return Rotation.random(rng=rng).as_matrix()
+
+
+def random_stiffness(rng, rank):
+    """PSD of that rank, of the size of a machine: N/m, N, N m over arms of 0.1 m."""
+    V = rng.normal(size=(6, rank)) * np.array([1, 1, 1, 0.1, 0.1, 0.1])[:, None]
+    return V * 10 ** rng.uniform(5, 7, rank) @ V.T
+
+
+def scaled(K, length=0.1):
+    D = np.diag([1, 1, 1, 1 / length, 1 / length, 1 / length])
+    return D @ K @ D
+
+
+@given(seed=seeds)
+def test_a_regular_stiffness_is_inverted(seed):
+    K = random_stiffness(np.random.default_rng(seed), 6)
+    spring = elasticity_from_stiffness(K)
+    assert spring.freedoms.shape == (6, 0)
+    residual = K @ spring.compliance - np.eye(6)
+    condition = np.linalg.cond(scaled(K))
+    np.testing.assert_allclose(residual, 0, atol=1e-14 * condition)
+    assert (spring.compliance == spring.compliance.T).all()
+
+
+@given(seed=seeds, rank=ranks)
+def test_a_singular_stiffness_leaves_freedoms(seed, rank):
+    K = random_stiffness(np.random.default_rng(seed), rank)
+    spring = elasticity_from_stiffness(K)
+    C, N = spring.compliance, spring.freedoms
+    assert N.shape == (6, 6 - rank)
+    assert np.linalg.matrix_rank(N) == 6 - rank
+    size = np.abs(K).max() if rank else 1.0
+    spectrum = np.linalg.eigvalsh(scaled(K))[6 - rank :]
+    condition = spectrum[-1] / spectrum[0] if rank else 1.0
+    np.testing.assert_allclose(K @ N, 0, atol=1e-12 * size * max(np.abs(N).max(initial=0), 1))
+    np.testing.assert_allclose(K @ C @ K, K, atol=1e-12 * size * condition)
+    assert (C == C.T).all()
+    assert np.linalg.eigvalsh(C).min() >= -1e-12 * np.abs(C).max()
+
+
+@given(seed=seeds, rank=st.integers(1, 5))
+def test_what_the_spring_carries_does_not_depend_on_the_complement(seed, rank):
+    # W (W^T C W)^-1 W^T with W a basis of null(N^T) gives back K.
+    K = random_stiffness(np.random.default_rng(seed), rank)
+    spring = elasticity_from_stiffness(K)
+    W = np.linalg.svd(spring.freedoms)[0][:, 6 - rank :]
+    again = W @ np.linalg.solve(W.T @ spring.compliance @ W, W.T)
+    spectrum = np.linalg.eigvalsh(scaled(K))[6 - rank :]
+    condition = spectrum[-1] / spectrum[0]
+    np.testing.assert_allclose(again, K, atol=1e-11 * condition * np.abs(K).max())
+
+
+@given(seed=seeds, rank=ranks, unit=st.sampled_from([1e3, 1e-3, 1e6, 39.37]))
+def test_metres_and_millimetres_decide_alike(seed, rank, unit):
+    # Lengths in another unit, forces kept: twists (u m, rad), wrenches (N, u N m).
+    K = random_stiffness(np.random.default_rng(seed), rank)
+    twist = np.diag([unit, unit, unit, 1, 1, 1])
+    wrench = np.diag([1, 1, 1, unit, unit, unit])
+    ours = elasticity_from_stiffness(K)
+    theirs = elasticity_from_stiffness(wrench @ K @ np.linalg.inv(twist))
+    assert theirs.freedoms.shape == ours.freedoms.shape
+    back = np.linalg.inv(twist) @ theirs.compliance @ wrench
+    spectrum = np.linalg.eigvalsh(scaled(K))[6 - rank :]
+    condition = spectrum[-1] / spectrum[0] if rank else 1.0
+    expected = scaled(ours.compliance, length=10)
+    difference = scaled(back, length=10) - expected
+    np.testing.assert_allclose(difference, 0, atol=1e-12 * condition * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("length", [0.02, 0.5, 4.0])
+def test_a_beam_goes_back_and_forth(length):
+    beam = (length, material("steel"), rectangle(0.02, 0.05), Timoshenko())
+    spring = elasticity_from_stiffness(beam_stiffness(*beam))
+    expected = beam_compliance(*beam)
+    np.testing.assert_allclose(spring.compliance, expected, rtol=1e-10, atol=0)
+
+
+@pytest.mark.parametrize("free", [[5], [3, 4], [0, 5], [0, 1, 2], [3, 4, 5], range(6), []])
+def test_axis_aligned_freedoms_are_unit_twists(free):
+    diagonal = np.array([1e6, 2e6, 3e6, 100.0, 200.0, 300.0])
+    diagonal[list(free)] = 0
+    spring = elasticity_from_stiffness(np.diag(diagonal))
+    np.testing.assert_allclose(spring.freedoms, np.eye(6)[:, list(free)], atol=1e-15)
+    expected = np.divide(1, diagonal, out=np.zeros(6), where=diagonal > 0)
+    np.testing.assert_allclose(spring.compliance, np.diag(expected), rtol=1e-14, atol=1e-30)
+
+
+def test_a_hinge_beside_the_point_is_a_turn_about_its_line():
+    # A bearing along z at (2, 1, 0): nothing resists one radian about that line, which moves the
+    # origin by -w x r = (1, -2, 0).
+    turn = np.array([1.0, -2.0, 0.0, 0.0, 0.0, 1.0])
+    held = np.linalg.svd(turn[None, :])[2][1:]
+    spring = elasticity_from_stiffness(1e6 * held.T @ held)
+    ratio = spring.freedoms[:, 0] / spring.freedoms[5, 0]
+    np.testing.assert_allclose(ratio, turn, atol=1e-13)
+    assert 1.0 in spring.freedoms
+
+
+def test_soft_is_not_free():
+    K = np.diag([1e9, 1e9, 1e-1, 1e3, 1e3, 1e3])
+    spring = elasticity_from_stiffness(K)
+    assert spring.freedoms.shape == (6, 0)
+    assert spring.compliance[2, 2] == pytest.approx(10.0, rel=1e-14)
+
+
+def test_a_huge_number_for_rigid_is_refused_not_guessed():
+    with pytest.raises(InputError) as error:
+        elasticity_from_stiffness(np.diag([1e20, 1e20, 1e5, 1e3, 1e3, 1e3]))
+    assert str(error.value) == (
+        "stiffness matrix, entry [Fz, dz] = 100000 beside [Fx, dx] = 1e+20: expected a ratio above "
+        "1e-12, to tell a soft direction from a free one; write 0 for a free direction; for a "
+        "rigid one give the compliance, with a 0 there: elasticity_from_compliance(C)"
+    )
+
+
+def test_small_asymmetry_is_averaged():
+    K = np.diag([1e6, 2e6, 3e6, 100.0, 200.0, 300.0])
+    K[0, 1] = 2e-4
+    C = elasticity_from_stiffness(K).compliance
+    assert (C == C.T).all()
+    assert C[0, 1] == pytest.approx(-1e-4 / (1e6 * 2e6), rel=1e-9)
+    C = elasticity_from_compliance(K).compliance
+    assert C[0, 1] == C[1, 0] == 1e-4
+
+
+def test_asymmetry_is_measured_against_its_own_block():
+    # The rotation block is 1e7 times smaller than the translation block: 1e-3 N m/rad there is no
+    # rounding, and must be seen.
+    K = np.diag([1e9, 1e9, 1e9, 100.0, 100.0, 100.0])
+    K[3, 4] = 1e-3
+    with pytest.raises(InputError) as error:
+        elasticity_from_stiffness(K)
+    assert str(error.value).startswith(
+        "stiffness matrix, entries [Mx, ry] = 0.001 and [My, rx] = 0: expected a symmetric matrix"
+    )
+    K = np.diag([1e9, 1e9, 1e9, 100.0, 100.0, 100.0])
+    K[0, 4] = 1e-4  # against sqrt(1e9 * 100) = 3e5
+    elasticity_from_stiffness(K)
+
+
+def test_the_worst_pair_is_named():
+    # The slip of a beam matrix typed by hand: 4EI/L in place of 6EI/L^2.
+    K = np.array(beam_stiffness(0.5, material("steel"), rectangle(0.02, 0.05)))
+    K[4, 2] *= 4 / 6
+    K[5, 1] *= 0.999
+    with pytest.raises(InputError) as error:
+        elasticity_from_stiffness(K)
+    message = str(error.value)
+    assert message.startswith(
+        f"stiffness matrix, entries [Fz, ry] = {K[2, 4]:.10g} and [My, dz] = {K[4, 2]:.10g}: "
+        "expected a symmetric matrix; rows are (Fx, Fy, Fz, Mx, My, Mz), columns (dx, dy, dz, rx, "
+        "ry, rz)"
+    )
+
+
+def test_compliance_is_named_the_other_way_round():
+    C = np.eye(6)
+    C[1, 5] = 0.3
+    with pytest.raises(InputError) as error:
+        elasticity_from_compliance(C)
+    assert str(error.value).startswith(
+        "compliance matrix, entries [dy, Mz] = 0.3 and [rz, Fy] = 0: expected a symmetric matrix"
+    )
+
+
+@pytest.mark.parametrize(
+    ("make", "words", "unit", "axis"),
+    [
+        (elasticity_from_stiffness, "stiffness", "N/m", "dy"),
+        (elasticity_from_compliance, "compliance", "m/N", "Fy"),
+    ],
+)
+def test_negative_directions_are_named(make, words, unit, axis):
+    with pytest.raises(InputError) as error:
+        make(np.diag([1.0, -2.0, 3.0, 1.0, 1.0, 1.0]))
+    assert str(error.value).startswith(
+        f"{words} matrix, eigenvalue -2 {unit} along {axis} (rotations scaled by "
+    )
+    assert "expected no negative eigenvalue" in str(error.value)
+
+
+def test_a_negative_combination_is_named():
+    # The wrong sign of a coupling: |K[y, rz]| above sqrt(K[y, y] K[rz, rz]).
+    K = np.diag([4.0, 4.0, 4.0, 4.0, 4.0, 4.0])
+    K[1, 5] = K[5, 1] = 6.0
+    with pytest.raises(InputError) as error:
+        elasticity_from_stiffness(K)
+    assert "eigenvalue -2 N/m along 0.71 dy - 0.71 rz (rotations scaled by 1 m)" in str(error.value)
+
+
+@pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
+def test_the_length_of_a_negative_rotation_is_told(length):
+    K = np.diag([4.0, 4.0, 4.0, *(4.0 * length**2 * np.ones(3))])
+    K[1, 5] = K[5, 1] = 6.0 * length
+    with pytest.raises(InputError) as error:
+        elasticity_from_stiffness(K)
+    assert f"(rotations scaled by {length:.3g} m)" in str(error.value)
+    with pytest.raises(InputError) as error:
+        elasticity_from_compliance(K)
+    assert f"(rotations scaled by {1 / length:.3g} m)" in str(error.value)
+
+
+@pytest.mark.parametrize("make", [elasticity_from_stiffness, elasticity_from_compliance])
+def test_only_a_wholly_negative_or_coupled_zero_block_is_wrong(make):
+    with pytest.raises(InputError, match="negative eigenvalue"):
+        make(-np.eye(6))
+    K = np.diag([0.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    K[0, 5] = K[5, 0] = 0.1
+    with pytest.raises(InputError, match="negative eigenvalue"):
+        make(K)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (elasticity_from_stiffness, "stiffness matrix"),
+        (elasticity_from_compliance, "compliance matrix"),
+    ],
+)
+def test_shape_and_numbers(make, words):
+    with pytest.raises(InputError) as error:
+        make(np.eye(3))
+    assert str(error.value).startswith(f"shape of the {words}: got (3, 3), expected (6, 6), rows (")
+    bad = np.eye(6)
+    bad[2, 4] = np.nan
+    with pytest.raises(InputError, match=f"{words}, entry .* = nan: expected a finite number"):
+        make(bad)
+    for junk in ("diag", [[1, 2], [3]], None, np.full((6, 6), "x")):
+        with pytest.raises(InputError, match=words):
+            make(junk)
+
+
+def test_rigid_directions_of_a_compliance_are_allowed():
+    C = np.zeros((6, 6))
+    C[2, 2] = 1e-8
+    spring = elasticity_from_compliance(C)
+    np.testing.assert_array_equal(spring.compliance, C)
+    assert spring.freedoms.shape == (6, 0)
+    assert (elasticity_from_compliance(np.zeros((6, 6))).compliance == 0).all()
+
+
+def displaced(twist, R, v):
+    """Twist of the element point by rigid body kinematics, written out without matrices."""
+    translation, turn = R @ twist[:3], R @ twist[3:]
+    return np.concatenate([translation + np.cross(turn, v), turn])
+
+
+@given(seed=seeds, rank=ranks)
+def test_moved_by_rigid_body_kinematics(seed, rank):
+    rng = np.random.default_rng(seed)
+    spring = elasticity_from_stiffness(random_stiffness(rng, rank))
+    R, v = random_rotation(rng), rng.normal(size=3)
+    new = moved(spring, R, v)
+    for old, there in zip(spring.freedoms.T, new.freedoms.T, strict=True):
+        np.testing.assert_allclose(there, displaced(old, R, v), atol=1e-13)
+    # A wrench at P, in the axes of the element, told at E in the axes of the spring.
+    F = rng.normal(size=6)
+    at_E = np.concatenate([R.T @ F[:3], R.T @ (F[3:] + np.cross(v, F[:3]))])
+    expected = displaced(spring.compliance @ at_E, R, v)
+    size = np.abs(expected).max() if rank else 1.0
+    np.testing.assert_allclose(new.compliance @ F, expected, atol=1e-10 * size)
+
+
+@given(seed=seeds)
+def test_moved_there_and_back(seed):
+    rng = np.random.default_rng(seed)
+    spring = elasticity_from_stiffness(random_stiffness(rng, 4))
+    R, v = random_rotation(rng), rng.normal(size=3)
+    back = moved(moved(spring, R, v), R.T, -R.T @ v)
+    size = np.abs(spring.compliance).max()
+    np.testing.assert_allclose(back.compliance, spring.compliance, atol=1e-12 * size)
+    np.testing.assert_allclose(back.freedoms, spring.freedoms, atol=1e-11)
+
+
+def test_a_beam_seen_beyond_its_tip():
+    # Moved a metre along its axis, a beam deflects by delta + slope, as a pointer at its tip does.
+    C = beam_compliance(0.5, material("steel"), rectangle(0.02, 0.05))
+    far = moved(Elasticity(C), np.eye(3), [1.0, 0.0, 0.0]).compliance
+    assert far[1, 5] == pytest.approx(C[1, 5] + C[5, 5], rel=1e-14)
+    assert far[2, 4] == pytest.approx(C[2, 4] - C[4, 4], rel=1e-14)
+    assert far[1, 1] == pytest.approx(C[1, 1] + 2 * C[1, 5] + C[5, 5], rel=1e-14)
+
+
+def test_moved_batches():
+    C = beam_compliance(np.array([0.5, 0.7]), material("steel"), rectangle(0.02, 0.05))
+    far = moved(Elasticity(C), np.eye(3), [0, 0, 1]).compliance
+    single = moved(Elasticity(C[1]), np.eye(3), [0, 0, 1]).compliance
+    np.testing.assert_allclose(far[1], single, rtol=1e-14, atol=0)
+
+
+def test_messages_of_moved():
+    spring = Elasticity(np.eye(6))
+    words = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
+    with pytest.raises(InputError) as error:
+        moved(spring, np.diag([1, 1, -1]), [0, 0, 0])
+    assert str(error.value) == (
+        f"rotation of the spring, determinant -1: expected {words}; "
+        "these axes are left-handed: reverse one of them"
+    )
+    with pytest.raises(InputError) as error:
+        moved(spring, np.diag([1, 1, 1.1]), [0, 0, 0])
+    assert str(error.value) == (
+        f"rotation of the spring, R^T R off the identity by 0.21: expected {words}"
+    )
+    for junk in (np.eye(2), "x", np.full((3, 3), np.nan)):
+        with pytest.raises(InputError, match=r"rotation of the spring: .*expected a 3x3"):
+            moved(spring, junk, [0, 0, 0])
+    for junk in ([0, 0], "x", [0, 0, np.inf]):
+        with pytest.raises(InputError, match=r"offset of the spring: .*three finite numbers"):
+            moved(spring, np.eye(3), junk)
