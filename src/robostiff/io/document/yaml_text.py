@@ -1,0 +1,165 @@
+"""YAML by its parse events: no constructors, no tags, no anchors, no recursion."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from types import MappingProxyType
+from typing import Any
+
+from robostiff.errors import FileError, Location
+from robostiff.io.document.build import Builder
+from robostiff.io.document.limits import Limits
+from robostiff.io.document.yaml_errors import line_and_column, syntax_error
+from robostiff.io.suggest import Words
+
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+_SPECIAL = re.compile(r"([-+]?)\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
+_WORDS = MappingProxyType(
+    {
+        **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+        **dict.fromkeys(("true", "True", "TRUE"), True),
+        **dict.fromkeys(("false", "False", "FALSE"), False),
+    }
+)
+_LONGEST_INTEGER = 18
+_LONG_TAG = re.compile(r"!\S{1000}")
+_NO_TAG = "remove the word that begins with !"
+
+
+def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
+    """The data and places of a YAML text.
+
+    Raises
+    ------
+    FileError
+        At the first thing that is no YAML, or that model files may not use.
+    """
+    from ruamel.yaml import events as kinds  # noqa: PLC0415
+
+    if found := _LONG_TAG.search(text):  # over which the scanner takes quadratic time
+        raise FileError(
+            Location(file, *line_and_column(text, found.start())),
+            "tag",
+            got=Words("a word of more than 1000 characters that begins with !"),
+            expected="a value without a tag",
+            hint=_NO_TAG,
+        )
+    builder = Builder(file, limits)
+    documents = 0
+    for event in _events(text, file):
+        line, column = event.start_mark.line + 1, event.start_mark.column + 1
+        if isinstance(event, kinds.DocumentStartEvent):
+            documents += 1
+            if documents > 1:
+                raise FileError(
+                    Location(file, line, column),
+                    "second document",
+                    expected="one document in a file",
+                    hint="remove the line --- or split the file",
+                )
+        elif isinstance(event, kinds.NodeEvent):
+            _check_node(event, builder, line, column)
+            _add_node(event, builder, line, column)
+        elif isinstance(event, (kinds.MappingEndEvent, kinds.SequenceEndEvent)):
+            builder.end()
+    if builder.mark is None:
+        raise FileError(Location(file), "empty file", expected="a YAML or JSON document")
+    return builder
+
+
+def resolve_plain(text: str) -> Any:
+    """What an unquoted YAML scalar means (core schema of YAML 1.2); anything else is text.
+
+    Examples
+    --------
+    >>> [resolve_plain(word) for word in ("1e8", "0x10", "true", "~", "yes", "1_000", "300 mm")]
+    [100000000.0, 16, True, None, 'yes', '1_000', '300 mm']
+    """
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INTEGER.fullmatch(text):
+        return integer(text)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    if _BASED.fullmatch(text) and len(text) <= _LONGEST_INTEGER:
+        return int(text, 0)
+    if found := _SPECIAL.fullmatch(text):
+        return float(found[0].replace(".", "", 1))
+    return text
+
+
+def integer(digits: str) -> int | float:
+    """A whole number; a float if it has more digits than a machine integer holds."""
+    return int(digits) if len(digits) <= _LONGEST_INTEGER else float(digits)
+
+
+def _events(text: str, file: str) -> Iterator[Any]:
+    from ruamel.yaml import YAML, YAMLError  # noqa: PLC0415
+
+    try:
+        yield from YAML(typ="safe", pure=True).parse(text)
+    except YAMLError as error:
+        raise syntax_error(error, text, file) from None
+    except (ValueError, OverflowError, LookupError, AttributeError, TypeError) as error:
+        # the scanner trips over some malformed escapes and directives
+        raise FileError(
+            Location(file), "not YAML", got=Words(str(error)), expected="a YAML document"
+        ) from None
+
+
+def _check_node(event: Any, builder: Builder, line: int, column: int) -> None:
+    """Refuse anchors, aliases and tags."""
+    if event.anchor is None and event.tag is None:
+        return
+    place = builder.place(line, column)
+    if event.anchor is not None:
+        is_alias = type(event).__name__ == "AliasEvent"
+        mark = f"*{event.anchor}" if is_alias else f"&{event.anchor}"
+        raise FileError(
+            place,
+            "alias" if is_alias else "anchor",
+            got=mark,
+            expected="a value written out",
+            hint="for a value used twice, define it under parameters:",
+        )
+    raise FileError(
+        place,
+        "tag",
+        got=str(event.tag).replace("tag:yaml.org,2002:", "!!"),
+        expected="a value without a tag",
+        hint=_NO_TAG,
+    )
+
+
+def _add_node(event: Any, builder: Builder, line: int, column: int) -> None:
+    kind = type(event).__name__
+    value: Any = None
+    if kind == "ScalarEvent":
+        value = _scalar(event, builder, line, column)
+    if builder.expects_key:
+        if not isinstance(value, str):
+            came = Words("a list or mapping" if kind != "ScalarEvent" else event.value or "nothing")
+            raise FileError(
+                builder.place(line, column),
+                "key",
+                got=came,
+                expected="a text",
+                hint=f'write "{event.value}":' if kind == "ScalarEvent" and event.value else None,
+            )
+        builder.key(value, line, column)
+    elif kind == "ScalarEvent":
+        builder.scalar(value, line, column)
+    else:
+        builder.start([] if kind == "SequenceStartEvent" else {}, line, column)
+
+
+def _scalar(event: Any, builder: Builder, line: int, column: int) -> Any:
+    value = event.value
+    if not value.isascii() and any("\ud800" <= c <= "\udfff" for c in value):
+        raise FileError(
+            builder.place(line, column), "text", got=value, expected="whole Unicode characters"
+        )
+    return resolve_plain(value) if event.style is None else value

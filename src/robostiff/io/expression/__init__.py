@@ -1,0 +1,11 @@
+"""Arithmetic over named parameters with units: ``R*cos(phi) + 10 mm``.
+
+An expression is split, parsed and evaluated by the few modules of this folder. Python's own parser
+and evaluator are not involved, so that a model file can compute and nothing else.
+"""
+
+from robostiff.io.expression.evaluate import Expression, parse
+from robostiff.io.expression.functions import FLOATS, Mathematics
+from robostiff.io.expression.parameters import ParameterError, Parameters
+
+__all__ = ["FLOATS", "Expression", "Mathematics", "ParameterError", "Parameters", "parse"]

@@ -1,0 +1,186 @@
+"""Expressions: parsed once, evaluated with any values of their parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from robostiff.errors import InputError
+from robostiff.io.expression import functions
+from robostiff.io.expression.functions import FLOATS, OPERATORS, Mathematics, Refusal
+from robostiff.io.expression.nodes import Call, Chain, Literal, Name, Negative, Node, Power
+from robostiff.io.expression.parser import parse_tree
+from robostiff.io.expression.tokens import error_at
+from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.io.units import describe, is_quantity, make_quantity
+
+if TYPE_CHECKING:
+    from pint import Quantity
+else:
+    Quantity = object
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An arithmetic expression, made by `parse`.
+
+    Attributes
+    ----------
+    text : str
+        As it was written.
+    root : Node
+        Its tree.
+    names : tuple of str
+        The parameters it uses, in order of appearance.
+    """
+
+    text: str
+    root: Node = field(repr=False, compare=False)
+    names: tuple[str, ...] = field(repr=False, compare=False)
+
+    def evaluate(
+        self, environment: Mapping[str, Quantity], mathematics: Mathematics = FLOATS
+    ) -> Quantity:
+        """The value, in base units (m, kg, s, rad).
+
+        Parameters
+        ----------
+        environment : mapping of str to quantity
+            A value for each of `names`.
+        mathematics : Mathematics
+            The functions of the magnitudes.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, dimensions do not fit, or the value is not a finite number; the
+            message names the column in the text.
+
+        Examples
+        --------
+        >>> parse("2 * 300 mm").evaluate({}).magnitude
+        0.6
+        """
+        return _Evaluation(self.text, environment, mathematics).value(self.root)
+
+
+def parse(text: str) -> Expression:
+    """Read an expression.
+
+    Numbers may carry a unit (``300 mm``, ``1e8 N/m``), which binds tighter than any operator.
+    Then come ``^`` or ``**`` (from the right), signs, ``* /``, ``+ -``; functions are sin, cos,
+    tan, asin, acos, atan, atan2, sqrt, abs, min, max and hypot, and ``pi`` is known.
+
+    Parameters
+    ----------
+    text : str
+        At most 1000 characters.
+
+    Raises
+    ------
+    InputError
+        If the text is no expression; the message names the column.
+
+    Examples
+    --------
+    >>> parse("R*cos(phi) + 10 mm").names
+    ('R', 'phi')
+    >>> parse("2 R")
+    Traceback (most recent call last):
+    robostiff.errors.InputError: expression '2 R', column 3: got 'R', expected a unit or an \
+operator; for a product write 2*R
+    """
+    root, names = parse_tree(text)
+    return Expression(text, root, names)
+
+
+@dataclass(frozen=True)
+class _Evaluation:
+    text: str
+    environment: Mapping[str, Quantity]
+    mathematics: Mathematics
+
+    def value(self, node: Node) -> Quantity:
+        match node:
+            case Literal():
+                return node.quantity
+            case Name():
+                return self.named(node)
+            case Negative():
+                return functions.negative(self.value(node.operand))
+            case Power():
+                base, exponent = self.value(node.base), self.value(node.exponent)
+                return self.checked(
+                    node.column,
+                    lambda: f"{describe(base)} to the power {describe(exponent)}",
+                    lambda: functions.power(base, exponent, self.mathematics),
+                )
+            case Call():
+                return self.called(node)
+            case Chain():
+                return self.chained(node)
+
+    def chained(self, node: Chain) -> Quantity:
+        result = self.value(node.first)
+        for step in node.steps:
+            left, right = result, self.value(step.operand)
+            result = self.checked(
+                step.column,
+                partial(_written, left, step.operator, right),
+                partial(OPERATORS[step.operator], left, right),
+            )
+        return result
+
+    def called(self, node: Call) -> Quantity:
+        arguments = [self.value(argument) for argument in node.arguments]
+        return self.checked(
+            node.column,
+            lambda: f"{node.function} of {', '.join(map(describe, arguments))}",
+            lambda: functions.apply(node.function, arguments, self.mathematics),
+        )
+
+    def named(self, node: Name) -> Quantity:
+        if node.name in self.environment:
+            value = self.environment[node.name]
+            if not is_quantity(value):
+                raise self.error(node.column, f"{node.name} = {value!r}", "a quantity for it")
+            return make_quantity(value.magnitude, value.units)
+        if node.name in self.mathematics.constants:
+            return make_quantity(self.mathematics.constants[node.name])
+        raise error_at(
+            self.text,
+            node.column,
+            got=node.name,
+            expected=known_names(self.environment),
+            hint=did_you_mean(node.name, self.environment),
+        )
+
+    def checked(
+        self, column: int, operation: Callable[[], str], compute: Callable[[], Quantity]
+    ) -> Quantity:
+        """The result of an operation, if there is one."""
+        try:
+            result = compute()
+        except Refusal as refusal:
+            raise self.error(column, refusal.got, refusal.expected, refusal.hint) from None
+        except (ArithmeticError, ValueError):
+            raise self.error(column, Words(operation()), "a finite real result") from None
+        if not self.mathematics.is_finite(result.magnitude):
+            raise self.error(column, Words(operation()), "a finite real result")
+        return result
+
+    def error(self, column: int, got: str, expected: str, hint: str | None = None) -> InputError:
+        return error_at(self.text, column, got=got, expected=expected, hint=hint)
+
+
+def _written(left: Quantity, operator: str, right: Quantity) -> str:
+    return f"{describe(left)} {operator} {describe(right)}"
+
+
+def known_names(names: Mapping[str, object]) -> str:
+    """The defined parameters, in words."""
+    if not names:
+        return "no parameter, as none is defined"
+    return f"one of the parameters {listing(list(names))}"

@@ -1,0 +1,228 @@
+"""What operators and functions do to quantities: units here, numbers through one table.
+
+Every rule takes quantities apart into magnitude and unit. The magnitudes are combined by a
+`Mathematics`, a table of functions of one kind of magnitude: `FLOATS` now, another table for exact
+symbols. Units are combined by pint.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from robostiff.io.suggest import Words
+from robostiff.io.units import (
+    describe,
+    is_bare,
+    is_number,
+    make_quantity,
+    make_unit,
+    same_dimension,
+)
+
+if TYPE_CHECKING:
+    from pint import Quantity
+else:
+    Quantity = object
+
+HIGHEST_POWER = 64
+
+
+class Refusal(Exception):
+    """An operation that makes no sense for its operands; evaluation adds the place."""
+
+    def __init__(self, got: str, expected: str, hint: str | None = None) -> None:
+        super().__init__(got, expected, hint)
+        self.got, self.expected, self.hint = Words(got), expected, hint
+
+
+@dataclass(frozen=True)
+class Mathematics:
+    """The functions of one kind of magnitude.
+
+    Parameters
+    ----------
+    functions : mapping of str to callable
+        Of magnitudes: ``pow`` and every name in `RULES`. They may raise ArithmeticError or
+        ValueError where they have no value.
+    constants : mapping of str to magnitude
+        ``pi``.
+    is_finite : callable
+        Whether a magnitude can be used as a result.
+    """
+
+    functions: Mapping[str, Callable[..., Any]]
+    constants: Mapping[str, Any]
+    is_finite: Callable[[Any], bool]
+
+
+FLOATS = Mathematics(
+    MappingProxyType(
+        {
+            "sin": math.sin,
+            "cos": math.cos,
+            "tan": math.tan,
+            "asin": math.asin,
+            "acos": math.acos,
+            "atan": math.atan,
+            "atan2": math.atan2,
+            "sqrt": math.sqrt,
+            "abs": abs,
+            "min": lambda *values: min(values),
+            "max": lambda *values: max(values),
+            "hypot": math.hypot,
+            "pow": math.pow,
+        }
+    ),
+    MappingProxyType({"pi": math.pi}),
+    math.isfinite,
+)
+"""Ordinary numbers."""
+
+CONSTANTS = frozenset(FLOATS.constants)
+
+
+def add(left: Quantity, right: Quantity) -> Quantity:
+    """The sum; zero can be added to anything."""
+    unit = _common_unit((left, right), "to add")
+    return make_quantity(left.magnitude + right.magnitude, unit)
+
+
+def subtract(left: Quantity, right: Quantity) -> Quantity:
+    """The difference; zero can be subtracted from anything."""
+    unit = _common_unit((left, right), "to subtract")
+    return make_quantity(left.magnitude - right.magnitude, unit)
+
+
+def multiply(left: Quantity, right: Quantity) -> Quantity:
+    """The product."""
+    return make_quantity(left.magnitude * right.magnitude, left.units * right.units)
+
+
+def divide(left: Quantity, right: Quantity) -> Quantity:
+    """The quotient."""
+    return make_quantity(left.magnitude / right.magnitude, left.units / right.units)
+
+
+OPERATORS: Mapping[str, Callable[[Quantity, Quantity], Quantity]] = MappingProxyType(
+    {"+": add, "-": subtract, "*": multiply, "/": divide}
+)
+
+
+def power(base: Quantity, exponent: Quantity, mathematics: Mathematics) -> Quantity:
+    """The power; a base with a unit needs an exponent that is a known number."""
+    if not is_number(exponent):
+        raise Refusal(f"the exponent {describe(exponent)}", "a plain number as exponent")
+    value = exponent.magnitude
+    if isinstance(value, float) and abs(value) > HIGHEST_POWER:
+        raise Refusal(
+            f"the exponent {value:.6g}", f"an exponent from -{HIGHEST_POWER} to {HIGHEST_POWER}"
+        )
+    unit = base.units
+    if not is_bare(base):
+        unit = base.units ** _known(value)
+        if any(
+            abs(p) > HIGHEST_POWER for p in dict(make_quantity(1.0, unit).unit_items()).values()
+        ):
+            raise Refusal(f"the unit {unit}", f"powers of units up to {HIGHEST_POWER}")
+    return make_quantity(mathematics.functions["pow"](base.magnitude, value), unit)
+
+
+def negative(operand: Quantity) -> Quantity:
+    """The operand with the other sign."""
+    return make_quantity(-operand.magnitude, operand.units)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How many arguments a function takes, and the unit of its value.
+
+    `unit` gets the arguments and the name of the function, and may refuse.
+    """
+
+    unit: Callable[[Sequence[Quantity], str], Any]
+    fewest: int = 1
+    most: int = 1
+
+
+def apply(name: str, arguments: Sequence[Quantity], mathematics: Mathematics) -> Quantity:
+    """The function of that name."""
+    unit = RULES[name].unit(arguments, name)
+    magnitudes = [argument.magnitude for argument in arguments]
+    return make_quantity(mathematics.functions[name](*magnitudes), unit)
+
+
+def _of_angle(arguments: Sequence[Quantity], name: str) -> Any:
+    (argument,) = arguments
+    if not same_dimension(argument, make_quantity(0.0)):
+        raise Refusal(f"{name} of {describe(argument)}", "an angle, such as 10 deg")
+    return make_unit({})
+
+
+def _to_angle(arguments: Sequence[Quantity], name: str) -> Any:
+    (argument,) = arguments
+    if not is_number(argument):
+        raise Refusal(f"{name} of {describe(argument)}", "a plain number")
+    return make_unit({"rad": 1})
+
+
+def _root(arguments: Sequence[Quantity], _: str) -> Any:
+    return arguments[0].units ** 0.5
+
+
+def _alike(arguments: Sequence[Quantity], name: str) -> Any:
+    return _common_unit(arguments, f"in {name}")
+
+
+def _alike_to_angle(arguments: Sequence[Quantity], name: str) -> Any:
+    _alike(arguments, name)
+    return make_unit({"rad": 1})
+
+
+_MANY = 1000
+
+RULES: Mapping[str, Rule] = MappingProxyType(
+    {
+        "sin": Rule(_of_angle),
+        "cos": Rule(_of_angle),
+        "tan": Rule(_of_angle),
+        "asin": Rule(_to_angle),
+        "acos": Rule(_to_angle),
+        "atan": Rule(_to_angle),
+        "atan2": Rule(_alike_to_angle, 2, 2),
+        "sqrt": Rule(_root),
+        "abs": Rule(_alike),
+        "min": Rule(_alike, 1, _MANY),
+        "max": Rule(_alike, 1, _MANY),
+        "hypot": Rule(_alike, 1, _MANY),
+    }
+)
+"""The functions of expressions."""
+
+
+def _known(value: Any) -> float:
+    if not isinstance(value, float):
+        raise Refusal(
+            f"the exponent {value}", "a known number as exponent of a quantity with a unit"
+        )
+    return value
+
+
+def _common_unit(arguments: Sequence[Quantity], purpose: str) -> Any:
+    """The unit that all arguments share; a plain zero fits any, rad counts as a number."""
+    weighty = [a for a in arguments if not (is_bare(a) and a.magnitude == 0)] or arguments[:1]
+    first = weighty[0]
+    for other in weighty[1:]:
+        if not same_dimension(first, other):
+            bare = is_bare(first) != is_bare(other)
+            raise Refusal(
+                f"{describe(first)} and {describe(other)}",
+                f"quantities of one dimension {purpose}",
+                "write the plain number with its unit" if bare else None,
+            )
+        if is_bare(first):
+            first = other  # a plain number beside an angle is in rad
+    return first.units

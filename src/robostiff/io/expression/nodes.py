@@ -1,0 +1,77 @@
+"""The tree of an arithmetic expression: small frozen nodes, each with its column (1-based)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from pint import Quantity
+else:
+    Quantity = object
+
+
+@dataclass(frozen=True)
+class Literal:
+    """A number, with its unit if it has one."""
+
+    quantity: Quantity
+    column: int
+
+
+@dataclass(frozen=True)
+class Name:
+    """A parameter."""
+
+    name: str
+    column: int
+
+
+@dataclass(frozen=True)
+class Negative:
+    """Unary minus."""
+
+    operand: Node
+    column: int
+
+
+@dataclass(frozen=True)
+class Step:
+    """One operator of a chain, and what stands to its right."""
+
+    operator: str
+    operand: Node
+    column: int
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Operators of one precedence, applied from left to right: ``a - b + c`` or ``a / b * c``.
+
+    A long sum is one flat node, so that evaluation needs no deep recursion.
+    """
+
+    first: Node
+    steps: tuple[Step, ...]
+    column: int
+
+
+@dataclass(frozen=True)
+class Power:
+    """``base ^ exponent``."""
+
+    base: Node
+    exponent: Node
+    column: int
+
+
+@dataclass(frozen=True)
+class Call:
+    """A function of the table, applied."""
+
+    function: str
+    arguments: tuple[Node, ...]
+    column: int
+
+
+Node: TypeAlias = Literal | Name | Negative | Chain | Power | Call

@@ -1,0 +1,225 @@
+"""Named parameters that may depend on each other, in any order."""
+
+from __future__ import annotations
+
+import graphlib
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+from robostiff.errors import InputError
+from robostiff.io.expression.evaluate import Expression, known_names, parse
+from robostiff.io.expression.functions import CONSTANTS, RULES
+from robostiff.io.suggest import Words, did_you_mean
+from robostiff.io.units import (
+    describe,
+    exponents,
+    is_bare,
+    is_quantity,
+    is_unit_word,
+    make_quantity,
+    same_dimension,
+)
+
+if TYPE_CHECKING:
+    from pint import Quantity
+else:
+    Quantity = object
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+
+
+class ParameterError(InputError):
+    """A parameter that cannot be used; `name` says which."""
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        got: Any = None,
+        expected: str | None = None,
+        hint: str | None = None,
+        within: str | None = None,
+    ) -> None:
+        self.name = name
+        subject = f"parameter {name}" if within is None else f"parameter {name}: {within}"
+        super().__init__(subject, got=got, expected=expected, hint=hint)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters and their values.
+
+    Parameters
+    ----------
+    definitions : mapping of str to (str or float)
+        Texts are expressions, which may use other parameters in any order.
+    overrides : mapping of str to (str or float), optional
+        Other definitions for some of them. What is overridden keeps its dimension; a bare number
+        takes the SI unit of what it replaces.
+
+    Attributes
+    ----------
+    values : dict of str to quantity
+        In base units, in the order of the definitions.
+
+    Raises
+    ------
+    ParameterError
+        If a name or a definition cannot be used, parameters depend on themselves, or an override
+        names no parameter or has another dimension.
+
+    Examples
+    --------
+    >>> p = Parameters({"h": "2*R", "R": "300 mm"}, overrides={"R": "0.5 m"})
+    >>> p.evaluate("h + 10 mm").magnitude
+    1.01
+    """
+
+    definitions: Mapping[str, str | float]
+    overrides: Mapping[str, str | float] = field(default_factory=dict)
+    values: dict[str, Quantity] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in self.definitions:
+            _check_name(name)
+        values = _evaluate_all(self.definitions)
+        if self.overrides:
+            for name in self.overrides:
+                if name not in self.definitions:
+                    raise ParameterError(
+                        str(name),
+                        got=Words("a value for a parameter that is not defined"),
+                        expected=known_names(self.definitions),
+                        hint=did_you_mean(str(name), self.definitions),
+                    )
+            values = _evaluate_all({**self.definitions, **self.overrides}, self.overrides, values)
+        object.__setattr__(self, "values", values)
+
+    def evaluate(self, value: str | float) -> Quantity:
+        """The value of an expression, or of a bare number, with these parameters.
+
+        Raises
+        ------
+        InputError
+            If it has none.
+        """
+        if isinstance(value, str):
+            return parse(value).evaluate(self.values)
+        return _bare_number(value)
+
+
+def _check_name(name: object) -> None:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise ParameterError(
+            str(name),
+            got=Words("this name"),
+            expected="letters a-z, digits and underscores, with a letter first",
+        )
+    for kind, taken in (
+        ("a unit", is_unit_word(name)),
+        ("a function", name in RULES),
+        ("a constant", name in CONSTANTS),
+    ):
+        if taken:
+            raise ParameterError(
+                name,
+                got=Words("this name"),
+                expected=f"a name that is not {kind}",
+                hint=f"write for instance {name}_0",
+            )
+
+
+def _evaluate_all(
+    definitions: Mapping[str, str | float],
+    overrides: Mapping[str, object] | None = None,
+    original: Mapping[str, Quantity] | None = None,
+) -> dict[str, Quantity]:
+    """Every parameter, those first that others need; overridden ones keep their dimension."""
+    expressions = {name: _expression(name, value) for name, value in definitions.items()}
+    values: dict[str, Quantity] = {}
+    for name in _in_order(expressions):
+        expression = expressions[name]
+        if isinstance(expression, Expression):
+            try:
+                value = expression.evaluate(values)
+            except InputError as error:
+                raise _within(name, error) from None
+        else:
+            value = expression
+        if original is not None and overrides is not None and name in overrides:
+            value = _like(original[name], value, name, overrides[name])
+        values[name] = value
+    return {name: values[name] for name in definitions}
+
+
+def _expression(name: str, value: str | float) -> Expression | Quantity:
+    try:
+        return parse(value) if isinstance(value, str) else _bare_number(value)
+    except InputError as error:
+        raise _within(name, error) from None
+
+
+def _within(name: str, error: InputError) -> ParameterError:
+    return ParameterError(
+        name, within=error.subject, got=error.got, expected=error.expected, hint=error.hint
+    )
+
+
+def _bare_number(value: Any) -> Quantity:
+    if is_quantity(value):
+        return value.to_base_units()
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if math.isfinite(number):
+            return make_quantity(number)
+    raise InputError("value", got=value, expected="a finite number or an expression such as 2*R")
+
+
+def _in_order(expressions: Mapping[str, Expression | Quantity]) -> tuple[str, ...]:
+    uses = {}
+    for name, expression in expressions.items():
+        uses[name] = expression.names if isinstance(expression, Expression) else ()
+        for used in uses[name]:
+            if used not in expressions:
+                raise ParameterError(
+                    name,
+                    got=used,
+                    expected=known_names(expressions),
+                    hint=did_you_mean(used, expressions),
+                )
+    try:
+        return tuple(graphlib.TopologicalSorter(uses).static_order())
+    except graphlib.CycleError as error:
+        circle = list(reversed(error.args[1]))
+        raise ParameterError(
+            circle[0],
+            got=Words(_short(" -> ".join(circle))),
+            expected="parameters that do not depend on themselves",
+        ) from None
+
+
+def _short(text: str, limit: int = 70) -> str:
+    return text if len(text) <= limit else text[: limit - 1] + "…"
+
+
+def _like(original: Quantity, value: Quantity, name: str, written: object) -> Quantity:
+    """The overriding value with the dimension of the one it replaces."""
+    if is_bare(original):
+        return value
+    if is_bare(value):
+        return make_quantity(value.magnitude, original.units)
+    same = same_dimension(original, value) and not (
+        exponents(original)[:3] == (0, 0, 0) and exponents(original) != exponents(value)
+    )
+    if not same:
+        raise ParameterError(
+            name, got=written, expected=f"the same dimension as {describe(original)}"
+        )
+    return value

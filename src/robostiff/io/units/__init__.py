@@ -1,0 +1,38 @@
+"""Quantities with units: ``300 mm``, ``70 GPa``, ``1e5 N m/rad``."""
+
+from robostiff.io.units.dimension import (
+    Dimension,
+    describe,
+    is_bare,
+    is_number,
+    same_dimension,
+    to_si,
+)
+from robostiff.io.units.registry import (
+    UNIT_WORDS,
+    exponents,
+    is_quantity,
+    is_unit_word,
+    make_quantity,
+    make_unit,
+)
+from robostiff.io.units.row import parse_quantities
+from robostiff.io.units.text import parse_quantity, read_unit
+
+__all__ = [
+    "UNIT_WORDS",
+    "Dimension",
+    "describe",
+    "exponents",
+    "is_bare",
+    "is_number",
+    "is_quantity",
+    "is_unit_word",
+    "make_quantity",
+    "make_unit",
+    "parse_quantities",
+    "parse_quantity",
+    "read_unit",
+    "same_dimension",
+    "to_si",
+]

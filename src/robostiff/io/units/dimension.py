@@ -1,0 +1,188 @@
+"""What a quantity measures, and its number of SI units.
+
+A bare number stands for SI wherever a dimension is asked for. Radian counts as a number in
+products, as in mechanics, but ``10 deg`` is never taken for a plain number nor ``10 N m/rad`` for a
+moment.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from enum import Enum
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+from robostiff.errors import InputError
+from robostiff.io.suggest import Words
+from robostiff.io.units.registry import exponents, is_quantity, make_quantity
+from robostiff.io.units.text import parse_quantity, read_unit
+
+if TYPE_CHECKING:
+    from pint import Quantity
+else:
+    Quantity = object
+
+
+class Dimension(Enum):
+    """What a quantity measures.
+
+    Examples
+    --------
+    >>> Dimension.MODULUS.si_unit
+    'Pa'
+    >>> print(Dimension.LENGTH)
+    a length, such as 300 mm
+    """
+
+    NUMBER = ("a plain number", "", "0.3")
+    LENGTH = ("a length", "m", "300 mm")
+    AREA = ("an area", "m^2", "120 mm^2")
+    SECOND_MOMENT = ("a second moment of area", "m^4", "4.9e4 mm^4")
+    ANGLE = ("an angle", "rad", "10 deg")
+    MASS = ("a mass", "kg", "2 kg")
+    FORCE = ("a force", "N", "200 N")
+    MOMENT = ("a moment", "N m", "10 N m")
+    MODULUS = ("an elastic modulus", "Pa", "70 GPa")
+    TRANSLATIONAL_STIFFNESS = ("a translational stiffness", "N/m", "1e8 N/m")
+    ROTATIONAL_STIFFNESS = ("a rotational stiffness", "N m/rad", "1e5 N m/rad")
+    COUPLING_STIFFNESS = ("a coupling stiffness", "N/rad", "1e5 N/rad")
+    TRANSLATIONAL_COMPLIANCE = ("a translational compliance", "m/N", "1e-8 m/N")
+    ROTATIONAL_COMPLIANCE = ("a rotational compliance", "rad/(N m)", "1e-5 rad/(N m)")
+    COUPLING_COMPLIANCE = ("a coupling compliance", "rad/N", "1e-5 rad/N")
+
+    def __str__(self) -> str:
+        return f"{self.with_article}, such as {self.example}"
+
+    @property
+    def with_article(self) -> str:
+        """What it is, as in ``a length``."""
+        return self.value[0]
+
+    @property
+    def si_unit(self) -> str:
+        """The unit that a bare number stands for, as in ``N m/rad``; empty for a plain number."""
+        return self.value[1]
+
+    @property
+    def example(self) -> str:
+        """A quantity of this dimension, as a user would write it."""
+        return self.value[2]
+
+
+def to_si(
+    quantity: Quantity | float | str,
+    dimension: Dimension,
+    *,
+    subject: str | None = None,
+    got: Any = None,
+) -> float:
+    """The number of SI units (m, N, Pa, rad) in a quantity of the given dimension.
+
+    Parameters
+    ----------
+    quantity : pint quantity, float or str
+        A bare number, or a quantity that came out as a bare number, counts as SI.
+    dimension : Dimension
+        What it must be.
+    subject, got : optional
+        How an error calls the value, and what it shows as having come.
+
+    Raises
+    ------
+    InputError
+        If the quantity measures something else or is not finite.
+
+    Examples
+    --------
+    >>> to_si("300 mm", Dimension.LENGTH)
+    0.3
+    >>> to_si("10 mm", Dimension.ANGLE)
+    Traceback (most recent call last):
+    robostiff.errors.InputError: angle: got '10 mm', expected an angle, such as 10 deg
+    """
+    subject = subject or dimension.with_article.split(" ", 1)[1]
+    value: Any = quantity
+    if isinstance(quantity, str):
+        got = quantity if got is None else got
+        value = parse_quantity(quantity)
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return _finite(value, subject, dimension, got)
+    if not is_quantity(value):
+        raise InputError(subject, got=value if got is None else got, expected=str(dimension))
+    if not (is_bare(value) or _measures(value, dimension)):
+        got = Words(describe(value)) if got is None else got
+        raise InputError(subject, got=got, expected=str(dimension))
+    return _finite(value.magnitude, subject, dimension, got)
+
+
+def is_bare(quantity: Quantity) -> bool:
+    """Whether the quantity has no unit at all, not even rad."""
+    return _equal(exponents(quantity), (0, 0, 0, 0))
+
+
+def is_number(quantity: Quantity) -> bool:
+    """Whether the quantity is a number; angles are not, other products with rad are."""
+    return _measures(quantity, Dimension.NUMBER)
+
+
+def same_dimension(first: Quantity, second: Quantity) -> bool:
+    """Whether two quantities can be added; rad counts as a number."""
+    return _equal(exponents(first)[:3], exponents(second)[:3])
+
+
+def describe(quantity: Quantity) -> str:
+    """The quantity in words.
+
+    Examples
+    --------
+    >>> describe(parse_quantity("0.5 kN m/rad"))
+    '500 N m/rad (a rotational stiffness)'
+    >>> describe(parse_quantity("2 m/s"))
+    '2 m/s'
+    """
+    magnitude = quantity.magnitude
+    number = f"{magnitude:.6g}" if isinstance(magnitude, Real) else str(magnitude)
+    if is_bare(quantity):
+        return f"the plain number {number}"
+    for dimension in Dimension:
+        if _equal(exponents(quantity), _dimension_exponents(dimension)):
+            return f"{number} {dimension.si_unit} ({dimension.with_article})"
+    unit = f"{quantity.units:~C}".replace("**", "^")
+    return f"{number} {unit}"
+
+
+def _measures(quantity: Quantity, dimension: Dimension) -> bool:
+    """Same powers of m, kg and s; rad is free, except where it tells two dimensions apart."""
+    *came, rad = exponents(quantity)
+    *wanted, _ = _dimension_exponents(dimension)
+    if not _equal(came, wanted):
+        return False
+    refused = {Dimension.NUMBER: 1, Dimension.MOMENT: -1}.get(dimension)
+    return refused is None or not _equal((rad,), (refused,))
+
+
+@functools.cache
+def _dimension_exponents(dimension: Dimension) -> tuple[float, float, float, float]:
+    unit, _ = read_unit(dimension.si_unit, 0)
+    return exponents(make_quantity(1.0, unit))
+
+
+def _equal(first: Sequence[float], second: Sequence[float]) -> bool:
+    # roots leave powers such as 0.9999999999999999
+    return all(abs(a - b) < 1e-9 for a, b in zip(first, second, strict=True))
+
+
+def _finite(number: Any, subject: str, dimension: Dimension, got: Any) -> float:
+    try:
+        value = float(number)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise InputError(
+            subject,
+            got=number if got is None else got,
+            expected=f"a finite number that stands for {dimension}",
+        )
+    return value

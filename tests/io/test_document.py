@@ -1,0 +1,501 @@
+"""Reading documents: plain data, exact places, and refusal of what a stranger may try."""
+
+import io
+import json
+import math
+import os
+import sys
+import time
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robostiff.errors import FileError
+from robostiff.io.document import Limits, parse_document, read_document
+
+ROBOT = """\
+robostiff: 1
+parameters: {R: 300 mm, phi: 10 deg}
+legs:
+  - name: "left"
+    chain:
+      - {joint: revolute, axis: [0, 0, 1]}
+      -   link: beam
+          length: 2*R
+  - name: 'right'
+    chain: []
+note: |
+  two
+  lines
+"""
+
+
+def refusal(text, file="robot.yaml", **kwargs):
+    with pytest.raises(FileError) as caught:
+        parse_document(text, file=file, **kwargs)
+    return str(caught.value)
+
+
+# --- what is read ---------------------------------------------------------------------------------
+
+
+def test_yaml_gives_plain_data():
+    assert parse_document(ROBOT).data == {
+        "robostiff": 1,
+        "parameters": {"R": "300 mm", "phi": "10 deg"},
+        "legs": [
+            {
+                "name": "left",
+                "chain": [
+                    {"joint": "revolute", "axis": [0, 0, 1]},
+                    {"link": "beam", "length": "2*R"},
+                ],
+            },
+            {"name": "right", "chain": []},
+        ],
+        "note": "two\nlines\n",
+    }
+
+
+@pytest.mark.parametrize(
+    ("scalar", "value"),
+    [
+        ("1", 1),
+        ("-7", -7),
+        ("010", 10),
+        ("0x1F", 31),
+        ("0o17", 15),
+        ("1.5", 1.5),
+        ("1e8", 1e8),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("-1.0E-3", -1e-3),
+        (".inf", math.inf),
+        ("-.inf", -math.inf),
+        ("+.Inf", math.inf),
+        ("true", True),
+        ("False", False),
+        ("null", None),
+        ("~", None),
+        ("", None),
+        ("yes", "yes"),
+        ("no", "no"),
+        ("on", "on"),
+        ("off", "off"),
+        ("1_000", "1_000"),
+        ("0b11", "0b11"),
+        ("12:30:45", "12:30:45"),
+        ("2026-01-01", "2026-01-01"),
+        ("'1'", "1"),
+        ('"true"', "true"),
+        ("300 mm", "300 mm"),
+        ("1e999", math.inf),
+        ("\uff11", "\uff11"),
+    ],
+)
+def test_scalars_follow_the_core_schema(scalar, value):
+    got = parse_document(f"a: {scalar}").data["a"]
+    assert got == value
+    assert type(got) is type(value)
+
+
+def test_nan_is_left_to_a_later_layer():
+    assert math.isnan(parse_document("a: .nan").data["a"])
+    assert math.isnan(parse_document('{"a": NaN}').data["a"])
+    assert parse_document('{"a": -Infinity}').data["a"] == -math.inf
+
+
+def test_integers_beyond_the_machine_become_floats():
+    digits = "1" * 5000
+    assert parse_document(f"a: {digits}").data["a"] == math.inf
+    assert parse_document(f'{{"a": {digits}}}').data["a"] == math.inf
+    assert parse_document(f"a: 1{'0' * 30}").data["a"] == 1e30
+
+
+def test_windows_files_bom_and_other_alphabets(tmp_path):
+    path = tmp_path / "r\u00f6b\u00f6t.yaml"
+    path.write_bytes(b"\xef\xbb\xbf" + "größe: 5 mm\r\nname: Štefan\r\nn: {x: 1}\r\n".encode())
+    document = read_document(path)
+    assert document.data == {"größe": "5 mm", "name": "Štefan", "n": {"x": 1}}
+    assert str(document.location(["n", "x"])) == f"{path}:3:8: n.x"
+    assert str(document.location(["größe"])) == f"{path}:1:8: größe"
+
+
+def test_flow_mapping_is_yaml_although_it_begins_like_json():
+    assert parse_document("{R: 300 mm, k: [1, 2]}").data == {"R": "300 mm", "k": [1, 2]}
+
+
+def test_data_is_fresh_for_every_document():
+    first, second = parse_document("a: [1]"), parse_document("a: [1]")
+    first.data["a"].append(2)
+    assert second.data == {"a": [1]}
+
+
+def test_standard_input(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(b"a: 1")))
+    document = read_document("-")
+    assert document.data == {"a": 1}
+    assert str(document.location(["a"])) == "<stdin>:1:4: a"
+
+
+def test_standard_input_is_read_no_further_than_the_limit(monkeypatch):
+    stream = io.BytesIO(b"# " + b"x" * 10_000)
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=stream))
+    with pytest.raises(FileError) as caught:
+        read_document("-", Limits(size=100))
+    assert (
+        str(caught.value)
+        == "<stdin>: file too large: got more than 100 bytes, expected at most 100 bytes"
+    )
+    assert stream.tell() == 101
+
+
+# --- places ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "key"),
+    [
+        ((), "1:1", "1:1"),
+        (("robostiff",), "1:12", "1:1"),
+        (("parameters",), "2:13", "2:1"),
+        (("parameters", "phi"), "2:30", "2:25"),
+        (("legs", 0), "4:5", "4:5"),
+        (("legs", 0, "name"), "4:11", "4:5"),
+        (("legs", 0, "chain", 0, "axis"), "6:33", "6:27"),
+        (("legs", 0, "chain", 0, "axis", 2), "6:40", "6:40"),
+        (("legs", 0, "chain", 1, "length"), "8:19", "8:11"),
+        (("legs", 1, "chain"), "10:12", "10:5"),
+        (("note",), "11:7", "11:1"),
+    ],
+)
+def test_places_in_mixed_block_and_flow_style(path, value, key):
+    document = parse_document(ROBOT, file="f")
+    place, key_place = document.location(path), document.key_location(path)
+    assert f"{place.line}:{place.column}" == value
+    assert f"{key_place.line}:{key_place.column}" == key
+
+
+def test_path_is_rendered_and_missing_values_point_to_the_nearest_ancestor():
+    document = parse_document(ROBOT, file="robot.yaml")
+    assert str(document.location(["legs", 0, "chain", 1, "axis"])) == (
+        "robot.yaml:7:11: legs[0].chain[1].axis"
+    )
+    assert str(document.key_location(["legs", 7, "chain"])) == "robot.yaml:4:3: legs[7].chain"
+    assert str(document.location(["robostiff", "x", 0])) == "robot.yaml:1:12: robostiff.x[0]"
+    assert document.location(["legs", -1]).line == 4
+
+
+JSON = """{
+\t"legs": [
+\t\t{"axis": [0, 0, 1], "n\\u00f6te \\"x\\"": "a,b]:{"},
+\t\t{"k": 1e8}
+\t], "x": {"y": null}
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "key"),
+    [
+        ((), (1, 1), (1, 1)),
+        (("legs",), (2, 10), (2, 2)),
+        (("legs", 0), (3, 3), (3, 3)),
+        (("legs", 0, "axis", 1), (3, 16), (3, 16)),
+        (("legs", 0, 'nöte "x"'), (3, 42), (3, 23)),
+        (("legs", 1, "k"), (4, 9), (4, 4)),
+        (("x", "y"), (5, 16), (5, 11)),
+        (("x", "z"), (5, 10), (5, 10)),
+    ],
+)
+def test_places_in_json_with_tabs_and_escapes(path, value, key):
+    document = parse_document(JSON, file="r.json")
+    place, key_place = document.location(path), document.key_location(path)
+    assert (place.line, place.column) == value
+    assert (key_place.line, key_place.column) == key
+
+
+scalars = st.none() | st.booleans() | st.integers(-(10**9), 10**9) | st.text(max_size=8)
+trees = st.recursive(
+    scalars,
+    lambda t: st.lists(t, max_size=4) | st.dictionaries(st.text(max_size=6), t, max_size=4),
+    max_leaves=20,
+)
+
+
+@given(
+    tree=st.dictionaries(st.text(max_size=6), trees, max_size=4), indent=st.sampled_from([None, 2])
+)
+def test_json_marks_have_the_shape_of_the_data(tree, indent):
+    text = json.dumps(tree, indent=indent)
+    document = parse_document(text, file="x.json")
+    assert document.data == tree
+    lines = text.split("\n")
+
+    def check(value, path):
+        place = document.location(path)
+        assert place.line is not None
+        assert place.column is not None
+        begins = lines[place.line - 1][place.column - 1]
+        assert begins == json.dumps(value)[0]
+        children = value.items() if isinstance(value, dict) else ()
+        children = enumerate(value) if isinstance(value, list) else children
+        for step, child in children:
+            check(child, [*path, step])
+
+    check(tree, [])
+
+
+def test_thirty_kilobytes_of_json_are_fast():
+    text = json.dumps({"legs": [{"axis": [0.1, 0.2, 0.3], "n": str(i)} for i in range(800)]})
+    assert len(text) > 25_000
+    best = math.inf
+    for _ in range(5):
+        start = time.perf_counter()
+        parse_document(text)
+        best = min(best, time.perf_counter() - start)
+    assert best < 0.02
+
+
+# --- refusals -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "base: &b {k: 1}\nleg: *b\n",
+            "robot.yaml:1:7: base: anchor: got '&b', expected a value written out; "
+            "for a value used twice, define it under parameters:",
+        ),
+        (
+            "leg: *b\n",
+            "robot.yaml:1:6: leg: alias: got '*b', expected a value written out; "
+            "for a value used twice, define it under parameters:",
+        ),
+        (
+            "x: !!python/object/apply:os.system ['echo']\n",
+            "robot.yaml:1:4: x: tag: got '!!python/object/apply:os.system', "
+            "expected a value without a tag; remove the word that begins with !",
+        ),
+        (
+            "x: [1, !!float 5]\n",
+            "robot.yaml:1:8: x[1]: tag: got '!!float', "
+            "expected a value without a tag; remove the word that begins with !",
+        ),
+        (
+            "legs:\n  - a: 1\n    b: {c: 1}\n    a: 2\n",
+            "robot.yaml:4:5: legs[0].a: duplicate key: got 'a', "
+            "expected each key once; line 2 has it already",
+        ),
+        (
+            "a:\n  1: x\n",
+            "robot.yaml:2:3: a: key: got 1, expected a text; write \"1\":",
+        ),
+        (
+            "true: x\n",
+            "robot.yaml:1:1: key: got true, expected a text; write \"true\":",
+        ),
+        ("? [1, 2]\n: x\n", "robot.yaml:1:3: key: got a list or mapping, expected a text"),
+        (
+            "a: 1\n---\nb: 2\n",
+            "robot.yaml:2:1: second document: expected one document in a file; "
+            "remove the line --- or split the file",
+        ),
+        ("", "robot.yaml: empty file: expected a YAML or JSON document"),
+        (" \n\n", "robot.yaml: empty file: expected a YAML or JSON document"),
+        ("# only words\n", "robot.yaml: empty file: expected a YAML or JSON document"),
+        (
+            "a:\n\tb: 1\n",
+            "robot.yaml:2:1: a tab where YAML wants spaces; indent with spaces",
+        ),
+        (
+            "a: b: c\n",
+            "robot.yaml:1:5: a colon that does not fit here; "
+            "check the indentation of this line and the one above, or quote the text",
+        ),
+        (
+            "a:\n  - b\n c: 1\n",
+            "robot.yaml:3:2: a line that does not fit the ones above; check the indentation, "
+            "and that a list has - and a mapping has key: value on every line",
+        ),
+        (
+            "a: [1, 2\nb: 3\n",
+            "robot.yaml:1:4: a list that lacks a comma or its ] (noticed in line 2)",
+        ),
+        ("a: 'x\n", "robot.yaml:1:4: a quoted text that is never closed (noticed in line 2)"),
+        (
+            "a: 1\nb\n",
+            "robot.yaml:2:1: a key without a colon (noticed in line 3); write key: value",
+        ),
+        ('a: "\\q"\n', "robot.yaml:1:6: an unknown escape; use single quotes"),
+        ("a: @x\n", "robot.yaml:1:4: a character that cannot begin a value; quote the text"),
+        (
+            "a: 1\nb: \x07\n",
+            "robot.yaml:2:4: control character: got '\\x07', expected printable text",
+        ),
+        ("a: \0", "robot.yaml: binary file: got a NUL byte at offset 3, "
+         "expected a YAML or JSON text in UTF-8"),
+        ("a: 1\nb: \ud800", "robot.yaml:2:4: text: expected whole Unicode characters"),
+    ],
+)  # fmt: skip
+def test_refused_yaml(text, message):
+    assert refusal(text) == message
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            '{\n "a": 1,\n "b": {"a": 2, "a": 3}\n}',
+            "r.json:3:16: b.a: duplicate key: got 'a', "
+            "expected each key once; line 3 has it already",
+        ),
+        ('{"a": 1,}', "r.json:1:9: not JSON: Illegal trailing comma before end of object"),
+        ('{"a": [1, 2}', "r.json:1:12: not JSON: Expecting ',' delimiter"),
+        ('{"a": "x', "r.json:1:7: not JSON: Unterminated string starting at"),
+        (
+            "[" * 100_000,
+            "r.json:1:65: nesting too deep: got more than 64 levels, expected at most 64",
+        ),
+        ('{"a": "\\ud800"}', "r.json: text: got '\\\\ud800', expected whole Unicode characters"),
+        ("", "r.json: empty file: expected a YAML or JSON document"),
+    ],
+)  # fmt: skip
+def test_refused_json(text, message):
+    got = refusal(text, file="r.json")
+    if "trailing comma" in message:  # Python 3.11 and 3.12 say it in other words
+        assert got.startswith("r.json:1:")
+        assert "not JSON: " in got
+    else:
+        assert got == message
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 100_000, "{" * 100_000, "a: " + "[" * 5000, '{"a": ' + "[" * 5000, "- " * 5000],
+)
+def test_deep_nesting_is_refused_quickly(text):
+    start = time.perf_counter()
+    message = refusal(text)
+    assert "nesting too deep: got more than 64 levels, expected at most 64" in message
+    assert time.perf_counter() - start < 5
+
+
+def test_depth_and_node_limits_are_exact():
+    assert parse_document("[" * 64 + "]" * 64).data
+    assert "nesting too deep" in refusal("[" * 65 + "]" * 65)
+    assert len(parse_document("[1, 1]", limits=Limits(nodes=3)).data) == 2
+    message = "robot.yaml:1:8: [2]: too many values: got more than 3, expected at most 3"
+    assert refusal("[1, 1, 1]", limits=Limits(nodes=3)) == message
+    assert "too many values" in refusal('{"a": [1, 1, 1]}', limits=Limits(nodes=3))
+
+
+def test_billion_laughs():
+    lines = ["a0: &a0 [lol]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 10)]
+    assert "anchor: got '&a0'" in refusal("\n".join(lines))
+
+
+def test_word_that_the_yaml_scanner_would_read_for_minutes():
+    message = "robot.yaml:2:1: tag: got a word of more than 1000 characters that begins with !, "
+    message += "expected a value without a tag; remove the word that begins with !"
+    assert refusal("# x\n" + "!" * 3_000_000) == message
+
+
+def test_huge_file_is_refused_without_reading(tmp_path, monkeypatch):
+    path = tmp_path / "huge.yaml"
+    with path.open("wb") as stream:
+        stream.truncate(100_000_000)
+
+    def no_open(*args, **kwargs):
+        raise AssertionError("opened")
+
+    monkeypatch.setattr("builtins.open", no_open)
+    with pytest.raises(FileError) as caught:
+        read_document(path)
+    assert str(caught.value) == (
+        f"{path}: file too large: got 100000000 bytes, expected at most 4000000 bytes"
+    )
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="no endless device here")
+def test_endless_device_is_read_no_further_than_the_limit():
+    with pytest.raises(FileError, match="file too large: got more than 4000000 bytes"):
+        read_document("/dev/zero")
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    for source, message in [
+        (tmp_path, f"{tmp_path}: a folder: expected a YAML or JSON file"),
+        (
+            tmp_path / "no.yaml",
+            f"{tmp_path}/no.yaml: cannot read the file: got No such file or directory, "
+            "expected a readable file",
+        ),
+    ]:
+        with pytest.raises(FileError) as caught:
+            read_document(source)
+        assert str(caught.value) == message
+    with pytest.raises(FileError, match="cannot read the file"):
+        read_document("a\0b")
+
+
+def test_file_that_is_no_utf8(tmp_path):
+    path = tmp_path / "latin.yaml"
+    path.write_bytes("a: 1\nname: Größe\n".encode("latin-1"))
+    with pytest.raises(FileError) as caught:
+        read_document(path)
+    assert str(caught.value) == (
+        f"{path}:2:9: not UTF-8: got the byte 0xf6, expected a YAML or JSON text in UTF-8; "
+        "save the file as UTF-8"
+    )
+
+
+# --- noise ----------------------------------------------------------------------------------------
+
+
+def read_or_refuse(content):
+    try:
+        text = content.decode()
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    for name in ("x.yaml", "x.json"):
+        try:
+            document = parse_document(text, file=name)
+        except FileError as error:
+            message = str(error)
+        else:
+            message = name
+            document.location(["a", 0])
+        assert message.startswith(name)
+        assert "\n" not in message
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.binary(max_size=60))
+def test_random_bytes(content):
+    read_or_refuse(content)
+
+
+@settings(max_examples=500, deadline=None)
+@given(st.text(alphabet="ab1 \n\t-:?,[]{}#&*!|>'\"%@`\\ux0.é~<=\r", max_size=40))
+def test_random_yaml_punctuation(text):
+    read_or_refuse(text.encode())
+
+
+@pytest.mark.parametrize("text", [ROBOT, JSON])
+def test_truncated_files(text):
+    for end in range(len(text)):
+        read_or_refuse(text[:end].encode())
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_mutated_files(data):
+    content = bytearray(ROBOT.encode())
+    for _ in range(3):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    read_or_refuse(bytes(content))

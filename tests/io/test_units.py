@@ -1,0 +1,270 @@
+"""Units: what is read, what is refused, and the words of the refusals."""
+
+import math
+
+import pint
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robostiff.errors import InputError
+from robostiff.io.units import (
+    UNIT_WORDS,
+    Dimension,
+    describe,
+    exponents,
+    make_quantity,
+    parse_quantities,
+    parse_quantity,
+    to_si,
+)
+
+POSE = (Dimension.LENGTH,) * 3 + (Dimension.ANGLE,) * 3
+POSE_NAMES = ("x", "y", "z", "rx", "ry", "rz")
+WRENCH = (Dimension.FORCE,) * 3 + (Dimension.MOMENT,) * 3
+WRENCH_NAMES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+ALL = ", ".join(UNIT_WORDS)
+
+
+def refusal(call, *args, **kwargs):
+    with pytest.raises(InputError) as caught:
+        call(*args, **kwargs)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("300 mm", Dimension.LENGTH, 0.3),
+        ("300mm", Dimension.LENGTH, 0.3),
+        ("29 mm", Dimension.LENGTH, 0.029),
+        ("1.1 um", Dimension.LENGTH, 1.1e-6),
+        ("3 µm", Dimension.LENGTH, 3e-6),
+        ("3 μm", Dimension.LENGTH, 3e-6),
+        ("2 cm", Dimension.LENGTH, 0.02),
+        ("2 km", Dimension.LENGTH, 2000),
+        ("10 in", Dimension.LENGTH, 0.254),
+        ("10 ft", Dimension.LENGTH, 3.048),
+        ("-.5e-1 m", Dimension.LENGTH, -0.05),
+        ("1 mm^2", Dimension.AREA, 1e-6),
+        ("1 mm²", Dimension.AREA, 1e-6),
+        ("1 mm * mm", Dimension.AREA, 1e-6),
+        ("5 mm**4", Dimension.SECOND_MOMENT, 5e-12),
+        ("5 mm ^ 4", Dimension.SECOND_MOMENT, 5e-12),
+        ("5 cm⁴", Dimension.SECOND_MOMENT, 5e-8),
+        ("180 deg", Dimension.ANGLE, math.pi),
+        ("180°", Dimension.ANGLE, math.pi),
+        ("60 arcmin", Dimension.ANGLE, math.pi / 180),
+        ("3600 arcsec", Dimension.ANGLE, math.pi / 180),
+        ("2 mrad", Dimension.ANGLE, 2e-3),
+        ("2 urad", Dimension.ANGLE, 2e-6),
+        ("500 g", Dimension.MASS, 0.5),
+        ("2 kN", Dimension.FORCE, 2000),
+        ("2 mN", Dimension.FORCE, 2e-3),
+        ("2 MN", Dimension.FORCE, 2e6),
+        ("1 lbf", Dimension.FORCE, 4.4482216152605),
+        ("3 kg*m/s^2", Dimension.FORCE, 3),
+        ("3 J", Dimension.MOMENT, 3),
+        ("3 N m", Dimension.MOMENT, 3),
+        ("3 N*m", Dimension.MOMENT, 3),
+        ("3 N·m", Dimension.MOMENT, 3),
+        ("3 Nm", Dimension.MOMENT, 3),
+        ("3 kNm", Dimension.MOMENT, 3000),
+        ("70 GPa", Dimension.MODULUS, 70e9),
+        ("70 kPa", Dimension.MODULUS, 70e3),
+        ("7 N/mm^2", Dimension.MODULUS, 7e6),
+        ("1 psi", Dimension.MODULUS, 6894.757293168361),
+        ("1 ksi", Dimension.MODULUS, 6894757.293168361),
+        ("10 N/um", Dimension.TRANSLATIONAL_STIFFNESS, 1e7),
+        ("1 kN/mm", Dimension.TRANSLATIONAL_STIFFNESS, 1e6),
+        ("1e5 N m/rad", Dimension.ROTATIONAL_STIFFNESS, 1e5),
+        ("1e5 N*m/rad", Dimension.ROTATIONAL_STIFFNESS, 1e5),
+        ("1e5 N·m/rad", Dimension.ROTATIONAL_STIFFNESS, 1e5),
+        ("1 N m/mrad", Dimension.ROTATIONAL_STIFFNESS, 1e3),
+        ("1e5 N m", Dimension.ROTATIONAL_STIFFNESS, 1e5),
+        ("2 m/N", Dimension.TRANSLATIONAL_COMPLIANCE, 2),
+        ("2 um/N", Dimension.TRANSLATIONAL_COMPLIANCE, 2e-6),
+        ("2 rad/(N m)", Dimension.ROTATIONAL_COMPLIANCE, 2),
+        ("2 rad/N/m", Dimension.ROTATIONAL_COMPLIANCE, 2),
+        ("2 N^-1 m^-1", Dimension.ROTATIONAL_COMPLIANCE, 2),
+        ("2 N/rad", Dimension.COUPLING_STIFFNESS, 2),
+        ("2 /N", Dimension.COUPLING_COMPLIANCE, 2),
+        ("2 mm/m", Dimension.NUMBER, 2e-3),
+        ("0.3", Dimension.NUMBER, 0.3),
+    ],
+)
+def test_read(text, dimension, value):
+    assert to_si(text, dimension) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("dimension", list(Dimension))
+def test_bare_numbers_are_si_everywhere(dimension):
+    assert to_si("1.5", dimension) == 1.5
+    assert to_si(1.5, dimension) == 1.5
+    assert to_si(0, dimension) == 0
+    assert to_si(make_quantity(1.5), dimension) == 1.5
+
+
+@pytest.mark.parametrize("dimension", list(Dimension))
+def test_every_example_is_what_it_claims(dimension):
+    assert to_si(dimension.example, dimension) > 0
+    if dimension.si_unit:
+        assert to_si(f"7 {dimension.si_unit}", dimension) == 7
+        assert dimension.with_article in describe(parse_quantity(f"7 {dimension.si_unit}"))
+
+
+@pytest.mark.parametrize("given", list(Dimension))
+@pytest.mark.parametrize("wanted", list(Dimension))
+def test_every_other_dimension_is_refused(given, wanted):
+    quantity = parse_quantity(f"7 {given.si_unit}")
+    same = exponents(quantity)[:3] == exponents(parse_quantity(f"7 {wanted.si_unit}"))[:3]
+    if given is Dimension.NUMBER or given is wanted:
+        assert to_si(quantity, wanted) == 7
+    elif not same:
+        with pytest.raises(InputError):
+            to_si(quantity, wanted)
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "message"),
+    [
+        ("10 deg", Dimension.LENGTH, "length: got '10 deg', expected a length, such as 300 mm"),
+        ("5 mm", Dimension.ANGLE, "angle: got '5 mm', expected an angle, such as 10 deg"),
+        ("10 deg", Dimension.NUMBER, "plain number: got '10 deg', expected a plain number, "
+         "such as 0.3"),
+        ("5 N m/rad", Dimension.MOMENT, "moment: got '5 N m/rad', expected a moment, "
+         "such as 10 N m"),
+        ("5 N m/rad", Dimension.TRANSLATIONAL_STIFFNESS, "translational stiffness: "
+         "got '5 N m/rad', expected a translational stiffness, such as 1e8 N/m"),
+        ("300 mmm", Dimension.LENGTH, f"quantity: unknown unit: got 'mmm', expected one of {ALL}; "
+         "did you mean mm?"),
+        ("300 MM", Dimension.LENGTH, f"quantity: unknown unit: got 'MM', expected one of {ALL}; "
+         "did you mean mm?"),
+        ("5 N/xyz", Dimension.LENGTH, "quantity: got '5 N/xyz', expected one number with a unit, "
+         "but '/xyz' follows"),
+        ("5 N/m rad", Dimension.LENGTH, "quantity: unit: got 'N/m rad', expected only one "
+         "meaning; write a product below the line as N/(m rad), one above it as N rad/m"),
+        ("5 mm^2.5", Dimension.AREA, "quantity: power of a unit: got '^2.5', expected one whole "
+         "number, as in mm^2; for the power of a quantity write (300 mm)^2"),
+        ("5 mm^2^2", Dimension.AREA, "quantity: power of a unit: got '^2^2', expected one whole "
+         "number, as in mm^2; for the power of a quantity write (300 mm)^2"),
+        ("5 km^99", Dimension.AREA, "quantity: unit: got 'km^99', expected powers up to 24 in "
+         "all"),
+        ("", Dimension.LENGTH, "quantity: got '', expected a number with an optional unit, "
+         "such as 300 mm"),
+        ("mm", Dimension.LENGTH, "quantity: got 'mm', expected a number with an optional unit, "
+         "such as 300 mm"),
+        ("nan", Dimension.LENGTH, "quantity: got 'nan', expected a number with an optional unit, "
+         "such as 300 mm"),
+        ("1e999", Dimension.LENGTH, "quantity: got '1e999', expected a finite number"),
+        ("1e308 km", Dimension.LENGTH, "quantity: got '1e308 km', expected a finite number"),
+        ("5 5", Dimension.LENGTH, "quantity: got '5 5', expected one number with a unit, "
+         "but '5' follows"),
+        ("1" * 1001, Dimension.LENGTH, "quantity: got a text of 1001 characters, expected at most "
+         "1000"),
+        (math.nan, Dimension.LENGTH, "length: got nan, expected a finite number that stands for "
+         "a length, such as 300 mm"),
+        (10**400, Dimension.LENGTH, None),
+        (True, Dimension.LENGTH, "length: got True, expected a length, such as 300 mm"),
+        (None, Dimension.LENGTH, "length: expected a length, such as 300 mm"),
+        ([1], Dimension.LENGTH, "length: got [1], expected a length, such as 300 mm"),
+    ],
+)  # fmt: skip
+def test_refusals(text, dimension, message):
+    got = refusal(to_si, text, dimension)
+    assert message is None or got == message
+
+
+def test_quantity_that_was_computed_is_described():
+    message = "beam length: got 0.5 rad (an angle), expected a length, such as 300 mm"
+    quantity = parse_quantity("0.5 rad")
+    assert refusal(to_si, quantity, Dimension.LENGTH, subject="beam length") == message
+    message = "length: got '30 deg', expected a length, such as 300 mm"
+    assert refusal(to_si, quantity, Dimension.LENGTH, got="30 deg") == message
+
+
+def test_quantity_of_another_registry_is_refused():
+    foreign = pint.UnitRegistry()
+    assert "expected a length" in refusal(to_si, foreign.Quantity(1.0, "m"), Dimension.LENGTH)
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("10 mm 0 0.5 0 0 10 deg", [0.01, 0, 0.5, 0, 0, math.radians(10)]),
+        ("10 mm, 0, 0.5, 0, 0, 10 deg", [0.01, 0, 0.5, 0, 0, math.radians(10)]),
+        ("10mm,0,.5,0,0,10deg", [0.01, 0, 0.5, 0, 0, math.radians(10)]),
+        (" 1 2 3 4 5 6 ", [1, 2, 3, 4, 5, 6]),
+        ("-1 +2 -3 -4e0 5 6 mrad", [-1, 2, -3, -4, 5, 6e-3]),
+        ("0 m -5 mm 0 0 0 -1", [0, -0.005, 0, 0, 0, -1]),
+    ],
+)
+def test_poses(text, values):
+    got = parse_quantities(text, POSE, POSE_NAMES, "pose")
+    assert got == pytest.approx(values, rel=1e-15)
+
+
+def test_units_of_several_words_run_on_until_the_next_number():
+    got = parse_quantities("200 N 0 -500 0 10 N m 0", WRENCH, WRENCH_NAMES, "wrench")
+    assert got == [200, 0, -500, 0, 10, 0]
+    got = parse_quantities("1 kN 2 N 3 1 N*m 2 N·m 3 kN mm", WRENCH, WRENCH_NAMES, "wrench")
+    assert got == [1000, 2, 3, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1 2 3 4 5", "pose: got 5 numbers, expected 6: x y z rx ry rz"),
+        ("1", "pose: got 1 number, expected 6: x y z rx ry rz"),
+        ("", "pose: got 0 numbers, expected 6: x y z rx ry rz"),
+        ("1 2 3 4 5 6 7", "pose: got 7 numbers, expected 6: x y z rx ry rz"),
+        ("1 2 3 10 mm 5 6", "pose, item 4 (rx): got '10 mm', expected an angle, such as 10 deg"),
+        ("1 2 deg 3 4 5 6", "pose, item 2 (y): got '2 deg', expected a length, such as 300 mm"),
+        ("1 2 mn 3", f"pose, item 2 (y): unknown unit: got 'mn', expected one of {ALL}; "
+         "did you mean mN?"),
+        ("1 x 3", f"pose, item 1 (x): unknown unit: got 'x', expected one of {ALL}"),
+        ("1, x, 3", "pose, item 2 (y): got 'x, 3', expected a number with an optional unit, "
+         "such as 300 mm"),
+        ("1,,3", "pose, item 2 (y): got ',3', expected a number with an optional unit, "
+         "such as 300 mm"),
+        ("1-2", "pose, item 1 (x): got '-2', expected a space or a comma before it"),
+        ("1 −2", "pose, item 2 (y): got '−2', expected a number with an optional unit, "
+         "such as 300 mm"),
+        ("1 2 3 4 5 6 1e999", "pose, item 7: got '1e999', expected a finite number"),
+    ],
+)  # fmt: skip
+def test_rows_that_do_not_fit(text, message):
+    got = refusal(parse_quantities, text, POSE, POSE_NAMES, "pose")
+    assert got == message
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_every_float_comes_back(value):
+    assert parse_quantity(repr(value)).magnitude == value
+    assert parse_quantities(f"{value!r} m", [Dimension.LENGTH], ["x"]) == [value]
+
+
+@given(st.lists(st.sampled_from(UNIT_WORDS), min_size=1, max_size=4), st.data())
+def test_unit_algebra_agrees_with_products_of_single_units(words, data):
+    text, expected = f"2 {words[0]}", to_base(words[0])
+    for word in words[1:]:
+        sign = data.draw(st.sampled_from((1, -1)))
+        text += f"{'*' if sign == 1 else '/'}{word}"
+        expected = [a + sign * b for a, b in zip(expected, to_base(word), strict=True)]
+    quantity = parse_quantity(text)
+    assert math.log(quantity.magnitude / 2) == pytest.approx(expected[0], abs=1e-9)
+    assert list(exponents(quantity)) == expected[1:]
+
+
+def to_base(word):
+    quantity = parse_quantity(f"1 {word}")
+    return [math.log(quantity.magnitude), *exponents(quantity)]
+
+
+@given(st.text(alphabet="1. eNm/*^()-+,°²radé", max_size=20))
+def test_noise_is_read_or_refused(text):
+    try:
+        values = parse_quantities(text, POSE, POSE_NAMES)
+    except InputError:
+        return
+    assert all(math.isfinite(value) for value in values)
