@@ -1,4 +1,4 @@
-"""Exceptions: misuse is an exception that says what came, what was expected and what to write instead."""
+"""Exceptions: misuse tells what came, what was expected and what to write instead."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class InputError(RobostiffError, ValueError):
 
 @dataclass(frozen=True)
 class Location:
-    """Where in a file: 1-based line and column, and the path inside the document (``legs[0].chain[2].axis``)."""
+    """Where in a file: 1-based line and column, and the path inside (``legs[0].chain[2].axis``)."""
 
     file: str
     line: int | None = None
@@ -109,5 +109,6 @@ class NoAnswerError(RobostiffError):
 
 
 def _shortened(value: Any, limit: int = 80) -> str:
-    text = repr(value)
+    # Arrays and their numbers are shown as what a user would write.
+    text = repr(value.tolist() if hasattr(value, "tolist") else value)
     return text if len(text) <= limit else text[: limit - 1] + "…"

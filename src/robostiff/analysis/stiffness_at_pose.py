@@ -18,6 +18,7 @@ from robostiff.elastostatics import (
     WrenchBasis,
     aggregate,
     chain_stiffness,
+    matrix_length,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose, Posture, PostureFinder, leg_compliance, passive_jacobian
@@ -29,6 +30,8 @@ _DEFAULT_METHOD = WrenchBasis()
 _DEFAULT_TOLERANCE = Tolerance()
 # Poses worked on at once: the arrays of one step fit into the second-level cache.
 _CHUNK = 2048
+# A robot smaller than this part of what its springs tell is all in one point.
+_ONE_POINT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -173,9 +176,8 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
         problems.append((C, J_q))
         names += [f"{leg.name}/{name}" for name in leg_names]
     length = snapshot.characteristic_length
-    if not np.all(length > 0):  # everything in one point: the springs themselves tell a length
-        C, J_q = problems[0]
-        length = chain_stiffness(C, J_q).length
+    of_springs = matrix_length(*problems[0])
+    length = np.where(length > _ONE_POINT * of_springs, length, of_springs)
     legs = tuple(
         chain_stiffness(C, J_q, form=method, length=length, tolerance=tolerance)
         for C, J_q in problems

@@ -53,7 +53,7 @@ def section_from_sectionproperties(analysis: Section) -> CrossSection:
         section = section_from_sectionproperties(Section(geometry.create_mesh(mesh_sizes=1e-5)))
     """
     try:
-        from sectionproperties.analysis.section import Section  # noqa: PLC0415 (optional, slow to import)
+        from sectionproperties.analysis.section import Section
     except ImportError as error:
         raise InputError(
             "the package sectionproperties is not installed",

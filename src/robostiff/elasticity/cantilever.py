@@ -15,7 +15,7 @@ import numpy as np
 Entries = dict[tuple[int, int], Any]
 
 
-def cantilever_compliance(  # noqa: PLR0917
+def cantilever_compliance(
     L: Any,
     E: Any,
     G: Any,
@@ -78,7 +78,7 @@ def cantilever_compliance(  # noqa: PLR0917
     )
 
 
-def cantilever_stiffness(  # noqa: PLR0917
+def cantilever_stiffness(
     L: Any,
     E: Any,
     G: Any,

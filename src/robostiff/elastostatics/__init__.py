@@ -19,7 +19,7 @@ from robostiff.elastostatics.saddle_point import (
     saddle_point_stiffness,
 )
 from robostiff.elastostatics.status import Status
-from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
+from robostiff.elastostatics.tolerance import RankDecision, Tolerance, matrix_length, scaling
 from robostiff.elastostatics.transmitted_wrenches import transmitted_wrenches
 from robostiff.elastostatics.wrench_basis import WrenchBasis, wrench_basis_stiffness
 
@@ -41,6 +41,7 @@ __all__ = [
     "eliminate_index",
     "eliminate_joint",
     "eliminate_quasi_trivial",
+    "matrix_length",
     "saddle_point_matrix",
     "saddle_point_stiffness",
     "scaling",

@@ -9,7 +9,7 @@ from robostiff.elastostatics.chain_problem import ChainProblem, Form
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
 from robostiff.elastostatics.tolerance import Tolerance, matrix_length, scaling
-from robostiff.elastostatics.transmitted_wrenches import transmitted_wrenches
+from robostiff.elastostatics.transmitted_wrenches import wrenches_and_margins
 from robostiff.elastostatics.wrench_basis import WrenchBasis
 from robostiff.errors import InputError
 from robostiff.spatial import Space
@@ -74,7 +74,8 @@ def chain_stiffness(
     J_scaled = J_q * s[..., :, None]
     size = np.sqrt(np.einsum("...nq,...nq->...q", J_scaled, J_scaled))
     J_scaled = J_scaled / np.where(size > 0, size, 1.0)[..., None, :]
-    W, redundant = transmitted_wrenches(J_scaled, tolerance.independence)
+    W, margins = wrenches_and_margins(J_scaled, tolerance.independence)
+    redundant = margins <= tolerance.independence
     problem = ChainProblem(C * scale, J_scaled, W, redundant, tolerance)
 
     answer = form.solve(problem)
@@ -84,8 +85,7 @@ def chain_stiffness(
         (transmitted < space.size) * int(Status.FREE_MOTIONS)
         | problem.dependent * int(Status.REDUNDANT_JOINTS)
         | problem.rigid * int(Status.RIGID_DIRECTION)
-        | (~problem.rigid & (problem.compliance_ratio <= tolerance.near_rigidity))
-        * int(Status.ILL_CONDITIONED)
+        | _doubtful(problem, margins) * int(Status.ILL_CONDITIONED)
     )
     if answer.refused is not None:
         status = status | answer.refused * int(Status.FORM_DOES_NOT_HOLD)
@@ -100,6 +100,14 @@ def chain_stiffness(
         tolerance=tolerance,
         reason=answer.reason,
     )
+
+
+def _doubtful(problem: ChainProblem, margins: np.ndarray) -> np.ndarray:
+    """Where a joint is nearly redundant, or a transmitted wrench nearly rigid (...)."""
+    tolerance = problem.tolerance
+    nearly_redundant = ~problem.redundant & (margins <= tolerance.near_independence)
+    nearly_rigid = ~problem.rigid & (problem.compliance_ratio <= tolerance.near_rigidity)
+    return nearly_rigid | np.any(nearly_redundant, axis=-1)
 
 
 def _rigid_wrenches(problem: ChainProblem) -> np.ndarray:

@@ -10,7 +10,8 @@ class Status(IntFlag):
 
     ``FREE_MOTIONS`` and ``REDUNDANT_JOINTS`` accompany a right answer. The others are bad: there is
     no stiffness matrix (``RIGID_DIRECTION``, ``FORM_DOES_NOT_HOLD``, ``UNREACHABLE``), or there is
-    one to be used with care (``ILL_CONDITIONED``, ``BEYOND_LIMITS``). ``UNBALANCED`` is said of a load.
+    one to be used with care (``ILL_CONDITIONED``, ``BEYOND_LIMITS``). ``UNBALANCED`` is said of
+    a load.
 
     Examples
     --------
@@ -52,9 +53,7 @@ class Status(IntFlag):
 
 
 WITHOUT_STIFFNESS = Status.RIGID_DIRECTION | Status.FORM_DOES_NOT_HOLD | Status.UNREACHABLE
-BAD = (
-    WITHOUT_STIFFNESS | Status.ILL_CONDITIONED | Status.BEYOND_LIMITS | Status.UNBALANCED
-)
+BAD = WITHOUT_STIFFNESS | Status.ILL_CONDITIONED | Status.BEYOND_LIMITS | Status.UNBALANCED
 
 _ADVICE = {
     Status.FREE_MOTIONS: (
@@ -66,8 +65,9 @@ _ADVICE = {
         "(for instance the spin of a rod between two spherical joints) is not held by the platform"
     ),
     Status.ILL_CONDITIONED: (
-        "near a singular pose, or springs of too different size: few digits of the matrix hold; "
-        "move away from the pose, or give the very stiff parts as rigid"
+        "near a singular pose, a joint that is almost redundant, or springs of too different size: "
+        "few digits of the matrix hold; move away from the pose, align the joint exactly, or give "
+        "the very stiff parts as rigid"
     ),
     Status.BEYOND_LIMITS: "an actuator is beyond its limits: the machine cannot stand at this pose",
     Status.RIGID_DIRECTION: (

@@ -22,7 +22,7 @@ class Tolerance:
     Attributes
     ----------
     independence : float
-        A joint whose unit twist lies nearer than this to the span of the other joints is redundant;
+        A joint whose unit twist lies nearer than this to the span of those before is redundant;
         a platform direction held by unit wrenches with a singular value below this is free.
     near_independence : float
         Below this the pose is reported as ill-conditioned.

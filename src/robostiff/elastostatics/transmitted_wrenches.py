@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float
 
+_ROUNDING = 4 * np.finfo(float).eps
+
 
 def transmitted_wrenches(
     J_q: Float[np.ndarray, "*batch n q"], independence: float = 1e-9
@@ -37,20 +39,34 @@ def transmitted_wrenches(
     >>> np.abs(W[2]).max(), redundant
     (np.float64(0.0), array([False]))
     """
+    W, margins = wrenches_and_margins(J_q, independence)
+    return W, margins <= independence
+
+
+def wrenches_and_margins(
+    J_q: Float[np.ndarray, "*batch n q"], independence: float
+) -> tuple[Float[np.ndarray, "*batch n n"], Float[np.ndarray, "*batch q"]]:
+    """Transmitted wrenches, and how far each unit twist lies from the span of those before it.
+
+    As `transmitted_wrenches`, but with the distances (..., q) that decide redundancy; they are
+    those of unit twists, so 1 is a joint that owes nothing to the others.
+    """
     n, joints = J_q.shape[-2:]
     W = np.broadcast_to(np.eye(n), (*J_q.shape[:-2], n, n))
-    redundant = np.zeros((*J_q.shape[:-2], joints), dtype=bool)
+    margins = np.zeros((*J_q.shape[:-2], joints))
     for i in range(joints):
         column = J_q[..., i]
         drive = np.einsum("...nm,...n->...m", W, column)
         size = np.sqrt(np.einsum("...m,...m->...", drive, drive))
-        lost = size <= independence * np.sqrt(np.einsum("...n,...n->...", column, column))
-        redundant[..., i] = lost
+        whole = np.sqrt(np.einsum("...n,...n->...", column, column))
+        margins[..., i] = size / np.where(whole > 0, whole, 1.0)
+        lost = margins[..., i] <= independence
         if not np.any(lost):
             W = _without(W, drive, size)
         elif not np.all(lost):
             return _pose_groups_apart(J_q, lost, independence)
-    return W, redundant
+    # Unit vectors carry no smaller parts than these: an axis-aligned chain keeps its exact zeros.
+    return np.where(np.abs(W) <= _ROUNDING, 0.0, W), margins
 
 
 def _without(W: np.ndarray, drive: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -68,8 +84,8 @@ def _pose_groups_apart(
     """Poses that decide differently, each group on its own."""
     n, joints = J_q.shape[-2:]
     W = np.zeros((*lost.shape, n, n))
-    redundant = np.zeros((*lost.shape, joints), dtype=bool)
+    margins = np.zeros((*lost.shape, joints))
     for group in (lost, ~lost):
-        W_group, redundant[group] = transmitted_wrenches(J_q[group], independence)
+        W_group, margins[group] = wrenches_and_margins(J_q[group], independence)
         W[group, :, : W_group.shape[-1]] = W_group
-    return W, redundant
+    return W, margins

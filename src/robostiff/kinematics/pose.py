@@ -89,6 +89,8 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
     if pose is None:
         return _request((), home[None, :], ())
     if isinstance(pose, RigidTransform):
+        if not np.isfinite(pose.as_matrix()).all():
+            raise InputError(f"pose of {robot.name!r}", got=pose, expected="finite numbers")
         batch = tuple(int(k) for k in pose.shape)
         six = _six(pose).reshape(-1, 6)
         R = pose.rotation.as_matrix().reshape(-1, 3, 3)

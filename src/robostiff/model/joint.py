@@ -162,7 +162,7 @@ def universal(
     if np.linalg.norm(np.cross(first, second)) < 1e-6:
         raise InputError(
             "axes of the universal joint",
-            got=(list(np.atleast_1d(axis1)), list(np.atleast_1d(axis2))),
+            got=[np.asarray(axis1).tolist(), np.asarray(axis2).tolist()],
             expected="two directions that are not parallel",
         )
     freedoms = (Freedom(Motion.ROTATION, first), Freedom(Motion.ROTATION, second))

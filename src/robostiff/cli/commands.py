@@ -1,0 +1,267 @@
+"""What the commands do, once the command line is understood."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import typer
+
+from robostiff.analysis import RobotStiffness, deflection, stiffness
+from robostiff.cli import tables
+from robostiff.cli.failure import BAD_STATUS
+from robostiff.elastostatics import (
+    Block,
+    Form,
+    IndexRules,
+    Recursive,
+    SaddlePoint,
+    WrenchBasis,
+)
+from robostiff.errors import InputError
+from robostiff.io.results import (
+    deflection_data,
+    deflection_text,
+    stiffness_data,
+    stiffness_text,
+)
+from robostiff.io.suggest import did_you_mean
+from robostiff.io.units import Dimension, parse_quantities
+from robostiff.kinematics import JointCoordinates, Pose
+from robostiff.model import Actuated, Coordinate, Joint, Motion, Passive, Robot, Snapshot
+from robostiff.robots import describe, load, shipped_robots
+from robostiff.spatial import Space
+
+METHODS: dict[str, Form] = {
+    form.name: form for form in (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
+}
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the robot stands and about which point, as written on the command line."""
+
+    pose: str | None
+    joints: str | None
+    at: str | None
+
+
+def list_robots(as_json: bool) -> int:
+    """Print the shipped robots."""
+    listed = {name: describe(name) for name in shipped_robots()}
+    if as_json:
+        _print_json(
+            [{"name": name, "title": d.title, "source": d.source} for name, d in listed.items()]
+        )
+    else:
+        tables.print_robots(listed)
+    return 0
+
+
+def check_robot(source: str, settings: Sequence[str], as_json: bool) -> int:
+    """Print what a robot consists of; reading it is the check."""
+    robot = load(source, _parameters(settings))
+    facts = _snapshot_facts(robot) if isinstance(robot, Snapshot) else _robot_facts(robot)
+    if as_json:
+        _print_json(facts)
+    else:
+        tables.print_facts(facts)
+    return 0
+
+
+def print_stiffness(
+    source: str, place: Place, method: str, settings: Sequence[str], as_json: bool
+) -> int:
+    """Print K at a pose."""
+    form = _method(method)
+    robot = load(source, _parameters(settings))
+    result = stiffness(robot, _pose(robot, place), method=form, at=_at(place))
+    if as_json:
+        _print_json(stiffness_data(result))
+    elif tables.on_terminal():
+        tables.print_stiffness(result)
+    else:
+        typer.echo(stiffness_text(result))
+    return BAD_STATUS if result.status.is_bad else 0
+
+
+def print_deflection(
+    source: str, place: Place, wrench: str, settings: Sequence[str], as_json: bool
+) -> int:
+    """Print the deflection under a load."""
+    robot = load(source, _parameters(settings))
+    F = _wrench(wrench, robot.space)
+    result = deflection(robot, _pose(robot, place), F, at=_at(place))
+    if as_json:
+        _print_json(deflection_data(result))
+    elif tables.on_terminal():
+        tables.print_deflection(result)
+    else:
+        typer.echo(deflection_text(result))
+    return BAD_STATUS if result.status.is_bad else 0
+
+
+def _method(name: str) -> Form:
+    if name not in METHODS:
+        raise InputError(
+            "--method",
+            got=name,
+            expected=", ".join(METHODS),
+            hint=did_you_mean(name, METHODS),
+        )
+    return METHODS[name]
+
+
+def _parameters(settings: Sequence[str]) -> dict[str, str]:
+    parameters = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise InputError("--set", got=setting, expected="NAME=VALUE, such as R=350mm")
+        parameters[name.strip()] = value.strip()
+    return parameters
+
+
+_POSE_DIMENSIONS = {
+    Coordinate.X: Dimension.LENGTH,
+    Coordinate.Y: Dimension.LENGTH,
+    Coordinate.Z: Dimension.LENGTH,
+    Coordinate.RX: Dimension.ANGLE,
+    Coordinate.RY: Dimension.ANGLE,
+    Coordinate.RZ: Dimension.ANGLE,
+}
+
+
+def _pose(robot: Robot | Snapshot, place: Place) -> Pose:
+    if place.pose is not None and place.joints is not None:
+        raise InputError("--pose and --joints", expected="one of them")
+    if isinstance(robot, Snapshot):
+        if place.pose is not None or place.joints is not None:
+            raise InputError(
+                "--pose" if place.pose is not None else "--joints",
+                got=place.pose or place.joints,
+                expected="none: a snapshot is frozen at its own pose",
+                hint="describe the robot in a model file to move it",
+            )
+        return None
+    if place.joints is not None:
+        return JointCoordinates(_joints(robot, place.joints))
+    if place.pose is None:
+        return None
+    return np.array(_pose_coordinates(robot, place.pose))
+
+
+def _pose_coordinates(robot: Robot, text: str) -> list[float]:
+    """All six coordinates, or the free ones when there are as many numbers as those."""
+    every = tuple(_POSE_DIMENSIONS)
+    if 0 < len(robot.coordinates) < 6:
+        try:
+            return _read_coordinates(robot.coordinates, text)
+        except InputError as of_free:
+            try:
+                return _read_coordinates(every, text)
+            except InputError:
+                raise of_free from None
+    return _read_coordinates(every, text)
+
+
+def _read_coordinates(coordinates: Sequence[Coordinate], text: str) -> list[float]:
+    dimensions = [_POSE_DIMENSIONS[coordinate] for coordinate in coordinates]
+    return parse_quantities(text, dimensions, [c.value for c in coordinates], "--pose")
+
+
+def _joints(robot: Robot, text: str) -> list[float]:
+    if not robot.is_serial:
+        raise InputError(
+            "--joints", got=text, expected="--pose: joints pose serial arms only", hint=None
+        )
+    dimensions, names = [], []
+    for element, _ in robot.legs[0].chain.moving:
+        motions = (
+            [freedom.motion for freedom in element.freedoms]
+            if isinstance(element, Joint)
+            else [Motion.TRANSLATION]
+        )
+        for motion in motions:
+            slides = motion is Motion.TRANSLATION
+            dimensions.append(Dimension.LENGTH if slides else Dimension.ANGLE)
+            names.append(element.name)
+    return parse_quantities(text, dimensions, names, "--joints")
+
+
+def _at(place: Place) -> list[float] | None:
+    if place.at is None:
+        return None
+    return parse_quantities(place.at, [Dimension.LENGTH] * 3, ["x", "y", "z"], "--at")
+
+
+def _wrench(text: str, space: Space) -> list[float]:
+    dimensions = [Dimension.FORCE] * space.translations
+    dimensions += [Dimension.MOMENT] * (space.size - space.translations)
+    return parse_quantities(text, dimensions, space.wrench_order, "--wrench")
+
+
+def _robot_facts(robot: Robot) -> dict[str, Any]:
+    home = stiffness(robot)
+    return {
+        "name": robot.name,
+        "kind": "model",
+        "title": robot.title,
+        "source": robot.source,
+        "space": robot.space.name.lower(),
+        "coordinates": [coordinate.value for coordinate in robot.coordinates],
+        "legs": [
+            {
+                "name": leg.name,
+                "elements": [_element_words(element) for element in leg.chain.elements],
+                "passive_freedoms": sum(isinstance(r, Passive) for r in leg.chain.roles),
+                "actuated_freedoms": sum(isinstance(r, Actuated) for r in leg.chain.roles),
+            }
+            for leg in robot.legs
+        ],
+        "home": _home_facts(home),
+    }
+
+
+def _snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
+    return {
+        "name": snapshot.name,
+        "kind": "snapshot",
+        "title": snapshot.description,
+        "source": "",
+        "space": snapshot.space.name.lower(),
+        "coordinates": [],
+        "legs": [
+            {
+                "name": leg.name,
+                "elements": [element.name for element in leg.elements],
+                "passive_freedoms": sum(freedom.is_passive for freedom in leg.freedoms),
+                "actuated_freedoms": sum(not freedom.is_passive for freedom in leg.freedoms),
+            }
+            for leg in snapshot.legs
+        ],
+        "home": _home_facts(stiffness(snapshot)),
+    }
+
+
+def _home_facts(home: RobotStiffness) -> dict[str, Any]:
+    return {
+        "status": str(home.status),
+        "rank": int(home.rank),
+        "free_motions": [str(motion) for motion in home.free_motions],
+        "advice": list(home.advice),
+    }
+
+
+def _element_words(element: Any) -> str:
+    role = getattr(element, "role", None)
+    if role is None:
+        return str(element.name)
+    return f"{element.name} ({type(role).__name__.lower()})"
+
+
+def _print_json(data: Any) -> None:
+    typer.echo(json.dumps(data, indent=1, allow_nan=False))

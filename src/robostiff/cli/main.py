@@ -1,0 +1,169 @@
+"""Commands of ``robostiff``; heavy imports happen inside them, so that help answers at once."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from robostiff import __version__
+from robostiff.cli.failure import reported
+
+app = typer.Typer(
+    name="robostiff",
+    help="How stiff is a robot? Cartesian stiffness with elastic links, elastic actuators and "
+    "passive joints.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+RobotArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="A shipped robot (see 'robostiff robots'), a model file, a snapshot file, or - for "
+        "standard input.",
+    ),
+]
+PoseOption = Annotated[
+    str | None,
+    typer.Option(
+        "--pose",
+        metavar='"x y z rx ry rz"',
+        help="Platform pose: point [m] and rotation vector [rad], units may be written ('10 mm 0 "
+        "0.5 0 0 10 deg'); or the robot's free coordinates alone. Home when left out.",
+    ),
+]
+JointsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--joints",
+        metavar='"q1 q2 ..."',
+        help="Joint coordinates of a serial arm [m, rad], in place of --pose.",
+    ),
+]
+AtOption = Annotated[
+    str | None,
+    typer.Option(
+        "--at",
+        metavar='"x y z"',
+        help="Point of the platform, in world coordinates, about which the answer is given [m].",
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Give a parameter of the model file another value, such as --set R=350mm; repeatable.",
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"robostiff {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+@reported
+def robots(json_: JsonOption = False) -> int:
+    """List the shipped robots with their sources."""
+    from robostiff.cli.commands import list_robots
+
+    return list_robots(json_)
+
+
+@app.command()
+@reported
+def check(robot: RobotArgument, set_: SetOption = None, json_: JsonOption = False) -> int:
+    """Check a model or snapshot file, and tell what the robot consists of.
+
+    Exit status: 0 when it can be used, 2 when it cannot.
+    """
+    from robostiff.cli.commands import check_robot
+
+    return check_robot(robot, set_ or [], json_)
+
+
+@app.command()
+@reported
+def stiffness(
+    robot: RobotArgument,
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    at: AtOption = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            "--method",
+            metavar="NAME",
+            help="wrench-basis, saddle-point, block, recursive or index-rules.",
+        ),
+    ] = "wrench-basis",
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Print the Cartesian stiffness matrix of a robot at a pose, its rank and free motions.
+
+    Example: robostiff stiffness gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands import Place, print_stiffness
+
+    return print_stiffness(robot, Place(pose, joints, at), method, set_ or [], json_)
+
+
+@app.command()
+@reported
+def deflection(
+    robot: RobotArgument,
+    wrench: Annotated[
+        str,
+        typer.Option(
+            "--wrench",
+            metavar='"fx fy fz mx my mz"',
+            help="Force [N] and moment [N m] on the platform about the reference point.",
+        ),
+    ],
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    at: AtOption = None,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Print how a robot gives way under a load, which parts bend, and what actuators carry.
+
+    Example: robostiff deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands import Place, print_deflection
+
+    return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

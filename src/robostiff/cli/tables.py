@@ -1,0 +1,151 @@
+"""Results as tables on a terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from robostiff.analysis import Deflection, RobotStiffness
+from robostiff.elastostatics import Status
+from robostiff.io.results.text import about, named, number, row, shown_matrix, shown_twist
+from robostiff.robots import RobotInfo
+
+_MOST_PARTS = 12
+
+
+def on_terminal() -> bool:
+    """Whether a person reads standard output."""
+    return sys.stdout.isatty()
+
+
+def print_robots(listed: Mapping[str, RobotInfo]) -> None:
+    """The shipped robots."""
+    if not on_terminal():
+        for name, description in listed.items():
+            sys.stdout.write(f"{name}\t{description.title}\n")
+        return
+    table = Table(box=None, pad_edge=False)
+    table.add_column("robot", style="bold", no_wrap=True)
+    table.add_column("what it is")
+    table.add_column("source", style="dim")
+    for name, description in listed.items():
+        table.add_row(name, description.title, description.source)
+    Console().print(table)
+
+
+def print_facts(facts: Mapping[str, Any]) -> None:
+    """What a robot consists of."""
+    console = Console(soft_wrap=True)
+    console.print(Text(f"{facts['name']}: {facts['kind']}, {facts['space']}", style="bold"))
+    for key in ("title", "source"):
+        if facts[key]:
+            console.print(Text(f"{key}: {facts[key]}"))
+    if facts["coordinates"]:
+        console.print(Text(f"free coordinates: {' '.join(facts['coordinates'])}"))
+    for leg in facts["legs"]:
+        console.print(
+            Text(
+                f"{leg['name']}: {', '.join(leg['elements'])}; {leg['passive_freedoms']} passive, "
+                f"{leg['actuated_freedoms']} actuated"
+            )
+        )
+    home = facts["home"]
+    console.print(Text(f"at home: rank {home['rank']}, status {home['status']}"))
+    for motion in home["free_motions"]:
+        console.print(Text(f"free: {motion}"))
+    for advice in home["advice"]:
+        console.print(Text(f"advice: {advice}"))
+
+
+def print_stiffness(result: RobotStiffness) -> None:
+    """K with its labels, then what it means."""
+    console = Console()
+    _print_head(console, result, result.status)
+    if np.all(result.answered):
+        console.print(Text("\nK_C [N/m, N/rad, N m/rad]", style="italic"))
+        console.print(_matrix_table(result))
+        console.print()
+    if Status.UNREACHABLE not in result.status:
+        console.print(Text(f"rank {int(result.rank)} of {result.space.size}", style="bold"))
+        for motion in result.free_motions:
+            console.print(Text(f"  free: {motion}"))
+        for name in result.redundant_joints:
+            console.print(Text(f"  redundant passive joint: {name}"))
+        for wrench in result.rigid_directions:
+            console.print(Text(f"  rigid direction: {row(wrench)}"))
+        console.print(Text(f"decided by: {result.decision}", style="dim"))
+    console.print(Text(f"method: {result.method.name}, {result.method.equation}", style="dim"))
+    _print_advice(console, result.advice)
+
+
+def print_deflection(result: Deflection) -> None:
+    """The deflection, then who bends and what the actuators carry."""
+    console, answer = Console(), result.stiffness
+    _print_head(console, answer, result.status)
+    console.print(
+        Text(f"load:       {named(answer.space.wrench_order, result.wrench, 'N', 'N m')}")
+    )
+    if result.has_answer:
+        shown = shown_twist(result.twist, answer.space)
+        words = named(answer.space.twist_order, shown, "um", "urad")
+        console.print(Text(f"deflection: {words}", style="bold"))
+        for motion in answer.free_motions:
+            console.print(Text(f"  free: {motion}"))
+        title = f"\nwho bends (elastic energy {result.energy:.4g} J)"
+        console.print(Text(title, style="italic"))
+        console.print(_parts_table(result))
+        if result.actuators:
+            console.print(Text("\nload on the actuators", style="italic"))
+            console.print(_actuator_table(result))
+    _print_advice(console, result.advice)
+
+
+def _print_head(console: Console, result: RobotStiffness, status: Status) -> None:
+    console.print(Text(result.name, style="bold"), Text(about(result)))
+    style = "bold red" if status.is_bad else "yellow" if status else "green"
+    console.print(Text("status:"), Text(str(status), style=style))
+
+
+def _print_advice(console: Console, advice: tuple[str, ...]) -> None:
+    for sentence in advice:
+        console.print(Text(f"advice: {sentence}", style="yellow"))
+
+
+def _matrix_table(result: RobotStiffness) -> Table:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("")
+    for name in result.space.twist_order:
+        table.add_column(name, justify="right", no_wrap=True)
+    for name, values in zip(result.space.wrench_order, shown_matrix(result.K), strict=True):
+        cells = [Text(number(v), style="" if v else "dim") for v in values]
+        table.add_row(Text(name, style="bold"), *cells)
+    return table
+
+
+def _parts_table(result: Deflection) -> Table:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("share", justify="right")
+    table.add_column("part")
+    table.add_column("")
+    for part in result.parts[:_MOST_PARTS]:
+        bar = "█" * round(30 * part.share)
+        table.add_row(f"{100 * part.share:.2f} %", f"{part.leg}/{part.part}", bar)
+    rest = result.parts[_MOST_PARTS:]
+    if rest:
+        table.add_row(f"{100 * sum(p.share for p in rest):.2f} %", f"{len(rest)} more parts", "")
+    return table
+
+
+def _actuator_table(result: Deflection) -> Table:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("N or N m", justify="right")
+    table.add_column("actuator")
+    for actuator in result.actuators:
+        table.add_row(f"{actuator.load:.5g}", f"{actuator.leg}/{actuator.joint}")
+    return table

@@ -1,0 +1,223 @@
+"""The commands as a user types them: output, exit status, messages."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+from robostiff.robots import robot_file, shipped_robots
+
+CASES = Path(__file__).parent.parent / "cases" / "data"
+
+
+def run(*arguments: str, stdin: str | None = None):
+    return CliRunner().invoke(app, list(arguments), input=stdin)
+
+
+def answer(*arguments: str, stdin: str | None = None, status: int = 0) -> dict:
+    outcome = run(*arguments, "--json", stdin=stdin)
+    assert outcome.exit_code == status, outcome.stderr
+    return json.loads(outcome.stdout)
+
+
+@pytest.mark.parametrize("case", sorted(CASES.glob("*.json")), ids=lambda path: path.stem)
+def test_reference_cases_from_the_command_line(case):
+    oracle = json.loads(case.read_text())["oracle"]
+    found = answer("stiffness", str(case))
+    K, expected = np.array(found["stiffness"]), np.array(oracle["K"])
+    if K.shape == (3, 3) and expected.shape == (6, 6):
+        expected = expected[np.ix_([0, 1, 5], [0, 1, 5])]
+    d = len(K) - len(K) // 2 if len(K) == 6 else 2
+    s_t, s_r = np.abs(expected[:d, :d]).max(), np.abs(expected[d:, d:]).max()
+    s = np.full(K.shape, np.sqrt(s_t * s_r))
+    s[:d, :d], s[d:, d:] = s_t, s_r
+    assert np.all(np.abs(K - expected) <= oracle["suggested_rtol"] * s)
+    assert found["rank"] == oracle["rank"]
+
+
+def test_json_of_stiffness_has_what_scripts_need():
+    found = answer("stiffness", "gough-stewart-b")
+    wanted = {
+        "stiffness",
+        "compliance",
+        "rank",
+        "free_motions",
+        "redundant_joints",
+        "status",
+        "reference_point",
+        "order",
+        "units",
+        "method",
+    }
+    assert wanted <= found.keys()
+    assert found["status"] == "ok"
+    assert found["method"] == "wrench-basis"
+    assert found["order"]["twist"] == ["dx", "dy", "dz", "rx", "ry", "rz"]
+    np.testing.assert_allclose(
+        np.array(found["stiffness"]) @ np.array(found["compliance"]), np.eye(6), atol=1e-9
+    )
+
+
+def test_planar_stiffness_is_three_by_three():
+    found = answer("stiffness", "3-rpr")
+    assert np.shape(found["stiffness"]) == (3, 3)
+    assert found["order"]["wrench"] == ["Fx", "Fy", "Mz"]
+
+
+def test_free_motions_in_words_and_no_compliance():
+    found = answer("stiffness", "gough-stewart-a")
+    words = [motion["description"] for motion in found["free_motions"]]
+    assert words == [f"rotation about {axis} through (0, 0, 2) m" for axis in "xyz"]
+    assert found["compliance"] is None
+    assert found["rank"] == 3
+
+
+def test_units_in_the_pose():
+    written = answer("stiffness", "gough-stewart-b", "--pose", "10 mm 0 0.8 0 0 10 deg")
+    plain = answer("stiffness", "gough-stewart-b", "--pose", f"0.01 0 0.8 0 0 {np.pi / 18}")
+    np.testing.assert_allclose(written["stiffness"], plain["stiffness"], rtol=1e-12, atol=1e-4)
+
+
+def test_free_coordinates_or_all_six_pose_a_robot_of_lower_mobility():
+    three = answer("stiffness", "3-puu", "--pose", "0.08 0.05 250 mm")
+    six = answer("stiffness", "3-puu", "--pose", "0.08 0.05 0.25 0 0 0")
+    assert three["stiffness"] == six["stiffness"]
+
+
+def test_at_moves_the_reference_point():
+    found = answer("stiffness", "gough-stewart-b", "--at", "0 0 1")
+    K = rs.stiffness(rs.load("gough-stewart-b"), at=[0, 0, 1]).K
+    assert found["reference_point"] == [0, 0, 1]
+    np.testing.assert_allclose(found["stiffness"], K)
+
+
+def test_joints_pose_a_serial_arm():
+    found = answer("stiffness", "two-link-arm", "--joints", "0.4 -0.9")
+    home = answer("stiffness", "two-link-arm")
+    np.testing.assert_allclose(found["stiffness"], home["stiffness"])
+
+
+def test_standard_input_takes_models_and_snapshots():
+    model = robot_file("gough-stewart-b").read_text()
+    snapshot = (CASES / "a10_oblique_baseU_tipS.json").read_text()
+    assert answer("stiffness", "-", stdin=model)["rank"] == 6
+    assert answer("stiffness", "-", stdin=snapshot)["rank"] == 1
+
+
+def test_parameters_can_be_set():
+    found = answer("stiffness", "gough-stewart-b", "--set", "k=2e8 N/m")
+    plain = answer("stiffness", "gough-stewart-b")
+    np.testing.assert_allclose(
+        found["stiffness"], 2 * np.array(plain["stiffness"]), rtol=1e-12, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("method", ["saddle-point", "block", "recursive"])
+def test_other_methods_agree(method):
+    found = answer("stiffness", "3-rpr-beams", "--method", method)
+    expected = answer("stiffness", "3-rpr-beams")
+    assert found["method"] == method
+    size = np.abs(expected["stiffness"]).max()
+    np.testing.assert_allclose(found["stiffness"], expected["stiffness"], atol=1e-9 * size)
+
+
+def test_a_form_that_does_not_hold_is_a_bad_status():
+    found = answer("stiffness", "gough-stewart-b", "--method", "block", status=1)
+    assert found["stiffness"] is None
+    assert "form-does-not-hold" in found["status"]
+    assert "rank(J_theta)" in found["advice"][0]
+
+
+def test_an_unreachable_pose_is_a_bad_status_naming_legs():
+    found = answer("stiffness", "3-puu", "--pose", "0.8 0 0.3", status=1)
+    assert found["stiffness"] is None
+    assert found["rank"] is None
+    assert found["status"] == "unreachable"
+    assert any("leg 'leg2' falls short of the pose by" in line for line in found["advice"])
+
+
+def test_deflection_tells_who_bends():
+    found = answer("deflection", "hexapod", "--wrench", "200 N 0 -500 0 10 N m 0")
+    assert sum(part["share"] for part in found["parts"]) == pytest.approx(1)
+    assert sum(part["energy"] for part in found["parts"]) == pytest.approx(found["energy"])
+    C = rs.compliance(rs.load("hexapod"))
+    np.testing.assert_allclose(
+        found["deflection"], C @ [200, 0, -500, 0, 10, 0], rtol=1e-9, atol=1e-15
+    )
+
+
+def test_a_load_on_a_free_motion_is_a_bad_status():
+    found = answer("deflection", "gough-stewart-a", "--wrench", "100 0 0 0 0 0", status=1)
+    assert found["deflection"] is None
+    assert found["status"] == "free-motions+unbalanced"
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_every_shipped_robot_can_be_checked_and_asked(name):
+    assert answer("check", name)["name"] == name
+    text = run("stiffness", name)
+    assert text.exit_code == 0
+    assert "status: " in text.stdout
+
+
+def test_robots_lists_names_and_sources():
+    listed = json.loads(run("robots", "--json").stdout)
+    assert [robot["name"] for robot in listed] == list(shipped_robots())
+    assert all(robot["source"] for robot in listed)
+
+
+BAD = {
+    ("stiffness", "gough-stewart-b", "--method", "blok"): "did you mean block?",
+    ("stiffness", "gough-stewart-b", "--pose", "0 0"): "--pose: got 2 numbers, expected 6: x y z",
+    ("stiffness", "gough-stewart-b", "--pose", "0 0 0.8 0 0 10 dog"): "did you mean deg?",
+    ("stiffness", "gough-stewart-b", "--pose", "0 0 0.8 kg 0 0 0"): "expected a length",
+    ("stiffness", "gough-stewart-b", "--at", "0 0"): "--at: got 2 numbers, expected 3",
+    ("stiffness", "gough-stewart-b", "--joints", "0 0"): "joints pose serial arms only",
+    ("stiffness", "gough-stewart-b", "--set", "R"): "NAME=VALUE",
+    ("stiffness", "gough-stewart-b", "--set", "q=1"): "one of the parameters R, r, h, k",
+    ("stiffness", "gugh-stewart-b"): "did you mean gough-stewart-b?",
+    ("stiffness", "missing.yaml"): "expected a file, or the name of a shipped robot",
+    ("deflection", "gough-stewart-b", "--wrench", "1 2 3"): "--wrench: got 3 numbers, expected 6",
+    ("stiffness", str(CASES / "a01_cantilever_x.json"), "--pose", "0 0 0 0 0 0"): "is frozen at",
+}
+
+
+@pytest.mark.parametrize(("arguments", "message"), BAD.items(), ids=lambda item: str(item)[-40:])
+def test_bad_input_ends_with_a_message_and_status_two(arguments, message):
+    outcome = run(*arguments)
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+    assert outcome.stderr.startswith("robostiff: error: ")
+    assert outcome.stdout == ""
+
+
+def test_pose_and_joints_exclude_each_other():
+    outcome = run("stiffness", "two-link-arm", "--pose", "0 0 0 0 0 0", "--joints", "0 0")
+    assert outcome.exit_code == 2
+    assert "one of them" in outcome.stderr
+
+
+def test_the_installed_command_runs_in_a_process_of_its_own():
+    command = [sys.executable, "-m", "robostiff.cli.main", "stiffness", "gough-stewart-b"]
+    outcome = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert outcome.returncode == 0
+    assert "rank 6 of 6" in outcome.stdout
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; from typer.testing import CliRunner; from robostiff.cli.main import app; "
+        "CliRunner().invoke(app, ['--help']); "
+        "heavy = {'numpy', 'scipy', 'pint', 'pydantic', 'ruamel', 'sympy'} & set(sys.modules); "
+        "sys.exit(', '.join(sorted(heavy)) or None)"
+    )
+    outcome = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert outcome.returncode == 0, outcome.stderr
