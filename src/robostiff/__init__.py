@@ -14,7 +14,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from robostiff.version import __version__
 
 _HOMES = {
     "robostiff.analysis": (
@@ -59,6 +59,7 @@ __all__ = [
     "Status",
     "Tolerance",
     "WrenchBasis",
+    "__version__",
     "chain_stiffness",
     "compliance",
     "deflection",

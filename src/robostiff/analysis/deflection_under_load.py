@@ -176,7 +176,7 @@ def deflection(
     >>> import robostiff as rs
     >>> bent = rs.deflection(rs.load("gough-stewart-b"), wrench=[0, 0, -1000, 0, 0, 0])
     >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
-    (-1.964, 0.167)
+    (-2.161, 0.167)
     """
     answer = stiffness(robot, pose, at=at, tolerance=tolerance)
     if answer.batch_shape:

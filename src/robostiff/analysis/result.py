@@ -145,7 +145,7 @@ class RobotStiffness:
     def redundant_joints(self) -> tuple[str, ...]:
         """``leg/joint`` of the passive freedoms that add nothing to those before, at any pose."""
         redundant = self.about_reference.redundant
-        lost = redundant.any(axis=tuple(range(redundant.ndim - 1)))
+        lost = np.atleast_1d(redundant.any(axis=tuple(range(redundant.ndim - 1))))
         return tuple(name for name, is_lost in zip(self.joint_names, lost, strict=True) if is_lost)
 
     @property

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from robostiff import __version__
 from robostiff.cli.failure import reported
+from robostiff.version import __version__
 
 app = typer.Typer(
     name="robostiff",

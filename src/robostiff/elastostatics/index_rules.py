@@ -99,7 +99,8 @@ class IndexRules:
                 own = turns[..., p - t, i] if p >= t else moves[..., p, i] & ~turns[..., i].any(-1)
                 own = own & ~problem.redundant[..., i] & ~refused
                 if np.any(own):
-                    K = _by_index(K, J_q[..., i], p, t, own, moves[..., i].any(axis=-1))
+                    shifted = np.asarray(moves[..., i].any(axis=-1))
+                    K = _by_index(K, J_q[..., i], p, t, own, shifted)
         return FormAnswer(K, refused, reason)
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from robostiff import __version__
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.spatial import Space
+from robostiff.version import __version__
 
 STIFFNESS_UNITS = {"translation": "N/m", "coupling": "N/rad", "rotation": "N m/rad"}
 COMPLIANCE_UNITS = {"translation": "m/N", "coupling": "rad/N", "rotation": "rad/(N m)"}

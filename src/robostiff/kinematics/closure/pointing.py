@@ -46,6 +46,8 @@ def point_and_take_up(
     spin : int or None
         Place of a turn about the rod itself (the turn of a cylindrical joint), if there is one.
     """
+    if spin is not None:
+        q[..., spin] = 0.0
     R_first = _point(q, first, along, direction)
     left = product(transposed(R_first), R_wanted)
     if second.is_ball:
@@ -72,7 +74,8 @@ def _point(q: np.ndarray, cluster: Cluster, along: np.ndarray, direction: np.nda
     if len(cluster.axes) == 1:
         angles: tuple[np.ndarray, ...] = (angle_between(cluster.axes[0], along, direction),)
     else:
-        angles = aim_two_axes(*cluster.axes, along, direction)
+        first, second = cluster.axes
+        angles = aim_two_axes(first, second, along, direction)
     _write(q, cluster, angles)
     R = turn_about(cluster.axes[0], angles[0])
     for axis, angle in zip(cluster.axes[1:], angles[1:], strict=True):

@@ -39,13 +39,12 @@ class Strut:
 
 def recognise_strut(skeleton: Skeleton) -> Strut | None:
     """The closed form, when the leg is of this kind."""
+    spin = None
     match skeleton.parts:
         case (Cluster() as A, Slide() as slide, Cluster() as B):
-            spin = None
-        case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B) if (
-            not turn.is_ball and len(turn.axes) == 1
-        ):
-            if np.linalg.norm(np.cross(turn.axes[0], slide.axis)) > 1e-9:
+            pass
+        case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
+            if not _turns_along(turn, slide):
                 return None
             spin = turn.places[0]
         case _:
@@ -55,9 +54,14 @@ def recognise_strut(skeleton: Skeleton) -> Strut | None:
     size = 1e-9 * (np.linalg.norm(A_to_B) + np.linalg.norm(skeleton.p_end) + 1e-300)
     if np.linalg.norm(np.cross(along, A_to_B)) > size or not fits(A, B, along):
         return None
-    if spin is not None and np.dot(turn.axes[0], along) < 0:
-        return None
     return Strut(skeleton, A, B, slide, spin, float(along @ A_to_B))
+
+
+def _turns_along(turn: Cluster, slide: Slide) -> bool:
+    """Whether a joint turns about the slide itself, as a cylindrical joint does."""
+    if turn.is_ball or len(turn.axes) != 1:
+        return False
+    return float(np.linalg.norm(turn.axes[0] - slide.axis)) < 1e-9
 
 
 def _coordinates(home: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:

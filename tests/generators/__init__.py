@@ -1,0 +1,1 @@
+"""Random chains and robots, and references that the tests share."""
