@@ -31,12 +31,13 @@ def unit_vector(subject: str, value: ArrayLike) -> np.ndarray:
     array([0. , 0.6, 0.8])
     """
     vector = vector3(subject, value)
-    size = np.linalg.norm(vector)
-    if size == 0:
+    largest = np.max(np.abs(vector))
+    if largest == 0:
         raise InputError(
             subject, got=value, expected="a direction", hint="a zero vector points nowhere"
         )
-    return vector / size
+    vector = vector / largest  # the square of a huge component would overflow
+    return vector / np.linalg.norm(vector)
 
 
 def rotation_matrix(subject: str, value: ArrayLike) -> np.ndarray:

@@ -137,8 +137,9 @@ class Snapshot:
         """
         points = [e.point for leg in self.legs for e in leg.elements]
         points += [leg.end for leg in self.legs]
-        batch = self.reference_point.shape
-        mean = sum(points[1:], np.broadcast_to(points[0], batch)) / len(points)
+        # From the first point on: a robot that is all in one point gets an exact zero.
+        points = [point - points[0] for point in points]
+        mean = sum(points[1:], np.zeros(self.reference_point.shape)) / len(points)
         square = sum(np.einsum("...i,...i->...", p - mean, p - mean) for p in points)
         return np.sqrt(square / len(points))
 

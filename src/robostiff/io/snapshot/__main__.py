@@ -1,0 +1,7 @@
+"""Write the JSON schema of the snapshot file to standard output."""
+
+import sys
+
+from robostiff.io.snapshot.schema import schema_text
+
+sys.stdout.write(schema_text())

@@ -1,0 +1,103 @@
+"""From the elements of a snapshot file to placed joints and springs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robostiff.elasticity import (
+    BeamTheory,
+    CrossSection,
+    Elasticity,
+    EulerBernoulli,
+    Material,
+    Timoshenko,
+    beam_compliance,
+    elasticity_from_compliance,
+    elasticity_from_stiffness,
+)
+from robostiff.io.snapshot.format import (
+    BeamPart,
+    ElementPart,
+    PassivePart,
+    Spring6Part,
+    SpringPart,
+)
+from robostiff.io.snapshot.place import Place
+from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedSpring, beam_axes
+from robostiff.model.checks import rotation_matrix, unit_vector
+
+
+def placed(element: ElementPart, name: str, place: Place) -> PlacedFreedom | PlacedSpring:
+    """A joint or spring in the world.
+
+    Raises
+    ------
+    FileError
+        When a direction, matrix or length makes no sense, at the key that has it.
+    """
+    if isinstance(element, BeamPart):
+        return _beam(element, name, place)
+    if isinstance(element, Spring6Part):
+        return _spring6(element, name, place)
+    return _freedom(element, name, place)
+
+
+def _freedom(element: PassivePart | SpringPart, name: str, place: Place) -> PlacedFreedom:
+    with place.at("axis").to_blame():
+        axis = _direction("axis", element.axis)
+    role = Passive() if isinstance(element, PassivePart) else Actuated(stiffness=element.k)
+    return PlacedFreedom(
+        name, Motion(element.kind), np.array(element.point, dtype=float), axis, role
+    )
+
+
+def _beam(element: BeamPart, name: str, place: Place) -> PlacedSpring:
+    end = np.array(element.end, dtype=float)
+    along = end - np.array(element.start, dtype=float)
+    if not along.any():
+        raise place.at("end").error(
+            "beam of no length", got=place.at("end").value, expected="a point other than its start"
+        )
+    with place.at("end").to_blame():
+        length = float(np.hypot.reduce(along))
+        x = _direction("direction of the beam", along)
+    with place.at("y_axis").to_blame():
+        rotation = beam_axes(x, _direction("y axis of the section", element.y_axis))
+    theory: BeamTheory = EulerBernoulli() if element.shear_factor_y is None else Timoshenko()
+    with place.to_blame():
+        section = CrossSection(
+            element.A,
+            element.Iy,
+            element.Iz,
+            element.J,
+            element.shear_factor_y,
+            element.shear_factor_z,
+        )
+        material = Material(name, element.E, element.G)
+        compliance = beam_compliance(length, material, section, theory)
+    if not np.isfinite(compliance).all():
+        raise place.error(
+            "compliance of the beam", expected="finite numbers", hint="check the units of the beam"
+        )
+    return PlacedSpring(name, end, rotation, Elasticity(compliance))
+
+
+def _spring6(element: Spring6Part, name: str, place: Place) -> PlacedSpring:
+    with place.at("rotation").to_blame():
+        rotation = rotation_matrix("rotation", element.rotation)
+    if element.K is not None:
+        with place.at("K").to_blame():
+            elasticity = elasticity_from_stiffness(element.K)
+    else:
+        with place.at("compliance").to_blame():
+            elasticity = elasticity_from_compliance(element.compliance or [])
+    return PlacedSpring(name, np.array(element.point, dtype=float), rotation, elasticity)
+
+
+def _direction(subject: str, value: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Unit vector of components of any size, which would overflow or vanish when squared."""
+    vector = np.array(value, dtype=float)
+    largest = np.abs(vector).max()
+    return unit_vector(subject, vector / largest if 0 < largest < np.inf else value)

@@ -1,0 +1,160 @@
+"""The snapshot file, as its models: which keys there are, and what each may hold.
+
+Shapes, words and signs are settled here; whether directions, matrices and lengths make sense is
+settled where the robot is built.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from robostiff.errors import InputError
+from robostiff.io.suggest import Words
+
+Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+Matrix3 = Annotated[list[Vector], Field(min_length=3, max_length=3)]
+Row6 = Annotated[list[float], Field(min_length=6, max_length=6)]
+Matrix6 = Annotated[list[Row6], Field(min_length=6, max_length=6)]
+Name = Annotated[str, Field(min_length=1)]
+Positive = Annotated[float, Field(gt=0)]
+Informative = Annotated[Any, Field(description="any value; for people, not read")]
+
+
+class Part(BaseModel):
+    """Settings that all parts of the file share."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+class Chained(Part):
+    """What every element of a chain may have."""
+
+    name: Name | None = Field(
+        None, description="unique in the leg; by default the type and a number"
+    )
+    note: Informative = None
+
+
+class PassivePart(Chained):
+    """A joint that turns or slides without resistance."""
+
+    type: Literal["passive"]
+    kind: Literal["R", "P"] = Field(description="R to turn about the axis, P to slide along it")
+    point: Vector = Field(description="a point of the axis [m]")
+    axis: Vector = Field(description="the direction of the axis, of any length but zero")
+
+
+class SpringPart(Chained):
+    """An actuator, or another joint, that gives way along or about its axis."""
+
+    type: Literal["spring"]
+    kind: Literal["R", "P"] = Field(description="R to turn about the axis, P to slide along it")
+    point: Vector = Field(description="a point of the axis [m]")
+    axis: Vector = Field(description="the direction of the axis, of any length but zero")
+    k: Positive = Field(description="the stiffness, N m/rad for R and N/m for P")
+
+
+class BeamPart(Chained):
+    """A straight flexible link of constant cross-section."""
+
+    type: Literal["beam"]
+    start: Vector = Field(description="the end towards the base [m]")
+    end: Vector = Field(description="the end towards the platform [m]")
+    y_axis: Vector = Field(
+        description="the direction of the section's y axis; its part along the beam does not matter"
+    )
+    E: Positive = Field(description="Young's modulus [Pa]")
+    G: Positive = Field(description="the shear modulus [Pa]")
+    A: Positive = Field(description="the area of the section [m^2]")
+    Iy: Positive = Field(description="the second moment about y [m^4]: bending in the x-z plane")
+    Iz: Positive = Field(description="the second moment about z [m^4]: bending in the x-y plane")
+    J: Positive = Field(description="the Saint-Venant torsion constant [m^4]")
+    shear_factor_y: Positive | None = Field(
+        None, description="the shear correction factor of a force along y, for Timoshenko's theory"
+    )
+    shear_factor_z: Positive | None = Field(
+        None, description="the shear correction factor of a force along z, for Timoshenko's theory"
+    )
+
+    @model_validator(mode="after")
+    def _both_shear_factors(self) -> BeamPart:
+        factors = {"shear_factor_y": self.shear_factor_y, "shear_factor_z": self.shear_factor_z}
+        given = [key for key, factor in factors.items() if factor is not None]
+        if len(given) == 1:
+            raise InputError(
+                "shear factors",
+                got=Words(f"{given[0]} alone"),
+                expected="shear_factor_y and shear_factor_z, or neither",
+            )
+        return self
+
+
+class Spring6Part(Chained):
+    """An elastic part given by its 6 x 6 matrix, about a point and in axes of its own."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "oneOf": [
+                {"properties": {key: {"type": "array"}}, "required": [key]}
+                for key in ("K", "compliance")
+            ]
+        }
+    )
+
+    type: Literal["spring6"]
+    point: Vector = Field(description="the point about which the matrix is given [m]")
+    rotation: Matrix3 = Field(description="the rotation matrix whose columns are the spring's axes")
+    K: Matrix6 | None = Field(None, description="the stiffness, wrench for a twist [N/m, N, N m]")
+    compliance: Matrix6 | None = Field(
+        None,
+        description="the compliance, twist for a wrench [m/N, 1/N, rad/(N m)]; zero where rigid",
+    )
+
+    @model_validator(mode="after")
+    def _one_matrix(self) -> Spring6Part:
+        if (self.K is None) == (self.compliance is None):
+            raise InputError(
+                "matrix of the spring",
+                got=Words("neither" if self.K is None else "both"),
+                expected="one of K and compliance",
+            )
+        return self
+
+
+ElementPart = Annotated[
+    PassivePart | SpringPart | BeamPart | Spring6Part, Field(discriminator="type")
+]
+
+
+class LegPart(Part):
+    """A chain from the base to the platform."""
+
+    name: Name = Field(description="the name of the leg, unique in the file")
+    end: Vector = Field(description="where the leg meets the platform [m]")
+    chain: list[ElementPart] = Field(
+        min_length=1, description="the elements from base to platform; all else is rigid"
+    )
+    note: Informative = None
+
+
+class SnapshotFile(Part):
+    """A robot frozen at a pose: world axes, metres, newtons and radians."""
+
+    name: Name = Field(description="the name of the robot")
+    description: str = Field("", description="a line about it")
+    reference_point: Vector = Field(
+        description="the point of the platform about which stiffness is given [m]"
+    )
+    planar: bool = Field(False, description="true for a robot that moves in the x-y plane alone")
+    legs: list[LegPart] = Field(min_length=1, description="the chains that hold the platform")
+    schema_: str | None = Field(None, alias="$schema", description="for editors, not read")
+    units: str | None = Field(None, description="for people, not read: units are always SI")
+    frame: str | None = Field(None, description="for people, not read: axes are the world's")
+    order: str | None = Field(None, description="for people, not read: (x, y, z, rx, ry, rz)")
+    params: Informative = None
+    oracle: Informative = None
+    peers: Informative = None
+    note: Informative = None
+    notes: Informative = None

@@ -1,0 +1,161 @@
+"""Snapshot files: a robot at a pose, written down in world coordinates."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from robostiff.errors import FileError
+from robostiff.io.document import Document, read_document
+from robostiff.io.snapshot.elements import placed
+from robostiff.io.snapshot.format import LegPart, SnapshotFile
+from robostiff.io.snapshot.place import Place
+from robostiff.io.snapshot.planar import check_planar
+from robostiff.io.validation import validate
+from robostiff.model import PlacedLeg, Snapshot
+from robostiff.spatial import Space
+
+
+def read_snapshot(source: Path | str) -> Snapshot:
+    """Read a snapshot file, JSON or YAML.
+
+    Parameters
+    ----------
+    source : path or str
+        The file; ``-`` for standard input.
+
+    Returns
+    -------
+    Snapshot
+
+    Raises
+    ------
+    FileError
+        When the file cannot be used; it names line, column and path.
+    """
+    return snapshot_from_document(read_document(source))
+
+
+def snapshot_from_document(document: Document) -> Snapshot:
+    """A robot at a pose, as a document tells it.
+
+    Parameters
+    ----------
+    document : Document
+
+    Returns
+    -------
+    Snapshot
+
+    Raises
+    ------
+    FileError
+        When the document is no snapshot, or not one that makes sense.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> text = '''
+    ... name: screw jack
+    ... reference_point: [0, 0, 0.5]
+    ... legs:
+    ...   - name: jack
+    ...     end: [0, 0, 0.5]
+    ...     chain:
+    ...       - {type: spring, kind: P, point: [0, 0, 0], axis: [0, 0, 1], k: 2.0e+6}
+    ... '''
+    >>> snapshot = snapshot_from_document(parse_document(text))
+    >>> [element.name for element in snapshot.legs[0].elements]
+    ['spring1']
+    """
+    _refuse_graph(document)
+    file = validate(SnapshotFile, document)
+    place = Place(document)
+    _refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
+    legs = tuple(_leg(leg, place.at("legs", i)) for i, leg in enumerate(file.legs))
+    space = Space.PLANAR if file.planar else Space.SPATIAL
+    snapshot = Snapshot(
+        file.name, legs, np.array(file.reference_point, dtype=float), space, file.description
+    )
+    if file.planar:
+        check_planar(snapshot, place.at("legs"))
+    return snapshot
+
+
+def is_snapshot(document: Document) -> bool:
+    """Whether a document means to be a snapshot, rather than a model of a robot at any pose.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> is_snapshot(parse_document("{name: jack, reference_point: [0, 0, 1], legs: []}"))
+    True
+    >>> is_snapshot(parse_document("{robostiff: 1, name: jack}"))
+    False
+    """
+    data = document.data
+    if not isinstance(data, dict) or "robostiff" in data:
+        return False
+    return "reference_point" in data or "graph" in data or _has_placed_leg(data.get("legs"))
+
+
+def _has_placed_leg(legs: object) -> bool:
+    return isinstance(legs, list) and any(
+        isinstance(leg, dict) and "chain" in leg and "end" in leg for leg in legs
+    )
+
+
+def _refuse_graph(document: Document) -> None:
+    data = document.data
+    if isinstance(data, dict) and "graph" in data and "legs" not in data:
+        raise FileError(
+            document.key_location(["graph"]),
+            "graph snapshots are not read by this version",
+            hint="describe the robot by legs",
+        )
+
+
+def _leg(part: LegPart, place: Place) -> PlacedLeg:
+    chain = place.at("chain")
+    given = [element.name for element in part.chain if element.name is not None]
+    _refuse_twins(given, chain, "element", [i for i, e in enumerate(part.chain) if e.name])
+    names = _names(part)
+    elements = tuple(
+        placed(element, name, chain.at(i))
+        for i, (element, name) in enumerate(zip(part.chain, names, strict=True))
+    )
+    if all(element.type == "passive" for element in part.chain):
+        raise chain.error(
+            f"leg {part.name} without compliance",
+            expected="at least one beam, spring or spring6",
+            hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
+        )
+    return PlacedLeg(part.name, elements, np.array(part.end, dtype=float))
+
+
+def _names(part: LegPart) -> list[str]:
+    """Names of the elements; one without a name gets its type and the next free number."""
+    taken = {element.name for element in part.chain if element.name is not None}
+    count: Counter[str] = Counter()
+    names = []
+    for element in part.chain:
+        name = element.name
+        while name is None or (element.name is None and name in taken):
+            count[element.type] += 1
+            name = f"{element.type}{count[element.type]}"
+        names.append(name)
+    return names
+
+
+def _refuse_twins(
+    names: Sequence[str], place: Place, what: str, numbers: Sequence[int] | None = None
+) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            step = numbers[i] if numbers is not None else i
+            raise place.at(step, "name").error(
+                f"name of the {what}", got=name, expected="a name that no other has"
+            )

@@ -1,0 +1,41 @@
+"""JSON schema of the snapshot file."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema
+
+from robostiff.io.snapshot.format import SnapshotFile
+
+
+class _WithoutFieldTitles(GenerateJsonSchema):
+    """Titles that only repeat the key say nothing."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        """No."""
+        return False
+
+
+def snapshot_schema() -> dict[str, Any]:
+    """JSON schema (draft 2020-12) of the snapshot file, for editors and other programs.
+
+    It knows keys, types and shapes; `read_snapshot` also checks what the numbers mean.
+
+    Examples
+    --------
+    >>> snapshot_schema()["required"]
+    ['name', 'reference_point', 'legs']
+    """
+    schema = SnapshotFile.model_json_schema(schema_generator=_WithoutFieldTitles)
+    return {
+        "$schema": GenerateJsonSchema.schema_dialect,
+        **schema,
+        "title": "robostiff snapshot",
+    }
+
+
+def schema_text() -> str:
+    """The schema as the text of ``snapshot.schema.json``."""
+    return json.dumps(snapshot_schema(), indent=2) + "\n"

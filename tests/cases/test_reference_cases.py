@@ -1,0 +1,180 @@
+"""Twenty robots at a pose, against stiffness matrices from 60-digit arithmetic."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+from robostiff.analysis import stiffness
+from robostiff.elastostatics import (
+    Block,
+    Form,
+    Recursive,
+    SaddlePoint,
+    Status,
+    WrenchBasis,
+    aggregate_matrices,
+)
+from robostiff.io.snapshot import snapshot_schema
+from tests.cases.metric import distance
+from tests.cases.reference_case import (
+    NAMES,
+    case,
+    in_metres,
+    in_millimetres,
+    leg_stiffness,
+    robot_stiffness,
+)
+
+FORMS: tuple[Form, ...] = (WrenchBasis(), SaddlePoint(), Block(), Recursive())
+
+#: Forms that do not hold: redundant joints, or actuators as the only springs.
+REFUSED = {
+    "a15_SS_redundant": ("saddle-point", "block"),
+    "a17_rigid_UPS_actuator_only": ("block", "recursive"),
+    "f_3RPR_planar_pose0": ("block", "recursive"),
+}
+
+#: What float64 reaches; the cases themselves ask for 1e-10.
+REACHED = 1e-11
+
+
+def _with(key: str, form: Form | None = None) -> list[str]:
+    names = [name for name in NAMES if key in case(name).oracle]
+    return [name for name in names if form is None or form.name not in REFUSED.get(name, ())]
+
+
+each_case = pytest.mark.parametrize("name", NAMES)
+each_form = pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+
+
+def test_all_twenty_are_there():
+    assert len(NAMES) == 20
+
+
+@each_case
+def test_the_file_fits_the_published_schema(name):
+    Draft202012Validator(snapshot_schema()).validate(case(name).data)
+
+
+@each_form
+@each_case
+def test_stiffness_and_rank_of_the_robot(name, form):
+    given = case(name)
+    result = robot_stiffness(given.snapshot, form)
+    if form.name in REFUSED.get(name, ()):
+        assert Status.FORM_DOES_NOT_HOLD in result.status
+        assert result.reason
+        return
+    assert result.status.has_stiffness
+    assert given.oracle["suggested_rtol"] > REACHED
+    assert distance(result.K, given.K, given.size) < REACHED
+    assert result.rank == given.oracle["rank"]
+
+
+@each_case
+def test_stiffness_in_one_call(name):
+    given = case(name)
+    result = stiffness(given.snapshot)
+    assert distance(result.K, given.K, given.size) < REACHED
+    assert result.rank == given.oracle["rank"]
+    assert len(result.free_motions) == len(given.K) - given.oracle["rank"]
+
+
+@pytest.mark.parametrize(
+    ("name", "form"),
+    [(name, form) for form in FORMS for name in _with("leg_K_at_reference", form)],
+    ids=lambda value: getattr(value, "name", value),
+)
+def test_stiffness_of_each_leg_at_the_reference_point(name, form):
+    given = case(name)
+    at = given.snapshot.reference_point
+    pairs = zip(given.snapshot.legs, given.oracle["leg_K_at_reference"], strict=True)
+    for leg, K in pairs:
+        result = leg_stiffness(given.snapshot, leg, at, form)
+        assert distance(result.K, np.array(K), given.size) < REACHED
+
+
+@pytest.mark.parametrize("name", _with("leg_K_at_leg_end"))
+def test_stiffness_of_each_leg_at_its_end_and_their_sum(name):
+    given = case(name)
+    legs, form = given.snapshot.legs, WrenchBasis()
+    computed = [leg_stiffness(given.snapshot, leg, leg.end, form).K for leg in legs]
+    expected = [np.array(K) for K in given.oracle["leg_K_at_leg_end"]]
+    for K, K_ref in zip(computed, expected, strict=True):
+        assert distance(K, K_ref, given.size) < REACHED
+    to_reference = [given.snapshot.reference_point - leg.end for leg in legs]
+    assert distance(aggregate_matrices(computed, to_reference), given.K, given.size) < REACHED
+    assert distance(aggregate_matrices(expected, to_reference), given.K, given.size) < REACHED
+
+
+@pytest.mark.parametrize("name", _with("compliance"))
+def test_compliance(name):
+    given = case(name)
+    result = robot_stiffness(given.snapshot, WrenchBasis())
+    assert result.compliance is not None
+    C_ref = np.array(given.oracle["compliance"])
+    assert distance(result.compliance, C_ref, 1 / given.size) < REACHED
+
+
+@each_case
+def test_compliance_only_where_the_stiffness_is_regular(name):
+    given = case(name)
+    result = robot_stiffness(given.snapshot, WrenchBasis())
+    assert (result.compliance is not None) == (given.oracle["rank"] == len(given.K))
+
+
+def _closed_form_a(K11: float, R: float, r: float, h: float) -> np.ndarray:
+    """Eq. (27)."""
+    d = R - r
+    K = np.diag([d**2, d**2, 2 * h**2, (r * h) ** 2, (r * h) ** 2, 0.0])
+    K[0, 4] = K[4, 0] = r * h * d
+    K[1, 3] = K[3, 1] = -r * h * d
+    return 3 * K11 / (d**2 + h**2) * K
+
+
+def _closed_form_b(K11: float, R: float, r: float, h: float) -> np.ndarray:
+    """Eq. (28)."""
+    d_a, d_b = R - r, R / 2 - r
+    side = d_a**2 + R * r
+    K = np.diag([side, side, 2 * h**2, (r * h) ** 2, (r * h) ** 2, 1.5 * (r * R) ** 2])
+    K[0, 4] = K[4, 0] = r * h * d_b
+    K[1, 3] = K[3, 1] = -r * h * d_b
+    return 3 * K11 / (side + h**2) * K
+
+
+@pytest.mark.parametrize(
+    ("name", "equation", "closed_form"),
+    [
+        ("b_stewartA_home", "paper eq. (27)", _closed_form_a),
+        ("b_stewartB_home", "paper eq. (28)", _closed_form_b),
+    ],
+)
+def test_closed_form(name, equation, closed_form):
+    given = case(name)
+    assert given.oracle["closed_form"] == equation
+    beam = given.data["legs"][0]["chain"][2]
+    length = np.linalg.norm(np.subtract(beam["end"], beam["start"]))
+    K11 = beam["E"] * beam["A"] / length
+    K = closed_form(K11, *(given.data["params"][key] for key in ("R", "r", "h")))
+    assert distance(K, given.K) < REACHED
+    assert distance(robot_stiffness(given.snapshot, WrenchBasis()).K, K) < REACHED
+
+
+def test_every_closed_form_is_tested():
+    with_one = {name for name in NAMES if "closed_form" in case(name).oracle}
+    assert with_one == {"b_stewartA_home", "b_stewartB_home"}
+
+
+@each_form
+@each_case
+def test_millimetres_change_nothing(name, form):
+    given = case(name)
+    in_mm = in_millimetres(name)
+    result, result_mm = (robot_stiffness(s, form) for s in (given.snapshot, in_mm))
+    assert result_mm.status == result.status
+    assert result_mm.rank == result.rank
+    assert result_mm.redundant.tolist() == result.redundant.tolist()
+    if result.status.has_stiffness:
+        assert distance(in_metres(result_mm.K), given.K, given.size) < REACHED
