@@ -109,6 +109,7 @@ class NoAnswerError(RobostiffError):
 
 
 def _shortened(value: Any, limit: int = 80) -> str:
-    # Arrays and their numbers are shown as what a user would write.
-    text = repr(value.tolist() if hasattr(value, "tolist") else value)
+    # Arrays and their numbers are shown as a user would write them.
+    is_array = type(value).__module__ == "numpy"
+    text = repr(value.tolist() if is_array else value)
     return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -37,7 +37,7 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
     FileError
         At the first thing that is no YAML, or that model files may not use.
     """
-    from ruamel.yaml import events as kinds  # noqa: PLC0415
+    from ruamel.yaml import events as kinds
 
     if found := _LONG_TAG.search(text):  # over which the scanner takes quadratic time
         raise FileError(
@@ -97,7 +97,7 @@ def integer(digits: str) -> int | float:
 
 
 def _events(text: str, file: str) -> Iterator[Any]:
-    from ruamel.yaml import YAML, YAMLError  # noqa: PLC0415
+    from ruamel.yaml import YAML, YAMLError
 
     try:
         yield from YAML(typ="safe", pure=True).parse(text)

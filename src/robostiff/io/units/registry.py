@@ -112,7 +112,7 @@ def exponents(quantity: Quantity) -> tuple[float, float, float, float]:
 @functools.cache
 def registry() -> Any:
     """The pint registry, made on first use."""
-    import pint  # noqa: PLC0415
+    import pint
 
     no_file: Any = None
     units = pint.UnitRegistry(no_file)
