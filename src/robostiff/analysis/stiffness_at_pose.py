@@ -199,7 +199,7 @@ def _rows(request: PoseRequest | np.ndarray) -> int:
 
 def _find(finder: PostureFinder, request: PoseRequest | np.ndarray, rows: slice) -> Posture:
     if isinstance(request, np.ndarray):
-        return finder.at_joints(request.reshape(-1, request.shape[-1])[rows])
+        return finder.at_joints(request.reshape(_rows(request), request.shape[-1])[rows])
     return finder.at_poses(request.part(rows))
 
 

@@ -83,5 +83,6 @@ class SaddlePoint:
         C = np.where(refused[..., None, None], np.eye(n), problem.C)
         J_q = np.where(refused[..., None, None], np.eye(n, q), problem.J_q)
         # Compliances near 1e-7 beside unit twists would cost digits: both are brought to size 1.
-        size = np.trace(C, axis1=-2, axis2=-1)[..., None, None]
+        trace = np.trace(C, axis1=-2, axis2=-1)[..., None, None]
+        size = np.where(trace > 0, trace, 1.0)
         return FormAnswer(saddle_point_stiffness(C / size, J_q) / size, refused, reason)

@@ -1,0 +1,84 @@
+"""From a written robot to a robot of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from robostiff.io.document import Document
+from robostiff.io.expression import ParameterError, Parameters
+from robostiff.io.model_file.build_leg import build_legs
+from robostiff.io.model_file.geometry import point, transform
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.stock import Stock
+from robostiff.io.model_file.verify import verify
+from robostiff.io.model_file.written_robot import WrittenRobot
+from robostiff.model import ALL_COORDINATES, Coordinate, Robot
+from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from pint import Quantity
+else:
+    Quantity = object
+
+_PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
+
+
+def build_robot(
+    document: Document, written: WrittenRobot, overrides: Mapping[str, str | float]
+) -> Robot:
+    """The robot that a document describes, with other values for some of its parameters."""
+    top = Place(document, _parameters(document, written, overrides))
+    stock = Stock.of_file(top, written.materials, written.sections)
+    legs = build_legs(top / "legs", written.legs, stock)
+    home = None if written.home is None else transform(top / "home", written.home)
+    if home is None and len(legs) > 1:
+        raise (top / "home").error(
+            "missing key",
+            hint="home is the pose of the platform, for a robot with several legs; write "
+            "home: {at: [0, 0, 800 mm]} or the like",
+        )
+    with top.complaints():
+        robot = Robot(
+            name=written.name,
+            legs=tuple(leg for _, leg in legs),
+            home=home,
+            reference_point=point(top / "reference_point", written.reference_point),
+            coordinates=_coordinates(top / "coordinates", written),
+            space=Space.PLANAR if written.planar else Space.SPATIAL,
+            title=written.title,
+            source=written.source,
+        )
+    verify(robot, [place for place, _ in legs])
+    return robot
+
+
+def _parameters(
+    document: Document, written: WrittenRobot, overrides: Mapping[str, str | float]
+) -> Mapping[str, Quantity]:
+    place = Place(document, {}) / "parameters"
+    try:
+        return Parameters(written.parameters, overrides).values
+    except ParameterError as error:
+        if error.name in overrides:
+            raise  # it is not the file that is wrong
+        raise (place / error.name).error(
+            error.subject, got=error.got, expected=error.expected, hint=error.hint
+        ) from None
+
+
+def _coordinates(place: Place, written: WrittenRobot) -> tuple[Coordinate, ...]:
+    if written.coordinates is None:
+        if written.home is None:
+            return ()  # a serial arm, posed by its joints
+        return _PLANAR_COORDINATES if written.planar else ALL_COORDINATES
+    chosen = tuple(Coordinate(word) for word in written.coordinates)
+    if len(set(chosen)) < len(chosen):
+        raise place.error("coordinates", got=written.coordinates, expected="each one once")
+    outside = [c for c in chosen if written.planar and c not in _PLANAR_COORDINATES]
+    if outside:
+        i = chosen.index(outside[0])
+        raise (place / i).error(
+            "coordinate of a planar robot", got=outside[0].value, expected="x, y or rz"
+        )
+    return chosen

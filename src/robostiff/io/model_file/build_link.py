@@ -1,0 +1,226 @@
+"""From a written rigid part, beam, spring, elastic link or telescope to one of the model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from robostiff.elasticity import (
+    BeamSegment,
+    BeamTheory,
+    CrossSection,
+    Elasticity,
+    elasticity_from_compliance,
+    elasticity_from_stiffness,
+    moved,
+    tapered_compliance,
+)
+from robostiff.io._wording import shown, values
+from robostiff.io.model_file.build_joint import build_role
+from robostiff.io.model_file.geometry import direction, point, rotation
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.stock import Stock, read_theory
+from robostiff.io.model_file.written_elements import (
+    WrittenBeam,
+    WrittenLink,
+    WrittenMatrices,
+    WrittenRigid,
+    WrittenSpring,
+    WrittenTelescope,
+)
+from robostiff.io.suggest import Words
+from robostiff.io.units import Dimension
+from robostiff.model import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
+from robostiff.model.link import section_is_isotropic
+
+_STIFFNESS_BLOCKS = (
+    Dimension.TRANSLATIONAL_STIFFNESS,
+    Dimension.COUPLING_STIFFNESS,
+    Dimension.ROTATIONAL_STIFFNESS,
+)
+_COMPLIANCE_BLOCKS = (
+    Dimension.TRANSLATIONAL_COMPLIANCE,
+    Dimension.COUPLING_COMPLIANCE,
+    Dimension.ROTATIONAL_COMPLIANCE,
+)
+
+
+def build_rigid(place: Place, written: WrittenRigid, name: str) -> Rigid:
+    """The rigid part that is written at a place."""
+    turned = rotation(place, written)
+    if written.to is None and turned is None:
+        raise place.error("rigid part", expected="to: [x, y, z], a rotation, or both")
+    to = point(place / "to", written.to)
+    return Rigid(RigidTransform.from_components(to, turned or Rotation.identity()), name)
+
+
+def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> Link:
+    """The beam that is written at a place, perhaps of several segments."""
+    to = _run(place / "to", written.to)
+    theory = read_theory(written.theory)
+    y_axis = _y_axis(place, written.y_axis)
+    material = stock.material(place / "material", written.material)
+    if (written.section is None) == (written.taper is None):
+        raise place.error(
+            "beam",
+            got=Words("neither section nor taper" if written.taper is None else "both"),
+            expected="either a section or a taper",
+        )
+    if written.section is not None:
+        section = stock.section(place / "section", written.section, material, theory)
+        _check_y_axis(place, y_axis, to, [section])
+        with place.complaints():
+            return beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
+    segments = _segments(place, written, stock, float(np.linalg.norm(to)), theory)
+    _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
+    with place.complaints():
+        compliance = tapered_compliance(segments, theory)
+        return Link(to, Elasticity(compliance), beam_axes(to, y_axis), name)
+
+
+def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
+    """The spring that is written at a place, moved to the origin of the present frame."""
+    own = _elasticity(place, written)
+    axes = (rotation(place, written) or Rotation.identity()).as_matrix()
+    at = point(place / "at", written.at)
+    if not np.any(at):
+        return Link(np.zeros(3), own, axes, name)
+    return Link(np.zeros(3), moved(own, axes, -at), np.eye(3), name)
+
+
+def build_link(place: Place, written: WrittenLink, name: str) -> Link:
+    """The elastic link that is written at a place."""
+    to = point(place / "to", written.to)
+    axes = (rotation(place, written) or Rotation.identity()).as_matrix()
+    return Link(to, _elasticity(place, written), axes, name)
+
+
+def build_telescope(place: Place, written: WrittenTelescope, name: str, stock: Stock) -> Telescope:
+    """The telescope that is written at a place."""
+    along = direction(place / "direction", written.direction)
+    y_axis = _y_axis(place, written.y_axis)
+    role = build_role(place, written, (Dimension.LENGTH,))
+    home = 0.0
+    if written.home is not None:
+        home = (place / "home").number(written.home, Dimension.LENGTH)
+    beams = tuple(
+        _telescopic_beam(place / "beams" / i, beam, stock, alone=len(written.beams) == 1)
+        for i, beam in enumerate(written.beams)
+    )
+    _check_y_axis(place, y_axis, along, [beam.section for beam in beams])
+    with (place / "beams").complaints():
+        return Telescope(along, beams, beam_axes(along, y_axis), role, home, name)
+
+
+def _telescopic_beam(place: Place, written: Any, stock: Stock, *, alone: bool) -> TelescopicBeam:
+    if written.share is None and not alone:
+        raise place.error(
+            "beam of a telescope",
+            got=Words("no share"),
+            expected="the share of the extension that lengthens this beam, such as share: 0.5",
+        )
+    share = 1.0
+    if written.share is not None:
+        share = (place / "share").number(written.share, Dimension.NUMBER)
+    fixed = (place / "fixed").number(written.fixed, Dimension.LENGTH)
+    material = stock.material(place / "material", written.material)
+    theory = read_theory(written.theory)
+    section = stock.section(place / "section", written.section, material, theory)
+    with place.complaints():
+        return TelescopicBeam(material, section, share, fixed, theory)
+
+
+def _run(place: Place, written: list) -> np.ndarray:
+    to = point(place, written)
+    if not np.any(to):
+        raise place.error(
+            "end of the beam", got=written, expected="a point away from the beam's start"
+        )
+    return to
+
+
+def _y_axis(place: Place, written: str | list | None) -> np.ndarray | None:
+    return None if written is None else direction(place / "y_axis", written)
+
+
+def _check_y_axis(
+    place: Place, y_axis: np.ndarray | None, along: np.ndarray, sections: list[CrossSection]
+) -> None:
+    with (place / "y_axis").complaints():
+        beam_axes(along, y_axis)
+    if y_axis is None and not all(map(section_is_isotropic, sections)):
+        raise place.error(
+            "beam",
+            got=Words("no y_axis"),
+            expected="the direction of the section's y axis, because Iy and Iz differ",
+            hint="write y_axis: z or y_axis: [0, 0, 1] or the like",
+        )
+
+
+def _segments(
+    place: Place, written: WrittenBeam, stock: Stock, length: float, theory: BeamTheory
+) -> list[BeamSegment]:
+    segments, total = [], 0.0
+    for i, segment in enumerate(written.taper or ()):
+        here = place / "taper" / i
+        share = (here / "share").positive(segment.share, Dimension.NUMBER)
+        choice = written.material if segment.material is None else segment.material
+        material = stock.material(here / "material", choice)
+        section = stock.section(here / "section", segment.section, material, theory)
+        segments.append(BeamSegment(share * length, material, section))
+        total += share
+    if abs(total - 1) > 1e-9:
+        raise (place / "taper").error(
+            "shares of the segments", got=Words(f"{total:.9g} in all"), expected="1 in all"
+        )
+    return segments
+
+
+def _elasticity(place: Place, written: WrittenMatrices) -> Elasticity:
+    if (written.stiffness is None) == (written.compliance is None):
+        raise place.error(
+            "elastic element",
+            got=Words("neither" if written.stiffness is None else "both"),
+            expected="either stiffness: or compliance:, 6 x 6",
+        )
+    if written.stiffness is not None:
+        here, convert = place / "stiffness", elasticity_from_stiffness
+        matrix = _matrix6(here, written.stiffness, _STIFFNESS_BLOCKS)
+    else:
+        here, convert = place / "compliance", elasticity_from_compliance
+        matrix = _matrix6(here, written.compliance or [], _COMPLIANCE_BLOCKS)
+    with here.complaints():
+        return convert(matrix)
+
+
+def _matrix6(place: Place, rows: list, blocks: tuple[Dimension, ...]) -> np.ndarray:
+    """Six lists of six values; or six values, the diagonal of a matrix."""
+    matrix = np.zeros((6, 6))
+    for i, row in enumerate(rows):
+        if not isinstance(row, list):
+            matrix[i, i] = (place / i).number(_plain(place / i, row), blocks[2 * (i // 3)])
+            continue
+        if len(row) != 6:
+            raise (place / i).error(
+                "row of the matrix", got=Words(values(len(row))), expected="6 values"
+            )
+        for j, value in enumerate(row):
+            here = place / i / j
+            matrix[i, j] = here.number(_plain(here, value), blocks[i // 3 + j // 3])
+    if len({isinstance(row, list) for row in rows}) > 1:
+        raise place.error(
+            "matrix",
+            got=Words("lists beside single values"),
+            expected="six lists of six values, or the six values of the diagonal",
+        )
+    return matrix
+
+
+def _plain(place: Place, value: Any) -> str | float:
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise place.error(
+            "entry of the matrix", got=shown(value), expected="a number or an expression"
+        )
+    return value

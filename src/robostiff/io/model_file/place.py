@@ -1,0 +1,131 @@
+"""A place in a model file: it evaluates what is written there, and complaints point to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.errors import FileError, InputError
+from robostiff.io.document import Document
+from robostiff.io.expression import parse
+from robostiff.io.expression.nodes import Literal, Negative
+from robostiff.io.suggest import Words
+from robostiff.io.units import Dimension, describe, make_quantity, make_unit, same_dimension, to_si
+
+if TYPE_CHECKING:
+    from pint import Quantity
+else:
+    Quantity = object
+
+_LARGEST = 1e30  # far beyond any robot, and far from overflow
+_parsed = lru_cache(maxsize=4096)(parse)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a document, and which names have a value there.
+
+    Attributes
+    ----------
+    document : Document
+    names : mapping of str to quantity
+        Parameters and, in repeated legs, the variables of the copy.
+    path : tuple of str and int
+    leg : str
+        The copy of a repeated leg that is being built.
+    """
+
+    document: Document
+    names: Mapping[str, Quantity]
+    path: tuple[str | int, ...] = ()
+    leg: str = ""
+
+    def __truediv__(self, step: str | int) -> Place:
+        """The place of an entry."""
+        return replace(self, path=(*self.path, step))
+
+    def number(self, value: str | float, dimension: Dimension) -> float:
+        """What is written here, in SI units.
+
+        Raises
+        ------
+        FileError
+            When it cannot be evaluated, or is something else.
+        """
+        with self.complaints():
+            if isinstance(value, str):
+                quantity = _parsed(value).evaluate(self.names)
+                number = to_si(quantity, dimension, got=self._came(value))
+            else:
+                number = to_si(value, dimension)
+        if abs(number) > _LARGEST:
+            raise self.error(
+                dimension.with_article.split(" ", 1)[1],
+                got=self._came(value),
+                expected=f"at most {_LARGEST:g} in SI units",
+            )
+        return number
+
+    def positive(self, value: str | float, dimension: Dimension) -> float:
+        """What is written here, which must be positive, in SI units."""
+        number = self.number(value, dimension)
+        if number <= 0:
+            words = dimension.with_article.split(" ", 1)[1]
+            raise self.error(words, got=self._came(value), expected="a positive one")
+        return number
+
+    def is_length(self, value: str | float) -> bool:
+        """Whether what is written here measures a length; a bare number does not tell."""
+        if not isinstance(value, str):
+            return False
+        with self.complaints():
+            quantity = _parsed(value).evaluate(self.names)
+        return same_dimension(quantity, make_quantity(1.0, make_unit({"m": 1})))
+
+    def error(
+        self,
+        subject: str,
+        *,
+        got: Any = None,
+        expected: str | None = None,
+        hint: str | None = None,
+        key: bool = False,
+    ) -> FileError:
+        """A complaint about what is written here, or about its key."""
+        document = self.document
+        place = document.key_location(self.path) if key else document.location(self.path)
+        if self.leg and self.leg not in subject:
+            subject = f"{subject} (in {self.leg})"
+        if isinstance(got, np.ndarray):
+            got = got.tolist()
+        return FileError(place, subject, got=got, expected=expected, hint=hint)
+
+    def _came(self, value: str | float) -> Any:
+        """What is written here; with its value, where the text is more than a quantity."""
+        if not isinstance(value, str):
+            return value
+        expression = _parsed(value)
+        root = expression.root.operand if isinstance(expression.root, Negative) else expression.root
+        if isinstance(root, Literal):
+            return value
+        return Words(f"{value!r}, which is {describe(expression.evaluate(self.names))}")
+
+    @contextmanager
+    def complaints(self, hint: str | None = None) -> Iterator[None]:
+        """Give complaints from within, unless they have a place already, this one.
+
+        Their hint speaks of Python; `hint` says the same in the words of a file.
+        """
+        try:
+            yield
+        except FileError:
+            raise
+        except InputError as error:
+            raise self.error(
+                error.subject, got=error.got, expected=error.expected, hint=hint or error.hint
+            ) from None

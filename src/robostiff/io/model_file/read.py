@@ -1,0 +1,107 @@
+"""From a file or document to a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robostiff.errors import FileError
+from robostiff.io.document import Document, read_document
+from robostiff.io.model_file.build import build_robot
+from robostiff.io.model_file.written_robot import VERSION, WrittenRobot
+from robostiff.io.validation import validate
+
+if TYPE_CHECKING:
+    from robostiff.model import Robot
+
+
+def read_model(source: Path | str, parameters: Mapping[str, str | float] | None = None) -> Robot:
+    """Read a robot from a model file.
+
+    Parameters
+    ----------
+    source : path or str
+        YAML file; ``-`` for standard input.
+    parameters : mapping of str to (str or float), optional
+        Other values for some of the file's parameters: quantities, expressions, or bare numbers in
+        the SI unit of what they replace.
+
+    Returns
+    -------
+    Robot
+        Closed at its home pose.
+
+    Raises
+    ------
+    FileError
+        At the place in the file that is to blame.
+    InputError
+        When a parameter is given that the file does not have, or of another dimension.
+
+    See Also
+    --------
+    robostiff.robots.load : takes shipped robots by name, and snapshots too.
+    """
+    return model_from_document(read_document(source), parameters)
+
+
+def model_from_document(
+    document: Document, parameters: Mapping[str, str | float] | None = None
+) -> Robot:
+    r"""The robot that a document describes.
+
+    Parameters
+    ----------
+    document : Document
+    parameters : mapping of str to (str or float), optional
+        Other values for some of its parameters.
+
+    Raises
+    ------
+    FileError
+        At the place in the document that is to blame.
+    InputError
+        When a parameter is given that the document does not have, or of another dimension.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> robot = model_from_document(parse_document('''
+    ... robostiff: 1
+    ... name: cantilever
+    ... source: an example
+    ... parameters: {L: 300 mm}
+    ... legs:
+    ...   - name: arm
+    ...     chain:
+    ...       - type: beam
+    ...         to: [L, 0, 0]
+    ...         material: steel
+    ...         section: {circle: {diameter: 20 mm}}
+    ... '''), parameters={"L": "400 mm"})
+    >>> robot.legs[0].chain.elements[0].to
+    array([0.4, 0. , 0. ])
+    """
+    _check_version(document)
+    return build_robot(document, validate(WrittenRobot, document), parameters or {})
+
+
+def _check_version(document: Document) -> None:
+    data = document.data
+    if not isinstance(data, dict) or "robostiff" not in data:
+        raise FileError(
+            document.location(),
+            "model file",
+            expected=f"robostiff: {VERSION} at the top, the version of the format",
+        )
+    version = data["robostiff"]
+    if version != VERSION or isinstance(version, bool):
+        newer = isinstance(version, int) and version > VERSION
+        raise FileError(
+            document.location(("robostiff",)),
+            "version of the model file format",
+            got=version,
+            expected=str(VERSION),
+            hint="this file needs a newer robostiff" if newer else None,
+        )

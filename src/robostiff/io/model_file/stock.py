@@ -1,0 +1,172 @@
+"""Materials and cross-sections of a model file, named or written in place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from robostiff.elasticity import (
+    MATERIALS,
+    BeamTheory,
+    CrossSection,
+    EulerBernoulli,
+    Material,
+    Timoshenko,
+    box,
+    circle,
+    i_section,
+    rectangle,
+    tube,
+)
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.written_parts import (
+    MaterialChoice,
+    SectionChoice,
+    Written,
+    WrittenMaterial,
+    WrittenProperties,
+    WrittenSection,
+)
+from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.io.units import Dimension
+
+_SHAPES = {"circle": circle, "tube": tube, "rectangle": rectangle, "box": box, "i": i_section}
+_HINTS = {"tube": "both are diameters, not radii"}
+_PROPERTIES = {
+    "A": Dimension.AREA,
+    "Iy": Dimension.SECOND_MOMENT,
+    "Iz": Dimension.SECOND_MOMENT,
+    "J": Dimension.SECOND_MOMENT,
+    "shear_factor_y": Dimension.NUMBER,
+    "shear_factor_z": Dimension.NUMBER,
+}
+
+
+@dataclass(frozen=True)
+class Stock:
+    """What the beams of a file are made of.
+
+    Attributes
+    ----------
+    top : Place
+        The whole document.
+    materials : mapping of str to Material
+        The shipped ones and those of the file, which come first.
+    sections : mapping of str to WrittenSection
+        Those of the file. Their shear factors depend on the material, so each beam builds its own.
+    """
+
+    top: Place
+    materials: Mapping[str, Material]
+    sections: Mapping[str, WrittenSection]
+
+    @classmethod
+    def of_file(
+        cls,
+        top: Place,
+        materials: Mapping[str, WrittenMaterial],
+        sections: Mapping[str, WrittenSection],
+    ) -> Stock:
+        """The stock of a file, all of it checked."""
+        own = {
+            name: read_material(top / "materials" / name, written, name)
+            for name, written in materials.items()
+        }
+        for name, written in sections.items():
+            read_section(top / "sections" / name, written)
+        return cls(top, {**MATERIALS, **own}, sections)
+
+    def material(self, place: Place, written: MaterialChoice) -> Material:
+        """The material that is named or written at a place."""
+        if isinstance(written, WrittenMaterial):
+            return read_material(place, written, "material of this beam")
+        if written not in self.materials:
+            raise place.error(
+                "unknown material",
+                got=written,
+                expected=f"one of {listing(list(self.materials))}",
+                hint=did_you_mean(written, self.materials)
+                or "define it under materials: or write {E: 70 GPa, poisson_ratio: 0.33}",
+            )
+        return self.materials[written]
+
+    def section(
+        self, place: Place, written: SectionChoice, material: Material, theory: BeamTheory
+    ) -> CrossSection:
+        """The cross-section that is named or written at a place, of a beam of this material."""
+        section = self._section(place, written, material)
+        with place.complaints(hint="write them beside A, or leave theory: timoshenko out"):
+            theory.shear_factors(section)
+        return section
+
+    def _section(self, place: Place, written: SectionChoice, material: Material) -> CrossSection:
+        if isinstance(written, WrittenSection):
+            return read_section(place, written, material)
+        if written not in self.sections:
+            raise place.error(
+                "unknown section",
+                got=written,
+                expected=f"one of {listing(list(self.sections))}"
+                if self.sections
+                else "a shape, as no section is defined",
+                hint=did_you_mean(written, self.sections)
+                or "define it under sections: or write {circle: {diameter: 20 mm}}",
+            )
+        return read_section(self.top / "sections" / written, self.sections[written], material)
+
+
+def read_theory(written: str) -> BeamTheory:
+    """The beam theory of that name."""
+    return Timoshenko() if written == "timoshenko" else EulerBernoulli()
+
+
+def read_material(place: Place, written: WrittenMaterial, name: str) -> Material:
+    """The material that is written at a place."""
+    E = (place / "E").positive(written.E, Dimension.MODULUS)
+    if (written.G is None) == (written.poisson_ratio is None):
+        raise place.error(
+            "material",
+            got=Words("both G and poisson_ratio" if written.G is not None else "E alone"),
+            expected="E with either G or poisson_ratio",
+        )
+    if written.G is not None:
+        G = (place / "G").positive(written.G, Dimension.MODULUS)
+        return Material(name, E, G, written.source)
+    here = place / "poisson_ratio"
+    ratio = here.number(written.poisson_ratio or 0, Dimension.NUMBER)
+    with here.complaints(hint="write E and G for a material that is not isotropic"):
+        return Material.isotropic(name, E, ratio, written.source)
+
+
+def read_section(
+    place: Place, written: WrittenSection, material: Material | None = None
+) -> CrossSection:
+    """The cross-section that is written at a place, of a beam of a material."""
+    kinds = [kind for kind in (*_SHAPES, "properties") if getattr(written, kind) is not None]
+    if len(kinds) != 1:
+        raise place.error(
+            "section",
+            got=Words(" and ".join(kinds) if kinds else "no shape"),
+            expected=f"one of {', '.join(_SHAPES)}, properties",
+        )
+    (kind,) = kinds
+    here, shape = place / kind, getattr(written, kind)
+    if isinstance(shape, WrittenProperties):
+        return CrossSection(**_numbers(here, shape))
+    with here.complaints(hint=_HINTS.get(kind)):
+        return _SHAPES[kind](**_numbers(here, shape), poisson_ratio=_usable_ratio(material))
+
+
+def _numbers(place: Place, written: Written) -> dict[str, float]:
+    return {
+        key: (place / key).positive(value, _PROPERTIES.get(key, Dimension.LENGTH))
+        for key, value in written
+        if value is not None
+    }
+
+
+def _usable_ratio(material: Material | None) -> float:
+    """The Poisson ratio for the shear factors; steel's where a material is not isotropic."""
+    if material is None or not -1 < material.poisson_ratio < 0.5:
+        return 0.3
+    return material.poisson_ratio

@@ -1,0 +1,169 @@
+"""How the elements of a chain are written in a model file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from annotated_types import MaxLen, MinLen
+from pydantic import Field
+
+from robostiff.io.model_file.written_parts import (
+    Direction,
+    MaterialChoice,
+    Pair,
+    SectionChoice,
+    Theory,
+    Value,
+    Vector,
+    Written,
+    WrittenRotation,
+)
+
+_Six = Annotated[list[Any], MinLen(6), MaxLen(6)]
+_Name = Annotated[str, Field(min_length=1)]
+_MATERIAL = "a name, such as steel, or {E: 70 GPa, poisson_ratio: 0.33}"
+_SECTION = "a name, or a shape such as {circle: {diameter: 20 mm}}"
+
+
+class WrittenDrive(Written):
+    """What joints and telescopes have in common: whether and how the freedom is held."""
+
+    name: _Name | None = None
+    role: Literal["passive", "actuated", "locked"] = Field(
+        description="passive, actuated or locked: what holds the joint"
+    )
+    stiffness: Value | None = None
+    limits: Pair | None = None
+
+
+class WrittenOneAxisJoint(WrittenDrive):
+    """Revolute or prismatic joint."""
+
+    type: Literal["revolute", "prismatic"]
+    axis: Direction = Field(description="the axis, such as z or [0, 0, 1]")
+    home: Value | None = None
+
+
+class WrittenUniversal(WrittenDrive):
+    """Universal joint."""
+
+    type: Literal["universal"]
+    axes: Annotated[list[Direction], Field(min_length=2, max_length=2)] = Field(
+        description="the two axes, such as [x, y], the one at the base side first"
+    )
+    home: Pair | None = None
+
+
+class WrittenSpherical(WrittenDrive):
+    """Spherical joint."""
+
+    type: Literal["spherical"]
+    home: Vector | None = None
+
+
+class WrittenCylindrical(WrittenDrive):
+    """Cylindrical joint."""
+
+    type: Literal["cylindrical"]
+    axis: Direction = Field(description="the axis, such as z or [0, 0, 1]")
+    home: Pair | None = None
+
+
+class WrittenPlanar(WrittenDrive):
+    """Planar joint."""
+
+    type: Literal["planar"]
+    normal: Direction = Field(description="the direction across the plane, such as z")
+    home: Vector | None = None
+
+
+WrittenJoint = (
+    WrittenOneAxisJoint | WrittenUniversal | WrittenSpherical | WrittenCylindrical | WrittenPlanar
+)
+
+
+class WrittenRigid(WrittenRotation):
+    """Rigid part."""
+
+    type: Literal["rigid"]
+    name: _Name | None = None
+    to: Vector | None = None
+
+
+class WrittenSegment(Written):
+    """A uniform piece of a beam."""
+
+    share: Value = Field(description="the part of the beam's length that this segment has")
+    material: MaterialChoice | None = None
+    section: SectionChoice = Field(description=_SECTION)
+
+
+class WrittenBeam(Written):
+    """Straight beam."""
+
+    type: Literal["beam"]
+    name: _Name | None = None
+    to: Vector = Field(description="the end of the beam, [x, y, z] in the present frame")
+    y_axis: Direction | None = None
+    material: MaterialChoice = Field(description=_MATERIAL)
+    section: SectionChoice | None = None
+    theory: Theory = "euler-bernoulli"
+    taper: Annotated[list[WrittenSegment], Field(min_length=1)] | None = None
+
+
+class WrittenMatrices(WrittenRotation):
+    """A 6x6 stiffness or compliance: six lists of six numbers, or the six of the diagonal."""
+
+    stiffness: _Six | None = None
+    compliance: _Six | None = None
+
+
+class WrittenSpring(WrittenMatrices):
+    """Spring at one place of the chain."""
+
+    type: Literal["spring"]
+    name: _Name | None = None
+    at: Vector | None = None
+
+
+class WrittenLink(WrittenMatrices):
+    """Elastic part given by its 6x6 matrix."""
+
+    type: Literal["link"]
+    name: _Name | None = None
+    to: Vector = Field(description="the far end, [x, y, z] in the present frame")
+
+
+class WrittenTelescopicBeam(Written):
+    """A beam that a telescope lengthens."""
+
+    share: Value | None = None
+    fixed: Value = 0.0
+    material: MaterialChoice = Field(description=_MATERIAL)
+    section: SectionChoice = Field(description=_SECTION)
+    theory: Theory = "euler-bernoulli"
+
+
+class WrittenTelescope(WrittenDrive):
+    """Leg of variable length."""
+
+    type: Literal["telescope"]
+    direction: Direction = Field(description="the direction of the slide, such as z")
+    y_axis: Direction | None = None
+    home: Value | None = None
+    beams: list[WrittenTelescopicBeam] = Field(default_factory=list)
+
+
+WrittenElement = Annotated[
+    WrittenOneAxisJoint
+    | WrittenUniversal
+    | WrittenSpherical
+    | WrittenCylindrical
+    | WrittenPlanar
+    | WrittenRigid
+    | WrittenBeam
+    | WrittenSpring
+    | WrittenLink
+    | WrittenTelescope,
+    Field(discriminator="type"),
+]

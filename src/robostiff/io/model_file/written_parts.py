@@ -1,0 +1,167 @@
+"""How values, frames, materials and cross-sections are written in a model file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from annotated_types import MaxLen, MinLen
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainValidator,
+    Tag,
+    WithJsonSchema,
+)
+
+from robostiff.errors import InputError
+from robostiff.io._wording import shown
+
+
+class Written(BaseModel):
+    """A mapping in a model file: its keys and no others, kept as they were written."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, (str, int, float)) and not isinstance(value, bool):
+        return value
+    raise InputError(
+        "wrong value", got=shown(value), expected="a number, or a text such as 300 mm or 2*R"
+    )
+
+
+Value = Annotated[Any, PlainValidator(_value), WithJsonSchema({"type": ["number", "string"]})]
+"""A number in SI units, or an expression."""
+
+Vector = Annotated[list[Value], MinLen(3), MaxLen(3)]
+Pair = Annotated[list[Value], MinLen(2), MaxLen(2)]
+
+AxisWord = Literal["x", "y", "z", "-x", "-y", "-z"]
+
+
+def _word_or_list(value: Any) -> str:
+    return "word" if isinstance(value, str) else "vector"
+
+
+Direction = Annotated[
+    Annotated[AxisWord, Tag("word")] | Annotated[Vector, Tag("vector")],
+    Discriminator(_word_or_list),
+]
+"""An axis of the present frame by name, or three numbers; its length does not matter."""
+
+
+class WrittenTurn(Written):
+    """A turn about one current axis; exactly one of the three is written."""
+
+    x: Value | None = None
+    y: Value | None = None
+    z: Value | None = None
+
+
+class WrittenAxes(Written):
+    """The directions of two axes of a frame; the third follows by the right hand."""
+
+    x: Direction | None = None
+    y: Direction | None = None
+    z: Direction | None = None
+
+
+class WrittenRotation(Written):
+    """A rotation, in at most one of four ways."""
+
+    turn: list[WrittenTurn] | None = None
+    rotation_vector: Vector | None = None
+    matrix: Annotated[list[Vector], MinLen(3), MaxLen(3)] | None = None
+    axes: WrittenAxes | None = None
+
+
+class WrittenFrame(WrittenRotation):
+    """A frame: where its origin is, and how its axes are turned."""
+
+    at: Vector | None = None
+
+
+class WrittenMaterial(Written):
+    """A material: E with G, or E with the Poisson ratio."""
+
+    E: Value = Field(description="Young's modulus")
+    G: Value | None = None
+    poisson_ratio: Value | None = None
+    source: str = ""
+
+
+class WrittenCircle(Written):
+    """Full circle."""
+
+    diameter: Value
+
+
+class WrittenTube(Written):
+    """Circular tube."""
+
+    outer_diameter: Value
+    inner_diameter: Value
+
+
+class WrittenRectangle(Written):
+    """Full rectangle."""
+
+    width_y: Value
+    height_z: Value
+
+
+class WrittenBox(Written):
+    """Hollow rectangle."""
+
+    width_y: Value
+    height_z: Value
+    wall: Value
+
+
+class WrittenISection(Written):
+    """Flanges along y, web along z."""
+
+    flange_width: Value
+    height: Value
+    web_thickness: Value
+    flange_thickness: Value
+
+
+class WrittenProperties(Written):
+    """The numbers themselves."""
+
+    A: Value
+    Iy: Value
+    Iz: Value
+    J: Value
+    shear_factor_y: Value | None = None
+    shear_factor_z: Value | None = None
+
+
+class WrittenSection(Written):
+    """A cross-section: exactly one of these shapes."""
+
+    circle: WrittenCircle | None = None
+    tube: WrittenTube | None = None
+    rectangle: WrittenRectangle | None = None
+    box: WrittenBox | None = None
+    i: WrittenISection | None = None
+    properties: WrittenProperties | None = None
+
+
+def _name_or_mapping(value: Any) -> str:
+    return "name" if isinstance(value, str) else "mapping"
+
+
+MaterialChoice = Annotated[
+    Annotated[str, Tag("name")] | Annotated[WrittenMaterial, Tag("mapping")],
+    Discriminator(_name_or_mapping),
+]
+SectionChoice = Annotated[
+    Annotated[str, Tag("name")] | Annotated[WrittenSection, Tag("mapping")],
+    Discriminator(_name_or_mapping),
+]
+Theory = Literal["euler-bernoulli", "timoshenko"]

@@ -1,0 +1,163 @@
+"""Shipped robots, one model file each, and loading of any robot by name or file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robostiff.errors import InputError
+
+if TYPE_CHECKING:
+    from robostiff.io.document import Document
+    from robostiff.model import Robot, Snapshot
+
+__all__ = ["RobotInfo", "describe", "load", "robot_file", "shipped_robots"]
+
+_HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
+
+
+@dataclass(frozen=True)
+class RobotInfo:
+    """What a shipped robot is.
+
+    Attributes
+    ----------
+    name : str
+    title : str
+        In a line.
+    source : str
+        Where its numbers come from.
+    """
+
+    name: str
+    title: str
+    source: str
+
+
+def shipped_robots() -> tuple[str, ...]:
+    """Names of the robots that come with robostiff, in alphabetical order.
+
+    Examples
+    --------
+    >>> "gough-stewart-b" in shipped_robots()
+    True
+    """
+    folder = resources.files(__name__)
+    files = (entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+    return tuple(sorted(name.removesuffix(".yaml") for name in files))
+
+
+def robot_file(name: str) -> Path:
+    """The model file of a shipped robot, to read or to copy.
+
+    Raises
+    ------
+    InputError
+        When no shipped robot has this name.
+
+    Examples
+    --------
+    >>> robot_file("3-puu").name
+    '3-puu.yaml'
+    """
+    if name not in shipped_robots():
+        raise _unknown(name, "the name of a shipped robot")
+    return Path(str(resources.files(__name__) / f"{name}.yaml"))
+
+
+def describe(name: str) -> RobotInfo:
+    """Title and source of a shipped robot; only the head of its file is read.
+
+    Raises
+    ------
+    InputError
+        When no shipped robot has this name.
+
+    Examples
+    --------
+    >>> describe("planar-link").title
+    'Cantilever link with a passive joint at its tip'
+    """
+    from robostiff.io.document import parse_document
+
+    file = robot_file(name)
+    head = []
+    for line in file.read_text(encoding="utf-8").splitlines(keepends=True):
+        if not line.startswith(_HEADER):
+            break
+        head.append(line)
+    data = parse_document("".join(head), str(file)).data
+    return RobotInfo(name, data["title"], data["source"])
+
+
+def load(
+    name_or_path: str | Path, parameters: Mapping[str, str | float] | None = None
+) -> Robot | Snapshot:
+    """A robot by its name, or from a model file or a snapshot file.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name of `shipped_robots`, or a file: a model (YAML with ``robostiff: 1``) or a snapshot
+        (JSON or YAML); ``-`` for standard input.
+    parameters : mapping of str to (str or float), optional
+        Other values for some of the model's parameters, such as ``{"h": "750 mm"}``.
+
+    Returns
+    -------
+    Robot or Snapshot
+
+    Raises
+    ------
+    InputError
+        When there is no such robot or file; a `FileError`, with the place, when it cannot be used.
+
+    Examples
+    --------
+    >>> robot = load("gough-stewart-b", {"h": "750 mm"})
+    >>> len(robot.legs), float(robot.home.translation[2])
+    (6, 0.75)
+    """
+    from robostiff.io.document import read_document
+
+    name = str(name_or_path)
+    shipped = isinstance(name_or_path, str) and name in shipped_robots()
+    if not shipped and name != "-" and not Path(name).exists():
+        raise _unknown(name, "a file, or the name of a shipped robot")
+    document = read_document(robot_file(name) if shipped else name_or_path)
+    if not _is_snapshot(document):
+        from robostiff.io.model_file import model_from_document
+
+        return model_from_document(document, parameters)
+    if parameters:
+        raise InputError(
+            f"parameters of {name!r}",
+            got=dict(parameters),
+            expected="none: this is a snapshot, frozen at one pose, and not a model",
+        )
+    from robostiff.io.snapshot import snapshot_from_document
+
+    return snapshot_from_document(document)
+
+
+def _is_snapshot(document: Document) -> bool:
+    if isinstance(document.data, dict) and "robostiff" in document.data:
+        return False  # a model: no need to import what reads snapshots
+    from robostiff.io.snapshot import is_snapshot
+
+    return is_snapshot(document)
+
+
+def _unknown(name: str, expected: str) -> InputError:
+    from robostiff.io.suggest import did_you_mean, listing
+
+    names = shipped_robots()
+    return InputError(
+        "robot",
+        got=name,
+        expected=f"{expected}: {listing(names)}",
+        hint=did_you_mean(name, names),
+    )

@@ -1,0 +1,143 @@
+"""What holds for every shipped robot: it loads, closes, and its matrix is one of stiffness."""
+
+import time
+
+import numpy as np
+import pytest
+
+from robostiff.analysis import stiffness
+from robostiff.io.document import read_document
+from robostiff.kinematics import JointCoordinates, PostureFinder
+from robostiff.kinematics.closure import NewtonTask
+from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.robots import describe, load, robot_file, shipped_robots
+
+SPREAD = {
+    "3-rpr": (0.15, 0.15, 0, 0, 0, 0.4),
+    "3-rpr-beams": (0.15, 0.15, 0, 0, 0, 0.4),
+    "3-rrr": (0.06, 0.06, 0, 0, 0, 0.3),
+    "3-puu": (0.15, 0.15, 0.15, 0, 0, 0),
+    "tripteron": (0.15, 0.15, 0.15, 0, 0, 0),
+}
+ARMS = ("planar-link", "two-link-arm", "six-joint-arm")
+PARALLEL = sorted(set(shipped_robots()) - set(ARMS))
+
+
+def shipped(name: str) -> Robot:
+    robot = load(name)
+    assert isinstance(robot, Robot)
+    return robot
+
+
+def random_poses(name, finder, count=60):
+    spread = np.array(SPREAD.get(name, (0.12, 0.12, 0.12, 0.3, 0.3, 0.3)))
+    rng = np.random.default_rng(7)
+    return finder.home_pose + rng.uniform(-1, 1, (count, 6)) * spread
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_loads_and_says_where_it_comes_from(name):
+    robot = shipped(name)
+    assert robot.name == name
+    info = describe(name)
+    assert (info.name, info.title, info.source) == (name, robot.title, robot.source)
+    assert len(info.title) < 90
+    assert "\n" not in info.source
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_home_has_a_stiffness_matrix(name):
+    result = stiffness(shipped(name))
+    K = result.K
+    scale = np.sqrt(np.outer(np.diag(K), np.diag(K)))
+    assert np.isfinite(K).all()
+    assert (np.abs(K) <= scale * (1 + 1e-9) + 1e-6).all()
+    full = name not in {"planar-link", "gough-stewart-a", "gough-stewart-a-beams"}
+    assert (int(result.rank) == len(K)) == full
+
+
+@pytest.mark.parametrize("name", PARALLEL)
+def test_legs_close_at_random_poses(name):
+    finder = PostureFinder(shipped(name))
+    posture = finder.find(random_poses(name, finder))
+    assert posture.reached.all()
+    assert posture.shift_gaps.max() < 1e-9
+    assert posture.turn_gaps.max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["3-puu", "tripteron", "3-rpr-beams"])
+def test_legs_decide_the_other_coordinates(name):
+    robot = shipped(name)
+    finder = PostureFinder(robot)
+    poses = random_poses(name, finder)
+    chosen = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
+    posture = finder.find(poses[:, chosen])
+    assert posture.reached.all()
+    np.testing.assert_allclose(posture.pose, poses, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", sorted(set(PARALLEL) - {"tripteron"}))
+def test_closed_form_and_newton_agree(name):
+    finder = PostureFinder(shipped(name))
+    poses = random_poses(name, finder)
+    posture = finder.find(poses)
+    for solver, q in zip(finder.solvers, posture.coordinates, strict=True):
+        assert solver.closed_form is not None
+        task = NewtonTask((solver.leg,), (), solver.length)
+        _, (found,) = task.follow(solver.home_pose, [solver.home], poses)
+        difference = found - q
+        turns = np.abs(difference) > np.pi  # the same angle, a turn further
+        difference[turns] -= 2 * np.pi * np.sign(difference[turns])
+        assert np.abs(difference).max() < 1e-9
+
+
+def test_tripteron_has_no_closed_form():
+    assert all(solver.closed_form is None for solver in PostureFinder(shipped("tripteron")).solvers)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_arms_reach_what_their_joints_say(name):
+    robot = shipped(name)
+    q = np.random.default_rng(3).uniform(-2, 2, (20, robot.legs[0].chain.size))
+    posture = PostureFinder(robot).find(JointCoordinates(q))
+    assert posture.shift_gaps.max() < 1e-12
+    assert posture.turn_gaps.max() < 1e-9
+
+
+def test_six_joint_arm_is_posed_by_the_platform_too():
+    robot = shipped("six-joint-arm")
+    finder = PostureFinder(robot)
+    rng = np.random.default_rng(5)
+    q = robot.legs[0].chain.home + rng.uniform(-0.3, 0.3, (10, 6))
+    by_joints = finder.find(JointCoordinates(q))
+    by_pose = finder.find(by_joints.pose)
+    assert by_pose.reached.all()
+    K = stiffness(robot, JointCoordinates(q)).K
+    np.testing.assert_allclose(stiffness(robot, by_joints.pose).K, K, rtol=1e-6, atol=1e-3)
+
+
+def test_tripteron_moves_along_its_drives():
+    robot = shipped("tripteron")
+    posture = PostureFinder(robot).find([0.05, -0.02, 0.1])
+    drives = [float(q[0, 0]) for q in posture.coordinates]
+    np.testing.assert_allclose(drives, [0.05, -0.02, 0.1], atol=1e-12)
+
+
+def test_hexapod_stays_within_its_strokes_around_home():
+    finder = PostureFinder(shipped("hexapod"))
+    assert finder.find(random_poses("hexapod", finder)).within_limits.mean() > 0.9
+
+
+def test_loading_is_quick():
+    load("gough-stewart-b")
+    start = time.perf_counter()
+    load("gough-stewart-b")
+    assert time.perf_counter() - start < 0.3
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_file_is_written_with_care(name):
+    text = robot_file(name).read_text()
+    assert read_document(robot_file(name)).data["source"].strip()
+    assert all(len(line) <= 130 for line in text.splitlines())
+    assert "\t" not in text

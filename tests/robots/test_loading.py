@@ -1,0 +1,77 @@
+"""Finding robots by name or file."""
+
+import subprocess
+import sys
+
+import pytest
+
+from robostiff.errors import FileError, InputError
+from robostiff.model import Robot, Snapshot
+from robostiff.robots import describe, load, robot_file, shipped_robots
+
+SNAPSHOT = """\
+{"name": "jack", "reference_point": [0, 0, 0.5], "legs": [{"name": "jack", "end": [0, 0, 0.5],
+ "chain": [{"type": "spring", "kind": "P", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 2e6}]}]}
+"""
+
+
+def test_names_are_those_of_the_files():
+    assert shipped_robots() == tuple(sorted(shipped_robots()))
+    assert {"3-rrr", "gough-stewart-a", "hexapod", "tripteron"} <= set(shipped_robots())
+
+
+def test_name_or_path_gives_the_same_robot(tmp_path):
+    copy = tmp_path / "mine.yaml"
+    copy.write_text(robot_file("3-rpr").read_text())
+    for source in (copy, str(copy)):
+        robot = load(source)
+        assert isinstance(robot, Robot)
+        assert robot.name == "3-rpr"
+
+
+def test_snapshot_file(tmp_path):
+    file = tmp_path / "jack.json"
+    file.write_text(SNAPSHOT)
+    assert isinstance(load(file), Snapshot)
+    with pytest.raises(InputError, match=r"parameters of .*a snapshot, frozen at one pose"):
+        load(file, {"h": 1.0})
+
+
+def test_unknown_name_lists_the_robots_and_the_nearest():
+    with pytest.raises(InputError) as caught:
+        load("gough-stewart-c")
+    message = str(caught.value)
+    assert message.startswith("robot: got 'gough-stewart-c', expected a file, or the name of a")
+    assert "3-puu, 3-rpr, 3-rpr-beams" in message
+    assert message.endswith("did you mean gough-stewart-b?")
+
+
+@pytest.mark.parametrize("ask", [describe, robot_file])
+def test_only_shipped_robots_are_described(ask):
+    with pytest.raises(InputError, match=r"expected the name of a shipped robot: 3-puu"):
+        ask("../3-rpr")
+
+
+def test_file_that_is_neither(tmp_path):
+    file = tmp_path / "list.yaml"
+    file.write_text("name: something\n")
+    with pytest.raises(FileError, match=r"list\.yaml:1:1: model file: expected robostiff: 1"):
+        load(file)
+
+
+def test_parameters_of_shipped_robot():
+    robot = load("gough-stewart-b", {"h": "1 m"})
+    assert isinstance(robot, Robot)
+    assert robot.home is not None
+    assert robot.home.translation[2] == 1.0
+    with pytest.raises(InputError, match=r"parameter H: .*one of the parameters R, r, h, k"):
+        load("gough-stewart-b", {"H": "1 m"})
+
+
+def test_import_is_light():
+    code = (
+        "import sys, robostiff.robots as robots; robots.shipped_robots(); "
+        "print([m for m in ('pydantic', 'pint', 'ruamel', 'numpy', 'scipy') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
