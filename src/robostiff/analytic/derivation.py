@@ -1,0 +1,126 @@
+"""A derivation of K_C: where it starts, what each passive joint takes away, and what remains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from robostiff.errors import InputError
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A named intermediate: ``symbol = expression`` of symbols given or defined before.
+
+    Attributes
+    ----------
+    symbol : sympy.Symbol
+    expression : sympy.Expr
+    """
+
+    symbol: sp.Symbol
+    expression: sp.Expr
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One passive joint, eq. (15): u = K J, mu = J^T u, K <- K - u u^T / mu.
+
+    Attributes
+    ----------
+    joint : str
+        Name of the joint.
+    J : sympy.ImmutableMatrix
+        Its column of J_q (n x 1).
+    rule : str
+        In words what the stage does, such as "trivial joint (19): row and column 6 vanish".
+    u : sympy.ImmutableMatrix
+        (n x 1).
+    mu : sympy.Expr
+        0 for a redundant joint, which takes nothing away.
+    K : sympy.ImmutableMatrix
+        Stiffness after the joint (n x n).
+    definitions : tuple of Definition
+        Intermediates that this stage names, in order; empty in closed form.
+    """
+
+    joint: str
+    J: sp.ImmutableMatrix
+    rule: str
+    u: sp.ImmutableMatrix
+    mu: sp.Expr
+    K: sp.ImmutableMatrix
+    definitions: tuple[Definition, ...] = ()
+
+    @property
+    def is_redundant(self) -> bool:
+        """Whether the joint adds no freedom to those before it."""
+        return self.mu == 0
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """A stiffness matrix as a formula, with the way to it.
+
+    Attributes
+    ----------
+    name : str
+    K0 : sympy.ImmutableMatrix
+        Stiffness without passive joints (n x n).
+    stages : tuple of Stage
+        One a passive joint, in the order of elimination.
+    K : sympy.ImmutableMatrix
+        The result (n x n), in symbols given or defined.
+    definitions : tuple of Definition
+        All named intermediates in the order in which they can be computed; empty in closed form.
+    """
+
+    name: str
+    K0: sp.ImmutableMatrix
+    stages: tuple[Stage, ...]
+    K: sp.ImmutableMatrix
+    definitions: tuple[Definition, ...] = ()
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether K is written in the given symbols alone."""
+        return not self.definitions
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """The given symbols, in alphabetical order."""
+        expressions = [*self.K, *(d.expression for d in self.definitions)]
+        found = set().union(*(e.free_symbols for e in expressions))
+        defined = {d.symbol for d in self.definitions}
+        return tuple(sorted(found - defined, key=str))
+
+    @property
+    def factored(self) -> tuple[sp.Expr, sp.ImmutableMatrix]:
+        """Common factor of the entries and what is left: ``K = factor * matrix``."""
+        entries = [entry for entry in self.K if entry != 0]
+        if not entries:
+            return sp.Integer(1), self.K
+        fractions = [sp.fraction(sp.together(entry)) for entry in entries]
+        above, below = fractions[0]
+        for numerator, denominator in fractions[1:]:
+            above, below = sp.gcd(above, numerator), sp.lcm(below, denominator)
+        factor = sp.factor(above) / sp.factor(below)
+        rest = self.K.applyfunc(lambda entry: sp.factor(entry / factor))
+        return factor, sp.ImmutableMatrix(rest)
+
+    def substituted(self, values: dict[sp.Symbol, float]) -> sp.ImmutableMatrix:
+        """K at given values, the definitions computed one after the other.
+
+        Raises
+        ------
+        InputError
+            When a symbol has no value.
+        """
+        missing = [str(symbol) for symbol in self.symbols if symbol not in values]
+        if missing:
+            raise InputError("values of symbols", got=f"none for {', '.join(missing)}")
+        known: dict[sp.Basic, sp.Basic] = {s: sp.sympify(v) for s, v in values.items()}
+        for definition in self.definitions:
+            known[definition.symbol] = definition.expression.xreplace(known)
+        return sp.ImmutableMatrix(self.K.xreplace(known))

@@ -1,0 +1,233 @@
+"""The paper's formulas, derived by the engine and compared entry by entry."""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from robostiff.analytic import (
+    Closed,
+    FormulaTooLargeError,
+    Steps,
+    canonical,
+    decoupling_conditions,
+    derive_chain,
+    free_motion_formulas,
+    moved_formula,
+    rank_formula,
+    rotated_formula,
+    sum_of_legs,
+)
+from robostiff.analytic.derivation import Derivation
+from robostiff.elastostatics import eliminate_joint
+from robostiff.errors import InputError
+
+L, E, G, A, I, J = sp.symbols("L E G A I J", positive=True)
+FIVE = {  # eq. (21)
+    "Rx": [0, 0, 0, 1, 0, 0],
+    "Ry": [0, 0, 0, 0, 1, 0],
+    "Rz": [0, 0, 0, 0, 0, 1],
+    "Ry+": [0, 0, -L, 0, 1, 0],
+    "Rz+": [0, L, 0, 0, 0, 1],
+}
+FULL = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
+
+
+def symmetric_beam():
+    C = sp.diag(
+        L / (E * A), L**3 / (3 * E * I), L**3 / (3 * E * I), L / (G * J), L / (E * I), L / (E * I)
+    )
+    C[1, 5] = C[5, 1] = L**2 / (2 * E * I)
+    C[2, 4] = C[4, 2] = -(L**2) / (2 * E * I)
+    return C.inv()
+
+
+def numbers(expression, values):
+    return np.array(sp.Matrix(expression).evalf(30, subs=values), dtype=float)
+
+
+def test_equation_4():
+    K = sp.Matrix(3, 3, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
+    found = derive_chain(K, {"tip": [0, 0, 1]}).K
+    for i in range(2):
+        for j in range(2):
+            assert sp.simplify(found[i, j] - (K[i, j] - K[i, 2] * K[2, j] / K[2, 2])) == 0
+    assert list(found[2, :]) == [0, 0, 0]
+    assert list(found[:, 2]) == [0, 0, 0]
+
+
+def test_the_leg_of_section_6_ends_in_one_entry():
+    derivation = derive_chain(symmetric_beam(), FIVE)
+    expected = sp.zeros(6, 6)
+    expected[0, 0] = E * A / L
+    assert derivation.K == sp.ImmutableMatrix(expected)
+
+
+def test_the_leg_of_section_6_stage_by_stage():
+    stages = derive_chain(symmetric_beam(), FIVE).stages
+    ranks = [rank_formula(stage.K).rank for stage in stages]
+    assert ranks == [5, 4, 3, 2, 1]
+    # K1 loses torsion; after Ry and Rz at the tip the beam is a cantilever with a hinged tip.
+    assert stages[0].K[3, 3] == 0
+    assert stages[2].K[1, 1] == 3 * E * I / L**3
+    assert stages[2].K[2, 2] == 3 * E * I / L**3
+    assert stages[3].K[2, 2] == 0
+    assert stages[3].K[1, 1] == 3 * E * I / L**3
+    assert [stage.rule.split(": ")[1].split(",")[0] for stage in stages] == [
+        "trivial joint (19)",
+        "trivial joint (19)",
+        "trivial joint (19)",
+        "quasi-trivial joint (18)",
+        "quasi-trivial joint (18)",
+    ]
+
+
+@pytest.mark.parametrize("order", list(permutations(range(5)))[::17])
+def test_proposition_any_order_gives_the_same_matrix(order):
+    names = list(FIVE)
+    shuffled = {names[i]: FIVE[names[i]] for i in order}
+    assert derive_chain(FULL, shuffled).K == derive_chain(FULL, FIVE).K
+
+
+def test_corollary_joint_by_joint_equals_the_block_form():
+    joints = {"a": [0, 0, 0, 1, 0, 0], "b": [0, L, 0, 0, 0, 1]}
+    J_q = sp.Matrix([joints["a"], joints["b"]]).T
+    block = FULL - FULL * J_q * (J_q.T * FULL * J_q).inv() * J_q.T * FULL
+    assert derive_chain(FULL, joints).K == canonical(block)
+
+
+def test_remark_3_and_equation_16_rank_drops_by_one_a_joint():
+    stages = derive_chain(FULL, FIVE).stages
+    assert [rank_formula(stage.K).rank for stage in stages] == [5, 4, 3, 2, 1]
+
+
+def test_k_times_j_vanishes():
+    K = derive_chain(FULL, FIVE).K
+    for column in FIVE.values():
+        assert canonical(K * sp.Matrix(column)) == sp.ImmutableMatrix(sp.zeros(6, 1))
+
+
+def test_a_redundant_joint_takes_nothing_away():
+    joints = {**FIVE, "spin": [0, 0, 0, 1, 0, 0]}
+    derivation = derive_chain(FULL, joints)
+    assert derivation.stages[-1].is_redundant
+    assert "redundant" in derivation.stages[-1].rule
+    assert derivation.K == derive_chain(FULL, FIVE).K
+
+
+def test_steps_equal_the_closed_form_and_the_numerical_form():
+    generator = np.random.default_rng(1)
+    M = generator.normal(size=(6, 6))
+    K0 = M @ M.T + 6 * np.eye(6)
+    general = {f"j{i}": sp.symbols(f"d{i}x d{i}y d{i}z e{i}x e{i}y e{i}z") for i in range(4)}
+    values = {FULL[i, j]: K0[i, j] for i in range(6) for j in range(i, 6)}
+    expected = K0
+    for column in general.values():
+        twist = generator.normal(size=6)
+        values |= dict(zip(column, twist, strict=True))
+        expected = eliminate_joint(expected, twist)
+    stepped = derive_chain(FULL, general, Steps())
+    found = np.array(stepped.substituted(values), dtype=float)
+    np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(K0).max())
+    closed = derive_chain(FULL, dict(list(general.items())[:1]))
+    short = derive_chain(FULL, dict(list(general.items())[:1]), Steps())
+    np.testing.assert_allclose(
+        numbers(closed.K, values), np.array(short.substituted(values), dtype=float), rtol=1e-10
+    )
+
+
+def test_steps_stay_small_where_the_closed_form_explodes():
+    general = {f"j{i}": sp.symbols(f"d{i}x d{i}y d{i}z e{i}x e{i}y e{i}z") for i in range(5)}
+    assert len(derive_chain(FULL, general, Steps()).definitions) < 150
+    with pytest.raises(FormulaTooLargeError, match="ask for the steps"):
+        derive_chain(FULL, general, Closed(limit=2000))
+
+
+R, r, h, K11 = sp.symbols("R r h K11", positive=True)
+DEGREE = sp.pi / 180
+CASE_A = ([0, 60, 120, 180, 240, 300], [0, 60, 120, 180, 240, 300])
+CASE_B = ([0, 120, 120, 240, 240, 360], [60, 60, 180, 180, 300, 300])
+L_A = sp.sqrt((R - r) ** 2 + h**2)
+L_B = sp.sqrt(R**2 - R * r + r**2 + h**2)
+
+
+def stewart(phi, psi, length):
+    """Eq. (22)-(25) from (26): each leg turned to global axes, moved, and summed."""
+    local = sp.diag(K11, 0, 0, 0, 0, 0)
+    legs, vectors = [], []
+    for phi_i, psi_i in zip(phi, psi, strict=True):
+        p, s = phi_i * DEGREE, psi_i * DEGREE
+        u = sp.Matrix([r * sp.cos(s) - R * sp.cos(p), r * sp.sin(s) - R * sp.sin(p), h]) / length
+        # Any rotation whose first column is u will do: only that column enters.
+        frame = sp.Matrix.hstack(u, sp.zeros(3, 2))
+        legs.append(rotated_formula(local, frame))
+        vectors.append([-r * sp.cos(s), -r * sp.sin(s), 0])
+    return sum_of_legs(legs, vectors, extra=[length])
+
+
+def printed(length, d_squared, d, spin):
+    K = sp.diag(d_squared, d_squared, 2 * h**2, r**2 * h**2, r**2 * h**2, spin)
+    K[0, 4] = K[4, 0] = r * h * d
+    K[1, 3] = K[3, 1] = -r * h * d
+    return canonical(3 * K11 / length**2 * K, extra=[length])
+
+
+def test_equation_27_follows_from_26():
+    expected = printed(L_A, (R - r) ** 2, R - r, 0)
+    assert stewart(*CASE_A, L_A) == expected
+
+
+def test_equation_28_follows_from_26():
+    spin = sp.Rational(3, 2) * r**2 * R**2
+    expected = printed(L_B, (R - r) ** 2 + R * r, R / 2 - r, spin)
+    assert stewart(*CASE_B, L_B) == expected
+
+
+def test_case_a_is_free_about_the_apex():
+    K = stewart(*CASE_A, L_A)
+    assert rank_formula(K).rank == 3
+    apex = sp.Matrix([0, 0, h * r / (R - r)])  # above the platform
+    for axis in range(3):
+        turn = sp.zeros(3, 1)
+        turn[axis] = 1
+        # A rotation about the apex moves the reference point by turn x (reference - apex).
+        twist = sp.Matrix.vstack(turn.cross(-apex), turn)
+        assert canonical(K * twist) == sp.ImmutableMatrix(sp.zeros(6, 1))
+    assert len(free_motion_formulas(K)) == 3
+
+
+def test_case_b_loses_rank_only_where_it_degenerates_and_decouples_at_twice_the_radius():
+    K = stewart(*CASE_B, L_B)
+    formula = rank_formula(K)
+    assert formula.rank == 6
+    assert {str(factor) for factor in formula.exceptions} <= {"K11", "R", "r", "h"}
+    assert any(sp.simplify(c / (R - 2 * r)).is_number for c in decoupling_conditions(K))
+
+
+def test_common_factor_of_27_reads_as_printed():
+    K = stewart(*CASE_A, sp.Symbol("L", positive=True))
+    factor, rest = Derivation("A", K, (), K).factored
+    assert factor == 3 * K11 / sp.Symbol("L", positive=True) ** 2
+    assert sp.expand(rest[0, 0] - (R - r) ** 2) == 0
+    assert rest[2, 2] == 2 * h**2
+    assert sp.expand(rest[0, 4] - r * h * (R - r)) == 0
+
+
+def test_the_printed_sign_of_13_gives_another_matrix():
+    K = sp.diag(0, K11, 0, 0, 0, 0)
+    right, wrong = moved_formula(K, [h, 0, 0]), moved_formula(K, [-h, 0, 0])
+    assert right[1, 5] == -wrong[1, 5] != 0
+
+
+def test_misuse():
+    with pytest.raises(InputError, match="symmetric"):
+        derive_chain(sp.Matrix(3, 3, range(9)), {})
+    with pytest.raises(InputError, match="6 entries"):
+        derive_chain(FULL, {"a": [1, 0, 0]})
+    with pytest.raises(InputError, match="a motion"):
+        derive_chain(FULL, {"a": [0] * 6})
+    with pytest.raises(InputError, match="one a leg"):
+        sum_of_legs([FULL], [])
+    with pytest.raises(InputError, match="values of symbols"):
+        derive_chain(FULL, FIVE).substituted({L: 1})
