@@ -127,6 +127,8 @@ class _Walk:
             self.p = self.p + e * extension[..., None]
         for i, beam in enumerate(telescope.beams):
             length = beam.fixed + beam.share * extension
+            if self.theta is not None:  # the beams before have turned this one
+                e = np.einsum("...ij,j->...i", self.R, telescope.direction)
             self.p = self.p + e * length[..., None]
             name = (
                 f"{telescope.name}.beam{i + 1}"

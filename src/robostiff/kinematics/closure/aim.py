@@ -28,9 +28,13 @@ def angle_between(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.nd
 
 
 def aim_two_axes(
-    axis1: np.ndarray, axis2: np.ndarray, start: np.ndarray, end: np.ndarray
+    axis1: np.ndarray,
+    axis2: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    near: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 0.0),
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Angles with turn(axis1, q1) turn(axis2, q2) start = end, the pair of smaller angles.
+    """Angles with turn(axis1, q1) turn(axis2, q2) start = end, the pair nearer to given angles.
 
     Where no angles do, those that come nearest.
 
@@ -40,6 +44,8 @@ def aim_two_axes(
         Unit vectors; `start` is not along `axis2`.
     end : (..., 3) array
         Unit vectors.
+    near : pair of (...) arrays
+        The angles of the home configuration, which tell the two pairs apart [rad].
 
     Returns
     -------
@@ -57,8 +63,21 @@ def aim_two_axes(
         turned = np.einsum("...ij,j->...i", turn_about(axis2, wrapped), start)
         pairs.append((angle_between(axis1, turned, end), wrapped))
     (p1, p2), (m1, m2) = pairs
-    nearer = np.abs(p1) + np.abs(p2) <= np.abs(m1) + np.abs(m2)
+    from_p = angle_apart(p1, near[0]) + angle_apart(p2, near[1])
+    from_m = angle_apart(m1, near[0]) + angle_apart(m2, near[1])
+    nearer = from_p <= from_m
     return np.where(nearer, p1, m1), np.where(nearer, p2, m2)
+
+
+def angle_apart(a: np.ndarray, b: np.ndarray | float) -> np.ndarray:
+    """How far two angles are apart, whole turns left out: 1 - cos(a - b) (...), 0 to 2.
+
+    Examples
+    --------
+    >>> angle_apart(np.array(np.pi), -np.pi)
+    np.float64(0.0)
+    """
+    return 1.0 - np.cos(a - b)
 
 
 def shortest_turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:

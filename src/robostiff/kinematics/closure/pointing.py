@@ -34,7 +34,7 @@ def point_and_take_up(
     Parameters
     ----------
     q : (..., size) array
-        Coordinates, filled in place.
+        Coordinates, filled in place; those of the home configuration to begin with.
     first, second : Cluster
         Joints at the near and the far end of the rod.
     along : (3,) array
@@ -75,7 +75,8 @@ def _point(q: np.ndarray, cluster: Cluster, along: np.ndarray, direction: np.nda
         angles: tuple[np.ndarray, ...] = (angle_between(cluster.axes[0], along, direction),)
     else:
         first, second = cluster.axes
-        angles = aim_two_axes(first, second, along, direction)
+        home = q[..., cluster.places[0]], q[..., cluster.places[1]]
+        angles = aim_two_axes(first, second, along, direction, home)
     _write(q, cluster, angles)
     R = turn_about(cluster.axes[0], angles[0])
     for axis, angle in zip(cluster.axes[1:], angles[1:], strict=True):
