@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -80,6 +80,7 @@ class FormAnswer:
     reason: str = ""
 
 
+@runtime_checkable
 class Form(Protocol):
     """A form of K_C: a small frozen object with its own options."""
 

@@ -10,7 +10,7 @@ _ROUNDING = 4 * np.finfo(float).eps
 
 def transmitted_wrenches(
     J_q: Float[np.ndarray, "*batch n q"], independence: float = 1e-9
-) -> tuple[Float[np.ndarray, "*batch n n"], Bool[np.ndarray, "*batch q"]]:
+) -> tuple[Float[np.ndarray, "*batch n m"], Bool[np.ndarray, "*batch q"]]:
     """Orthonormal wrenches W with W^T J_q = 0, and the joints that add no freedom.
 
     The dual of the recursion (15): all wrenches are transmitted to begin with, and each passive
@@ -45,7 +45,7 @@ def transmitted_wrenches(
 
 def wrenches_and_margins(
     J_q: Float[np.ndarray, "*batch n q"], independence: float
-) -> tuple[Float[np.ndarray, "*batch n n"], Float[np.ndarray, "*batch q"]]:
+) -> tuple[Float[np.ndarray, "*batch n m"], Float[np.ndarray, "*batch q"]]:
     """Transmitted wrenches, and how far each unit twist lies from the span of those before it.
 
     As `transmitted_wrenches`, but with the distances (..., q) that decide redundancy; they are
@@ -69,7 +69,7 @@ def wrenches_and_margins(
     return np.where(np.abs(W) <= _ROUNDING, 0.0, W), margins
 
 
-def _without(W: np.ndarray, drive: np.ndarray, size: np.ndarray) -> np.ndarray:
+def _without(W: np.ndarray, drive: np.ndarray, size: np.ndarray | np.floating) -> np.ndarray:
     """Reflect the columns so that the first alone drives the joint, and drop it."""
     first = drive[..., 0]
     leading = first + np.copysign(size, first)
