@@ -221,7 +221,8 @@ def deflection(
         stiffness=answer,
         status=answer.status,
         moved=move_twist(t_origin, -to_origin),
-        parts=tuple(sorted(shares, key=lambda share: -share.energy)),
+        # Equal shares, told apart by rounding alone, stay in the order of the legs.
+        parts=tuple(sorted(shares, key=lambda share: -round(share.share, 9))),
         reactions=tuple(reactions),
         actuators=tuple(actuators),
     )

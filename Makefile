@@ -1,0 +1,94 @@
+# Everything runs in .venv, which the first target that needs it creates.
+#
+#   make demo    stiffness, free motions and deflection of shipped robots
+#   make test    the tests, doctests included
+#
+# PYTHON names the interpreter that creates .venv; PYTEST_ARGS is handed to pytest.
+
+PYTHON ?= python3
+PYTEST_ARGS ?= -n 2
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+
+.PHONY: help demo test lint format docs outputs bench clean
+.NOTPARALLEL:
+
+help:
+	@echo "make demo    stiffness, free motions and deflection of shipped robots"
+	@echo "make test    the tests, doctests included (PYTEST_ARGS='-x tests/paper' runs some)"
+	@echo "make lint    ruff, pyright and the direction of imports"
+	@echo "make format  let ruff put code in order"
+	@echo "make docs    the documentation, into docs/_build/html"
+	@echo "make outputs what the documents show: picture, list of robots, printed output"
+	@echo "make bench   time and accuracy, printed as tables"
+	@echo "make clean   remove .venv and everything built"
+
+demo: $(STAMP)-runtime
+	$(BIN)/robostiff stiffness hexapod --pose '60 mm 20 mm 0.9 0 10 deg 0'
+	@echo
+	$(BIN)/robostiff deflection hexapod --pose '60 mm 20 mm 0.9 0 10 deg 0' \
+	  --wrench '300 N 100 N -200 N 0 0 0'
+	@echo
+	$(BIN)/robostiff stiffness gough-stewart-a
+
+test: $(STAMP)-test
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+lint: $(STAMP)-lint $(STAMP)-test
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/lint-imports
+	$(BIN)/pyright
+
+format: $(STAMP)-lint
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+docs: $(STAMP)-docs
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "built docs/_build/html/index.html"
+
+outputs: $(STAMP)-test $(STAMP)-docs
+	$(BIN)/python docs/make_picture.py docs/_static/gough-stewart-a.png
+	$(BIN)/python docs/make_robots_page.py > docs/robots.new && mv docs/robots.new docs/robots.md
+	$(BIN)/python -m tests.project.shown_output
+
+bench: $(STAMP)-test
+	$(BIN)/python benchmarks/batched_stiffness.py
+	$(BIN)/python benchmarks/accuracy_of_forms.py
+	$(BIN)/python benchmarks/startup.py
+
+clean:
+	rm -rf $(VENV) docs/_build build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	find src tests docs benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/python:
+	@command -v $(PYTHON) > /dev/null || { \
+	  echo "robostiff needs Python 3.11 or newer, and there is no '$(PYTHON)' here:"; \
+	  echo "install it, or name another: make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "robostiff needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) --version):"; \
+	  echo "name another: make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2> /dev/null || { \
+	  echo "'$(PYTHON)' cannot make virtual environments; on Debian and Ubuntu:"; \
+	  echo "apt install python3-venv"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(STAMP)-runtime: pyproject.toml constraints.txt | $(BIN)/python
+	$(PIP) --editable .
+	@touch $@
+
+$(STAMP)-test: $(STAMP)-runtime
+	$(PIP) --editable '.[test,sections]'
+	@touch $@
+
+# Pyright runs on Node.js, which need not be there: it comes as a wheel.
+$(STAMP)-lint: $(STAMP)-runtime
+	$(PIP) --editable '.[lint]' 'pyright[nodejs]'
+	@touch $@
+
+$(STAMP)-docs: $(STAMP)-runtime
+	$(PIP) --editable '.[docs]'
+	@touch $@

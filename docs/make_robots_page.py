@@ -1,0 +1,55 @@
+"""The page of the shipped robots, from their model files.
+
+python docs/make_robots_page.py > docs/robots.md
+"""
+
+import sys
+
+import robostiff as rs
+from robostiff.robots import describe
+
+HEAD = """\
+# Shipped robots
+
+Each is a model file in `src/robostiff/robots/`; its first lines say what it is and where its
+numbers come from. Load one by name, `rs.load("hexapod")`, or give the name to any command.
+`robostiff robots` lists them, and `rs.load(name, {"h": "750 mm"})` or `--set h=750mm` changes a
+parameter.
+
+This page is written by `docs/make_robots_page.py`.
+"""
+
+
+def main() -> None:
+    sys.stdout.write(page())
+
+
+def page() -> str:
+    """The whole page."""
+    return "\n".join([HEAD, table(), *(section(name) for name in rs.shipped_robots())])
+
+
+def table() -> str:
+    """All robots and their stiffness at home, in a table."""
+    rows = ["| robot | legs | free coordinates | rank at home | K_xx, K_yy, K_zz at home [N/um] |"]
+    rows.append("|---|---|---|---|---|")
+    for name in rs.shipped_robots():
+        robot = rs.load(name)
+        assert isinstance(robot, rs.Robot)  # noqa: S101
+        free = ", ".join(c.value for c in robot.coordinates) or "joints"
+        home = rs.stiffness(robot)
+        translations = range(home.space.translations)
+        K = ", ".join(f"{home.K[i, i] / 1e6:.3g}" for i in translations)
+        rank = f"{int(home.rank)} of {home.space.size}"
+        rows.append(f"| [{name}](#{name}) | {len(robot.legs)} | {free} | {rank} | {K} |")
+    return "\n".join(rows) + "\n"
+
+
+def section(name: str) -> str:
+    """What one robot is, and its source."""
+    robot = describe(name)
+    return f"## {name}\n\n{robot.title}.\n\nSource: {robot.source}\n"
+
+
+if __name__ == "__main__":
+    main()

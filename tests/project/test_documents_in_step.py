@@ -1,0 +1,123 @@
+"""Pages that repeat what the code says repeat it rightly."""
+
+import re
+import runpy
+import tomllib
+from importlib import import_module
+from typing import Any
+
+import pytest
+from ruamel.yaml import YAML
+
+import robostiff as rs
+from robostiff.elastostatics import IndexRules, Recursive
+from robostiff.robots import describe
+from tests.project.shown_output import ROOT, first_difference
+
+FORMS = (rs.WrenchBasis(), rs.SaddlePoint(), rs.Block(), Recursive(), IndexRules())
+PACKAGES = sorted(
+    path.parent.name
+    for path in (ROOT / "src/robostiff").glob("*/__init__.py")
+    if any(p.name not in {"__init__.py", "__pycache__"} for p in path.parent.iterdir())
+)
+
+
+def document(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("status", rs.Status, ids=str)
+def test_every_status_has_its_advice_on_the_page(status: rs.Status):
+    section = document("docs/status.md").partition(f"\n## {status.name}\n")[2].partition("\n## ")[0]
+    assert f"> {status.advice[0]}\n" in section
+
+
+@pytest.mark.parametrize("status", [rs.Status.OK, *rs.Status], ids=str)
+def test_table_of_statuses(status: rs.Status):
+    row = next(
+        line
+        for line in document("docs/status.md").splitlines()
+        if line.startswith(f"| `{status.name}` |")
+    )
+    _, _, name, bad, matrix, _ = (cell.strip() for cell in row.split("|"))
+    assert name == f"`{status}`"
+    assert bad == ("yes" if status.is_bad else "no")
+    if status is not rs.Status.UNBALANCED:
+        assert matrix.startswith("yes" if status.has_stiffness else "no")
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+def test_every_form_is_explained(form: Any):
+    page = document("docs/choosing-a-method.md")
+    assert f"| `{type(form).__name__}()` `{form.name}` |" in page
+
+
+def test_page_of_robots_is_what_its_script_writes():
+    script = runpy.run_path(str(ROOT / "docs/make_robots_page.py"))
+    difference = first_difference(document("docs/robots.md"), script["page"]())
+    assert difference is None, f"{difference}\n\n'make outputs' writes the page again"
+
+
+@pytest.mark.parametrize("name", rs.shipped_robots())
+def test_every_robot_is_on_the_page_with_its_source(name: str):
+    page = document("docs/robots.md")
+    assert f"## {name}\n\n{describe(name).title}." in page
+    assert describe(name).source.strip() in page
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_package_has_its_line_in_the_tree_and_its_page(package: str):
+    assert re.search(rf"^  {package}/ +\S", document("ARCHITECTURE.md"), re.MULTILINE)
+    if package != "cli":
+        assert f"automodule:: robostiff.{package}" in document(f"docs/api/{package}.md")
+
+
+def test_arrow_of_imports_is_the_contract():
+    settings = tomllib.loads(document("pyproject.toml"))
+    (contract,) = settings["tool"]["importlinter"]["contracts"]
+    layers = [layer.replace("robostiff.", "") for layer in contract["layers"]]
+    arrow = " > ".join(f"({layer})" if "|" in layer else layer for layer in layers)
+    assert arrow in " ".join(document("ARCHITECTURE.md").split())
+
+
+def test_names_in_the_nomenclature_exist():
+    rows = re.findall(r"^\|(.+)\|$", document("docs/nomenclature.md"), re.MULTILINE)[2:]
+    named = {name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])}
+    modules = [import_module(f"robostiff.{p}") for p in PACKAGES if p != "cli"]
+    functions = {
+        "compliance", "leg_compliance", "passive_jacobian", "spring_jacobian", "twist_transport",
+        "skew", "rotate_stiffness", "transmitted_wrenches", "JointCoordinates",
+    }  # fmt: skip
+    assert functions <= named
+    assert all(any(hasattr(module, name) for module in modules) for name in functions)
+
+
+def test_version_is_told_alike():
+    citation = YAML(typ="safe").load(document("CITATION.cff"))
+    assert citation["version"] == rs.__version__
+    assert f"## [{rs.__version__}]" in document("CHANGELOG.md")
+
+
+def test_citation_has_what_its_format_requires():
+    citation = YAML(typ="safe").load(document("CITATION.cff"))
+    assert citation["cff-version"] == "1.2.0"
+    assert {"message", "title", "authors"} <= citation.keys()
+    for reference in citation["references"]:
+        assert {"type", "title", "authors"} <= reference.keys()
+
+
+def test_constraints_are_names_and_versions_only():
+    lines = document("constraints.txt").splitlines()
+    assert all(re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9._+!]+", line) for line in lines)
+    names = [line.partition("==")[0].lower() for line in lines]
+    assert len(set(names)) == len(names)
+
+
+def test_constraints_hold_every_dependency():
+    project = tomllib.loads(document("pyproject.toml"))["project"]
+    wanted = [*project["dependencies"]]
+    wanted += [one for extra in project["optional-dependencies"].values() for one in extra]
+    names = {re.split(r"[\[<>=!~; ]", one)[0].lower().replace("_", "-") for one in wanted}
+    pinned = {line.partition("==")[0].lower() for line in document("constraints.txt").splitlines()}
+    pinned = {name.replace("_", "-") for name in pinned}
+    assert names <= pinned

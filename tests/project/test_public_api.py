@@ -1,0 +1,120 @@
+"""What `import robostiff as rs` offers: pinned, documented, and cheap."""
+
+import re
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+
+import robostiff as rs
+from tests.project.shown_output import ROOT
+
+PUBLIC = [
+    "Block",
+    "Deflection",
+    "Elbow",
+    "FileError",
+    "IndexRules",
+    "InputError",
+    "JointCoordinates",
+    "NoAnswerError",
+    "Recursive",
+    "RobostiffError",
+    "Robot",
+    "RobotStiffness",
+    "SaddlePoint",
+    "Snapshot",
+    "Status",
+    "Tolerance",
+    "WrenchBasis",
+    "chain_stiffness",
+    "compliance",
+    "deflection",
+    "find_posture",
+    "load",
+    "shipped_robots",
+    "stiffness",
+]
+PACKAGES = [
+    "analysis",
+    "elasticity",
+    "elastostatics",
+    "errors",
+    "kinematics",
+    "model",
+    "robots",
+    "spatial",
+]
+HEAVY = ("numpy", "scipy", "pydantic", "pint", "typer", "rich", "ruamel", "sympy", "matplotlib")
+
+
+def test_public_names_are_these():
+    assert [name for name in rs.__all__ if name != "__version__"] == PUBLIC
+
+
+def test_public_names_are_documented():
+    page = (ROOT / "docs/api/robostiff.md").read_text(encoding="utf-8")
+    documented = re.findall(r"auto(?:function|class|exception):: robostiff\.(\w+)$", page, re.M)
+    assert sorted(documented) == PUBLIC
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_name_can_be_imported_and_has_a_docstring(name: str):
+    assert getattr(rs, name).__doc__
+    assert name in dir(rs)
+
+
+@pytest.mark.parametrize(
+    "package",
+    [
+        "analysis",
+        "elasticity",
+        "elastostatics",
+        "errors",
+        "kinematics",
+        "model",
+        "robots",
+        "spatial",
+    ],
+)
+def test_every_name_that_a_package_lists_exists(package: str):
+    module = import_module(f"robostiff.{package}")
+    names = getattr(module, "__all__", [])
+    assert names == sorted(set(names), key=names.index)
+    assert all(hasattr(module, name) for name in names)
+
+
+def test_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="stifness"):
+        _ = rs.stifness  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_submodules_do_not_hide_functions():
+    code = (
+        "import robostiff as rs, robostiff.analysis, robostiff.cli.commands\n"
+        "assert all(callable(getattr(rs, n)) for n in ('stiffness', 'deflection', 'compliance'))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_import_is_light():
+    assert loaded_by("import robostiff") == []
+
+
+def test_help_is_light():
+    code = (
+        "import contextlib, io, sys; sys.argv = ['robostiff', '--help']\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    from robostiff.cli.main import main; main()"
+    )
+    assert set(loaded_by(code)) <= {"typer", "rich"}
+
+
+def loaded_by(code: str) -> list[str]:
+    """Heavy packages that a fresh interpreter has loaded after the code."""
+    code += f"\nimport sys; print(*(n for n in {HEAVY} if n in sys.modules))"
+    finished = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    return finished.stdout.split()

@@ -1,0 +1,40 @@
+"""Rules of the source that no linter knows."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from tests.project.shown_output import ROOT
+
+SOURCE = ROOT / "src/robostiff"
+MODULES = sorted(SOURCE.rglob("*.py"))
+VAGUE = {"core", "utils", "util", "common", "helpers", "helper", "misc"}
+
+
+def named(path: Path) -> str:
+    return str(path.relative_to(SOURCE))
+
+
+@pytest.mark.parametrize("module", MODULES, ids=named)
+def test_module_has_a_docstring_and_at_most_400_lines(module: Path):
+    text = module.read_text(encoding="utf-8")
+    assert ast.get_docstring(ast.parse(text)), "a module says in a line what it is about"
+    assert text.count("\n") <= 400, "split it"
+
+
+@pytest.mark.parametrize("module", MODULES, ids=named)
+def test_library_does_not_print(module: Path):
+    if module.is_relative_to(SOURCE / "cli"):
+        return
+    called = [
+        node.func
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    ]
+    assert not [name.lineno for name in called if name.id == "print"]
+
+
+def test_names_say_what_is_inside():
+    names = {path.stem for path in MODULES} | {path.parent.name for path in MODULES}
+    assert not names & VAGUE
