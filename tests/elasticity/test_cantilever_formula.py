@@ -1,6 +1,6 @@
 """The formulas over numbers of other kinds: fractions, symbols, arrays in every place."""
 
-# ruff: noqa: SIM300 (an attribute named A is no constant)
+
 
 from fractions import Fraction
 

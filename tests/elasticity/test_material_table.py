@@ -1,6 +1,6 @@
 """Materials: the moduli of the table, and what the lookup says when it finds nothing."""
 
-# ruff: noqa: SIM300 (an attribute named A is no constant)
+
 
 import dataclasses
 

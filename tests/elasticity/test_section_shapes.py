@@ -1,6 +1,6 @@
 """Cross-sections: exact moments, torsion constants and shear factors of the books."""
 
-# ruff: noqa: SIM300 (an attribute named A is no constant)
+
 
 import math
 from itertools import pairwise

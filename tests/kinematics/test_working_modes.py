@@ -7,8 +7,14 @@ import robostiff as rs
 from robostiff.errors import InputError
 
 
+def puu() -> rs.Robot:
+    robot = rs.load("3-puu")
+    assert isinstance(robot, rs.Robot)
+    return robot
+
+
 def test_both_working_modes_reach_the_pose_with_different_stiffness():
-    up = rs.load("3-puu")
+    up = puu()
     down = up.with_elbows(rs.Elbow.MINUS)
     pose = [0.05, 0.02, 0.3]
     high, low = rs.find_posture(up, pose), rs.find_posture(down, pose)
@@ -21,7 +27,7 @@ def test_both_working_modes_reach_the_pose_with_different_stiffness():
 
 
 def test_one_leg_alone_can_change():
-    mixed = rs.load("3-puu").with_elbows({"leg2": rs.Elbow.MINUS})
+    mixed = puu().with_elbows({"leg2": rs.Elbow.MINUS})
     slides = [q[0, 0] for q in rs.find_posture(mixed, [0, 0, 0.3]).coordinates]
     assert slides[0] > 0.3
     assert slides[1] < 0.3
@@ -30,4 +36,4 @@ def test_one_leg_alone_can_change():
 
 def test_a_name_that_is_no_leg():
     with pytest.raises(InputError, match="expected leg1, leg2, leg3"):
-        rs.load("3-puu").with_elbows({"leg9": rs.Elbow.PLUS})
+        puu().with_elbows({"leg9": rs.Elbow.PLUS})

@@ -63,11 +63,18 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
     Raises
     ------
     InputError
-        When there is no leg.
+        When there is no leg, or the legs differ in space or batch.
     """
     if not legs:
         raise InputError("parallel robot", got="no leg", expected="at least one leg")
     first = legs[0]
+    shapes = {leg.matrix.shape for leg in legs}
+    if len(shapes) > 1:
+        raise InputError(
+            "legs of a parallel robot",
+            got=f"matrices of shapes {sorted(shapes)}",
+            expected="one space and one batch of poses",
+        )
     n = first.space.size
     held = _beside([leg.held for leg in legs])
     margin = smallest_singular_value(held)

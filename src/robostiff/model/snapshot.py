@@ -144,9 +144,7 @@ class Snapshot:
         return np.sqrt(square / len(points))
 
 
-def _one_element(
-    element: PlacedFreedom | PlacedSpring, index: int
-) -> PlacedFreedom | PlacedSpring:
+def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFreedom | PlacedSpring:
     point = _one(element.point, 1, index)
     if isinstance(element, PlacedFreedom):
         return replace(element, point=point, axis=_one(element.axis, 1, index))

@@ -16,7 +16,8 @@ from robostiff.spatial.batch import product
 
 _ITERATIONS = 40
 _CONVERGED = 1e-13
-_STEPS = (1, 8, 64)
+_CLOSED = 1e-10
+_STEPS = (8, 64)
 _LARGEST_STEP = 0.5
 
 
@@ -58,23 +59,37 @@ class NewtonTask:
             Where no closure is found, the nearest that was.
         """
         N = len(goal)
-        pose = goal.copy()
-        found = [np.tile(own, (N, 1)) for own in q]
-        left = np.arange(N)
+        # At once: where that fails, this is the nearest posture.
+        pose, found = self.close(goal.copy(), [np.tile(own, (N, 1)) for own in q])
+        left = np.flatnonzero(self._errors(pose, found)[1] > _CLOSED)
         for steps in _STEPS:
             if left.size == 0:
                 break
-            at = np.tile(start, (left.size, 1))
-            own = [np.tile(coordinates, (left.size, 1)) for coordinates in q]
-            for k in range(1, steps + 1):
-                at = _between(start, goal[left], k / steps, at, self.open)
-                at, own = self.close(at, own)
-            error = self._errors(at, own)[1]
-            for i, coordinates in enumerate(own):
-                found[i][left] = coordinates
-            pose[left] = at
-            left = left[error > 1e-10]
+            rows, at, own = self._in_steps(start, q, goal, left, steps)
+            pose[rows] = at
+            for coordinates, followed in zip(found, own, strict=True):
+                coordinates[rows] = followed
+            left = np.setdiff1d(left, rows)
         return pose, found
+
+    def _in_steps(
+        self,
+        start: np.ndarray,
+        q: list[np.ndarray],
+        goal: np.ndarray,
+        rows: np.ndarray,
+        steps: int,
+    ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+        """Follow some poses in equal steps; those that are lost on the way are left behind."""
+        at = np.tile(start, (rows.size, 1))
+        own = [np.tile(coordinates, (rows.size, 1)) for coordinates in q]
+        for k in range(1, steps + 1):
+            at, own = self.close(_between(start, goal[rows], k / steps, at, self.open), own)
+            kept = self._errors(at, own)[1] <= _CLOSED
+            rows, at, own = rows[kept], at[kept], [coordinates[kept] for coordinates in own]
+            if rows.size == 0:
+                break
+        return rows, at, own
 
     def close(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
         """Close from a guess, by Levenberg steps damped by the square of the error."""

@@ -1,0 +1,221 @@
+"""Deflection under a load: energy, statics, linearity, and loads that nothing holds."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robostiff import (
+    InputError,
+    JointCoordinates,
+    NoAnswerError,
+    Status,
+    compliance,
+    deflection,
+    stiffness,
+)
+from robostiff.kinematics import find_posture
+from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.model import Actuated
+from robostiff.spatial import move_twist, move_wrench
+from tests.generators.machines import case_a, case_b, elbow_arm, five_bar, tripod
+from tests.generators.robots import FreeRobot, robots
+
+POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])
+LOAD = np.array([120.0, -40, 300, 12, -7, 5])
+
+
+@settings(max_examples=40)
+@given(robots(), st.integers(0, 2**32 - 1))
+def test_shares_add_up_to_the_work_of_the_load(robot: FreeRobot, seed: int):
+    K = stiffness(robot.snapshot).K
+    F = K @ np.random.default_rng(seed).normal(size=6) * 1e-6
+    bent = deflection(robot.snapshot, wrench=F)
+    energies = [part.energy for part in bent.parts]
+    assert np.isclose(sum(energies), 0.5 * F @ bent.twist, rtol=1e-7)
+    assert np.isclose(sum(part.share for part in bent.parts), 1.0, rtol=1e-12)
+    assert min(energies) >= -1e-12 * max(energies)
+    assert energies == sorted(energies, reverse=True)
+    assert np.isclose(bent.energy, 0.5 * F @ bent.twist, rtol=1e-12)
+
+
+@pytest.mark.parametrize("make", [case_b, tripod, elbow_arm])
+def test_is_the_compliance_times_the_load(make):
+    robot = make()
+    bent = deflection(robot, wrench=LOAD)
+    assert np.allclose(bent.twist, compliance(robot) @ LOAD, rtol=1e-9, atol=0)
+    assert bent.has_answer
+    assert np.isclose(sum(part.energy for part in bent.parts), bent.energy, rtol=1e-9)
+
+
+def test_linear_in_the_load():
+    robot = case_b()
+    other = np.array([5.0, 60, -20, 1, 2, 3])
+    twists = [deflection(robot, POSE, F).twist for F in (LOAD, other, 2 * LOAD - 3 * other)]
+    assert np.allclose(twists[2], 2 * twists[0] - 3 * twists[1], rtol=1e-9, atol=0)
+    quadrupled = deflection(robot, POSE, 2 * LOAD)
+    assert np.isclose(quadrupled.energy, 4 * deflection(robot, POSE, LOAD).energy, rtol=1e-12)
+
+
+def test_told_about_another_point():
+    robot, at = case_b(), np.array([0.2, 0.1, 0.9])
+    here = deflection(robot, POSE, LOAD)
+    v = at - here.stiffness.reference_point
+    there = deflection(robot, POSE, move_wrench(LOAD, v), at=at)
+    assert np.allclose(there.twist, move_twist(here.twist, v), rtol=0, atol=1e-12 * 1e-3)
+    assert np.isclose(there.energy, here.energy, rtol=1e-10)
+    for a, b in zip(here.actuators, there.actuators, strict=True):
+        assert np.isclose(a.load, b.load, rtol=1e-9)
+
+
+@pytest.mark.parametrize("pose", [None, POSE])
+def test_actuator_loads_of_a_hexapod_by_virtual_work(pose):
+    """F . t = sum load . travel with all else rigid: loads are J^-T F, J from leg lengths."""
+    robot = case_b()
+    bent = deflection(robot, pose, LOAD)
+    home = find_posture(robot, pose).pose[0]
+
+    def lengths(six: np.ndarray) -> np.ndarray:
+        posture = find_posture(robot, six)
+        return np.array([q[0, 2] for q in posture.coordinates])
+
+    J = np.zeros((6, 6))  # rates of the lengths per twist
+    h = 1e-6
+    for k in range(6):
+        ends = []
+        for sign in (1, -1):
+            six = home.copy()
+            if k < 3:
+                six[k] += sign * h
+            else:
+                turn = turn_by_vector(sign * h * np.eye(3)[k - 3]) @ turn_by_vector(home[3:])
+                six[3:] = vector_of_turn(turn)
+            ends.append(lengths(six))
+        J[:, k] = (ends[0] - ends[1]) / (2 * h)
+    loads = np.linalg.solve(J.T, LOAD)
+    assert np.allclose([a.load for a in bent.actuators], loads, rtol=1e-6, atol=1e-6)
+    for actuator in bent.actuators:
+        assert np.isclose(actuator.travel, actuator.load / 2e7, rtol=1e-12)
+
+
+def test_actuator_loads_of_a_serial_arm_by_virtual_work():
+    robot = elbow_arm()
+    bent = deflection(robot, wrench=LOAD)
+    snapshot = find_posture(robot).snapshot.one(0)
+    freedoms = list(snapshot.legs[0].freedoms)
+    assert all(isinstance(freedom.role, Actuated) for freedom in freedoms)
+    for freedom, actuator in zip(freedoms, bent.actuators, strict=True):
+        arm = snapshot.reference_point - freedom.point
+        moment = freedom.axis @ (LOAD[3:] + np.cross(arm, LOAD[:3]))
+        assert np.isclose(actuator.load, moment, rtol=1e-12, atol=1e-12)
+        assert np.isclose(actuator.travel, moment / 1e5, rtol=1e-12, atol=1e-18)
+
+
+def test_reactions_balance_the_load():
+    """The joints next to the platform together carry the load; no passive joint is driven."""
+    robot = tripod()
+    bent = deflection(robot, wrench=LOAD)
+    reference = bent.stiffness.reference_point
+    total = np.zeros(6)
+    for reaction in bent.reactions:
+        if reaction.joint == "S[0]":
+            total += move_wrench(reaction.wrench, reference - reaction.point)
+        if reaction.joint.startswith("S"):
+            assert np.abs(reaction.wrench[3:]).max() <= 1e-9 * np.abs(LOAD).max()
+    assert np.allclose(total, LOAD, rtol=0, atol=1e-9 * np.abs(LOAD).max())
+    posture = find_posture(robot).snapshot.one(0)
+    turns = [f for leg in posture.legs for f in leg.freedoms if f.name == "R"]
+    moments = [r.wrench[3:] for r in bent.reactions if r.joint == "R"]
+    for turn, moment in zip(turns, moments, strict=True):
+        assert abs(turn.axis @ moment) <= 1e-9 * np.abs(LOAD).max()
+
+
+def test_a_load_on_a_free_motion_has_no_number():
+    robot = case_a()
+    apex = 0.6 + 0.6 * 0.2 / (0.5 - 0.2)
+    spin = deflection(robot, wrench=[0, 0, 0, 0, 0, 1.0])
+    assert Status.UNBALANCED in spin.status
+    assert not spin.has_answer
+    assert spin.moved is None
+    assert spin.parts == ()
+    with pytest.raises(NoAnswerError, match="runs away"):
+        _ = spin.twist
+    with pytest.raises(NoAnswerError):
+        _ = spin.energy
+    assert any("free motions do not feel" in line for line in spin.advice)
+    # a force through the apex turns nothing
+    through = deflection(robot, wrench=[10.0, 20, 30, 0, 0, 0], at=[0, 0, apex])
+    assert through.has_answer
+    assert Status.UNBALANCED not in through.status
+    K = through.stiffness.K
+    assert np.allclose(K @ through.twist, [10.0, 20, 30, 0, 0, 0], rtol=0, atol=1e-6)
+    # of all displacements it is the least, free turns weighed by the characteristic length
+    length = float(through.stiffness.about_reference.length)
+    t = move_twist(through.twist, through.stiffness.origin - np.array([0, 0, apex]))
+    for motion in stiffness(robot).about_reference.free_motions:
+        s = np.array([1, 1, 1, length, length, length])
+        assert abs((motion * s) @ (t * s)) <= 1e-12 * np.linalg.norm(t * s)
+
+
+def test_unreachable_poses_have_no_deflection():
+    bent = deflection(five_bar(), [0, 1.5, 0, 0, 0, 0], [1.0, 0, 0])
+    assert bent.status == Status.UNREACHABLE
+    with pytest.raises(NoAnswerError, match="falls short"):
+        _ = bent.twist
+
+
+def test_planar_deflection():
+    robot = five_bar()
+    bent = deflection(robot, wrench=[10.0, -5.0, 0.0])
+    assert bent.twist.shape == (3,)
+    K = bent.stiffness.K
+    assert np.allclose(K @ bent.twist, [10, -5, 0], rtol=0, atol=1e-8)
+    assert np.isclose(sum(part.energy for part in bent.parts), bent.energy, rtol=1e-9)
+    about_wrist = deflection(robot, wrench=[0, 0, 1.0])
+    assert Status.UNBALANCED in about_wrist.status
+
+
+def test_rigid_drives_store_no_energy():
+    robot = elbow_arm(drives=None)
+    bent = deflection(robot, wrench=LOAD)
+    assert {part.part for part in bent.parts} == {"beam"}
+    assert all(actuator.travel == 0.0 for actuator in bent.actuators)
+
+
+def test_arm_with_a_rigid_direction_still_bends():
+    """At q5 = 0 two axes of the wrist fall into one: K does not exist, the compliance does."""
+    robot = elbow_arm(elastic_links=False)
+    q = JointCoordinates([0.1, 0.3, 1.2, 0.2, 0.0, -0.1])
+    assert Status.RIGID_DIRECTION in stiffness(robot, q).status
+    bent = deflection(robot, q, LOAD)
+    assert bent.has_answer
+    assert np.allclose(bent.twist, compliance(robot, q) @ LOAD, rtol=1e-12, atol=0)
+    assert np.isclose(sum(part.energy for part in bent.parts), bent.energy, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrench", "message"),
+    [
+        ((), "6 finite numbers: Fx Fy Fz Mx My Mz"),
+        ([1.0, 2, 3], "6 finite numbers"),
+        ([1.0, 2, 3, 4, 5, np.inf], "6 finite numbers"),
+        (np.zeros((2, 6)), "6 finite numbers"),
+    ],
+)
+def test_wrenches_that_do_not_fit(wrench, message: str):
+    with pytest.raises(InputError, match=message):
+        deflection(case_b(), wrench=wrench)
+    with pytest.raises(InputError, match="3 finite numbers: Fx Fy Mz"):
+        deflection(five_bar(), wrench=LOAD)
+
+
+def test_one_pose_at_a_time():
+    with pytest.raises(InputError, match="got '2 poses', expected one pose"):
+        deflection(case_b(), np.stack([POSE, POSE]), LOAD)
+
+
+def test_no_load_no_energy():
+    bent = deflection(case_b(), wrench=np.zeros(6))
+    assert not bent.twist.any()
+    assert bent.energy == 0.0
+    assert all(part.share == 0.0 for part in bent.parts)

@@ -1,0 +1,257 @@
+"""Stiffness of whole robots: points, batches, sums of legs, misuse, poses without an answer."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robostiff import (
+    Block,
+    IndexRules,
+    InputError,
+    JointCoordinates,
+    NoAnswerError,
+    Recursive,
+    SaddlePoint,
+    Status,
+    WrenchBasis,
+    compliance,
+    stiffness,
+)
+from robostiff.kinematics import find_posture
+from robostiff.model import Chain, Joint, Locked
+from robostiff.spatial import move_compliance, move_stiffness
+from tests.generators.chains import FreeChain, random_beam, random_joint, snapshot_of
+from tests.generators.machines import case_a, case_b, elbow_arm, five_bar, tripod
+from tests.generators.metric import distance
+
+POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])
+
+
+def test_another_point_is_the_same_matrix_moved():
+    robot, at = case_b(), np.array([0.3, -0.2, 0.9])
+    here = stiffness(robot, POSE)
+    there = stiffness(robot, POSE, at=at)
+    assert distance(there.K, move_stiffness(here.K, at - here.reference_point)) <= 1e-12
+    C = move_compliance(here.required_compliance(), at - here.reference_point)
+    assert distance(there.required_compliance(), C) <= 1e-12
+    assert np.array_equal(there.reference_point, at)
+    assert int(there.rank) == int(here.rank)
+    assert there.status == here.status
+    assert distance(compliance(robot, POSE, at=at), C) <= 1e-12
+    again = there.about(here.reference_point)
+    assert distance(again.K, here.K) <= 1e-12
+
+
+def test_another_point_in_the_plane():
+    robot, at = five_bar(), np.array([0.1, 0.5, 0.0])
+    here, there = stiffness(robot), stiffness(robot, at=at)
+    v = (at - here.reference_point)[:2]
+    assert distance(there.K, move_stiffness(here.K, v)) <= 1e-12
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (3, 1, 2)])
+@pytest.mark.parametrize("make", [case_a, case_b, tripod])
+def test_batch_is_the_loop(make, shape: tuple[int, ...]):
+    robot = make()
+    rng = np.random.default_rng(2)
+    home = find_posture(robot).pose[0]
+    start = home[[2, 3, 4]] if make is tripod else home
+    poses = start + 0.08 * rng.uniform(-1, 1, (*shape, start.size))
+    batch = stiffness(robot, poses, at=[0.1, 0.2, 0.3])
+    assert batch.batch_shape == shape
+    assert batch.K.shape == (*shape, 6, 6)
+    for index in np.ndindex(shape):
+        single = stiffness(robot, poses[index], at=[0.1, 0.2, 0.3])
+        assert distance(batch[index].K, single.K) <= 1e-9
+        assert int(batch[index].rank) == int(single.rank)
+        assert batch[index].status == single.status
+        pose, alone = batch[index].pose, single.pose
+        assert pose is not None
+        assert alone is not None
+        assert np.allclose(pose, alone, rtol=0, atol=1e-9)
+
+
+def test_more_poses_than_one_chunk():
+    robot = case_b()
+    poses = POSE + 0.05 * np.random.default_rng(3).uniform(-1, 1, (2100, 6))
+    batch = stiffness(robot, poses)
+    for k in (0, 2047, 2048, 2099):
+        assert distance(batch[k].K, stiffness(robot, poses[k]).K) <= 1e-12
+
+
+def test_no_pose_at_all():
+    batch = stiffness(case_b(), np.zeros((0, 6)))
+    assert batch.K.shape == (0, 6, 6)
+    assert batch.batch_shape == (0,)
+
+
+@pytest.mark.parametrize("make", [case_a, case_b, tripod, five_bar, elbow_arm])
+def test_legs_add_up(make):
+    result = stiffness(make(), at=[0.1, -0.1, 0.0])
+    assert distance(np.sum(result.leg_stiffness, axis=0), result.K) <= 1e-12
+    assert len(result.leg_stiffness) == len(make().legs)
+
+
+@pytest.mark.parametrize("method", [WrenchBasis(), Recursive()])
+@pytest.mark.parametrize("make", [case_a, tripod, five_bar])
+def test_methods_agree(make, method):
+    default, other = stiffness(make()), stiffness(make(), method=method)
+    K0 = 1e3 * np.abs(default.K).max() * np.eye(len(default.K))
+    if other.answered:
+        assert distance(other.K, default.K, sizes_of=K0) <= 1e-9
+    else:
+        assert "rank(J_theta)" in " ".join(other.advice)
+
+
+def test_methods_that_refuse_say_why():
+    default = stiffness(case_b(), POSE)
+    assert distance(stiffness(case_b(), POSE, method=SaddlePoint()).K, default.K) <= 1e-9
+    # beam legs and oblique joints: the index rules do not hold
+    refused = stiffness(case_b(), POSE, method=IndexRules())
+    assert Status.FORM_DOES_NOT_HOLD in refused.status
+    with pytest.raises(NoAnswerError, match="oblique"):
+        _ = refused.K
+    assert any(line.startswith("index-rules: ") for line in refused.advice)
+    # two beams of a serial arm: nothing to eliminate
+    arm = stiffness(elbow_arm(drives=None, elastic_links=True), method=Block())
+    assert distance(arm.K, stiffness(elbow_arm(drives=None)).K) <= 1e-9
+
+
+def test_case_a_has_three_free_motions_at_home_and_rank_five_elsewhere():
+    home = stiffness(case_a())
+    assert int(home.rank) == 3
+    assert Status.FREE_MOTIONS in home.status
+    assert home.compliance is None
+    with pytest.raises(NoAnswerError, match="no compliance matrix"):
+        home.required_compliance()
+    elsewhere = stiffness(case_a(), POSE)
+    assert int(elsewhere.rank) == 5
+
+
+def test_case_b_is_held_at_home():
+    assert int(stiffness(case_b()).rank) == 6
+    assert stiffness(case_b()).status == Status.OK
+
+
+def test_singular_poses_are_never_nan():
+    """Case B turned by 90 degrees about its axis is singular, and the way there is smooth."""
+    turns = np.linspace(0, np.pi / 2, 41)
+    poses = np.stack([np.array([0, 0, 0.6, 0, 0, a]) for a in turns])
+    result = stiffness(case_b(), poses)
+    assert np.isfinite(result.K).all()
+    assert int(result[0].rank) == 6
+    exact = [int(rank) for rank in result.rank]
+    assert exact[-1] == 5
+    assert all(rank == 6 for rank in exact[:-1])
+    assert len(result[-1].free_motions) == 1
+    close = stiffness(case_b(), [0, 0, 0.6, 0, 0, np.pi / 2 - 1e-7])
+    assert Status.ILL_CONDITIONED in close.status
+    assert np.isfinite(close.K).all()
+
+
+def test_unreachable_poses():
+    robot = five_bar()
+    far = stiffness(robot, [0.0, 1.5, 0, 0, 0, 0])
+    assert far.status == Status.UNREACHABLE
+    assert far.free_motions == ()
+    assert far.compliance is None
+    with pytest.raises(NoAnswerError, match=r"leg 'left' falls short of the pose by 529\.7 mm"):
+        _ = far.K
+    with pytest.raises(NoAnswerError):
+        _ = far.leg_stiffness
+    with pytest.raises(NoAnswerError, match="falls short"):
+        far.required_compliance()
+    batch = stiffness(robot, [[0.0, 0.8, 0, 0, 0, 0], [0.0, 1.5, 0, 0, 0, 0]])
+    assert batch.answered.tolist() == [True, False]
+    assert np.isfinite(batch[batch.answered].K).all()
+    with pytest.raises(NoAnswerError, match=r"1 of 2 poses, the first being \(1,\)"):
+        _ = batch.K
+
+
+def test_beyond_limits_there_is_a_matrix_to_be_used_with_care():
+    result = stiffness(case_b(limits=(0.3, 0.6)), [0, 0, 0.9, 0, 0, 0])
+    assert result.status == Status.BEYOND_LIMITS
+    assert np.isfinite(result.K).all()
+    assert "outside its limits 0.3 to 0.6" in result.complaints[0]
+
+
+def test_arm_with_elastic_drives_only_has_a_compliance_but_no_stiffness():
+    """Five drives: compliance of rank 5, one direction rigid."""
+    arm = elbow_arm(elastic_links=False)
+    elements = list(arm.legs[0].chain.elements)
+    elements = [
+        replace(e, role=Locked()) if isinstance(e, Joint) and e.name == "j6" else e
+        for e in elements
+    ]
+    stiffened = replace(arm, legs=(replace(arm.legs[0], chain=Chain(tuple(elements))),))
+    result = stiffness(stiffened)
+    assert Status.RIGID_DIRECTION in result.status
+    with pytest.raises(NoAnswerError, match="without meeting any compliance"):
+        _ = result.K
+    (w,) = result.rigid_directions
+    C = result.required_compliance()
+    assert np.linalg.matrix_rank(C, tol=1e-12) == 5
+    assert np.abs(C @ w).max() <= 1e-12 * np.abs(C).max() * np.abs(w).max()
+    moved = stiffness(stiffened, at=[0.4, -0.3, 0.2])
+    (w_there,), C_there = moved.rigid_directions, moved.required_compliance()
+    assert np.abs(C_there @ w_there).max() <= 1e-12 * np.abs(C_there).max() * np.abs(w_there).max()
+    # Salisbury's K^-1 = J K_theta^-1 J^T
+    snapshot = find_posture(stiffened).snapshot.one(0)
+    J = np.stack(
+        [
+            np.concatenate([np.cross(f.axis, snapshot.reference_point - f.point), f.axis])
+            for f in snapshot.legs[0].freedoms
+            if f.stiffness is not None
+        ],
+        axis=1,
+    )
+    assert distance(C, J @ J.T / 1e5) <= 1e-13
+
+
+def test_arm_with_six_elastic_drives():
+    result = stiffness(elbow_arm(elastic_links=False))
+    assert int(result.rank) == 6
+    assert distance(np.linalg.inv(result.K), result.required_compliance()) <= 1e-9
+    by_joints = stiffness(elbow_arm(), JointCoordinates(np.full((2, 6), 0.3)))
+    assert by_joints.K.shape == (2, 6, 6)
+
+
+def test_a_snapshot_has_its_own_pose():
+    rng = np.random.default_rng(5)
+    snapshot = snapshot_of(
+        [FreeChain((random_beam(rng),), (random_joint(rng),), np.zeros(3))], np.zeros(3)
+    )
+    with pytest.raises(InputError, match="none: a snapshot is frozen"):
+        stiffness(snapshot, POSE)
+    result = stiffness(snapshot)
+    assert result.pose is None
+    assert int(result.rank) == 5
+
+
+@pytest.mark.parametrize("at", [[0.0, 1.0], [0, 0, np.nan], np.zeros((2, 3)), 1.0])
+def test_points_that_do_not_fit(at):
+    with pytest.raises(InputError, match="point 'at'"):
+        stiffness(case_b(), POSE, at=at)
+
+
+def test_planar_robots_are_planar():
+    result = stiffness(five_bar())
+    assert result.K.shape == (3, 3)
+    # the platform turns freely about the wrist that both legs share
+    assert int(result.rank) == 2
+    (motion,) = result.free_motions
+    assert str(motion) == "rotation about z through (0, 0.8, 0) m"
+
+
+def test_redundant_joints_are_named():
+    result = stiffness(case_b())
+    assert result.redundant_joints == ()
+    assert result.joint_names[:5] == (
+        "leg1/U[0]",
+        "leg1/U[1]",
+        "leg1/S[0]",
+        "leg1/S[1]",
+        "leg1/S[2]",
+    )
+    assert len(result.joint_names) == 30

@@ -1,0 +1,277 @@
+"""Every status of a chain: when it is said, what advice comes with it, and never a NaN."""
+
+import numpy as np
+import pytest
+
+from robostiff import NoAnswerError
+from robostiff.elastostatics import (
+    Block,
+    IndexRules,
+    Recursive,
+    SaddlePoint,
+    Status,
+    Tolerance,
+    WrenchBasis,
+    aggregate,
+    chain_stiffness,
+)
+from tests.generators.metric import distance
+
+E6 = np.eye(6)
+NO_JOINTS = np.zeros((6, 0))
+FORMS = [WrenchBasis(), Block(), Recursive(), SaddlePoint(), IndexRules()]
+RNG = np.random.default_rng(11)
+A = RNG.normal(size=(6, 6))
+C_FULL = 1e-7 * (A @ A.T + 0.2 * E6)
+
+
+def test_plain_answer():
+    result = chain_stiffness(C_FULL, NO_JOINTS)
+    assert result.status is Status.OK
+    assert str(result.status) == "ok"
+    assert result.status.advice == ()
+    assert not result.status.is_bad
+    assert result.compliance is not None
+    assert distance(result.compliance, C_FULL) <= 1e-11
+
+
+def test_free_motions():
+    J_q = RNG.normal(size=(6, 2))
+    result = chain_stiffness(C_FULL, J_q)
+    assert result.status == Status.FREE_MOTIONS
+    assert not result.status.is_bad
+    assert result.free_motions.shape == (2, 6)
+    assert np.linalg.matrix_rank(np.vstack([result.free_motions, J_q.T]), tol=1e-9) == 2
+    assert result.compliance is None
+    assert "singular" in result.status.advice[0]
+
+
+def test_redundant_joints_are_named_by_their_column():
+    J = RNG.normal(size=(6, 2))
+    J_q = np.stack([J[:, 0], 2 * J[:, 0], J[:, 1], J[:, 0] - J[:, 1]], axis=1)
+    result = chain_stiffness(C_FULL, J_q)
+    assert result.status == Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS
+    assert result.redundant.tolist() == [False, True, False, True]
+    assert not result.status.is_bad
+    assert int(result.rank) == 4
+    assert distance(result.K, chain_stiffness(C_FULL, J).K) <= 1e-9
+
+
+def test_a_joint_that_moves_nothing_is_redundant():
+    result = chain_stiffness(C_FULL, np.zeros((6, 1)))
+    assert result.redundant.tolist() == [True]
+    assert int(result.rank) == 6
+
+
+@pytest.mark.parametrize("joints", [6, 7, 9])
+@pytest.mark.parametrize("form", [WrenchBasis(), Recursive()])
+def test_six_joints_or_more_leave_no_stiffness(joints: int, form):
+    J_q = np.random.default_rng(joints).normal(size=(6, joints))
+    result = chain_stiffness(C_FULL, J_q, form=form)
+    assert int(result.rank) == 0
+    assert result.free_motions.shape == (6, 6)
+    assert np.abs(result.K).max() <= 1e-9 / np.abs(C_FULL).max()
+    if isinstance(form, WrenchBasis):
+        assert not result.K.any()
+    assert np.count_nonzero(result.redundant) == joints - 6
+
+
+@pytest.mark.parametrize("form", [Block(), SaddlePoint()])
+def test_forms_that_need_independent_joints_take_six_and_refuse_seven(form):
+    J_q = RNG.normal(size=(6, 7))
+    six = chain_stiffness(C_FULL, J_q[:, :6], form=form)
+    assert np.abs(six.K).max() <= 1e-8 / np.abs(C_FULL).max()
+    seven = chain_stiffness(C_FULL, J_q, form=form)
+    assert Status.FORM_DOES_NOT_HOLD in seven.status
+    with pytest.raises(NoAnswerError, match=r"some are redundant"):
+        _ = seven.K
+
+
+def test_rigid_direction_and_its_wrench():
+    """Two springs and three turns: one wrench is carried without compliance."""
+    springs = np.random.default_rng(12).normal(size=(6, 2))
+    joints = np.random.default_rng(13).normal(size=(6, 3))
+    C = 1e-7 * springs @ springs.T
+    result = chain_stiffness(C, joints)
+    assert Status.RIGID_DIRECTION in result.status
+    assert result.status.is_bad
+    assert not result.status.has_stiffness
+    assert not result.answered
+    with pytest.raises(NoAnswerError, match=r"infinite.*give a link or an actuator"):
+        _ = result.K
+    (w,) = result.rigid_directions
+    expected = np.linalg.svd(np.hstack([springs, joints]))[0][:, 5]
+    aligned = w / np.linalg.norm(w) * np.sign(w @ expected)
+    assert np.allclose(aligned, expected, rtol=0, atol=1e-9)
+    assert np.abs(C @ w).max() <= 1e-12 * np.abs(C).max()
+    assert np.isfinite(result.matrix).all()
+
+
+def test_a_chain_without_any_compliance_is_rigid_in_all_that_it_transmits():
+    result = chain_stiffness(np.zeros((6, 6)), E6[:, :2])
+    assert Status.RIGID_DIRECTION in result.status
+    assert result.rigid_directions.shape == (4, 6)
+    assert np.isfinite(result.matrix).all()
+    free = chain_stiffness(np.zeros((6, 6)), E6)  # transmits nothing
+    assert free.status == Status.FREE_MOTIONS
+    assert not free.K.any()
+
+
+@pytest.mark.parametrize("springs", [1, 2, 3, 4, 5])
+def test_fewer_springs_than_six(springs: int):
+    """rank(J_theta) < 6 is no obstacle where joints move in all the other directions."""
+    T = np.random.default_rng(springs).normal(size=(6, 6))
+    J_theta, J_q = T[:, :springs], T[:, springs:]
+    k = np.linspace(1e6, 2e6, springs)
+    C = J_theta / k @ J_theta.T
+    K = np.linalg.inv(T).T @ np.diag([*k, *np.zeros(6 - springs)]) @ np.linalg.inv(T)
+    for form in (WrenchBasis(), SaddlePoint()):
+        result = chain_stiffness(C, J_q, form=form)
+        assert int(result.rank) == springs
+        assert distance(result.K, K) <= 1e-10
+    for form in (Block(), Recursive(), IndexRules()):
+        refused = chain_stiffness(C, J_q, form=form)
+        assert Status.FORM_DOES_NOT_HOLD in refused.status
+        with pytest.raises(NoAnswerError, match=r"rank\(J_theta\) < n"):
+            _ = refused.K
+
+
+def test_refusal_advises_the_form_that_holds():
+    refused = chain_stiffness(np.diag([1e-6, 0, 0, 0, 0, 0]), E6[:, 1:], form=Block())
+    assert any("wrench basis" in line for line in refused.status.advice)
+    assert "inverts the compliance" in refused.reason
+    assert (
+        distance(
+            chain_stiffness(np.diag([1e-6, 0, 0, 0, 0, 0]), E6[:, 1:]).K,
+            np.diag([1e6, 0, 0, 0, 0, 0]),
+        )
+        <= 1e-13
+    )
+
+
+def test_index_rules_refuse_an_oblique_joint():
+    refused = chain_stiffness(C_FULL, np.array([[1.0, 1, 0, 0, 0, 0]]).T, form=IndexRules())
+    assert refused.status == Status.FREE_MOTIONS | Status.FORM_DOES_NOT_HOLD
+    assert "oblique" in refused.reason
+
+
+@pytest.mark.parametrize(
+    ("angle", "status"),
+    [
+        (1e-2, Status.FREE_MOTIONS),
+        (1e-7, Status.FREE_MOTIONS | Status.ILL_CONDITIONED),
+        (1e-10, Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS),
+        (0.0, Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS),
+    ],
+)
+def test_nearly_redundant_joints(angle: float, status: Status):
+    J_q = np.stack([E6[:, 3], np.cos(angle) * E6[:, 3] + np.sin(angle) * E6[:, 4]], axis=1)
+    result = chain_stiffness(C_FULL, J_q)
+    assert result.status == status
+    assert np.isfinite(result.K).all()
+
+
+@pytest.mark.parametrize(
+    ("ratio", "status"),
+    [
+        (1e-9, Status.OK),
+        (1e-13, Status.ILL_CONDITIONED),
+        (1e-16, Status.RIGID_DIRECTION),
+    ],
+)
+def test_springs_of_too_different_size(ratio: float, status: Status):
+    result = chain_stiffness(np.diag([1.0, 1, 1, 1, 1, ratio]), NO_JOINTS)
+    assert result.status == status
+
+
+@pytest.mark.parametrize(
+    ("angle", "rank", "ill"),
+    [(1e-3, 6, False), (1e-7, 6, True), (1e-10, 5, False), (0.0, 5, False)],
+)
+def test_near_a_singular_pose_of_a_robot(angle: float, rank: int, ill: bool):
+    """Six single wrenches, of which two come together."""
+    directions = [*E6[:5], np.cos(angle) * E6[4] + np.sin(angle) * E6[5]]
+    legs = []
+    for w in directions:
+        J_q = np.linalg.svd(w[None])[2][1:].T
+        legs.append(chain_stiffness(1e-6 * E6, J_q, length=1.0))
+    whole = aggregate(legs)
+    assert int(whole.rank) == rank
+    assert (Status.ILL_CONDITIONED in whole.status) == ill
+    assert (Status.FREE_MOTIONS in whole.status) == (rank < 6)
+    assert np.isfinite(whole.K).all()
+    decision = whole.decision
+    assert decision.smallest_kept is not None
+    if rank == 6:
+        assert decision.smallest_kept <= 2 * angle
+        assert decision.largest_dropped is None
+    else:
+        assert decision.smallest_kept > 0.1
+        assert decision.largest_dropped is not None
+        assert decision.largest_dropped <= 1e-9
+
+
+def test_rank_decision_in_words():
+    result = chain_stiffness(C_FULL, E6[:, :1], length=0.25)
+    text = str(result.decision)
+    assert "smallest kept 1" in text
+    assert "tolerance 1e-09" in text
+    assert "characteristic length 0.25 m" in text
+    nothing = chain_stiffness(C_FULL, E6, length=0.25).decision
+    assert nothing.smallest_kept is None
+    assert "smallest kept none" in str(nothing)
+
+
+def test_tolerances_are_the_users():
+    angle = 1e-4
+    J_q = np.stack([E6[:, 3], np.cos(angle) * E6[:, 3] + np.sin(angle) * E6[:, 4]], axis=1)
+    strict = chain_stiffness(C_FULL, J_q)
+    loose = chain_stiffness(
+        C_FULL, J_q, tolerance=Tolerance(independence=1e-3, near_independence=1e-2)
+    )
+    assert strict.redundant.tolist() == [False, False]
+    assert loose.redundant.tolist() == [False, True]
+    assert int(loose.rank) == 5
+
+
+def test_no_answer_in_a_batch_names_the_first_pose():
+    C = np.stack([C_FULL, np.zeros((6, 6)), C_FULL])
+    result = chain_stiffness(C, NO_JOINTS)
+    with pytest.raises(NoAnswerError, match=r"1 of 3 poses, the first being \(1,\)"):
+        _ = result.K
+    assert result[result.answered].K.shape == (2, 6, 6)
+    assert result.compliance is None
+    for ask in ("free_motions", "rigid_directions", "decision"):
+        with pytest.raises(NoAnswerError, match="take one pose"):
+            getattr(result, ask)
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+def test_never_a_nan(form):
+    rng = np.random.default_rng(14)
+    worst = [
+        (np.zeros((6, 6)), NO_JOINTS),
+        (np.zeros((6, 6)), E6),
+        (C_FULL, np.zeros((6, 3))),
+        (C_FULL, np.hstack([E6, E6])),
+        (np.diag([1e-9, 0, 0, 0, 0, 0]), E6[:, 3:]),
+        (1e-300 * E6, E6[:, :2]),
+        (1e-7 * np.outer(A[0], A[0]), rng.normal(size=(6, 4))),
+        (C_FULL, np.stack([E6[0], E6[0] * (1 + 1e-12), E6[3]], axis=1)),
+    ]
+    for C, J_q in worst:
+        result = chain_stiffness(C, J_q, form=form)
+        assert np.isfinite(result.matrix).all()
+        assert np.isfinite(result.rigid).all()
+        if result.answered:
+            assert np.isfinite(result.K).all()
+        else:
+            assert result.status.is_bad
+
+
+def test_every_status_has_advice():
+    for member in Status:
+        assert (len(member.advice) == 1) == (member is not Status.OK)
+    several = Status.FREE_MOTIONS | Status.UNREACHABLE
+    assert str(several) == "free-motions+unreachable"
+    assert len(several.advice) == 2

@@ -1,0 +1,127 @@
+"""Random chains of the model: every kind of joint, telescopes, links, turned rigid parts."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from robostiff.elasticity import Material, circle, elasticity_from_stiffness, rectangle
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Element,
+    Joint,
+    Link,
+    Locked,
+    Passive,
+    Rigid,
+    Role,
+    Telescope,
+    TelescopicBeam,
+    beam_axes,
+    beam_link,
+    cylindrical,
+    planar,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+)
+from tests.generators.chains import SEEDS, random_block, random_rotation
+
+STEEL = Material.isotropic("steel", E=210e9, poisson_ratio=0.3)
+ROD = circle(0.02)
+BAR = rectangle(0.02, 0.05)
+
+KINDS = (
+    "revolute",
+    "prismatic",
+    "universal",
+    "spherical",
+    "cylindrical",
+    "planar",
+    "telescope",
+    "telescope of two",
+    "rigid telescope",
+    "beam",
+    "spring",
+    "part",
+)
+
+
+def random_transform(rng: np.random.Generator, shift: float = 0.5) -> RigidTransform:
+    """A shift and a turn in any direction."""
+    return RigidTransform.from_components(
+        rng.uniform(-shift, shift, 3), Rotation.from_matrix(random_rotation(rng))
+    )
+
+
+def shift_by(*xyz: float) -> RigidTransform:
+    """A shift without a turn."""
+    return RigidTransform.from_translation(np.array(xyz, dtype=float))
+
+
+def turn_by(*rotvec: float) -> RigidTransform:
+    """A turn without a shift."""
+    return RigidTransform.from_rotation(Rotation.from_rotvec(np.array(rotvec, dtype=float)))
+
+
+def random_role(rng: np.random.Generator) -> Role:
+    k = 10 ** rng.uniform(4, 7)
+    roles: list[Role] = [Passive(), Actuated(), Actuated(k), Locked(), Locked(k)]
+    return roles[rng.integers(len(roles))]
+
+
+def random_joint_of(kind: str, rng: np.random.Generator, role: Role) -> Joint:
+    a, b = rng.normal(size=(2, 3))
+    home = rng.uniform(-0.8, 0.8, 3).tolist()
+    match kind:
+        case "revolute":
+            return revolute(a, role, home=home[:1])
+        case "prismatic":
+            return prismatic(a, role, home=home[:1])
+        case "universal":
+            return universal(a, b, role, home=home[:2])
+        case "spherical":
+            return spherical(role, home=home)
+        case "cylindrical":
+            return cylindrical(a, role, home=home[:2])
+        case _:
+            return planar(a, role, home=home)
+
+
+def random_telescope(rng: np.random.Generator, role: Role, beams: int) -> Telescope:
+    direction = rng.normal(size=3)
+    direction = direction / np.linalg.norm(direction)
+    axes = beam_axes(direction, rng.normal(size=3))
+    shares = [1.0] if beams == 1 else [0.25, 0.75]
+    parts = tuple(
+        TelescopicBeam(STEEL, BAR, share, fixed=rng.uniform(0, 0.3)) for share in shares[:beams]
+    )
+    return Telescope(direction, parts, axes, role, home=rng.uniform(0.2, 0.8))
+
+
+def random_element(kind: str, rng: np.random.Generator) -> Element:
+    match kind:
+        case "telescope" | "telescope of two" | "rigid telescope":
+            beams = {"telescope": 1, "telescope of two": 2}.get(kind, 0)
+            return random_telescope(rng, random_role(rng), beams)
+        case "beam":
+            return beam_link(rng.uniform(-0.6, 0.6, 3), STEEL, BAR, y_axis=rng.normal(size=3))
+        case "spring":
+            elasticity = elasticity_from_stiffness(random_block(rng).stiffness)
+            return Link(rng.uniform(-0.3, 0.3, 3), elasticity, random_rotation(rng), "spring")
+        case "part":
+            return Rigid(random_transform(rng))
+        case _:
+            return random_joint_of(kind, rng, random_role(rng))
+
+
+@st.composite
+def element_chains(draw: st.DrawFn) -> tuple[Chain, RigidTransform, np.random.Generator]:
+    """A chain of random elements, where its base is, and numbers to go on with."""
+    kinds = draw(st.lists(st.sampled_from(KINDS), min_size=1, max_size=6))
+    rng = np.random.default_rng(draw(SEEDS))
+    chain = Chain(tuple(random_element(kind, rng) for kind in kinds))
+    return chain, random_transform(rng), rng

@@ -1,0 +1,189 @@
+"""Closed forms of the usual legs: poses made by direct kinematics are found again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robostiff import Elbow, InputError
+from robostiff.kinematics import find_posture, place_chain
+from robostiff.kinematics.closure import LegSolver, NewtonTask, leg_solver
+from robostiff.kinematics.closure.rod import Rod
+from robostiff.kinematics.closure.strut import Strut
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Chain, Joint, JointKind, Motion, PlacedFreedom
+from tests.generators.legs import (
+    PLANAR,
+    RODS,
+    STRUTS,
+    LegCase,
+    has_skewed_axes,
+    near_home,
+    platform_at,
+    random_leg,
+    with_elbow,
+)
+
+LENGTH = 1.0
+SEEDS = range(12)
+WITH_ELBOWS = (*RODS, "RRR", "PRR")
+
+
+def gap(case: LegCase, q: np.ndarray, pose: np.ndarray) -> float:
+    """How far leg coordinates are from a platform pose, metres and radians alike."""
+    reached = platform_at(case.leg, q)
+    R = turn_by_vector(pose[3:])
+    turn = np.abs(reached.rotation.as_matrix() - R).max()
+    return float(max(np.abs(reached.translation - pose[:3]).max(), turn))
+
+
+def solver_of(case: LegCase) -> LegSolver:
+    return leg_solver(case.leg, case.home_pose, LENGTH)
+
+
+def reachable(case: LegCase, rng: np.random.Generator, size: float) -> np.ndarray:
+    """Coordinates near home, the elbow as it is there."""
+    while True:
+        q = near_home(case, rng, size)
+        if case.leg.name not in WITH_ELBOWS or is_plus(case, q) == is_plus(
+            case, case.leg.chain.home
+        ):
+            return q
+
+
+def is_plus(case: LegCase, q: np.ndarray) -> bool:
+    """Side of the elbow by its description, from where things are in the world."""
+    drive, A, B = drive_and_rod(case, q)
+    if drive.motion is Motion.TRANSLATION:
+        # the larger of two slides: the rod comes back against the slide
+        return bool(drive.axis @ (A - B) > 0)
+    return bool(drive.axis @ np.cross(B - drive.point, A - drive.point) > 0)
+
+
+def drive_and_rod(case: LegCase, q: np.ndarray) -> tuple[PlacedFreedom, np.ndarray, np.ndarray]:
+    """The first joint of a leg with a rod, and both ends of the rod."""
+    leg = case.leg
+    placed = place_chain(leg.chain, q, leg.base.rotation.as_matrix(), leg.base.translation)
+    drive, *joints = (e for e in placed.elements if isinstance(e, PlacedFreedom))
+    return drive, joints[0].point, joints[-1].point
+
+
+@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_recognised_and_closed_to_1e_12(kind: str, seed: int):
+    case = random_leg(kind, seed)
+    solver = solver_of(case)
+    assert isinstance(solver.closed_form, Strut if kind in (*STRUTS, "RPR") else Rod)
+    assert gap(case, solver.home, case.home_pose) <= 1e-12
+    rng = np.random.default_rng(seed)
+    poses = np.stack([case.pose_at(reachable(case, rng, 0.25)) for _ in range(8)])
+    found = solver.solve(poses)
+    assert found.shape == (8, case.leg.chain.size)
+    for q, pose in zip(found, poses, strict=True):
+        assert gap(case, q, pose) <= 1e-12
+    posture = find_posture(case.robot, poses)
+    assert posture.reached.all()
+    assert posture.shift_gaps.max() <= 1e-12
+    assert posture.turn_gaps.max() <= 1e-12
+
+
+@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR)
+@pytest.mark.parametrize("seed", range(3))
+def test_agrees_with_newton(kind: str, seed: int):
+    case = random_leg(kind, seed)
+    solver = solver_of(case)
+    newton = replace(solver, closed_form=None)
+    rng = np.random.default_rng(seed)
+    q_true = reachable(case, rng, 0.15)
+    pose = case.pose_at(q_true)
+    closed, followed = solver.solve(pose[None])[0], newton.solve(pose[None])[0]
+    assert gap(case, closed, pose) <= 1e-12
+    assert gap(case, followed, pose) <= 1e-10
+    if kind not in ("SPS", "SPU", "PSU", "RSU"):  # there a rod may spin, or a ball be told twice
+        assert np.allclose(closed, q_true, rtol=0, atol=1e-9)
+        assert np.allclose(followed, q_true, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", WITH_ELBOWS)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_both_elbows(kind: str, seed: int):
+    """The elbow told by its name is on the side that its description says."""
+    case = random_leg(kind, seed)
+    q, pose = case.leg.chain.home, case.home_pose
+    sides = {}
+    for elbow in (Elbow.PLUS, Elbow.MINUS):
+        named = with_elbow(case, elbow)
+        try:
+            solver = leg_solver(named.leg, pose, LENGTH)
+        except InputError:
+            # joints that cannot take any direction, or not any rotation, suit one elbow only
+            assert kind not in ("PSU", "RSU")
+            assert kind not in ("PUS", "RUS") or has_skewed_axes(case)
+            continue
+        closed = solver.solve(pose[None])[0]
+        assert gap(case, closed, pose) <= 1e-12
+        sides[elbow] = closed
+    assert sides
+    by_home = solver_of(case).solve(pose[None])[0]
+    assert np.isclose(by_home[0], q[0], rtol=0, atol=1e-9)
+    for elbow, closed in sides.items():
+        assert (elbow is Elbow.PLUS) == is_plus(case, closed)
+    if len(sides) == 2:
+        assert abs(sides[Elbow.PLUS][0] - sides[Elbow.MINUS][0]) > 1e-6
+
+
+@pytest.mark.parametrize("kind", ["PUS", "RUS", "PRR", "RRR"])
+def test_elbows_switch_nothing_but_the_leg(kind: str):
+    case = random_leg(kind, 1)
+    pose = case.home_pose
+    named = {elbow: with_elbow(case, elbow).robot for elbow in (Elbow.PLUS, Elbow.MINUS)}
+    postures = [find_posture(robot) for robot in named.values()]
+    for posture in postures:
+        assert posture.reached.all()
+        assert np.allclose(posture.pose[0], pose)
+
+
+def test_a_strut_has_no_elbow():
+    case = with_elbow(random_leg("UPS", 0), Elbow.PLUS)
+    with pytest.raises(InputError, match="elbow of leg 'UPS'"):
+        solver_of(case)
+
+
+def test_a_leg_that_cannot_close_at_home_says_by_how_much():
+    case = random_leg("RUS", 0)
+    first, _, *others = case.leg.chain.elements
+    leg = replace(case.leg, chain=Chain((first, *others)))
+    with pytest.raises(InputError, match=r"home configuration of leg 'RUS'.*gap of"):
+        solver_of(LegCase(leg, case.home_pose))
+
+
+@pytest.mark.parametrize("kind", ["UPU", "UCU", "PUU", "RUU"])
+@pytest.mark.parametrize("seed", range(8))
+def test_joints_far_from_zero_at_home(kind: str, seed: int):
+    """Axes may be told in any frame, so that home coordinates of joints are not small."""
+    case = random_leg(kind, seed)
+    rng = np.random.default_rng(seed)
+    elements = []
+    for element in case.leg.chain.elements:
+        if isinstance(element, Joint) and element.kind is JointKind.UNIVERSAL:
+            home = (element.home[0] + rng.uniform(2.0, 3.0), element.home[1])
+            elements.append(replace(element, home=home))
+        else:
+            elements.append(element)
+    leg = replace(case.leg, chain=Chain(tuple(elements)))
+    pose = LegCase(leg, case.home_pose).pose_at(leg.chain.home)
+    turned = LegCase(leg, pose)
+    solver = solver_of(turned)
+    assert gap(turned, solver.home, pose) <= 1e-12
+    near = turned.pose_at(near_home(turned, rng, 0.1))
+    assert gap(turned, solver.solve(near[None])[0], near) <= 1e-10
+
+
+def test_newton_from_a_guess_close_by():
+    case = random_leg("UPS", 3)
+    rng = np.random.default_rng(3)
+    q = near_home(case, rng, 0.2)
+    pose = case.pose_at(q)
+    task = NewtonTask((case.leg,), (), LENGTH)
+    _, (closed,) = task.close(pose[None], [(q + 0.05)[None]])
+    assert gap(case, closed[0], pose) <= 1e-12

@@ -1,0 +1,238 @@
+"""Postures of whole robots: reach, limits, coordinates that follow, batches, far poses."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from robostiff import InputError, JointCoordinates, stiffness
+from robostiff.elastostatics import Status
+from robostiff.kinematics import find_posture, place_chain
+from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
+from robostiff.model import Coordinate, PlacedFreedom
+from tests.generators.elements import shift_by
+from tests.generators.legs import has_skewed_axes, platform_at, random_leg, six
+from tests.generators.machines import case_b, elbow_arm, five_bar, tripod
+
+
+@pytest.mark.parametrize("kind", ["PUS", "PSU", "RUS", "RSU"])
+@pytest.mark.parametrize("seed", range(6))
+def test_out_of_reach_names_the_leg_and_the_distance(kind: str, seed: int):
+    """Shortfall of a rod: by how much the nearest knee is too far from the wanted end."""
+    case = random_leg(kind, seed)
+    leg, home = case.leg, case.home_pose
+    placed = place_chain(leg.chain, leg.chain.home, *leg.base_frame)
+    drive, *joints = (e for e in placed.elements if isinstance(e, PlacedFreedom))
+    A, B = joints[0].point, joints[-1].point
+    rod = np.linalg.norm(B - A)
+    # straight away from the drive, at right angles to its slide or in the plane of its crank
+    e = drive.axis
+    if kind[0] == "P":
+        away = np.cross(e, [0.3, 0.5, 0.7])
+        far = A + (rod + 0.123) * away / np.linalg.norm(away)
+        expected = 0.123
+    else:
+        arm = A - drive.point
+        level = e * (e @ arm)
+        across = arm - level
+        outward = across / np.linalg.norm(across)
+        far = drive.point + level + (np.linalg.norm(across) + rod + 0.123) * outward
+        expected = 0.123
+    pose = home.copy()
+    pose[:3] += far - B
+    posture = find_posture(case.robot, pose)
+    assert not posture.reached[0]
+    (sentence,) = posture.complaints
+    assert f"leg {leg.name!r} falls short" in sentence
+    if kind[1] == "S" or not has_skewed_axes(case):  # such a joint cannot point anywhere
+        assert posture.turn_gaps[0, 0] < 1e-7
+        assert np.isclose(posture.shift_gaps[0, 0], expected, rtol=0, atol=1e-9)
+        assert "123 mm" in sentence
+
+
+def test_reach_of_a_hexapod_leg_with_limits():
+    robot = case_b(limits=(0.3, 0.8))
+    inside = find_posture(robot, [0, 0, 0.6, 0, 0, 0])
+    assert inside.reached.all()
+    assert inside.within_limits.all()
+    assert inside.complaints == ()
+    above = find_posture(robot, [[0, 0, 0.95, 0, 0, 0], [0, 0, 0.6, 0, 0, 0]])
+    assert above.reached.all()
+    assert above.within_limits.tolist() == [False, True]
+    assert len(above.complaints) == 6
+    A = 0.5 * np.array([1, 0, 0])
+    B = np.array([0.2 * np.cos(np.pi / 3), 0.2 * np.sin(np.pi / 3), 0.95])
+    length = np.linalg.norm(B - A)
+    assert above.complaints[0].startswith(f"coordinate 2 of leg 'leg1' is {length:.6g}, outside")
+
+
+@pytest.mark.parametrize("kind", ["RPS", "PRS"])
+def test_coordinates_that_follow_from_the_legs(kind: str):
+    """A tripod posed by z, rx and ry: x, y and rz follow, known in closed form for its geometry."""
+    robot = tripod(kind)
+    rng = np.random.default_rng(3)
+    rows = np.concatenate(
+        [rng.uniform(0.45, 0.55, (20, 1)), rng.uniform(-0.25, 0.25, (20, 2))], axis=-1
+    )
+    posture = find_posture(robot, rows)
+    assert posture.reached.all()
+    assert posture.shift_gaps.max() <= 1e-9
+    assert posture.turn_gaps.max() <= 1e-9
+    assert np.allclose(posture.pose[:, [2, 3, 4]], rows, rtol=0, atol=1e-14)
+    assert np.abs(posture.pose[:, :2]).max() > 1e-3  # parasitic motion, really
+    for pose in posture.pose:
+        R = turn_by_vector(pose[3:])
+        for i in range(3):
+            a = 2 * np.pi * i / 3
+            B = pose[:3] + R @ (0.2 * np.array([np.cos(a), np.sin(a), 0]))
+            # every ball stays in its leg's plane
+            assert abs(B @ [-np.sin(a), np.cos(a), 0]) <= 1e-9
+    whole = find_posture(robot, posture.pose[3])
+    assert whole.reached.all()
+    assert np.allclose(whole.pose[0], posture.pose[3])
+
+
+def test_tripod_at_a_pose_it_cannot_take():
+    posture = find_posture(tripod(), [0.05, 0.0, 0.5, 0, 0, 0])
+    assert not posture.reached[0]
+    assert len(posture.complaints) >= 1
+    assert posture.complaints[0].startswith("leg 'leg")
+
+
+def test_batched_postures_are_single_ones():
+    rng = np.random.default_rng(5)
+    for robot, size in ((case_b(), 6), (tripod(), 3)):
+        home = find_posture(robot).pose[0]
+        start = home if size == 6 else home[[2, 3, 4]]
+        poses = start + 0.1 * rng.uniform(-1, 1, (3, 1, 2, size))
+        batch = find_posture(robot, poses)
+        assert batch.batch == (3, 1, 2)
+        for k, pose in enumerate(poses.reshape(-1, size)):
+            single = find_posture(robot, pose)
+            assert single.batch == ()
+            assert np.allclose(batch.pose[k], single.pose[0], rtol=0, atol=1e-9)
+            for own, alone in zip(batch.coordinates, single.coordinates, strict=True):
+                assert np.allclose(own[k], alone[0], rtol=0, atol=1e-8)
+
+
+def test_serial_arm_by_joints_and_by_pose():
+    robot = elbow_arm()
+    chain = robot.legs[0].chain
+    rng = np.random.default_rng(6)
+    q = chain.home + 0.4 * rng.uniform(-1, 1, (7, 6))
+    by_joints = find_posture(robot, JointCoordinates(q))
+    assert by_joints.reached.all()
+    for row, pose in zip(q, by_joints.pose, strict=True):
+        assert np.allclose(six(platform_at(robot.legs[0], row)), pose, rtol=0, atol=1e-13)
+    by_pose = find_posture(robot, by_joints.pose)
+    assert by_pose.reached.all()
+    assert np.allclose(by_pose.coordinates[0], q, rtol=0, atol=1e-8)
+    home = find_posture(robot)
+    assert np.array_equal(home.coordinates[0][0], chain.home)
+
+
+def test_far_poses_are_followed_step_by_step():
+    """A serial arm at poses far from home, where one Newton run from home may fail."""
+    robot = elbow_arm()
+    rng = np.random.default_rng(7)
+    home = robot.legs[0].chain.home
+    q = home + rng.uniform(-0.9, 0.9, (20, 6))
+    q[:, 2] = np.maximum(q[:, 2], 0.4)  # the same side of the elbow and of the wrist
+    q[:, 4] = np.maximum(q[:, 4], 0.2)
+    poses = find_posture(robot, JointCoordinates(q)).pose
+    found = find_posture(robot, poses)
+    assert np.count_nonzero(found.reached) >= 18
+    for pose, own in zip(poses[found.reached], found.coordinates[0][found.reached], strict=True):
+        reached = platform_at(robot.legs[0], own)
+        assert np.allclose(reached.translation, pose[:3], rtol=0, atol=1e-9)
+    lost = ~found.reached
+    assert (found.shift_gaps[lost].max(axis=-1) + found.turn_gaps[lost].max(axis=-1) > 1e-7).all()
+
+
+def test_an_arm_stretched_beyond_its_length():
+    robot = elbow_arm()
+    posture = find_posture(robot, [3.0, 0, 0, 0, 0, 0])
+    assert not posture.reached[0]
+    # shoulder at (0.05, 0, 0.3): no nearer than this, whatever the turn
+    assert posture.shift_gaps[0, 0] > 3.0 - 0.05 - 0.45 - 0.4 - 0.1 - 0.5
+    assert "leg 'arm' falls short of the pose" in posture.complaints[0]
+
+
+def test_poses_as_transforms_and_as_numbers():
+    robot = case_b()
+    turn = Rotation.from_rotvec([0.1, -0.05, 0.2])
+    transform = RigidTransform.from_components(np.array([0.02, 0.03, 0.62]), turn)
+    by_transform = find_posture(robot, transform)
+    by_numbers = find_posture(robot, six(transform))
+    assert np.allclose(by_transform.pose, by_numbers.pose, rtol=0, atol=1e-15)
+    for a, b in zip(by_transform.coordinates, by_numbers.coordinates, strict=True):
+        assert np.allclose(a, b, rtol=0, atol=1e-13)
+    lengths = [float(q[0, 2]) for q in by_numbers.coordinates]
+    for leg, length in zip(robot.legs, lengths, strict=True):
+        B = transform.apply(leg.attachment.translation)
+        assert np.isclose(length, np.linalg.norm(B - leg.base.translation), rtol=1e-14)
+
+
+def test_planar_robot():
+    robot = five_bar()
+    posture = find_posture(robot, [[0.05, 0.75, 0, 0, 0, 0.2], [0.0, 0.8, 0, 0, 0, 0]])
+    assert posture.reached.all()
+    out = find_posture(robot, [0.0, 1.5, 0, 0, 0, 0])
+    # both legs are stretched towards (0, 1.5): 1 m long from (+-0.3, 0)
+    assert np.allclose(out.shift_gaps[0], np.hypot(0.3, 1.5) - 1.0, rtol=0, atol=1e-12)
+    millimetres = f"{1e3 * (np.hypot(0.3, 1.5) - 1.0):.4g} mm"
+    assert [
+        f"leg {name!r}" in s and millimetres in s
+        for name, s in zip(("left", "right"), out.complaints, strict=True)
+    ] == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("pose", "message"),
+    [
+        ([0, 0, 0.5], "6 numbers"),
+        (0.3, "6 numbers"),
+        ([0, 0, np.nan, 0, 0, 0], "finite"),
+        (np.zeros((2, 0)), "6 numbers"),
+        (JointCoordinates([0.0]), "joint coordinates pose serial arms only"),
+    ],
+)
+def test_poses_that_do_not_fit(pose, message: str):
+    with pytest.raises(InputError, match=message):
+        find_posture(case_b(), pose)
+
+
+def test_poses_that_do_not_fit_a_robot_of_few_freedoms():
+    with pytest.raises(InputError, match=r"3 numbers \(z rx ry\) or 6 numbers"):
+        find_posture(tripod(), [0.5, 0.1])
+    with pytest.raises(InputError, match="6 finite numbers"):
+        find_posture(elbow_arm(), JointCoordinates([0.1, 0.2]))
+    assert tripod().coordinates == (Coordinate.Z, Coordinate.RX, Coordinate.RY)
+
+
+def test_status_of_a_pose_out_of_reach():
+    result = stiffness(five_bar(), [[0.0, 1.5, 0, 0, 0, 0], [0, 0.8, 0, 0, 0, 0]])
+    assert Status.UNREACHABLE in result[0].status
+    assert Status.UNREACHABLE not in result[1].status
+    assert result.answered.tolist() == [False, True]
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-9, 1e-4, 0.5, 3.0])
+def test_rate_of_a_rotation_vector(size: float):
+    """w = J_l(r) dr/dt, by central differences of the rotation matrix."""
+    rng = np.random.default_rng(8)
+    r = rng.normal(size=3)
+    r *= size / np.linalg.norm(r)
+    h = 1e-5
+    J = rotvec_rate(r)
+    for k in range(3):
+        step = h * np.eye(3)[k]
+        turn = turn_by_vector(r + step) @ turn_by_vector(r - step).T
+        w = vector_of_turn(turn) / (2 * h)
+        assert np.abs(J[:, k] - w).max() <= 1e-9
+
+
+def test_home_of_a_serial_arm_follows_from_its_joints():
+    robot = elbow_arm()
+    posture = find_posture(robot)
+    assert np.allclose(posture.pose[0], six(platform_at(robot.legs[0], robot.legs[0].chain.home)))
+    assert np.allclose(shift_by(1, 2, 3).translation, [1, 2, 3])

@@ -1,0 +1,149 @@
+"""Laws of legs in parallel: sums, ranks by geometry, and the whole system solved at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robostiff import deflection, stiffness
+from robostiff.elastostatics import (
+    Recursive,
+    Status,
+    aggregate,
+    aggregate_matrices,
+    chain_stiffness,
+)
+from robostiff.model import Snapshot
+from tests.generators.chains import FreeChain, random_beam, random_joint
+from tests.generators.metric import distance
+from tests.generators.robots import FreeRobot, robots
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+@given(robots())
+def test_sum_of_the_legs_about_one_point(robot: FreeRobot):
+    K = sum(chain_stiffness(*leg.matrices(robot.reference)).K for leg in robot.legs)
+    result = stiffness(robot.snapshot)
+    assert distance(result.K, np.asarray(K)) <= robot.rounding()
+    # and legs told about their own ends, brought together by eq. (12)
+    legs = [chain_stiffness(*leg.matrices()).K for leg in robot.legs]
+    moved = aggregate_matrices(legs, [robot.reference - leg.end for leg in robot.legs])
+    assert distance(moved, result.K) <= 100 * robot.rounding()  # lever arms cost digits
+
+
+@given(robots())
+def test_rank_is_that_of_the_wrenches_that_hold_the_platform(robot: FreeRobot):
+    result = stiffness(robot.snapshot)
+    assert int(result.rank) == robot.rank()
+    free = result.about_reference.free_motions
+    assert len(free) == 6 - robot.rank()
+    assert (Status.FREE_MOTIONS in result.status) == (robot.rank() < 6)
+    K = result.K
+    assert np.array_equal(K, K.T)
+    assert np.abs(K @ free.T).max(initial=0.0) <= 1e-10 * np.abs(K).max()
+
+
+@given(robots(), st.randoms(use_true_random=False))
+def test_order_of_legs(robot: FreeRobot, random):
+    legs = list(robot.legs)
+    random.shuffle(legs)
+    result = stiffness(robot.snapshot)
+    shuffled = stiffness(FreeRobot(tuple(legs), robot.reference).snapshot)
+    assert distance(shuffled.K, result.K) <= robot.rounding()
+    assert int(shuffled.rank) == int(result.rank)
+    assert shuffled.status == result.status
+
+
+@settings(max_examples=40)
+@given(robots(), SEEDS)
+def test_deflection_is_that_of_the_whole_system_at_once(robot: FreeRobot, seed: int):
+    F = np.random.default_rng(seed).normal(size=6) * [100, 100, 100, 30, 30, 30]
+    bent = deflection(robot.snapshot, wrench=F)
+    if robot.rank() < 6:
+        assert bent.status & Status.UNBALANCED
+        # a load that the legs can carry has an answer all the same
+        K = bent.stiffness.K
+        F = K @ np.random.default_rng(seed).normal(size=6) * 1e-6
+        bent = deflection(robot.snapshot, wrench=F)
+    t, energy = robot.whole_system(F)
+    assert abs(bent.energy - energy) <= 1e-6 * energy
+    work = np.abs(bent.stiffness.K @ (t - bent.twist)).max()
+    assert work <= 1e-6 * np.abs(F).max()
+
+
+@given(robots(), SEEDS)
+def test_point_asked_for_is_a_congruence(robot: FreeRobot, seed: int):
+    point = np.random.default_rng(seed).uniform(-1, 1, 3)
+    there = stiffness(robot.snapshot, at=point)
+    direct = stiffness(FreeRobot(robot.legs, point).snapshot)
+    assert distance(there.K, direct.K) <= 1e-8
+    assert int(there.rank) == int(direct.rank)
+    assert there.status == direct.status
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+@given(robot=robots())
+def test_units_of_force_and_length(robot: FreeRobot, factor: float):
+    def scaled(leg: FreeChain) -> FreeChain:
+        springs = tuple(replace(s, stiffness=factor * s.stiffness) for s in leg.springs)
+        return replace(leg, springs=springs)
+
+    result = stiffness(robot.snapshot)
+    other = FreeRobot(tuple(scaled(leg) for leg in robot.legs), robot.reference)
+    harder = stiffness(other.snapshot)
+    assert int(harder.rank) == int(result.rank)
+    assert harder.status == result.status
+    assert distance(harder.K, factor * result.K) <= 1e-9
+
+
+@given(robots())
+def test_a_soft_leg_is_no_free_motion(robot: FreeRobot):
+    """Geometry decides the rank: one leg 1e-9 times softer than the others still holds."""
+    first, *others = robot.legs
+    springs = tuple(replace(s, stiffness=1e-9 * s.stiffness) for s in first.springs)
+    soft = FreeRobot((replace(first, springs=springs), *others), robot.reference)
+    assert int(stiffness(soft.snapshot).rank) == robot.rank()
+
+
+@given(robots())
+def test_recursion_and_wrenches_agree(robot: FreeRobot):
+    full = all(np.linalg.matrix_rank(leg.spring_columns(leg.end)[0]) == 6 for leg in robot.legs)
+    recursive = stiffness(robot.snapshot, method=Recursive())
+    assert bool(recursive.answered) == full
+    if full:
+        K0 = sum(np.linalg.inv(leg.compliance(robot.reference)) for leg in robot.legs)
+        default = stiffness(robot.snapshot)
+        assert distance(recursive.K, default.K, sizes_of=np.asarray(K0)) <= 1e-9
+        assert np.array_equal(
+            recursive.about_reference.redundant, default.about_reference.redundant
+        )
+
+
+def test_a_soft_spring_that_alone_holds_a_direction():
+    rng = np.random.default_rng(2)
+    J = rng.normal(size=(6, 6))
+    stiff = [chain_stiffness(1e-8 * np.eye(6), J[:, :5], length=1.0)]
+    W = np.linalg.svd(J[:, :5])[0][:, 5]
+    legs = stiff + [
+        chain_stiffness(1e-8 * np.eye(6), np.linalg.svd(np.outer(w, w))[0][:, 1:], length=1.0)
+        for w in np.linalg.svd(W[None])[2][1:5]
+    ]
+    assert int(aggregate(legs).rank) == 5
+    last = np.linalg.svd(W[None])[2][5]
+    soft = chain_stiffness(
+        10.0 * np.eye(6), np.linalg.svd(np.outer(last, last))[0][:, 1:], length=1.0
+    )
+    whole = aggregate([*legs, soft])
+    assert int(whole.rank) == 6
+    assert whole.free_motions.shape == (0, 6)
+    assert Status.FREE_MOTIONS not in whole.status
+
+
+def test_snapshot_of_one_leg_is_the_chain():
+    rng = np.random.default_rng(9)
+    chain = FreeChain((random_beam(rng),), (random_joint(rng), random_joint(rng)), np.zeros(3))
+    result = stiffness(Snapshot("one", (chain.placed(),), chain.end))
+    assert distance(result.K, chain_stiffness(*chain.matrices()).K) <= 1e-11
