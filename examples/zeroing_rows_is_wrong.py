@@ -7,7 +7,6 @@ where the shortcut exists; it is here to be measured.
 
     python examples/zeroing_rows_is_wrong.py
 """
-# ruff: noqa: T201
 
 import numpy as np
 

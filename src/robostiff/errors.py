@@ -95,9 +95,7 @@ class FileError(InputError):
     @classmethod
     def from_input_error(cls, location: Location, error: InputError) -> FileError:
         """The same complaint, with its place in a file."""
-        return cls(
-            location, error.subject, got=error.got, expected=error.expected, hint=error.hint
-        )
+        return cls(location, error.subject, got=error.got, expected=error.expected, hint=error.hint)
 
     def message(self) -> str:
         """The place, then the complaint."""

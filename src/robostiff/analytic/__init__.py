@@ -21,6 +21,7 @@ from robostiff.analytic.questions import (
     free_motion_formulas,
     rank_formula,
 )
+from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
 
 __all__ = [
     "Closed",
@@ -29,6 +30,7 @@ __all__ = [
     "ExactField",
     "FormulaTooLargeError",
     "RankFormula",
+    "SnapshotFormula",
     "Stage",
     "Steps",
     "canonical",
@@ -39,5 +41,6 @@ __all__ = [
     "rank_formula",
     "rotated_formula",
     "skew_formula",
+    "snapshot_formula",
     "sum_of_legs",
 ]

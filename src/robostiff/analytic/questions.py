@@ -8,7 +8,8 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.elimination import determinant, echelon, null_space
+from robostiff.analytic.field import ExactField
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,12 @@ def rank_formula(K: Any) -> RankFormula:
     K = sp.Matrix(K)
     field = ExactField(list(K))
     elements = [[field.element(K[i, j]) for j in range(K.cols)] for i in range(K.rows)]
-    rank = len(_pivots(field, elements)[1])
+    rank = len(echelon(field, elements)[1])
     if rank == 0:
         return RankFormula(0, ())
     shared = None
     for places in combinations(range(K.rows), rank):
-        minor = _determinant(field, [[elements[i][j] for j in places] for i in places])
+        minor = determinant(field, [[elements[i][j] for j in places] for i in places])
         if not minor.is_zero:
             shared = minor.num if shared is None else shared.gcd(minor.num)
     factors = [] if shared is None else shared.factor()[1]
@@ -78,15 +79,11 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     K = sp.Matrix(K)
     field = ExactField(list(K))
     n = K.rows
-    rows, pivots = _pivots(field, [[field.element(e) for e in K.row(i)] for i in range(n)])
-    motions = []
-    for free in (j for j in range(n) if j not in pivots):
-        motion = [field.zero] * n
-        motion[free] = field.one
-        for row, pivot in zip(rows, pivots, strict=False):
-            motion[pivot] = -row[free]
-        motions.append(sp.ImmutableMatrix([field.expression(element) for element in motion]))
-    return tuple(motions)
+    rows = [[field.element(entry) for entry in K.row(i)] for i in range(n)]
+    return tuple(
+        sp.ImmutableMatrix([field.expression(element) for element in motion])
+        for motion in null_space(field, rows, n)
+    )
 
 
 def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
@@ -113,45 +110,3 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
         shared = shared.gcd(polynomial)
     factors = [field.polynomial_expression(factor) for factor, _ in shared.factor()[1]]
     return tuple(sorted(factors, key=sp.default_sort_key))
-
-
-def _pivots(field: ExactField, rows: list[list[Element]]) -> tuple[list[list[Element]], list[int]]:
-    """Reduced row echelon form: its nonzero rows and their pivot columns."""
-    rows = [list(row) for row in rows]
-    pivots: list[int] = []
-    for column in range(len(rows[0])):
-        top = len(pivots)
-        found = [i for i in range(top, len(rows)) if not rows[i][column].is_zero]
-        if not found:
-            continue
-        best = min(found, key=lambda i: rows[i][column].terms)
-        rows[top], rows[best] = rows[best], rows[top]
-        pivot = rows[top][column]
-        rows[top] = [element / pivot for element in rows[top]]
-        for i in range(len(rows)):
-            if i != top and not rows[i][column].is_zero:
-                factor = rows[i][column]
-                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[top], strict=True)]
-        pivots.append(column)
-    return rows[: len(pivots)], pivots
-
-
-def _determinant(field: ExactField, rows: list[list[Element]]) -> Element:
-    """Determinant by elimination."""
-    rows = [list(row) for row in rows]
-    product, sign = field.one, 1
-    for column in range(len(rows)):
-        found = [i for i in range(column, len(rows)) if not rows[i][column].is_zero]
-        if not found:
-            return field.zero
-        best = min(found, key=lambda i: rows[i][column].terms)
-        if best != column:
-            rows[column], rows[best] = rows[best], rows[column]
-            sign = -sign
-        pivot = rows[column][column]
-        product = product * pivot
-        for i in range(column + 1, len(rows)):
-            if not rows[i][column].is_zero:
-                factor = rows[i][column] / pivot
-                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[column], strict=True)]
-    return product * sign

@@ -151,7 +151,7 @@ def spring_compliance(
     V = -skew(np.broadcast_to(at - spring.point, np.broadcast_shapes(at.shape, spring.point.shape)))
     V_rr, V_rt = product(V, rr), product(V, rt)
     tr = transposed(rt) + V_rr
-    placed = empty_batch(V.shape[:-2], (6, 6))
+    placed = empty_batch(V.shape[:-2], (6, 6), np.result_type(V, rr))
     placed[..., :3, :3] = _turned(R, C[..., :3, :3]) + V_rt + transposed(V_rt)
     placed[..., :3, :3] += product(V_rr, transposed(V))
     placed[..., :3, 3:], placed[..., 3:, :3] = tr, transposed(tr)

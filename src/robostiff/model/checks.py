@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -71,9 +73,16 @@ def rotation_matrix(subject: str, value: ArrayLike) -> np.ndarray:
     return U @ Vt
 
 
-def checked_stiffness(subject: str, value: float | None) -> None:
-    """Raise unless the stiffness is a positive finite number, or None for rigid."""
-    if value is not None and not (np.isfinite(value) and value > 0):
+def is_formula(value: Any) -> bool:
+    """Whether a value is a symbolic expression, of which SymPy knows the symbols."""
+    return bool(getattr(value, "free_symbols", None))
+
+
+def checked_stiffness(subject: str, value: Any) -> None:
+    """Raise unless the stiffness is a positive finite number, a formula, or None for rigid."""
+    if value is None or (is_formula(value) and value.is_positive is not False):
+        return
+    if is_formula(value) or not (np.isfinite(value) and value > 0):
         raise InputError(
             subject,
             got=value,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,13 +43,13 @@ class Actuated:
 
     Attributes
     ----------
-    stiffness : float or None
+    stiffness : float, SymPy expression or None
         Of the drive [N/m or N m/rad]; None for a rigid one.
     limits : (float, float) or None
         Lowest and highest coordinate [m or rad].
     """
 
-    stiffness: float | None = None
+    stiffness: Any = None
     limits: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -67,11 +68,11 @@ class Locked:
 
     Attributes
     ----------
-    stiffness : float or None
+    stiffness : float, SymPy expression or None
         Of the lock or flexure [N/m or N m/rad]; None for a rigid one.
     """
 
-    stiffness: float | None = None
+    stiffness: Any = None
 
     def __post_init__(self) -> None:
         checked_stiffness("stiffness of the lock", self.stiffness)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class PlacedFreedom:
         return isinstance(self.role, Passive)
 
     @property
-    def stiffness(self) -> float | None:
+    def stiffness(self) -> Any:
         """Of its drive or lock [N/m or N m/rad]; None when passive or rigid."""
         return None if isinstance(self.role, Passive) else self.role.stiffness
 

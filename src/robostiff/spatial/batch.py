@@ -8,12 +8,17 @@ arithmetic; where an array is made anew, it is made by the functions here.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 
-def empty_batch(batch: tuple[int, ...], matrix: tuple[int, ...]) -> np.ndarray:
+def empty_batch(
+    batch: tuple[int, ...], matrix: tuple[int, ...], dtype: Any = float
+) -> np.ndarray:
     """Room for an array ``(*batch, *matrix)``, equal entries of all poses side by side.
+
+    Entries are floats, or with ``dtype=object`` exact numbers and formulas.
 
     Examples
     --------
@@ -21,7 +26,7 @@ def empty_batch(batch: tuple[int, ...], matrix: tuple[int, ...]) -> np.ndarray:
     (8, 48000, 8000)
     """
     inverse = (*range(len(matrix), len(matrix) + len(batch)), *range(len(matrix)))
-    return np.empty((*matrix, *batch)).transpose(inverse)
+    return np.empty((*matrix, *batch), dtype=dtype).transpose(inverse)
 
 
 def poses_side_by_side(a: np.ndarray, matrix_axes: int) -> np.ndarray:
@@ -41,7 +46,7 @@ def poses_side_by_side(a: np.ndarray, matrix_axes: int) -> np.ndarray:
     batch_axes = a.ndim - matrix_axes
     if batch_axes == 0:
         return a
-    ordered = empty_batch(a.shape[:batch_axes], a.shape[batch_axes:])
+    ordered = empty_batch(a.shape[:batch_axes], a.shape[batch_axes:], a.dtype)
     ordered[...] = a
     return ordered
 
@@ -58,7 +63,7 @@ def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     batch = np.broadcast_shapes(A.shape[:-2], B.shape[:-2])
     if not batch:
         return A @ B
-    out = empty_batch(batch, (A.shape[-2], B.shape[-1]))
+    out = empty_batch(batch, (A.shape[-2], B.shape[-1]), np.result_type(A, B))
     return np.einsum("...ij,...jk->...ik", A, B, out=out)
 
 
@@ -67,7 +72,7 @@ def transposed(A: np.ndarray) -> np.ndarray:
     return np.swapaxes(A, -1, -2)
 
 
-def vector_of_entries(entries: Sequence[np.ndarray]) -> np.ndarray:
+def vector_of_entries(entries: Sequence[Any]) -> np.ndarray:
     """Array (..., n) of n entries (...), poses side by side.
 
     Examples
@@ -75,10 +80,11 @@ def vector_of_entries(entries: Sequence[np.ndarray]) -> np.ndarray:
     >>> vector_of_entries([np.array(1.0), np.array(2.0)])
     array([1., 2.])
     """
-    batch = np.broadcast_shapes(*(entry.shape for entry in entries))
-    out = empty_batch(batch, (len(entries),))
-    for i, entry in enumerate(entries):
-        out[..., i] = entry
+    arrays = [np.asarray(entry) for entry in entries]
+    batch = np.broadcast_shapes(*(array.shape for array in arrays))
+    out = empty_batch(batch, (len(entries),), np.result_type(*arrays))
+    for i, array in enumerate(arrays):
+        out[..., i] = array
     return out
 
 
@@ -93,7 +99,7 @@ def matrix_of_columns(
     array([[1.],
            [2.]])
     """
-    out = empty_batch(batch, (rows, len(columns)))
+    out = empty_batch(batch, (rows, len(columns)), np.result_type(*columns))
     for i, column in enumerate(columns):
         out[..., i] = column
     return out

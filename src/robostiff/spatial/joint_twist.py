@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Shaped
 
 from robostiff.spatial.batch import empty_batch, vector_of_entries
 
 
-def translation_twist(e: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 6"]:
+def translation_twist(e: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 6"]:
     """Column of a prismatic joint, J_tran = [e; 0], eq. (17).
 
     Parameters
@@ -25,14 +25,14 @@ def translation_twist(e: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*b
     >>> translation_twist(np.array([0.0, 0.0, 1.0]))
     array([0., 0., 1., 0., 0., 0.])
     """
-    twist = empty_batch(e.shape[:-1], (6,))
-    twist[..., :3], twist[..., 3:] = e, 0.0
+    twist = empty_batch(e.shape[:-1], (6,), e.dtype)
+    twist[..., :3], twist[..., 3:] = e, 0
     return twist
 
 
 def rotation_twist(
-    e: Float[np.ndarray, "*#batch 3"], r: Float[np.ndarray, "*#batch 3"]
-) -> Float[np.ndarray, "*batch 6"]:
+    e: Shaped[np.ndarray, "*#batch 3"], r: Shaped[np.ndarray, "*#batch 3"]
+) -> Shaped[np.ndarray, "*batch 6"]:
     """Column of a revolute joint, J_rot = [e x r; e], eq. (17), where it is misnamed J_tran.
 
     Parameters
@@ -51,14 +51,15 @@ def rotation_twist(
     >>> rotation_twist(np.array([0.0, 0.0, 1.0]), np.array([2.0, 0.0, 0.0]))
     array([0., 2., 0., 0., 0., 1.])
     """
-    twist = empty_batch(np.broadcast_shapes(e.shape, r.shape)[:-1], (6,))
+    batch = np.broadcast_shapes(e.shape, r.shape)[:-1]
+    twist = empty_batch(batch, (6,), np.result_type(e, r))
     twist[..., :3], twist[..., 3:] = cross(e, r), e
     return twist
 
 
 def cross(
-    a: Float[np.ndarray, "*#batch 3"], b: Float[np.ndarray, "*#batch 3"]
-) -> Float[np.ndarray, "*batch 3"]:
+    a: Shaped[np.ndarray, "*#batch 3"], b: Shaped[np.ndarray, "*#batch 3"]
+) -> Shaped[np.ndarray, "*batch 3"]:
     """Vector product over leading axes (np.cross costs four times as much on batches).
 
     Examples

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Shaped
 
 
-def block_rotation(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 6 6"]:
+def block_rotation(R: Shaped[np.ndarray, "*batch 3 3"]) -> Shaped[np.ndarray, "*batch 6 6"]:
     """Matrix diag(R, R), which turns twists and wrenches alike.
 
     Parameters
@@ -31,8 +31,8 @@ def block_rotation(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*ba
 
 
 def rotate_stiffness(
-    K_local: Float[np.ndarray, "*#batch 6 6"], R: Float[np.ndarray, "*#batch 3 3"]
-) -> Float[np.ndarray, "*batch 6 6"]:
+    K_local: Shaped[np.ndarray, "*#batch 6 6"], R: Shaped[np.ndarray, "*#batch 3 3"]
+) -> Shaped[np.ndarray, "*batch 6 6"]:
     """Stiffness or compliance in global axes, K_glob = diag(R, R) K_loc diag(R, R)^T, eq. (11).
 
     Parameters

@@ -8,13 +8,13 @@ defines it, ``J_v = [[I, -(v x)], [0, I]]``.
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Shaped
 
 from robostiff.errors import InputError
 from robostiff.spatial.skew import skew
 
 
-def twist_transport(v: Float[np.ndarray, "*batch d"]) -> Float[np.ndarray, "*batch n n"]:
+def twist_transport(v: Shaped[np.ndarray, "*batch d"]) -> Shaped[np.ndarray, "*batch n n"]:
     """Matrix J_v of eq. (13), sign corrected: t_new = J_v t_old with J_v = [[I, -(v x)], [0, I]].
 
     Parameters
@@ -55,8 +55,8 @@ def twist_transport(v: Float[np.ndarray, "*batch d"]) -> Float[np.ndarray, "*bat
 
 
 def move_twist(
-    t: Float[np.ndarray, "*#batch n"], v: Float[np.ndarray, "*#batch d"]
-) -> Float[np.ndarray, "*batch n"]:
+    t: Shaped[np.ndarray, "*#batch n"], v: Shaped[np.ndarray, "*#batch d"]
+) -> Shaped[np.ndarray, "*batch n"]:
     """Twist at the new reference point, t_new = J_v t_old.
 
     Examples
@@ -68,8 +68,8 @@ def move_twist(
 
 
 def move_wrench(
-    F: Float[np.ndarray, "*#batch n"], v: Float[np.ndarray, "*#batch d"]
-) -> Float[np.ndarray, "*batch n"]:
+    F: Shaped[np.ndarray, "*#batch n"], v: Shaped[np.ndarray, "*#batch d"]
+) -> Shaped[np.ndarray, "*batch n"]:
     """Wrench about the new reference point, F_new = J_v^-T F_old (the moment changes by -v x F).
 
     Examples
@@ -81,8 +81,8 @@ def move_wrench(
 
 
 def move_stiffness(
-    K: Float[np.ndarray, "*#batch n n"], v: Float[np.ndarray, "*#batch d"]
-) -> Float[np.ndarray, "*batch n n"]:
+    K: Shaped[np.ndarray, "*#batch n n"], v: Shaped[np.ndarray, "*#batch d"]
+) -> Shaped[np.ndarray, "*batch n n"]:
     """Stiffness about the new reference point, K_new = J_v^-T K_old J_v^-1, the terms of eq. (12).
 
     Parameters
@@ -107,8 +107,8 @@ def move_stiffness(
 
 
 def move_compliance(
-    C: Float[np.ndarray, "*#batch n n"], v: Float[np.ndarray, "*#batch d"]
-) -> Float[np.ndarray, "*batch n n"]:
+    C: Shaped[np.ndarray, "*#batch n n"], v: Shaped[np.ndarray, "*#batch d"]
+) -> Shaped[np.ndarray, "*batch n n"]:
     """Compliance of the new reference point, C_new = J_v C_old J_v^T.
 
     Examples

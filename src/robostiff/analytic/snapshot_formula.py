@@ -1,0 +1,164 @@
+"""The stiffness of a whole robot as a formula, from where its joints and springs are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.closed import canonical
+from robostiff.analytic.elimination import null_space
+from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.parallel import moved_formula, rotated_formula
+from robostiff.errors import InputError
+from robostiff.kinematics import leg_compliance, passive_jacobian
+from robostiff.model import PlacedLeg, Snapshot
+from robostiff.spatial import Space, block_rotation
+from robostiff.spatial.batch import transposed
+
+# Operations up to which the legs are brought over one denominator; a longer sum reads better apart.
+_COMBINED = 2000
+
+
+@dataclass(frozen=True)
+class SnapshotFormula:
+    """Stiffness of a robot and of its legs about the reference point, world axes.
+
+    Attributes
+    ----------
+    K : sympy.ImmutableMatrix
+        (n x n), every entry a canonical fraction, or a sum of them, one a leg, where the fraction
+        would be long.
+    legs : tuple of sympy.ImmutableMatrix
+        Stiffness of each leg; they add up to K.
+    """
+
+    K: sp.ImmutableMatrix
+    legs: tuple[sp.ImmutableMatrix, ...]
+
+
+def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
+    """Stiffness of a robot whose points, axes and springs are formulas, K = W (W^T C W)^-1 W^T.
+
+    The numerical form's own Jacobians are filled with SymPy expressions, and the wrench basis form
+    is carried out in exact arithmetic, leg by leg.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        One pose; its arrays hold SymPy expressions, numbers or both. Axes are unit vectors, and
+        square roots in them are kept with their relation.
+
+    Returns
+    -------
+    SnapshotFormula
+
+    Raises
+    ------
+    InputError
+        When a transmitted wrench meets no compliance, so that no matrix exists.
+
+    Examples
+    --------
+    A spring along x between two ball joints a length L apart, seen from its end:
+
+    >>> from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedLeg
+    >>> k, L = sp.symbols("k L", positive=True)
+    >>> tip, x = np.array([L, 0, 0], dtype=object), np.array([1, 0, 0], dtype=object)
+    >>> balls = [PlacedFreedom("ball", Motion.ROTATION, p, e, Passive())
+    ...          for p in (0 * tip, tip) for e in np.eye(3, dtype=int).astype(object)]
+    >>> slide = PlacedFreedom("slide", Motion.TRANSLATION, 0 * tip, x, Actuated(k))
+    >>> rod = Snapshot("rod", (PlacedLeg("rod", (slide, *balls), tip),), tip)
+    >>> snapshot_formula(rod).K[0, 0]
+    k
+    """
+    legs = tuple(_leg_formula(leg, snapshot) for leg in snapshot.legs)
+    total: Any = sp.ImmutableMatrix(sum(legs[1:], legs[0]))
+    small = sum(entry.count_ops() for entry in total) <= _COMBINED
+    return SnapshotFormula(canonical(total) if small else total, legs)
+
+
+def _leg_formula(leg: PlacedLeg, snapshot: Snapshot) -> sp.ImmutableMatrix:
+    """Stiffness of a leg about the reference point, derived where its joints look simplest."""
+    rows = list(snapshot.space.rows)
+    reference = snapshot.reference_point
+    frames = [(np.eye(3, dtype=int).astype(object), reference)]
+    if snapshot.space is Space.SPATIAL:
+        frames += [(spring.rotation, spring.point) for spring in leg.springs]
+    problems = [_problem(leg, R, p, rows) for R, p in frames]
+    simplest = min(range(len(frames)), key=lambda i: problems[i].terms)
+    problem, (R, p) = problems[simplest], frames[simplest]
+    K = problem.written(_leg_stiffness(problem.field, leg.name, problem.C, problem.J_q))
+    if simplest == 0:
+        return K
+    return canonical(moved_formula(rotated_formula(K, R), reference - p), [*R.flat])
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Compliance and passive joints of a leg in one frame, in a field of their own."""
+
+    field: ExactField
+    C: list[list[Element]]
+    J_q: list[list[Element]]
+
+    @property
+    def terms(self) -> int:
+        """How long the entries are."""
+        return sum(element.terms for row in (*self.C, *self.J_q) for element in row)
+
+    def written(self, rows: list[list[Element]]) -> sp.ImmutableMatrix:
+        """A matrix of the field in SymPy."""
+        return sp.ImmutableMatrix([[self.field.expression(e) for e in row] for row in rows])
+
+
+def _problem(leg: PlacedLeg, R: np.ndarray, p: np.ndarray, rows: list[int]) -> _Problem:
+    to_local = transposed(block_rotation(np.asarray(R, dtype=object)))
+    C = to_local @ np.asarray(leg_compliance(leg, p), dtype=object) @ to_local.T
+    J_q = to_local @ np.asarray(passive_jacobian(leg, p)[0], dtype=object)
+    C, J_q = C[np.ix_(rows, rows)], J_q[rows]
+    # A field of its own: the roots of one leg are nothing to the others.
+    field = ExactField([*C.flat, *J_q.flat])
+    return _Problem(field, _elements(field, C), _elements(field, J_q))
+
+
+def _leg_stiffness(
+    field: ExactField, name: str, C: list[list[Element]], J_q: list[list[Element]]
+) -> list[list[Element]]:
+    """Sum of w w^T / (w^T C w) over transmitted wrenches made conjugate to one another."""
+    n = len(C)
+    columns = [list(column) for column in zip(*J_q, strict=True)]
+    wrenches = null_space(field, columns, n)
+    K = [[field.zero] * n for _ in range(n)]
+    while wrenches:
+        w, *wrenches = wrenches
+        Cw = [_dot(field, row, w) for row in C]
+        mu = _dot(field, w, Cw)
+        if mu.is_zero:
+            raise InputError(
+                f"leg {name!r}",
+                got="a transmitted wrench that meets no compliance",
+                expected="elasticity on every path that carries a load",
+                hint="give a link or an actuator of the leg its elasticity",
+            )
+        scaled = [entry / mu for entry in w]
+        K = [[K[i][j] + w[i] * scaled[j] for j in range(n)] for i in range(n)]
+        wrenches = [
+            [a - _dot(field, Cw, other) * b for a, b in zip(other, scaled, strict=True)]
+            for other in wrenches
+        ]
+    return K
+
+
+def _dot(field: ExactField, a: list[Element], b: list[Element]) -> Element:
+    total = field.zero
+    for x, y in zip(a, b, strict=True):
+        if not (x.is_zero or y.is_zero):
+            total = total + x * y
+    return total
+
+
+def _elements(field: ExactField, matrix: np.ndarray) -> list[list[Element]]:
+    return [[field.element(entry) for entry in row] for row in matrix]

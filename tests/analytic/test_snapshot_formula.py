@@ -1,0 +1,172 @@
+"""Robots beyond the paper in closed form, tied to the numerical form by substitution."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from robostiff.analysis import stiffness
+from robostiff.analytic import canonical, rank_formula, snapshot_formula
+from robostiff.elasticity import Elasticity, cantilever_compliance
+from robostiff.errors import InputError
+from robostiff.model import (
+    Actuated,
+    Motion,
+    Passive,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
+from robostiff.spatial import Space
+
+X, Y, Z = np.eye(3, dtype=int).astype(object)
+
+
+def vector(*entries):
+    return np.array([sp.sympify(entry) for entry in entries], dtype=object)
+
+
+def turning(name, point, axis):
+    return PlacedFreedom(name, Motion.ROTATION, point, axis, Passive())
+
+
+def ball(name, point):
+    return [turning(f"{name}{i}", point, axis) for i, axis in enumerate((X, Y, Z))]
+
+
+def sliding(name, point, axis, k):
+    return PlacedFreedom(name, Motion.TRANSLATION, point, axis, Actuated(k))
+
+
+def unit(v):
+    return v / sp.sqrt(sp.expand(v @ v))
+
+
+def at_numbers(snapshot, values):
+    """The same snapshot with numbers for its symbols."""
+
+    def number(array):
+        flat = [float(sp.sympify(e).evalf(30, subs=values)) for e in np.ravel(array)]
+        return np.array(flat).reshape(np.shape(array))
+
+    legs = []
+    for leg in snapshot.legs:
+        elements = []
+        for e in leg.elements:
+            if isinstance(e, PlacedFreedom):
+                role = e.role
+                if isinstance(role, Actuated):
+                    role = Actuated(float(sp.sympify(role.stiffness).evalf(30, subs=values)))
+                elements.append(
+                    PlacedFreedom(e.name, e.motion, number(e.point), number(e.axis), role)
+                )
+            else:
+                C = Elasticity(number(e.elasticity.compliance))
+                elements.append(PlacedSpring(e.name, number(e.point), number(e.rotation), C))
+        legs.append(PlacedLeg(leg.name, tuple(elements), number(leg.end)))
+    reference = number(snapshot.reference_point)
+    return Snapshot(snapshot.name, tuple(legs), reference, snapshot.space)
+
+
+def check_against_numbers(snapshot, values, tolerance=1e-10):
+    K = snapshot_formula(snapshot).K
+    found = np.array(K.evalf(30, subs=values), dtype=float)
+    expected = stiffness(at_numbers(snapshot, values)).K
+    size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    size = np.where(size > 0, size, size.max())
+    assert np.max(np.abs(found - expected) / size) < tolerance
+    return K
+
+
+def test_planar_3_rpr_at_a_general_pose():
+    x, y, c, s = sp.Symbol("x"), sp.Symbol("y"), sp.cos(sp.Symbol("t")), sp.sin(sp.Symbol("t"))
+    a, b = sp.symbols("a b", positive=True)
+    k = sp.Symbol("k", positive=True)
+    legs = []
+    bases = [(0, 0), (a, 0), (a / 2, a)]
+    corners = [(-b, -b), (b, -b), (0, b)]
+    for i, ((X0, Y0), (u, v)) in enumerate(zip(bases, corners, strict=True)):
+        A = vector(X0, Y0, 0)
+        B = vector(x + c * u - s * v, y + s * u + c * v, 0)
+        elements = (
+            turning("A", A, Z),
+            sliding("slide", A, unit(B - A), k),
+            turning("B", B, Z),
+        )
+        legs.append(PlacedLeg(f"leg{i}", elements, B))
+    robot = Snapshot("3-RPR", tuple(legs), vector(x, y, 0), Space.PLANAR)
+    values = {x: 0.45, y: 0.35, sp.Symbol("t"): 0.3, a: 1.0, b: 0.12, k: 1e6}
+    K = check_against_numbers(robot, values)
+    singular = K.subs({sp.Symbol("t"): 0, x: a / 2, y: a / 3})
+    assert rank_formula(singular).rank == 2  # the three slides meet in one point
+
+
+def stewart_leg(name, A, B, k):
+    u = unit(B - A)
+    return PlacedLeg(name, (*ball("A", A), sliding("k", A, u, k), *ball("B", B)), B)
+
+
+def test_cubic_stewart_platform_about_its_centre_and_above():
+    a, k, h = sp.symbols("a k h", positive=True)
+    # Six edges of a cube of side 2a, two along each axis, crossing at midpoints of faces.
+    edges = [
+        ((a, -a, -a), (a, a, -a)),
+        ((-a, a, a), (-a, -a, a)),
+        ((-a, a, -a), (-a, a, a)),
+        ((a, -a, a), (a, -a, -a)),
+        ((-a, -a, -a), (a, -a, -a)),
+        ((a, a, a), (-a, a, a)),
+    ]
+    legs = tuple(
+        stewart_leg(f"leg{i}", vector(*A), vector(*B), k) for i, (A, B) in enumerate(edges)
+    )
+    centre = Snapshot("cubic", legs, vector(0, 0, 0))
+    K = check_against_numbers(centre, {a: 0.2, k: 1e7})
+    assert K[:3, :3] == sp.ImmutableMatrix(2 * k * sp.eye(3))
+    above = Snapshot("cubic", legs, vector(0, 0, h))
+    K_above = check_against_numbers(above, {a: 0.2, k: 1e7, h: 0.3})
+    lever = sp.Matrix([[0, -h, 0], [h, 0, 0], [0, 0, 0]])  # (v x), v = (0, 0, h)
+    moved = K[:3, :3] * lever + K[:3, 3:]
+    assert canonical(K_above[:3, 3:]) == canonical(moved)
+
+
+def test_3_puu_at_its_centre():
+    """Vertical rails: each rod pulls with k = (1/k_a + L/EA)^-1 seen along itself at 45 degrees."""
+    E, A, I, G, J, L, k_a, r = sp.symbols("E A I G J L k_a r", positive=True)
+    C = cantilever_compliance(L, E, G, A, I, I, J)
+    legs = []
+    root = sp.sqrt(2) / 2
+    for i in range(3):
+        phi = 2 * sp.pi * i / 3
+        radial = vector(sp.cos(phi), sp.sin(phi), 0)
+        tangent = vector(-sp.sin(phi), sp.cos(phi), 0)
+        along = -root * radial - root * Z  # from the carriage down to the platform
+        across = root * radial - root * Z
+        end = r * radial
+        start = end - L * along
+        # The axes of the rod's frame: x along it, y the inner universal axis.
+        frame = np.stack([along, across, np.cross(along, across)], axis=-1)
+        elements = (
+            sliding("rail", start, Z, k_a),
+            turning("U1", start, tangent),
+            turning("U2", start, across),
+            PlacedSpring("rod", end, frame, Elasticity(C)),
+            turning("U3", end, across),
+            turning("U4", end, tangent),
+        )
+        legs.append(PlacedLeg(f"leg{i}", elements, end))
+    robot = Snapshot("3-PUU", tuple(legs), vector(0, 0, 0))
+    values = {E: 210e9, A: 2e-4, I: 1.3e-8, G: 80e9, J: 2.6e-8, L: 0.7, k_a: 2e7, r: 0.15}
+    K = check_against_numbers(robot, values)
+    # Along z every rod takes a third: its pull k acts under 45 degrees, the drive in series.
+    k_rod = 1 / (sp.Rational(1, 2) / k_a + L / (E * A))
+    assert canonical(sp.Matrix([K[2, 2] - sp.Rational(3, 2) * k_rod]))[0] == 0
+
+
+def test_a_leg_without_compliance_on_its_path_is_refused():
+    L = sp.Symbol("L", positive=True)
+    hinge = turning("hinge", vector(0, 0, 0), Z)
+    spring = sliding("slide", vector(0, 0, 0), X, sp.Symbol("k", positive=True))
+    leg = PlacedLeg("stiff", (hinge, spring), vector(L, 0, 0))
+    with pytest.raises(InputError, match="meets no compliance"):
+        snapshot_formula(Snapshot("stiff", (leg,), vector(L, 0, 0)))
