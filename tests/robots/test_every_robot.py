@@ -84,7 +84,7 @@ def test_closed_form_and_newton_agree(name):
     for solver, q in zip(finder.solvers, posture.coordinates, strict=True):
         assert solver.closed_form is not None
         task = NewtonTask((solver.leg,), (), solver.length)
-        _, (found,) = task.follow(solver.home_pose, [solver.home], poses)
+        _, (found,), _ = task.follow(solver.home_pose, [solver.home], poses)
         difference = found - q
         turns = np.abs(difference) > np.pi  # the same angle, a turn further
         difference[turns] -= 2 * np.pi * np.sign(difference[turns])

@@ -175,10 +175,16 @@ class PostureFinder:
             return posture
         task = NewtonTask(self.robot.legs, request.open, self.length)
         start = [solver.home for solver in self.solvers]
+        followed, found, closed = task.follow(self.home_pose, start, pose[missed])
+        # Where the legs cannot close at all, what each of them lacks at home's other coordinates
+        # says more than a compromise between them.
+        rows = np.flatnonzero(missed)[closed]
+        if rows.size == 0:
+            return posture
         pose = pose.copy()
-        pose[missed], found = task.follow(self.home_pose, start, pose[missed])
+        pose[rows] = followed[closed]
         for own, new in zip(q, found, strict=True):
-            own[missed] = new
+            own[rows] = new[closed]
         return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q)
 
     def _posture(

@@ -40,7 +40,7 @@ class NewtonTask:
 
     def follow(
         self, start: np.ndarray, q: list[np.ndarray], goal: np.ndarray
-    ) -> tuple[np.ndarray, list[np.ndarray]]:
+    ) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
         """Pose coordinates and leg coordinates at the goals, followed from one closed posture.
 
         Parameters
@@ -57,6 +57,8 @@ class NewtonTask:
         pose : (N, 6) array
         q : list of (N, size) arrays
             Where no closure is found, the nearest that was.
+        closed : (N,) array of bool
+            Where closure is found.
         """
         N = len(goal)
         # At once: where that fails, this is the nearest posture.
@@ -70,7 +72,9 @@ class NewtonTask:
             for coordinates, followed in zip(found, own, strict=True):
                 coordinates[rows] = followed
             left = np.setdiff1d(left, rows)
-        return pose, found
+        closed = np.ones(N, dtype=bool)
+        closed[left] = False
+        return pose, found, closed
 
     def _in_steps(
         self,
