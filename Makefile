@@ -59,6 +59,7 @@ bench: $(STAMP)-test
 	$(BIN)/python benchmarks/batched_stiffness.py
 	$(BIN)/python benchmarks/accuracy_of_forms.py
 	$(BIN)/python benchmarks/startup.py
+	$(BIN)/python benchmarks/derivations.py
 
 clean:
 	rm -rf $(VENV) docs/_build build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
