@@ -196,16 +196,16 @@ def test_arm_with_a_rigid_direction_still_bends():
 @pytest.mark.parametrize(
     ("wrench", "message"),
     [
-        ((), "6 finite numbers: Fx Fy Fz Mx My Mz"),
-        ([1.0, 2, 3], "6 finite numbers"),
-        ([1.0, 2, 3, 4, 5, np.inf], "6 finite numbers"),
-        (np.zeros((2, 6)), "6 finite numbers"),
+        ((), "6 numbers: Fx Fy Fz Mx My Mz"),
+        ([1.0, 2, 3], "6 numbers"),
+        ([1.0, 2, 3, 4, 5, np.inf], "finite number"),
+        (np.zeros((2, 6)), "6 numbers"),
     ],
 )
 def test_wrenches_that_do_not_fit(wrench, message: str):
     with pytest.raises(InputError, match=message):
         deflection(case_b(), wrench=wrench)
-    with pytest.raises(InputError, match="3 finite numbers: Fx Fy Mz"):
+    with pytest.raises(InputError, match="3 numbers: Fx Fy Mz"):
         deflection(five_bar(), wrench=LOAD)
 
 

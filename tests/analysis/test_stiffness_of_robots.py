@@ -173,7 +173,7 @@ def test_beyond_limits_there_is_a_matrix_to_be_used_with_care():
     result = stiffness(case_b(limits=(0.3, 0.6)), [0, 0, 0.9, 0, 0, 0])
     assert result.status == Status.BEYOND_LIMITS
     assert np.isfinite(result.K).all()
-    assert "outside its limits 0.3 to 0.6" in result.complaints[0]
+    assert "outside its limits 300 to 600 mm" in result.complaints[0]
 
 
 def test_arm_with_elastic_drives_only_has_a_compliance_but_no_stiffness():
@@ -247,11 +247,11 @@ def test_planar_robots_are_planar():
 def test_redundant_joints_are_named():
     result = stiffness(case_b())
     assert result.redundant_joints == ()
-    assert result.joint_names[:5] == (
+    assert result.passive_joint_names[:5] == (
         "leg1/U[0]",
         "leg1/U[1]",
         "leg1/S[0]",
         "leg1/S[1]",
         "leg1/S[2]",
     )
-    assert len(result.joint_names) == 30
+    assert len(result.passive_joint_names) == 30

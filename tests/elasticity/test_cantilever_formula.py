@@ -1,7 +1,5 @@
 """The formulas over numbers of other kinds: fractions, symbols, arrays in every place."""
 
-
-
 from fractions import Fraction
 
 import numpy as np

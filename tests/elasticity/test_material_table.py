@@ -1,7 +1,5 @@
 """Materials: the moduli of the table, and what the lookup says when it finds nothing."""
 
-
-
 import dataclasses
 
 import numpy as np

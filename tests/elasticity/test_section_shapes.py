@@ -1,7 +1,5 @@
 """Cross-sections: exact moments, torsion constants and shear factors of the books."""
 
-
-
 import math
 from itertools import pairwise
 

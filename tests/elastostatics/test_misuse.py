@@ -28,8 +28,8 @@ LOPSIDED = E6 + np.eye(6, k=1)
         (np.eye(5), np.zeros((5, 1)), "matrix size: got 5"),
         (E6, np.zeros(6), r"passive joint Jacobian: got \(6,\)"),
         (E6, np.zeros((3, 2)), r"expected a shape \(\.\.\., 6, q\)"),
-        (E6, np.full((6, 1), np.nan), "finite entries"),
-        (np.full((6, 6), np.inf), NO_JOINTS, "finite entries"),
+        (E6, np.full((6, 1), np.nan), "finite number"),
+        (np.full((6, 6), np.inf), NO_JOINTS, "finite number"),
         (LOPSIDED, NO_JOINTS, r"entries \[0, 1\] and \[1, 0\].*symmetric"),
     ],
 )

@@ -62,7 +62,7 @@ def test_reach_of_a_hexapod_leg_with_limits():
     A = 0.5 * np.array([1, 0, 0])
     B = np.array([0.2 * np.cos(np.pi / 3), 0.2 * np.sin(np.pi / 3), 0.95])
     length = np.linalg.norm(B - A)
-    assert above.complaints[0].startswith(f"coordinate 2 of leg 'leg1' is {length:.6g}, outside")
+    assert above.complaints[0].startswith(f"'P' of leg 'leg1' is at {1e3 * length:.5g} mm, outside")
 
 
 @pytest.mark.parametrize("kind", ["RPS", "PRS"])

@@ -13,7 +13,7 @@ from robostiff.elastostatics import CartesianStiffness, Status, Tolerance, scali
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture, freedom_twist
 from robostiff.model import Actuated, PlacedFreedom, PlacedLeg, PlacedSpring, Robot, Snapshot
-from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.spatial import Space, as_floats, move_twist, move_wrench
 
 _DEFAULT_TOLERANCE = Tolerance()
 _BALANCED = 1e-9
@@ -78,7 +78,7 @@ class ActuatorLoad:
     travel: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Deflection:
     """How a robot gives way under a wrench.
 
@@ -123,6 +123,12 @@ class Deflection:
                 + "; ".join(self.advice)
             )
         return self.moved
+
+    def __repr__(self) -> str:
+        if not self.has_answer:
+            return f"<Deflection of {self.stiffness.name!r}, status {self.status}>"
+        twist = ", ".join(f"{x:.4g}" for x in self.twist)
+        return f"<Deflection of {self.stiffness.name!r}: ({twist}) m, rad, status {self.status}>"
 
     @property
     def has_answer(self) -> bool:
@@ -197,7 +203,10 @@ def deflection(
     elif not answer.status.has_stiffness:
         return Deflection(F, answer, answer.status, None)
     else:
-        t_origin = _held_displacement(answer.about_reference, F_origin)
+        try:
+            t_origin = _held_displacement(answer.about_reference, F_origin)
+        except np.linalg.LinAlgError:  # stiffnesses too far apart for their sum to hold both
+            return Deflection(F, answer, answer.status | Status.ILL_CONDITIONED, None)
         if t_origin is None:
             return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
         leg_wrenches = [leg.matrix @ t_origin for leg in answer.legs]
@@ -267,11 +276,8 @@ def _add_element(
 
 
 def _checked_wrench(wrench: ArrayLike, space: Space) -> np.ndarray:
-    F = np.asarray(wrench, dtype=float)
-    if F.shape != (space.size,) or not np.isfinite(F).all():
-        raise InputError(
-            "wrench",
-            got=wrench,
-            expected=f"{space.size} finite numbers: {' '.join(space.wrench_order)} [N, N m]",
-        )
+    expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
+    F = as_floats("wrench", wrench, expected)
+    if F.shape != (space.size,):
+        raise InputError("wrench", got=wrench, expected=expected)
     return F

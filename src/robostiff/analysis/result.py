@@ -13,7 +13,7 @@ from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space, move_compliance, move_stiffness, move_twist, move_wrench
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RobotStiffness:
     """K_C of a robot about a point, in world axes, with rank, free motions and status.
 
@@ -29,7 +29,7 @@ class RobotStiffness:
         About `origin`, where ranks are decided, whatever point is asked for.
     legs : tuple of CartesianStiffness
         Each leg about `origin`.
-    joint_names : tuple of str
+    passive_joint_names : tuple of str
         ``leg/joint`` of every passive freedom.
     method : Form
     complaints : tuple of str
@@ -37,7 +37,8 @@ class RobotStiffness:
     serial_compliance : (..., n, n) array or None
         Compliance about `origin` of a single leg without passive joints.
     origin : (..., 3) array
-        The robot's own reference point in the world [m].
+        Where it was computed: the robot's own reference point in the world [m], or the middle of a
+        robot that is far away from it.
     """
 
     name: str
@@ -45,7 +46,7 @@ class RobotStiffness:
     reference_point: np.ndarray
     about_reference: CartesianStiffness
     legs: tuple[CartesianStiffness, ...]
-    joint_names: tuple[str, ...]
+    passive_joint_names: tuple[str, ...]
     method: Form
     complaints: tuple[str, ...]
     serial_compliance: np.ndarray | None
@@ -102,8 +103,9 @@ class RobotStiffness:
 
     @property
     def rank(self) -> np.ndarray:
-        """Rank of K (...): how many independent wrenches hold the platform."""
-        return self.about_reference.rank
+        """How many independent wrenches hold the platform (...); -1 where out of reach."""
+        unreachable = self.about_reference.status_codes & int(Status.UNREACHABLE)
+        return np.where(unreachable, -1, self.about_reference.rank)
 
     @property
     def status(self) -> Status:
@@ -132,9 +134,12 @@ class RobotStiffness:
         """Motions of the platform that meet no stiffness, at a single pose."""
         if self._unreachable:
             return ()
-        basis = move_twist(self.about_reference.free_motions, self._offset)
+        # Told about the robot's own point: from far away every turn looks like a translation.
         length = float(self.about_reference.length)
-        return free_motions_in_words(basis, self.reference_point, length)
+        motions = free_motions_in_words(self.about_reference.free_motions, self.origin, length)
+        return tuple(
+            FreeMotion(move_twist(motion.twist, self._offset), motion.screw) for motion in motions
+        )
 
     @property
     def rigid_directions(self) -> np.ndarray:
@@ -146,7 +151,9 @@ class RobotStiffness:
         """``leg/joint`` of the passive freedoms that add nothing to those before, at any pose."""
         redundant = self.about_reference.redundant
         lost = np.atleast_1d(redundant.any(axis=tuple(range(redundant.ndim - 1))))
-        return tuple(name for name, is_lost in zip(self.joint_names, lost, strict=True) if is_lost)
+        return tuple(
+            name for name, is_lost in zip(self.passive_joint_names, lost, strict=True) if is_lost
+        )
 
     @property
     def decision(self) -> RankDecision:
@@ -162,6 +169,17 @@ class RobotStiffness:
     def about(self, point: np.ndarray) -> RobotStiffness:
         """The same answer about another point of the platform (..., 3), in the world [m]."""
         return replace(self, reference_point=point)
+
+    def __repr__(self) -> str:
+        if self.batch_shape:
+            answered = int(np.count_nonzero(self.answered))
+            poses = int(np.prod(self.batch_shape))
+            return f"<RobotStiffness of {self.name!r}, {poses} poses, {answered} with a matrix>"
+        point = ", ".join(f"{x:.5g}" for x in self.reference_point)
+        return (
+            f"<RobotStiffness of {self.name!r} about ({point}) m, rank {int(self.rank)} of "
+            f"{self.space.size}, status {self.status}>"
+        )
 
     def __getitem__(self, index: Any) -> RobotStiffness:
         """The answer at one pose, or at some poses, of a batch."""

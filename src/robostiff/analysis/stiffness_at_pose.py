@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,35 +24,37 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Pose, Posture, PostureFinder, leg_compliance, passive_jacobian
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.model import Robot, Snapshot
-from robostiff.spatial import Space
+from robostiff.spatial import Space, as_floats
 
 _DEFAULT_METHOD = WrenchBasis()
 _DEFAULT_TOLERANCE = Tolerance()
 # Poses worked on at once: the arrays of one step fit into the second-level cache.
 _CHUNK = 2048
-# A robot smaller than this part of what its springs tell is all in one point.
-_ONE_POINT = 1e-6
+# A reference point further from the robot than this many of its lengths is moved to at the end.
+_FAR = 10.0
 
 
 @dataclass(frozen=True)
 class SnapshotStiffness:
-    """Stiffness of every leg of a snapshot and of the whole, about its own reference point.
+    """Stiffness of every leg of a snapshot and of the whole, about one point of its platform.
 
     Attributes
     ----------
     whole : CartesianStiffness
     legs : tuple of CartesianStiffness
-        Each about the reference point.
-    joint_names : tuple of str
+    passive_joint_names : tuple of str
         ``leg/joint`` of every column of `whole.redundant`.
     compliance : (..., n, n) array or None
         Of a single leg without passive joints, which needs no inverse.
+    origin : (..., 3) array
+        The point about which they are [m].
     """
 
     whole: CartesianStiffness
     legs: tuple[CartesianStiffness, ...]
-    joint_names: tuple[str, ...]
+    passive_joint_names: tuple[str, ...]
     compliance: np.ndarray | None
+    origin: np.ndarray
 
 
 def stiffness(
@@ -101,6 +103,7 @@ def stiffness(
     >>> print(result.free_motions[0])
     rotation about x through (0, 0, 2) m
     """
+    _check_arguments(robot, method, tolerance)
     if isinstance(robot, Snapshot):
         if pose is not None:
             raise InputError(
@@ -116,11 +119,11 @@ def stiffness(
             reference_point=robot.reference_point,
             about_reference=solved.whole,
             legs=solved.legs,
-            joint_names=solved.joint_names,
+            passive_joint_names=solved.passive_joint_names,
             method=method,
             complaints=(),
             serial_compliance=solved.compliance,
-            origin=robot.reference_point,
+            origin=solved.origin,
         )
         return _about(result, at)
     finder = PostureFinder(robot)
@@ -162,22 +165,24 @@ def compliance(
 
 
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
-    """Stiffness of the legs of a snapshot and of the whole, about its reference point."""
-    reference, rows = snapshot.reference_point, list(snapshot.space.rows)
+    """Stiffness of the legs of a snapshot and of the whole."""
+    rows = list(snapshot.space.rows)
+    length = snapshot.characteristic_length
+    origin = _origin(snapshot, length)
     planar = snapshot.space is Space.PLANAR
     problems, names = [], []
     for leg in snapshot.legs:
-        J_q, leg_names = passive_jacobian(leg, reference)
-        C = leg_compliance(leg, reference)
+        J_q, leg_names = passive_jacobian(leg, origin)
+        C = leg_compliance(leg, origin)
         if planar:
             check_passive_in_plane(J_q, leg_names)
             check_compliance_in_plane(C, leg.name)
             J_q, C = J_q[..., rows, :], C[..., rows, :][..., :, rows]
         problems.append((C, J_q))
         names += [f"{leg.name}/{name}" for name in leg_names]
-    length = snapshot.characteristic_length
-    of_springs = matrix_length(*problems[0])
-    length = np.where(length > _ONE_POINT * of_springs, length, of_springs)
+    if not np.all(length > 0):  # all in one point: the springs themselves tell a length
+        of_springs = np.max([matrix_length(C, J_q) for C, J_q in problems], axis=0)
+        length = np.where(length > 0, length, of_springs)
     legs = tuple(
         chain_stiffness(C, J_q, form=method, length=length, tolerance=tolerance)
         for C, J_q in problems
@@ -186,9 +191,38 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     return SnapshotStiffness(
         whole=aggregate(legs),
         legs=legs,
-        joint_names=tuple(names),
+        passive_joint_names=tuple(names),
         compliance=problems[0][0] if alone else None,
+        origin=origin,
     )
+
+
+def _origin(snapshot: Snapshot, length: np.ndarray) -> np.ndarray:
+    """Where to compute: at the reference point, or amid the legs where that is far away."""
+    reference, centre = snapshot.reference_point, snapshot.centre
+    far = np.linalg.norm(reference - centre, axis=-1) > _FAR * length
+    return (
+        np.where((far & (length > 0))[..., None], centre, reference) if np.any(far) else reference
+    )
+
+
+def _check_arguments(robot: Any, method: Any, tolerance: Any) -> None:
+    if not isinstance(robot, Robot | Snapshot):
+        raise InputError(
+            "robot", got=robot, expected="a Robot or a Snapshot", hint='write load("hexapod")'
+        )
+    if isinstance(method, type) or not isinstance(method, Form):
+        name = method.__name__ if isinstance(method, type) else "WrenchBasis"
+        raise InputError(
+            "method", got=method, expected="a form of K_C", hint=f"write method={name}()"
+        )
+    if not isinstance(tolerance, Tolerance):
+        raise InputError(
+            "tolerance",
+            got=tolerance,
+            expected="a Tolerance",
+            hint="write tolerance=Tolerance(independence=1e-9)",
+        )
 
 
 def _rows(request: PoseRequest | np.ndarray) -> int:
@@ -210,12 +244,7 @@ def _with_reach(solved: SnapshotStiffness, posture: Posture) -> SnapshotStiffnes
     status = np.where(reached, whole.status_codes, np.uint8(Status.UNREACHABLE))
     beyond = reached & ~posture.within_limits
     status = status | beyond * np.uint8(Status.BEYOND_LIMITS)
-    return SnapshotStiffness(
-        whole.with_status(np.asarray(status, dtype=np.uint8)),
-        solved.legs,
-        solved.joint_names,
-        solved.compliance,
-    )
+    return replace(solved, whole=whole.with_status(np.asarray(status, dtype=np.uint8)))
 
 
 def _joined(
@@ -225,30 +254,22 @@ def _joined(
     method: Form,
 ) -> RobotStiffness:
     first = parts[0][1]
-    solved = SnapshotStiffness(
-        whole=_reshaped([part.whole for _, part in parts], batch),
+    compliance = None
+    if first.compliance is not None:
+        compliance = _stacked([part.compliance for _, part in parts], batch)
+    return RobotStiffness(
+        name=robot.name,
+        pose=_stacked([posture.pose for posture, _ in parts], batch),
+        reference_point=_stacked([posture.snapshot.reference_point for posture, _ in parts], batch),
+        about_reference=_reshaped([part.whole for _, part in parts], batch),
         legs=tuple(
             _reshaped([part.legs[i] for _, part in parts], batch) for i in range(len(first.legs))
         ),
-        joint_names=first.joint_names,
-        compliance=None
-        if first.compliance is None
-        else _stacked([part.compliance for _, part in parts], batch),
-    )
-    reference = _stacked([posture.snapshot.reference_point for posture, _ in parts], batch)
-    pose = _stacked([posture.pose for posture, _ in parts], batch)
-    complaints = parts[0][0].complaints if not batch else ()
-    return RobotStiffness(
-        name=robot.name,
-        pose=pose,
-        reference_point=reference,
-        about_reference=solved.whole,
-        legs=solved.legs,
-        joint_names=solved.joint_names,
+        passive_joint_names=first.passive_joint_names,
         method=method,
-        complaints=complaints,
-        serial_compliance=solved.compliance,
-        origin=reference,
+        complaints=parts[0][0].complaints if not batch else (),
+        serial_compliance=compliance,
+        origin=_stacked([part.origin for _, part in parts], batch),
     )
 
 
@@ -264,10 +285,10 @@ def _stacked(parts: list[Any], batch: tuple[int, ...]) -> np.ndarray:
 def _about(result: RobotStiffness, at: ArrayLike | None) -> RobotStiffness:
     if at is None:
         return result
-    reference = result.origin
-    point = np.asarray(at, dtype=float)
-    if point.shape[-1:] != (3,) or not np.isfinite(point).all():
-        raise InputError("point 'at'", got=at, expected="three finite numbers x y z [m]")
+    reference = result.reference_point
+    point = as_floats("point 'at'", at, "three numbers x y z [m]")
+    if point.shape[-1:] != (3,):
+        raise InputError("point 'at'", got=at, expected="three numbers x y z [m]")
     try:
         point = np.broadcast_to(point, reference.shape)
     except ValueError:

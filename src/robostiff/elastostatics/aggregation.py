@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from robostiff.elastostatics.conditioning import smallest_singular_value
+from robostiff.elastostatics.conditioning import smallest_held_stiffness, smallest_singular_value
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
+from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness
 from robostiff.spatial.batch import empty_batch
@@ -80,17 +81,24 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
     margin = smallest_singular_value(held)
     tolerance = first.tolerance
     full = margin > tolerance.independence
+    full = np.asarray(full)
     rank = np.full(first.batch_shape, n)
+    doubtful = np.array(full & (margin <= tolerance.near_independence))
     if not np.all(full):
         values = np.linalg.svd(held[~full], compute_uv=False)
         rank[~full] = np.count_nonzero(values > tolerance.independence, axis=-1)
+        between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
+        doubtful[~full] = np.any(between, axis=-1)
     status = np.bitwise_or.reduce([leg.status_codes for leg in legs])
     status = status & ~np.uint8(Status.FREE_MOTIONS)
     status = status | (rank < n) * np.uint8(Status.FREE_MOTIONS)
-    near = full & (margin <= tolerance.near_independence)
-    status = status | near * np.uint8(Status.ILL_CONDITIONED)
+    K = np.sum([leg.matrix for leg in legs], axis=0)
+    s = scaling(first.length, first.space)
+    smallest = smallest_held_stiffness(K / (s[..., :, None] * s[..., None, :]), rank)
+    doubtful = doubtful | (smallest <= tolerance.near_rigidity)
+    status = status | doubtful * np.uint8(Status.ILL_CONDITIONED)
     return CartesianStiffness(
-        matrix=np.sum([leg.matrix for leg in legs], axis=0),
+        matrix=K,
         status_codes=np.asarray(status, dtype=np.uint8),
         rank=rank,
         held=held,

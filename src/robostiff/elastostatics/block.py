@@ -62,10 +62,11 @@ class Block:
         refused, reason = refusal((~problem.regular, C_SINGULAR), (problem.dependent, J_DEPENDENT))
         n, q = problem.J_q.shape[-2:]
         if q == 0:
-            return FormAnswer(problem.K0, refused, reason)
+            return FormAnswer(problem.K0, refused, reason, problem.costs_digits_to_invert)
         if np.all(refused):
             return FormAnswer(np.zeros_like(problem.C), refused, reason)
         # A refused pose must not stop the others.
         K0 = np.where(refused[..., None, None], np.eye(n), problem.K0)
         J_q = np.where(refused[..., None, None], np.eye(n, q), problem.J_q)
-        return FormAnswer(eliminate_block(K0, J_q), refused, reason)
+        K = eliminate_block(K0, J_q)
+        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert)

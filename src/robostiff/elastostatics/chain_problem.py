@@ -11,6 +11,8 @@ import numpy as np
 from robostiff.elastostatics.conditioning import smallest_compliance
 from robostiff.elastostatics.tolerance import Tolerance
 
+_HALF_THE_DIGITS = 1e-8
+
 
 @dataclass(frozen=True)
 class ChainProblem:
@@ -26,6 +28,8 @@ class ChainProblem:
         Orthonormal basis of the transmitted wrenches, padded with zero columns.
     redundant : (..., q) array of bool
         Passive joints that add no freedom to those before them.
+    margins : (..., q) array
+        How far each unit twist lies from the span of those before it.
     tolerance : Tolerance
     """
 
@@ -33,6 +37,7 @@ class ChainProblem:
     J_q: np.ndarray
     W: np.ndarray
     redundant: np.ndarray
+    margins: np.ndarray
     tolerance: Tolerance
 
     @cached_property
@@ -46,10 +51,24 @@ class ChainProblem:
         return self.compliance_ratio <= self.tolerance.rigidity
 
     @cached_property
+    def regularity(self) -> np.ndarray:
+        """Smallest eigenvalue of C, as a part of its trace (...)."""
+        every_wrench = np.broadcast_to(np.eye(self.C.shape[-1]), self.C.shape)
+        return smallest_compliance(self.C, every_wrench)
+
+    @property
     def regular(self) -> np.ndarray:
         """Whether C can be inverted, rank(J_theta) = n (...)."""
-        every_wrench = np.broadcast_to(np.eye(self.C.shape[-1]), self.C.shape)
-        return smallest_compliance(self.C, every_wrench) > self.tolerance.rigidity
+        return self.regularity > self.tolerance.rigidity
+
+    @property
+    def costs_digits_to_invert(self) -> np.ndarray:
+        """Where forms that begin with C^-1 lose half of all digits or more (...).
+
+        They lose the condition of C, and the square of the nearness of dependent joints.
+        """
+        near = ~self.redundant & (self.margins**2 < _HALF_THE_DIGITS)
+        return (self.regularity < _HALF_THE_DIGITS) | np.any(near, axis=-1)
 
     @property
     def dependent(self) -> np.ndarray:
@@ -73,11 +92,14 @@ class FormAnswer:
         Without meaning where refused.
     refused : (...) array of bool or None
     reason : str
+    doubtful : (...) array of bool or None
+        Where the form by its nature keeps few digits.
     """
 
     K: np.ndarray
     refused: np.ndarray | None = None
     reason: str = ""
+    doubtful: np.ndarray | None = None
 
 
 @runtime_checkable

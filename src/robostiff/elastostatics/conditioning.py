@@ -44,7 +44,7 @@ def smallest_compliance(
     held = np.where(trace > 0, trace, 1.0)[..., None, None]
     A = product(transposed(W), product(C, W)) / held + idle
     ratio = _smallest_eigenvalue(A)
-    return np.where(trace > 0, np.maximum(ratio, 0.0), np.where(idle.any((-1, -2)), ratio, 0.0))
+    return np.where(trace > 0, ratio, np.where(idle.any((-1, -2)), ratio, 0.0))
 
 
 def smallest_singular_value(
@@ -67,6 +67,42 @@ def smallest_singular_value(
         stack = W.reshape(*bound.shape, n, m) if W.ndim == 2 else W
         value[doubtful] = np.linalg.svd(stack[doubtful], compute_uv=False)[..., -1]
     return value.reshape(W.shape[:-2])
+
+
+def smallest_held_stiffness(
+    K: Float[np.ndarray, "*batch n n"], rank: np.ndarray
+) -> Float[np.ndarray, "*batch"]:
+    """Smallest stiffness that is not zero by rank, K scaled to a unit diagonal (...).
+
+    It tells how many digits compliance and deflection keep. Where it is certainly above 1e-10 a
+    lower bound is given in its place; 1 where nothing is held.
+
+    Parameters
+    ----------
+    K : (..., n, n) array
+        Positive semidefinite, scaled by a characteristic length.
+    rank : (...) array of int
+
+    Examples
+    --------
+    >>> float(smallest_held_stiffness(np.diag([1.0, 1e-6, 0.0]), np.array(2)))
+    1.0
+    """
+    n = K.shape[-1]
+    diagonal = np.einsum("...ii->...i", K)
+    # What is rounding on the diagonal must not be blown up to 1.
+    least = np.max(diagonal, axis=-1, keepdims=True) * _CERTAIN
+    size = np.sqrt(np.where(diagonal > least, diagonal, np.where(least > 0, least, 1.0)))
+    unit = np.reshape(K / (size[..., :, None] * size[..., None, :]), (-1, n, n))
+    held = np.ravel(rank)
+    value = _determinant_bound(unit)
+    doubtful = (value < _CERTAIN) | (held < n)
+    if np.any(doubtful):
+        eigenvalues = np.linalg.eigvalsh(unit[doubtful])
+        place = np.minimum(n - held[doubtful], n - 1)[:, None]
+        value[doubtful] = np.take_along_axis(eigenvalues, place, axis=-1)[:, 0]
+        value[held == 0] = 1.0
+    return value.reshape(K.shape[:-2])
 
 
 def _smallest_eigenvalue(A: np.ndarray) -> np.ndarray:

@@ -101,7 +101,7 @@ class IndexRules:
                 if np.any(own):
                     shifted = np.asarray(moves[..., i].any(axis=-1))
                     K = _by_index(K, J_q[..., i], p, t, own, shifted)
-        return FormAnswer(K, refused, reason)
+        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert)
 
 
 def _nonzero(part: np.ndarray, whole: np.ndarray) -> np.ndarray:

@@ -61,7 +61,7 @@ class Recursive:
         K = problem.K0
         for group in self._groups(problem.J_q.shape[-1]):
             K = _eliminate_group(K, problem.J_q, problem.redundant, group)
-        return FormAnswer(K, refused, reason)
+        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert)
 
     def _groups(self, joints: int) -> tuple[tuple[int, ...], ...]:
         if self.groups is None:

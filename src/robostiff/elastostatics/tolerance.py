@@ -31,15 +31,20 @@ class Tolerance:
         cannot tell it from zero.
     near_rigidity : float
         Below this the answer is reported as ill-conditioned.
+    rounding : float
+        A direction nearer to lost than this is lost for certain; between it and `independence` the
+        pose is reported as ill-conditioned.
     """
 
     independence: float = 1e-9
     near_independence: float = 1e-6
     rigidity: float = 1e-14
-    near_rigidity: float = 1e-12
+    near_rigidity: float = 1e-10
+    rounding: float = 1e-11
 
     def __post_init__(self) -> None:
         pairs = (
+            (self.rounding, self.independence),
             (self.independence, self.near_independence),
             (self.rigidity, self.near_rigidity),
         )

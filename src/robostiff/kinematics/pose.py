@@ -12,6 +12,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.spatial import Space, as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
 
@@ -89,10 +90,10 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
     if pose is None:
         return _request((), home[None, :], ())
     if isinstance(pose, RigidTransform):
-        if not np.isfinite(pose.as_matrix()).all():
-            raise InputError(f"pose of {robot.name!r}", got=pose, expected="finite numbers")
+        as_floats(f"pose of {robot.name!r}", pose.as_matrix(), "a rigid transform")
         batch = tuple(int(k) for k in pose.shape)
         six = _six(pose).reshape(-1, 6)
+        _check_plane(robot, six, home)
         R = pose.rotation.as_matrix().reshape(-1, 3, 3)
         return PoseRequest(batch, six, (), R)
     if isinstance(pose, JointCoordinates):
@@ -101,24 +102,35 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
             got="joint coordinates",
             expected="a platform pose: joint coordinates pose serial arms only",
         )
-    given = np.asarray(pose, dtype=float)
     names = [coordinate.value for coordinate in robot.coordinates]
+    free = f"{len(names)} numbers ({' '.join(names)}) or " if 0 < len(names) < 6 else ""
+    expected = f"{free}6 numbers (x y z rx ry rz) in the last axis"
+    given = as_floats(f"pose of {robot.name!r}", pose, expected)
     if given.ndim == 0 or given.shape[-1] not in {len(names), 6} or given.shape[-1] == 0:
-        free = f"{len(names)} numbers ({' '.join(names)}) or " if 0 < len(names) < 6 else ""
-        raise InputError(
-            f"pose of {robot.name!r}",
-            got=f"shape {given.shape}",
-            expected=f"{free}6 numbers (x y z rx ry rz) in the last axis",
-        )
-    if not np.isfinite(given).all():
-        raise InputError(f"pose of {robot.name!r}", got=pose, expected="finite numbers")
+        raise InputError(f"shape of the pose of {robot.name!r}", got=given.shape, expected=expected)
     batch, rows = given.shape[:-1], given.reshape(-1, given.shape[-1])
     if rows.shape[-1] == 6:
+        _check_plane(robot, rows, home)
         return _request(batch, rows, ())
     coordinates = np.tile(home, (len(rows), 1))
     chosen = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
     coordinates[:, chosen] = rows
     return _request(batch, coordinates, tuple(k for k in range(6) if k not in chosen))
+
+
+def _check_plane(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
+    """Raise when a pose of a planar robot leaves the plane of its home."""
+    if robot.space is not Space.PLANAR:
+        return
+    out = [k for k in range(6) if k not in Space.PLANAR.rows]
+    if np.any(np.abs(rows[:, out] - home[out]) > 1e-9):
+        kept = ", ".join(f"{ALL_COORDINATES[k].value} = {home[k]:g}" for k in out)
+        raise InputError(
+            f"pose of the planar robot {robot.name!r}",
+            got="a pose out of its plane",
+            expected=f"{kept}, as at home",
+            hint="write x y rz alone",
+        )
 
 
 def _request(

@@ -21,7 +21,8 @@ from robostiff.kinematics.pose import (
     requested_pose,
 )
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Actuated, Leg, PlacedLeg, Robot, Snapshot
+from robostiff.model import Actuated, Leg, Motion, PlacedLeg, Robot, Snapshot, Telescope
+from robostiff.spatial import as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
 _REACHED = 1e-7
@@ -60,7 +61,7 @@ class Posture:
     @property
     def reached(self) -> np.ndarray:
         """Which poses all legs reach (N,)."""
-        return np.all(self._closed, axis=-1)
+        return np.all(self._closed & self._long_enough, axis=-1)
 
     @property
     def within_limits(self) -> np.ndarray:
@@ -80,20 +81,33 @@ class Posture:
         for i, leg in enumerate(self.robot.legs):
             if not self._closed[0, i]:
                 sentences.append(self._shortfall(leg, self.shift_gaps[0, i], self.turn_gaps[0, i]))
+        for i, leg in enumerate(self.robot.legs):
+            if self._closed[0, i] and not self._long_enough[0, i]:
+                sentences.append(
+                    f"leg {leg.name!r} would need a telescope shorter than nothing at this pose"
+                )
         for leg, q in zip(self.robot.legs, self.coordinates, strict=True):
             for i, role in enumerate(leg.chain.roles):
-                if self._closed[0].all() and isinstance(role, Actuated) and role.limits is not None:
+                if self.reached[0] and isinstance(role, Actuated) and role.limits is not None:
                     low, high = role.limits
                     if not low <= q[0, i] <= high:
-                        sentences.append(
-                            f"coordinate {i} of leg {leg.name!r} is {q[0, i]:.6g}, outside its "
-                            f"limits {low:.6g} to {high:.6g}"
-                        )
+                        sentences.append(_beyond(leg, i, q[0, i], low, high))
         return tuple(sentences)
 
     @cached_property
     def _closed(self) -> np.ndarray:
         return (self.shift_gaps <= _REACHED * self.length) & (self.turn_gaps <= _REACHED)
+
+    @cached_property
+    def _long_enough(self) -> np.ndarray:
+        """Where no beam of a telescope has a negative length, or none at all (N, legs)."""
+        enough = np.ones(self.shift_gaps.shape, dtype=bool)
+        for i, (leg, q) in enumerate(zip(self.robot.legs, self.coordinates, strict=True)):
+            for element, where in leg.chain.moving:
+                if isinstance(element, Telescope):
+                    for beam in element.beams:
+                        enough[:, i] &= beam.fixed + beam.share * q[:, where.start] > 0
+        return enough
 
     def _shortfall(self, leg: Leg, shift: float, turn: float) -> str:
         parts = []
@@ -132,8 +146,9 @@ class PostureFinder:
         if self.robot.is_serial:
             chain = self.robot.legs[0].chain
             if isinstance(pose, JointCoordinates):
-                q = np.asarray(pose.values, dtype=float)
-                if q.ndim == 0 or q.shape[-1] != chain.size or not np.isfinite(q).all():
+                words = f"{chain.size} numbers in the last axis"
+                q = as_floats(f"joint coordinates of {self.robot.name!r}", pose.values, words)
+                if q.ndim == 0 or q.shape[-1] != chain.size:
                     raise InputError(
                         f"joint coordinates of {self.robot.name!r}",
                         got=pose.values,
@@ -226,6 +241,10 @@ def find_posture(robot: Robot, pose: Pose = None) -> Posture:
     InputError
         When the pose does not fit the robot, or a leg does not close in the home configuration.
     """
+    if not isinstance(robot, Robot):
+        raise InputError(
+            "robot", got=robot, expected="a Robot", hint='write find_posture(load("hexapod"), pose)'
+        )
     return PostureFinder(robot).find(pose)
 
 
@@ -240,6 +259,17 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
         sizes += [np.linalg.norm(p_end - leg.base_frame[1]), *extent]
     size = float(max(sizes))
     return size if size > 0 else 1.0
+
+
+def _beyond(leg: Leg, place: int, value: float, low: float, high: float) -> str:
+    """An actuator beyond its limits, in words."""
+    element = next(e for e, where in leg.chain.moving if where.start <= place < where.stop)
+    motion = leg.chain.freedoms[place].motion
+    unit, factor = ("mm", 1e3) if motion is Motion.TRANSLATION else ("deg", np.degrees(1.0))
+    return (
+        f"{element.name!r} of leg {leg.name!r} is at {factor * value:.5g} {unit}, outside its "
+        f"limits {factor * low:.5g} to {factor * high:.5g} {unit}"
+    )
 
 
 def _gap(

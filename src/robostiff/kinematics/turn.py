@@ -48,7 +48,8 @@ def turn_by_vector(r: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batc
     >>> turn_by_vector(np.zeros(3)).trace()
     np.float64(3.0)
     """
-    R = Rotation.from_rotvec(np.reshape(r, (-1, 3))).as_matrix()
+    # A copy: SciPy takes no read-only arrays.
+    R = Rotation.from_rotvec(np.array(r, dtype=float).reshape(-1, 3)).as_matrix()
     return poses_side_by_side(R.reshape(*r.shape, 3), 2)
 
 
@@ -60,7 +61,8 @@ def vector_of_turn(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*ba
     >>> vector_of_turn(turn_by_vector(np.array([0.1, 0.2, 0.3])))
     array([0.1, 0.2, 0.3])
     """
-    r = Rotation.from_matrix(np.reshape(R, (-1, 3, 3)), assume_valid=True).as_rotvec()
+    matrices = np.array(R, dtype=float).reshape(-1, 3, 3)
+    r = Rotation.from_matrix(matrices, assume_valid=True).as_rotvec()
     return poses_side_by_side(r.reshape(R.shape[:-1]), 1)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model.joint import Joint, Locked, Role
+from robostiff.model.joint import Freedom, Joint, Locked, Motion, Role
 from robostiff.model.link import Link, Rigid, Telescope
 
 Element = Rigid | Link | Joint | Telescope
@@ -43,6 +43,17 @@ class Chain:
                 size = element.size if isinstance(element, Joint) else 1
                 yield element, slice(start, start + size)
                 start += size
+
+    @property
+    def freedoms(self) -> tuple[Freedom, ...]:
+        """Elementary motion of each coordinate."""
+        freedoms: list[Freedom] = []
+        for element, _ in self.moving:
+            if isinstance(element, Joint):
+                freedoms.extend(element.freedoms)
+            else:
+                freedoms.append(Freedom(Motion.TRANSLATION, element.direction))
+        return tuple(freedoms)
 
     @property
     def size(self) -> int:

@@ -16,6 +16,8 @@ from robostiff.elasticity import Elasticity
 from robostiff.model.joint import Motion, Passive, Role
 from robostiff.spatial import Space
 
+_ROUNDING = 1e-12  # of a coordinate: closer points are one
+
 
 @dataclass(frozen=True)
 class PlacedFreedom:
@@ -118,6 +120,18 @@ class Snapshot:
     space: Space = Space.SPATIAL
     description: str = ""
 
+    def __post_init__(self) -> None:
+        elements = [e for leg in self.legs for e in leg.elements]
+        batches = [e.point.shape[:-1] for e in elements] + [leg.end.shape[:-1] for leg in self.legs]
+        for e in elements:
+            batches.append(
+                e.axis.shape[:-1] if isinstance(e, PlacedFreedom) else e.rotation.shape[:-2]
+            )
+        batch = np.broadcast_shapes(self.reference_point.shape[:-1], *batches)
+        if batch != self.reference_point.shape[:-1]:
+            reference = np.broadcast_to(self.reference_point, (*batch, 3))
+            object.__setattr__(self, "reference_point", reference)
+
     def one(self, index: int) -> Snapshot:
         """The robot at one pose of a batch along one axis."""
         legs = tuple(
@@ -134,15 +148,35 @@ class Snapshot:
     def characteristic_length(self) -> np.ndarray:
         """Root mean square distance of all joints, springs and leg ends from their mean (...) [m].
 
-        It does not depend on the reference point, and scales with the unit of length.
+        It does not depend on the reference point, scales with the unit of length, and is 0 for a
+        robot that is all in one point.
         """
-        points = [e.point for leg in self.legs for e in leg.elements]
-        points += [leg.end for leg in self.legs]
+        points = [leg.end for leg in self.legs]
+        for leg in self.legs:
+            # Where on its axis a slide is drawn means nothing.
+            points += [
+                e.point
+                for e in leg.elements
+                if isinstance(e, PlacedSpring) or e.motion is Motion.ROTATION
+            ]
+        furthest = np.max([np.max(np.abs(point), axis=-1) for point in _together(points)], axis=0)
         # From the first point on: a robot that is all in one point gets an exact zero.
         points = [point - points[0] for point in points]
         mean = sum(points[1:], np.zeros(self.reference_point.shape)) / len(points)
         square = sum(np.einsum("...i,...i->...", p - mean, p - mean) for p in points)
-        return np.sqrt(square / len(points))
+        length = np.sqrt(square / len(points))
+        return np.where(length > _ROUNDING * furthest, length, 0.0)
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Mean of the leg ends (..., 3) [m]."""
+        ends = _together([leg.end for leg in self.legs])
+        return np.broadcast_to(np.mean(ends, axis=0), self.reference_point.shape)
+
+
+def _together(points: list[np.ndarray]) -> np.ndarray:
+    """Points that may or may not have batch axes, as one array (points, ..., 3)."""
+    return np.stack(np.broadcast_arrays(*points))
 
 
 def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFreedom | PlacedSpring:

@@ -6,6 +6,7 @@ unless a name says otherwise; SI units.
 """
 
 from robostiff.spatial.joint_twist import cross, rotation_twist, translation_twist
+from robostiff.spatial.numbers import as_floats
 from robostiff.spatial.rotation import block_rotation, rotate_stiffness
 from robostiff.spatial.screw import Screw, screw_of_twist
 from robostiff.spatial.skew import skew
@@ -21,6 +22,7 @@ from robostiff.spatial.transport import (
 __all__ = [
     "Screw",
     "Space",
+    "as_floats",
     "block_rotation",
     "cross",
     "move_compliance",

@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 
 
-def empty_batch(
-    batch: tuple[int, ...], matrix: tuple[int, ...], dtype: Any = float
-) -> np.ndarray:
+def empty_batch(batch: tuple[int, ...], matrix: tuple[int, ...], dtype: Any = float) -> np.ndarray:
     """Room for an array ``(*batch, *matrix)``, equal entries of all poses side by side.
 
     Entries are floats, or with ``dtype=object`` exact numbers and formulas.

@@ -11,7 +11,7 @@ from robostiff.io.model_file.build_leg import build_legs
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
-from robostiff.io.model_file.verify import verify
+from robostiff.io.model_file.verify import verified
 from robostiff.io.model_file.written_robot import WrittenRobot
 from robostiff.model import ALL_COORDINATES, Coordinate, Robot
 from robostiff.spatial import Space
@@ -49,8 +49,8 @@ def build_robot(
             title=written.title,
             source=written.source,
         )
-    verify(robot, [place for place, _ in legs])
-    return robot
+    chosen = written.coordinates is not None
+    return verified(robot, top, [place for place, _ in legs], chosen=chosen)
 
 
 def _parameters(

@@ -2,27 +2,64 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from robostiff.io.model_file.place import Place
 from robostiff.io.suggest import Words
 from robostiff.kinematics import PostureFinder, place_chain
 from robostiff.kinematics.closure import leg_solver
+from robostiff.kinematics.mobility import (
+    determine_pose,
+    fitting_coordinates,
+    platform_mobility,
+)
 from robostiff.model import Leg, Motion, PlacedFreedom, Robot
 from robostiff.spatial import Space
 
 _ACROSS = 1e-9
 
 
-def verify(robot: Robot, places: list[Place]) -> None:
-    """Raise at the leg that does not close at home, or at the joint that leaves the plane."""
+def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
+    """The robot, its pose coordinates settled.
+
+    Raises at the leg that does not close at home, at the joint that leaves the plane, or at
+    coordinates that do not determine the pose.
+
+    Parameters
+    ----------
+    robot : Robot
+    top : Place
+        The whole document.
+    places : list of Place
+        Of the legs.
+    chosen : bool
+        Whether the file chooses the coordinates; otherwise they follow from the legs.
+    """
     if robot.space is Space.PLANAR:
         for place, leg in zip(places, robot.legs, strict=True):
             _check_plane(place, leg)
     finder = PostureFinder(robot)
+    q = []
     for place, leg in zip(places, robot.legs, strict=True):
         with place.complaints():
-            leg_solver(leg, finder.home_pose, finder.length)
+            q.append(leg_solver(leg, finder.home_pose, finder.length).home)
+    if robot.is_serial or (chosen and len(robot.coordinates) == 6):
+        return robot
+    mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
+    if determine_pose(mobility, robot.coordinates):
+        return robot
+    fitting = fitting_coordinates(mobility)
+    if not chosen and fitting:
+        return replace(robot, coordinates=fitting)
+    words = " ".join(coordinate.value for coordinate in robot.coordinates) or "none"
+    raise (top / "coordinates").error(
+        "coordinates of the platform",
+        got=Words(words),
+        expected=f"as many as the {len(fitting)} freedoms that the legs leave it, and independent",
+        hint=f"write coordinates: [{', '.join(c.value for c in fitting)}], or leave it out",
+    )
 
 
 def _check_plane(place: Place, leg: Leg) -> None:

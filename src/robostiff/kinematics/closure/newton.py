@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
-from robostiff.model import Joint, JointKind, Leg, PlacedFreedom
+from robostiff.model import Joint, JointKind, Leg, Motion, PlacedFreedom
 from robostiff.spatial import cross
 from robostiff.spatial.batch import product
 
@@ -150,12 +151,27 @@ class NewtonTask:
             for k, coordinate in enumerate(self.open):
                 J[:, rows, columns + k] = -_pose_twist(coordinate, rates, arm)
         J[:, [r for r in range(J.shape[1]) if r % 6 < 3]] /= self.length
-        return J
+        return J * self._unit_steps
+
+    @cached_property
+    def _unit_steps(self) -> np.ndarray:
+        """What a step of 1 means for each unknown: the length for a shift, a radian for a turn."""
+        steps = []
+        for leg in self.legs:
+            motions = [freedom.motion for freedom in leg.chain.freedoms]
+            steps += [
+                self.length if motion is Motion.TRANSLATION else 1.0
+                for motion, free in zip(motions, leg.chain.free, strict=True)
+                if free
+            ]
+        steps += [self.length if coordinate < 3 else 1.0 for coordinate in self.open]
+        return np.array(steps)
 
     def _advance(
         self, pose: np.ndarray, q: list[np.ndarray], step: np.ndarray
     ) -> tuple[np.ndarray, list[np.ndarray]]:
         moved, column = [], 0
+        step = step * self._unit_steps
         for leg, own in zip(self.legs, q, strict=True):
             free = leg.chain.free
             count = int(np.count_nonzero(free))

@@ -1,0 +1,80 @@
+"""The motions that the legs leave to the platform when every drive may move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.jacobians import freedom_twists
+from robostiff.kinematics.turn import rotvec_rate
+from robostiff.model import ALL_COORDINATES, Coordinate, PlacedFreedom, Robot
+
+_INDEPENDENT = 1e-6
+
+
+def platform_mobility(
+    robot: Robot, pose: np.ndarray, q: Sequence[np.ndarray], length: float
+) -> np.ndarray:
+    """Rates of the pose coordinates that the legs leave free, a basis (6, f).
+
+    Parameters
+    ----------
+    robot : Robot
+    pose : (6,) array
+        x, y, z and rotation vector of the platform.
+    q : sequence of (size,) arrays
+        Coordinates of the legs at that pose.
+    length : float
+        Characteristic length [m]; rotations are multiplied by it.
+
+    Returns
+    -------
+    (6, f) array
+        Orthonormal columns in the scaled coordinates.
+    """
+    scale = np.array([1.0, 1.0, 1.0, length, length, length])
+    held = []
+    for leg, own in zip(robot.legs, q, strict=True):
+        placed = place_chain(leg.chain, own, *leg.base_frame)
+        freedoms = [e for e in placed.elements if isinstance(e, PlacedFreedom)]
+        moving = [f for f, free in zip(freedoms, leg.chain.free, strict=True) if free]
+        J = freedom_twists(moving, pose[:3]) * scale[:, None]
+        held.append(_complement(J))
+    freedoms = _complement(np.concatenate(held, axis=-1))
+    rates = np.eye(6)
+    rates[3:, 3:] = np.linalg.inv(rotvec_rate(pose[3:]))
+    return np.linalg.qr(scale[:, None] * (rates @ (freedoms / scale[:, None])))[0]
+
+
+def fitting_coordinates(mobility: np.ndarray) -> tuple[Coordinate, ...]:
+    """Pose coordinates that determine the pose, the ones that move most (f of them)."""
+    rest = mobility.copy()
+    chosen: list[int] = []
+    for _ in range(mobility.shape[1]):
+        sizes = np.linalg.norm(rest, axis=-1)
+        sizes[chosen] = -1.0
+        # The first that is nearly as large as the largest keeps x before y before z.
+        best = int(np.argmax(sizes > 0.9 * sizes.max()))
+        chosen.append(best)
+        rest = rest - np.outer(rest @ rest[best], rest[best]) / (rest[best] @ rest[best])
+    return tuple(ALL_COORDINATES[k] for k in sorted(chosen))
+
+
+def determine_pose(mobility: np.ndarray, coordinates: Sequence[Coordinate]) -> bool:
+    """Whether as many coordinates as freedoms are chosen, and they are independent."""
+    if len(coordinates) != mobility.shape[1]:
+        return False
+    rows = [ALL_COORDINATES.index(coordinate) for coordinate in coordinates]
+    values = np.linalg.svd(mobility[rows], compute_uv=False)
+    return bool(np.all(values > 1e-6))
+
+
+def _complement(columns: np.ndarray) -> np.ndarray:
+    """Orthonormal basis of what is perpendicular to the columns."""
+    if columns.shape[-1] == 0:
+        return np.eye(columns.shape[0])
+    sizes = np.linalg.norm(columns, axis=0)
+    U, values, _ = np.linalg.svd(columns / np.where(sizes > 0, sizes, 1.0))
+    return U[:, np.count_nonzero(values > _INDEPENDENT) :]
