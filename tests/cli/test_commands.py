@@ -167,12 +167,17 @@ def test_every_shipped_robot_can_be_checked_and_asked(name):
 
 
 def test_robots_lists_names_and_sources():
-    listed = json.loads(run("robots", "--json").stdout)
+    listed = json.loads(run("robots", "--json").stdout)["robots"]
     assert [robot["name"] for robot in listed] == list(shipped_robots())
     assert all(robot["source"] for robot in listed)
 
 
 BAD = {
+    ("stiffness", "3-puu", "--pose", "0 0"): "expected 3 numbers (x y z) or 6 (x y z rx ry rz)",
+    ("stiffness", "3-rrr", "--pose", "0 0 0.1 0 0 0"): "a pose out of its plane",
+    ("stiffness", "hexapod", "--at", "1e300 0 0"): "expected a finite number up to 1e30",
+    ("deflection", "hexapod", "--wrench", "1e300 0 0 0 0 0"): "finite number up to 1e30",
+    ("stiffness", "hexapod", "--set", "h=1", "--set", "h=2"): "one value for h",
     ("stiffness", "gough-stewart-b", "--method", "blok"): "did you mean block?",
     ("stiffness", "gough-stewart-b", "--pose", "0 0"): "--pose: got 2 numbers, expected 6: x y z",
     ("stiffness", "gough-stewart-b", "--pose", "0 0 0.8 0 0 10 dog"): "did you mean deg?",

@@ -28,8 +28,8 @@ from robostiff.spatial import Space, as_floats
 
 _DEFAULT_METHOD = WrenchBasis()
 _DEFAULT_TOLERANCE = Tolerance()
-# Poses worked on at once: the arrays of one step fit into the second-level cache.
-_CHUNK = 2048
+# Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
+_CHUNK = 4096
 # A reference point further from the robot than this many of its lengths is moved to at the end.
 _FAR = 10.0
 

@@ -53,9 +53,10 @@ def list_robots(as_json: bool) -> int:
     """Print the shipped robots."""
     listed = {name: describe(name) for name in shipped_robots()}
     if as_json:
-        _print_json(
-            [{"name": name, "title": d.title, "source": d.source} for name, d in listed.items()]
-        )
+        robots = [
+            {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
+        ]
+        _print_json({"robots": robots})
     else:
         tables.print_robots(listed)
     return 0
@@ -121,6 +122,8 @@ def _parameters(settings: Sequence[str]) -> dict[str, str]:
         name, equals, value = setting.partition("=")
         if not (name.strip() and equals and value.strip()):
             raise InputError("--set", got=setting, expected="NAME=VALUE, such as R=350mm")
+        if name.strip() in parameters:
+            raise InputError("--set", got=setting, expected=f"one value for {name.strip()}")
         parameters[name.strip()] = value.strip()
     return parameters
 
@@ -164,7 +167,14 @@ def _pose_coordinates(robot: Robot, text: str) -> list[float]:
             try:
                 return _read_coordinates(every, text)
             except InputError:
-                raise of_free from None
+                if of_free.subject != "--pose":
+                    raise of_free from None
+                names = " ".join(coordinate.value for coordinate in robot.coordinates)
+                raise InputError(
+                    "--pose",
+                    got=text,
+                    expected=f"{len(robot.coordinates)} numbers ({names}) or 6 (x y z rx ry rz)",
+                ) from None
     return _read_coordinates(every, text)
 
 

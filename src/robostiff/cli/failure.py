@@ -29,6 +29,9 @@ def reported(command: Callable[P, int]) -> Callable[P, None]:
         except BrokenPipeError:  # the reader of a pipe has left
             sys.stderr.close()
             raise typer.Exit(BAD_STATUS) from None
+        except OSError as error:
+            typer.echo(f"robostiff: error: the answer could not be written: {error}", err=True)
+            raise typer.Exit(BAD_INPUT) from None
         raise typer.Exit(status)
 
     return run

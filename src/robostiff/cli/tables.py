@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Mapping
 from typing import Any
@@ -17,11 +18,12 @@ from robostiff.io.results.text import about, named, number, row, shown_matrix, s
 from robostiff.robots import RobotInfo
 
 _MOST_PARTS = 12
+_WIDTH = 78
 
 
 def on_terminal() -> bool:
-    """Whether a person reads standard output."""
-    return sys.stdout.isatty()
+    """Whether a person reads standard output, on a screen wide enough for a matrix."""
+    return sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH
 
 
 def print_robots(listed: Mapping[str, RobotInfo]) -> None:
@@ -98,8 +100,9 @@ def print_deflection(result: Deflection) -> None:
         for motion in answer.free_motions:
             console.print(Text(f"  free: {motion}"))
         title = f"\nwho bends (elastic energy {result.energy:.4g} J)"
-        console.print(Text(title, style="italic"))
-        console.print(_parts_table(result))
+        if result.energy > 0:
+            console.print(Text(title, style="italic"))
+            console.print(_parts_table(result))
         if result.actuators:
             console.print(Text("\nload on the actuators", style="italic"))
             console.print(_actuator_table(result))

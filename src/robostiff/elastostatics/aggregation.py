@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from robostiff.elastostatics.conditioning import smallest_held_stiffness, smallest_singular_value
 from robostiff.elastostatics.result import CartesianStiffness
-from robostiff.elastostatics.status import Status
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness
@@ -95,7 +95,8 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
     K = np.sum([leg.matrix for leg in legs], axis=0)
     s = scaling(first.length, first.space)
     smallest = smallest_held_stiffness(K / (s[..., :, None] * s[..., None, :]), rank)
-    doubtful = doubtful | (smallest <= tolerance.near_rigidity)
+    answered = (status & int(WITHOUT_STIFFNESS)) == 0
+    doubtful = doubtful | (answered & (smallest <= tolerance.near_rigidity))
     status = status | doubtful * np.uint8(Status.ILL_CONDITIONED)
     return CartesianStiffness(
         matrix=K,

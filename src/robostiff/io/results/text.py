@@ -10,6 +10,8 @@ from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.spatial import Space
 
+_ROUNDING = 1e-12
+
 
 def stiffness_text(result: RobotStiffness) -> str:
     """What `stiffness` answered at a single pose, as lines of text.
@@ -50,11 +52,12 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
         shown = shown_twist(result.twist, answer.space)
         lines.append(f"deflection: {named(answer.space.twist_order, shown, 'um', 'urad')}")
         lines += [f"free:       {motion}" for motion in answer.free_motions]
-        lines += ["", f"who bends (elastic energy {result.energy:.4g} J):"]
-        lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in result.parts[:most]]
-        if len(result.parts) > most:
-            rest = sum(p.share for p in result.parts[most:])
-            lines.append(f"{100 * rest:7.2f} %  {len(result.parts) - most} more parts")
+        if result.energy > 0:
+            lines += ["", f"who bends (elastic energy {result.energy:.4g} J):"]
+            lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in result.parts[:most]]
+            if len(result.parts) > most:
+                rest = sum(p.share for p in result.parts[most:])
+                lines.append(f"{100 * rest:7.2f} %  {len(result.parts) - most} more parts")
         if result.actuators:
             lines += ["", "load on the actuators [N or N m]:"]
             lines += [f"{a.load:12.5g}  {a.leg}/{a.joint}" for a in result.actuators]
@@ -106,8 +109,8 @@ def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> 
 
 
 def row(values: np.ndarray) -> str:
-    """Numbers of a short vector."""
-    return ", ".join(number(value) for value in values)
+    """Numbers of a short vector; what is rounding beside metres and radians is zero."""
+    return ", ".join(number(value if abs(value) > _ROUNDING else 0.0) for value in values)
 
 
 def number(value: float) -> str:

@@ -1,0 +1,99 @@
+"""The freedoms that the legs leave to the platform, and coordinates that tell them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+import robostiff as rs
+from robostiff.errors import FileError
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.mobility import fitting_coordinates, platform_mobility
+from robostiff.model import Joint, Link, Motion, Rigid
+from robostiff.robots import robot_file
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("3-puu", "x y z"),
+        ("tripteron", "x y z"),
+        ("3-rrr", "x y rz"),
+        ("3-rpr-beams", "x y rz"),
+        ("gough-stewart-b", "x y z rx ry rz"),
+        ("two-link-arm", "y rz"),
+    ],
+)
+def test_freedoms_of_shipped_robots(name, expected):
+    robot = rs.load(name)
+    assert isinstance(robot, rs.Robot)
+    finder = PostureFinder(robot)
+    q = [solver.home for solver in finder.solvers]
+    mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
+    assert " ".join(c.value for c in fitting_coordinates(mobility)) == expected
+
+
+def with_coordinates(line: str) -> rs.Robot:
+    text = robot_file("3-puu").read_text()
+    assert "coordinates: [x, y, z]\n" in text
+    return model_from_document(parse_document(text.replace("coordinates: [x, y, z]\n", line)))
+
+
+@pytest.mark.parametrize("chosen", ["[x, y]", "[z]", "[x, y, rz]", "[x, y, z, rz]", "[]"])
+def test_coordinates_that_do_not_determine_the_pose_are_refused(chosen):
+    with pytest.raises(FileError, match=r"3 freedoms .* write coordinates: \[x, y, z\]"):
+        with_coordinates(f"coordinates: {chosen}\n")
+
+
+def test_coordinates_left_out_follow_from_the_legs():
+    assert [c.value for c in with_coordinates("").coordinates] == ["x", "y", "z"]
+
+
+def test_all_six_are_allowed():
+    robot = with_coordinates("coordinates: [x, y, z, rx, ry, rz]\n")
+    assert str(rs.stiffness(robot, [0, 0, 0.3, 0, 0, 0]).status) == "ok"
+    assert str(rs.stiffness(robot, [0, 0, 0.3, 0.1, 0, 0]).status) == "unreachable"
+
+
+@pytest.mark.parametrize("scale", [1e-5, 1e-3, 1.0, 1e3])
+def test_newton_closes_at_every_size(scale):
+    robot = rs.load("tripteron")
+    assert isinstance(robot, rs.Robot)
+    resized = resize(robot, scale)
+    poses = [[0.05 * scale, 0.02 * scale, -0.03 * scale], [-0.06 * scale, 0.04 * scale, 0.0]]
+    assert rs.find_posture(resized, poses).reached.all()
+
+
+def resize(robot: rs.Robot, scale: float) -> rs.Robot:
+    """The same robot with all lengths multiplied."""
+
+    def moved(frame: RigidTransform) -> RigidTransform:
+        return RigidTransform.from_components(scale * frame.translation, frame.rotation)
+
+    legs = []
+    for leg in robot.legs:
+        elements = []
+        for e in leg.chain.elements:
+            if isinstance(e, Rigid):
+                elements.append(replace(e, transform=moved(e.transform)))
+            elif isinstance(e, Link):
+                elements.append(replace(e, to=scale * np.asarray(e.to)))
+            elif isinstance(e, Joint):
+                home = tuple(
+                    scale * q if f.motion is Motion.TRANSLATION else q
+                    for q, f in zip(e.home, e.freedoms, strict=True)
+                )
+                elements.append(replace(e, home=home))
+        legs.append(
+            replace(
+                leg,
+                base=moved(leg.base),
+                attachment=moved(leg.attachment),
+                chain=replace(leg.chain, elements=tuple(elements)),
+            )
+        )
+    assert robot.home is not None
+    return replace(robot, legs=tuple(legs), home=moved(robot.home))
