@@ -8,6 +8,8 @@ from robostiff.kinematics.turn import turn_about
 from robostiff.spatial import cross
 from robostiff.spatial.batch import product, transposed
 
+Pair = tuple[np.ndarray, np.ndarray]
+
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("...i,...i->...", a, b)
@@ -33,8 +35,8 @@ def aim_two_axes(
     start: np.ndarray,
     end: np.ndarray,
     near: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 0.0),
-) -> tuple[np.ndarray, np.ndarray]:
-    """Angles with turn(axis1, q1) turn(axis2, q2) start = end, the pair nearer to given angles.
+) -> tuple[Pair, Pair]:
+    """Angles with turn(axis1, q1) turn(axis2, q2) start = end: both pairs, the nearer first.
 
     Where no angles do, those that come nearest.
 
@@ -49,7 +51,7 @@ def aim_two_axes(
 
     Returns
     -------
-    q1, q2 : (...) arrays [rad]
+    nearer, other : pairs (q1, q2) of (...) arrays [rad]
     """
     across = start - axis2 * (axis2 @ start)
     a, b = axis1 @ across, axis1 @ np.cross(axis2, start)
@@ -65,8 +67,10 @@ def aim_two_axes(
     (p1, p2), (m1, m2) = pairs
     from_p = angle_apart(p1, near[0]) + angle_apart(p2, near[1])
     from_m = angle_apart(m1, near[0]) + angle_apart(m2, near[1])
-    nearer = from_p <= from_m
-    return np.where(nearer, p1, m1), np.where(nearer, p2, m2)
+    p_nearer = from_p <= from_m
+    nearer = np.where(p_nearer, p1, m1), np.where(p_nearer, p2, m2)
+    other = np.where(p_nearer, m1, p1), np.where(p_nearer, m2, p2)
+    return nearer, other
 
 
 def angle_apart(a: np.ndarray, b: np.ndarray | float) -> np.ndarray:
@@ -123,7 +127,7 @@ def take_up(axes: tuple[np.ndarray, ...], R: np.ndarray) -> tuple[np.ndarray, ..
     if len(first) == 1:
         angles: tuple[np.ndarray, ...] = (angle_between(first[0], last, image),)
     else:
-        angles = aim_two_axes(first[0], first[1], last, image)
+        angles = aim_two_axes(first[0], first[1], last, image)[0]
     left = R
     for axis, angle in zip(first, angles, strict=True):
         left = product(transposed(turn_about(axis, angle)), left)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robostiff.kinematics.closure.aim import aim_two_axes, angle_between, shortest_turn, take_up
 from robostiff.kinematics.closure.skeleton import Cluster
 from robostiff.kinematics.turn import turn_about, turn_by_vector, vector_of_turn
 from robostiff.spatial.batch import product, transposed
+
+_SAME = 1e-12  # of the square of a chord: rounding
 
 
 def fits(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
@@ -48,7 +52,14 @@ def point_and_take_up(
     """
     if spin is not None:
         q[..., spin] = 0.0
-    R_first = _point(q, first, along, direction)
+    if first.is_ball:
+        R_first = turn_by_vector(shortest_turn(along, direction))
+        _write_ball(q, first, R_first)
+        others = []
+    else:
+        nearer, *others = _pointing_angles(q, first, along, direction)
+        R_first = turns_about(first.axes, nearer)
+        _write(q, first, nearer)
     left = product(transposed(R_first), R_wanted)
     if second.is_ball:
         _write_ball(q, second, left)
@@ -58,28 +69,55 @@ def point_and_take_up(
         _write(q, second, angles)
     elif first.is_ball:
         psi, *angles = take_up((along, *second.axes), left)
-        turn = product(R_first, turn_about(along, psi))
-        _write_ball(q, first, turn)
+        _write_ball(q, first, product(R_first, turn_about(along, psi)))
         _write(q, second, angles)
     else:
         _write(q, second, take_up(second.axes, left))
+        for angles in others:
+            _take_where_better(q, first, second, angles, R_wanted)
 
 
-def _point(q: np.ndarray, cluster: Cluster, along: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Point the rod, and return the rotation that does."""
-    if cluster.is_ball:
-        R = turn_by_vector(shortest_turn(along, direction))
-        _write_ball(q, cluster, R)
-        return R
+def _take_where_better(
+    q: np.ndarray,
+    first: Cluster,
+    second: Cluster,
+    angles: tuple[np.ndarray, ...],
+    R_wanted: np.ndarray,
+) -> None:
+    """Point the other way where that alone reaches the orientation, as with five joints."""
+    R_other = turns_about(first.axes, angles)
+    turned = turns_about(first.axes, [q[..., place] for place in first.places])
+    turned = product(turned, turns_about(second.axes, [q[..., p] for p in second.places]))
+    left = product(transposed(R_other), R_wanted)
+    taken = take_up(second.axes, left)
+    other = product(R_other, turns_about(second.axes, taken))
+    better = _missed(other, R_wanted) < _missed(turned, R_wanted) - _SAME
+    for cluster, values in ((first, angles), (second, taken)):
+        for place, value in zip(cluster.places, values, strict=True):
+            q[..., place] = np.where(better, value, q[..., place])
+
+
+def _missed(R: np.ndarray, R_wanted: np.ndarray) -> np.ndarray:
+    """Square of the chord between two rotations (...)."""
+    chord = R - R_wanted
+    return np.einsum("...ij,...ij->...", chord, chord)
+
+
+def _pointing_angles(
+    q: np.ndarray, cluster: Cluster, along: np.ndarray, direction: np.ndarray
+) -> tuple[tuple[np.ndarray, ...], ...]:
+    """Angles of one or two axes that point the rod: one way, or two, the nearer to home first."""
     if len(cluster.axes) == 1:
-        angles: tuple[np.ndarray, ...] = (angle_between(cluster.axes[0], along, direction),)
-    else:
-        first, second = cluster.axes
-        home = q[..., cluster.places[0]], q[..., cluster.places[1]]
-        angles = aim_two_axes(first, second, along, direction, home)
-    _write(q, cluster, angles)
-    R = turn_about(cluster.axes[0], angles[0])
-    for axis, angle in zip(cluster.axes[1:], angles[1:], strict=True):
+        return ((angle_between(cluster.axes[0], along, direction),),)
+    first, second = cluster.axes
+    home = q[..., cluster.places[0]], q[..., cluster.places[1]]
+    return aim_two_axes(first, second, along, direction, home)
+
+
+def turns_about(axes: Sequence[np.ndarray], angles: Sequence[np.ndarray]) -> np.ndarray:
+    """Rotations about several axes, one after the other in the frame that the last one made."""
+    R = turn_about(axes[0], angles[0])
+    for axis, angle in zip(axes[1:], angles[1:], strict=True):
         R = product(R, turn_about(axis, angle))
     return R
 
