@@ -95,20 +95,6 @@ class Derivation:
         defined = {d.symbol for d in self.definitions}
         return tuple(sorted(found - defined, key=str))
 
-    @property
-    def factored(self) -> tuple[sp.Expr, sp.ImmutableMatrix]:
-        """Common factor of the entries and what is left: ``K = factor * matrix``."""
-        entries = [entry for entry in self.K if entry != 0]
-        if not entries:
-            return sp.Integer(1), self.K
-        fractions = [sp.fraction(sp.together(entry)) for entry in entries]
-        above, below = fractions[0]
-        for numerator, denominator in fractions[1:]:
-            above, below = sp.gcd(above, numerator), sp.lcm(below, denominator)
-        factor = sp.factor(above) / sp.factor(below)
-        rest = self.K.applyfunc(lambda entry: sp.factor(entry / factor))
-        return factor, sp.ImmutableMatrix(rest)
-
     def substituted(self, values: dict[sp.Symbol, float]) -> sp.ImmutableMatrix:
         """K at given values, the definitions computed one after the other.
 

@@ -1,0 +1,25 @@
+"""Derivations in other languages: to read, to print, to keep, to compute with.
+
+Plain text, LaTeX, Markdown and Typst (PDF) show how a stiffness matrix came about; JSON data keep
+it without loss; Python and C compute it.
+"""
+
+from robostiff.analytic.export.c_code import c_function
+from robostiff.analytic.export.json_form import derivation_data, derivation_from_data
+from robostiff.analytic.export.latex import derivation_latex
+from robostiff.analytic.export.markdown import derivation_markdown
+from robostiff.analytic.export.python_code import python_function
+from robostiff.analytic.export.text import derivation_text
+from robostiff.analytic.export.typst import derivation_pdf, derivation_typst
+
+__all__ = [
+    "c_function",
+    "derivation_data",
+    "derivation_from_data",
+    "derivation_latex",
+    "derivation_markdown",
+    "derivation_pdf",
+    "derivation_text",
+    "derivation_typst",
+    "python_function",
+]

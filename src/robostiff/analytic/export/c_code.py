@@ -1,0 +1,157 @@
+"""A derivation as a function in C."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.export.c_words import C_WORDS
+from robostiff.analytic.export.code_printer import CodePrinter
+from robostiff.analytic.export.entries import rows, symbols_of
+from robostiff.analytic.export.identifiers import Identifiers, ascii_identifier
+from robostiff.analytic.export.program import Program, program
+from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
+from robostiff.errors import InputError
+from robostiff.spatial import Space
+
+_WIDTH = 96
+
+# Powers of a symbol up to this one are written as products.
+_LARGEST_PRODUCT = 4
+
+_C_NAMES = {"abs": "fabs"}
+_CONSTANTS = {"pi": "3.14159265358979323846", "e": "2.71828182845904523536"}
+
+
+def c_function(derivation: Derivation, name: str = "stiffness") -> str:
+    r"""A derivation as the source of a function in C99.
+
+    Parameters
+    ----------
+    derivation : Derivation
+    name : str
+        Name of the function ``void name(double *restrict K, const double *restrict p)``: it
+        writes the n * n entries of K, row after row, for the values p of the given symbols in
+        alphabetical order, as the comment in front of it says.
+
+    Returns
+    -------
+    str
+        Source that needs the mathematical library alone (``-lm``).
+
+    Raises
+    ------
+    InputError
+        When the name is no identifier, or an expression is not of the vocabulary.
+
+    Examples
+    --------
+    >>> k, d = sp.symbols("k d")
+    >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
+    >>> lines = c_function(Derivation("K_C", K, (), K)).splitlines()
+    >>> print("\n".join(lines[13:20]))
+    void stiffness(double *restrict K, const double *restrict p)
+    {
+        const double d = p[0];
+        const double k = p[1];
+    <BLANKLINE>
+        K[0] = k;
+        K[1] = 0.0;
+    >>> lines[-2]
+    '    K[8] = (1.0/3.0)*(d*d)*k;'
+    """
+    if ascii_identifier(name) != name or name in C_WORDS:
+        raise InputError("name of the function", got=name, expected="an identifier of C")
+    compute = program(derivation)
+    identifiers = Identifiers({*C_WORDS, name})
+    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
+    names = {symbol: identifiers.take(symbol.name) for symbol in symbols}
+    K, p = identifiers.take("K"), identifiers.take("p")
+    lines = [
+        *_comment(derivation, compute, K, p),
+        "#include <math.h>",
+        "",
+        f"void {name}(double *restrict {K}, const double *restrict {p});",
+        "",
+        f"void {name}(double *restrict {K}, const double *restrict {p})",
+        "{",
+        *_body(compute, names, K, p),
+        "}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _comment(derivation: Derivation, compute: Program, K: str, p: str) -> list[str]:
+    space = Space.of_size(derivation.K.rows)
+    n = space.size
+    words = (
+        f"{K}, {n} x {n}, row after row, relates the twist ({', '.join(space.twist_order)}) of "
+        f"the reference point to the wrench ({', '.join(space.wrench_order)}) about the reference "
+        "point, F = K t: translation before rotation, force before moment, SI units."
+    )
+    order = [f"{p}[{i}] {_plain(symbol.name)}" for i, symbol in enumerate(compute.arguments)]
+    values = f"Values: {', '.join(order)}." if order else f"{p} is not used and may be null."
+    lines = [
+        f"Stiffness matrix {_plain(derivation.name)} about the reference point.",
+        "",
+        *wrapped_words(words, _WIDTH - 3),
+        "",
+        *wrapped_words(values, _WIDTH - 3),
+    ]
+    return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
+
+
+def _body(compute: Program, names: Mapping[sp.Symbol, str], K: str, p: str) -> list[str]:
+    printer = _CPrinter(names)
+    K_rows = rows(compute.entries)
+    n = len(K_rows)
+    used = symbols_of([compute.entries, *(a.expression for a in compute.assignments)])
+    lines = [
+        f"    const double {names[symbol]} = {p}[{i}];"
+        for i, symbol in enumerate(compute.arguments)
+        if symbol in used
+    ]
+    lines += [] if lines else [f"    (void){p};"]
+    for assignment in compute.assignments:
+        target = f"const double {names[assignment.symbol]}"
+        lines += _assigned(target, printer.write(assignment.expression))
+    lines.append("")
+    for i, row in enumerate(K_rows):
+        for j, entry in enumerate(row):
+            place = f"{K}[{n * i + j}]"
+            if j < i and entry == K_rows[j][i] and not entry.is_number:
+                lines.append(f"    {place} = {K}[{n * j + i}];")
+            else:
+                lines += _assigned(place, printer.write(entry))
+    return lines
+
+
+def _assigned(target: str, expression: str) -> list[str]:
+    return wrapped_formula(f"{expression};", _WIDTH, f"    {target} = ", " " * 8)
+
+
+def _plain(name: str) -> str:
+    """A name inside a comment."""
+    kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in "*/\\?")
+    return " ".join(kept.split()) or "without a plain name"
+
+
+class _CPrinter(CodePrinter):
+    """All numbers are doubles; small powers of a symbol are products."""
+
+    def integer(self, value: int) -> str:
+        return f"{value}.0"
+
+    def call(self, function: str, arguments: list[str]) -> str:
+        return f"{_C_NAMES.get(function, function)}({', '.join(arguments)})"
+
+    def constant(self, name: str) -> str:
+        return _CONSTANTS[name]
+
+    def power(self, base: Any, exponent: Any) -> str:
+        if base.is_Symbol and exponent.is_Integer and exponent <= _LARGEST_PRODUCT:
+            return f"({'*'.join([self.factor(base)] * int(exponent))})"
+        return self.call("pow", [self.write(base), self.write(exponent)])

@@ -1,0 +1,111 @@
+"""Expressions as arithmetic of a programming language."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.export.products import printed_product
+from robostiff.analytic.export.vocabulary import constant_name, function_name, unknown
+from robostiff.errors import InputError
+
+_LARGEST = sp.Integer(10) ** 300
+_HALF = sp.Rational(1, 2)
+
+
+class CodePrinter(ABC):
+    """Writes expressions of the vocabulary with ``+ - * /``; a language adds the rest.
+
+    Parameters
+    ----------
+    names : mapping of sympy.Symbol to str
+        Identifiers of the symbols.
+    """
+
+    def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
+        self._names = names
+
+    @abstractmethod
+    def integer(self, value: int) -> str:
+        """A number without a sign."""
+
+    @abstractmethod
+    def call(self, function: str, arguments: list[str]) -> str:
+        """A function of the vocabulary, or sqrt."""
+
+    @abstractmethod
+    def constant(self, name: str) -> str:
+        """A constant of the vocabulary."""
+
+    @abstractmethod
+    def power(self, base: Any, exponent: Any) -> str:
+        """A power with a positive exponent, fit to be a factor."""
+
+    def write(self, expression: Any) -> str:
+        """An expression as a statement's right-hand side."""
+        if not isinstance(expression, sp.Add):
+            return self._product(expression)
+        written = ""
+        for term in expression.as_ordered_terms():
+            text = self.write(term)
+            if not written:
+                written = text
+            elif text.startswith("-"):
+                written += f" - {text[1:]}"
+            else:
+                written += f" + {text}"
+        return written
+
+    def factor(self, expression: Any) -> str:
+        """An expression in brackets where it needs them beside ``*``, ``/`` and in a power."""
+        if isinstance(expression, sp.Symbol):
+            return self._names[expression]
+        if isinstance(expression, sp.Integer | sp.Float) and expression >= 0:
+            return self._number(expression)
+        if isinstance(expression, sp.Pow) and expression.exp.is_positive:
+            if expression.exp == _HALF:
+                return self.call("sqrt", [self.write(expression.base)])
+            return self.power(expression.base, expression.exp)
+        if isinstance(expression, sp.Add | sp.Mul | sp.Pow | sp.Number):
+            return f"({self.write(expression)})"
+        return self._named(expression)
+
+    def _named(self, expression: sp.Expr) -> str:
+        constant, function = constant_name(expression), function_name(expression)
+        if constant is not None:
+            return self.constant(constant)
+        if function is not None:
+            return self.call(function, [self.write(argument) for argument in expression.args])
+        raise unknown(expression)
+
+    def _product(self, expression: sp.Expr) -> str:
+        if isinstance(expression, sp.Rational):
+            return self._rational(expression)
+        product = printed_product(expression)
+        above, below = list(product.above), list(product.below)
+        written = []
+        if below and isinstance(below[0], sp.Integer) and len(above) + len(below) > 1:
+            denominator = below.pop(0)
+            numerator = above.pop(0) if above and above[0].is_Integer else sp.Integer(1)
+            written.append(f"({self._rational(sp.Rational(numerator, denominator))})")
+        written += [self.factor(factor) for factor in above]
+        text = "*".join(written) or self.integer(1)
+        if below:
+            divisor = "*".join(self.factor(factor) for factor in below)
+            text += f"/{divisor}" if len(below) == 1 else f"/({divisor})"
+        return f"-{text}" if product.negative else text
+
+    def _rational(self, number: Any) -> str:
+        sign = "-" if number < 0 else ""
+        numerator = self._number(sp.Integer(abs(int(number.p))))
+        if number.q == 1:
+            return sign + numerator
+        return f"{sign}{numerator}/{self._number(sp.Integer(int(number.q)))}"
+
+    def _number(self, number: Any) -> str:
+        if number > _LARGEST:
+            raise InputError("number", got=str(number), expected="one that is a double")
+        return self.integer(int(number)) if number.is_Integer else repr(float(number))

@@ -1,0 +1,220 @@
+"""What an exported derivation says, in order, whatever the language it is written in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Definition, Derivation, Stage
+from robostiff.analytic.export.entries import operations
+from robostiff.analytic.export.matrix_names import MatrixName, Names
+from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
+from robostiff.spatial import Space
+
+#: A stiffness between two joints with more operations than this is not written out.
+LONGEST_STAGE = 1500
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A title; level 1 is the title of the whole."""
+
+    text: str
+    level: int = 2
+
+
+@dataclass(frozen=True)
+class Words:
+    """A paragraph without formulas."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Scalars, one after the other: ``name = expression``."""
+
+    rows: tuple[tuple[str, sp.Expr], ...]
+
+
+@dataclass(frozen=True)
+class MatrixEquation:
+    """``name = factor * matrix = whole``; a column is given as the row that it is written as.
+
+    Attributes
+    ----------
+    name : MatrixName
+    factor : sympy.Expr
+    matrix, whole : sympy.ImmutableMatrix
+    entry_name : callable
+        Name for the entry in row i and column j (from 0) of the whole, where it needs one.
+    """
+
+    name: MatrixName
+    factor: sp.Expr
+    matrix: sp.ImmutableMatrix
+    whole: sp.ImmutableMatrix
+    entry_name: Callable[[int, int], str]
+
+    @property
+    def is_vector(self) -> bool:
+        """Whether it is a column, written as a row."""
+        return self.whole.rows == 1
+
+
+@dataclass(frozen=True)
+class Recursion:
+    """``after = before - u u^T / mu``, eq. (15)."""
+
+    after: MatrixName
+    before: MatrixName
+    u: MatrixName
+    mu: str
+
+
+@dataclass(frozen=True)
+class Same:
+    """``left = right`` of two matrices."""
+
+    left: MatrixName
+    right: MatrixName
+
+
+@dataclass(frozen=True)
+class Nomenclature:
+    """Names and what they stand for; several names that mean the same are listed together."""
+
+    rows: tuple[tuple[tuple[MatrixName | str, ...], str], ...]
+
+
+Block = Heading | Words | Equations | MatrixEquation | Recursion | Same | Nomenclature
+
+
+def outline(derivation: Derivation) -> tuple[Block, ...]:
+    """The blocks of an exported derivation, from the start to the nomenclature.
+
+    Examples
+    --------
+    >>> k = sp.Symbol("k")
+    >>> K = sp.ImmutableMatrix(sp.diag(k, k, k))
+    >>> [type(block).__name__ for block in outline(Derivation("K_C", K, (), K))]
+    ['Heading', 'Words', 'Heading', 'MatrixEquation', 'Nomenclature']
+    """
+    names = Names(derivation)
+    blocks: list[Block] = [Heading(_title(derivation), level=1), Words(_summary(derivation))]
+    first, last = _unstaged(derivation)
+    if first:
+        blocks += [Heading("Definitions"), _equations(first)]
+    if derivation.stages:
+        blocks += [Heading("Start: stiffness without passive joints")]
+        blocks += _stiffness(derivation.K0, names.stiffness(0), names)
+    for number, stage in enumerate(derivation.stages, start=1):
+        is_result = number == len(derivation.stages) and stage.K == derivation.K
+        blocks += _stage(stage, number, is_result, names)
+    blocks.append(Heading("Result"))
+    if last:
+        blocks.append(_equations(last))
+    blocks.append(_matrix(derivation.K, names.result, names))
+    blocks.append(_nomenclature(derivation, names))
+    return tuple(blocks)
+
+
+def _title(derivation: Derivation) -> str:
+    name = " ".join(derivation.name.split())
+    return "Cartesian stiffness matrix" + (f" {name}" if name else "")
+
+
+def _summary(derivation: Derivation) -> str:
+    count = len(derivation.stages)
+    if not count:
+        return "Stiffness as a formula."
+    joints = "one passive joint" if count == 1 else f"{count} passive joints"
+    form = "in closed form" if derivation.is_closed else "in named steps"
+    return f"Elimination of {joints}, eq. (15), {form}."
+
+
+def _stage(stage: Stage, number: int, is_result: bool, names: Names) -> list[Block]:
+    J, u, mu = names.column("J", number), names.column("u", number), names.scalar("mu", number)
+    before, after = names.stiffness(number - 1), names.stiffness(number)
+    blocks: list[Block] = [Heading(f"Joint {number}: {stage.joint}"), Words(f"{stage.rule}.")]
+    blocks.append(_vector(stage.J, J, names))
+    if stage.definitions:
+        blocks.append(_equations(stage.definitions))
+    blocks.append(_vector(stage.u, u, names))
+    if stage.mu != sp.Symbol(mu):
+        blocks.append(Equations(((mu, readable(stage.mu)),)))
+    if stage.is_redundant:
+        blocks.append(Same(after, before))
+    else:
+        blocks.append(Recursion(after, before, u, mu))
+    if is_result:
+        blocks.append(Same(after, names.result))
+    elif not stage.is_redundant:
+        blocks += _stiffness(stage.K, after, names)
+    return blocks
+
+
+def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> list[Block]:
+    count = operations(K)
+    if count > LONGEST_STAGE:
+        return [Words(f"{name.name} takes {count} operations and is not written out.")]
+    return [_matrix(K, name, names)]
+
+
+def _matrix(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> MatrixEquation:
+    factor, rest = factored_matrix(K)
+    return MatrixEquation(name, factor, rest, readable_matrix(K), names.entries_of(name))
+
+
+def _vector(column: sp.ImmutableMatrix, name: MatrixName, names: Names) -> MatrixEquation:
+    row = readable_matrix(column).T
+    return MatrixEquation(name, sp.Integer(1), row, row, names.entries_of(name))
+
+
+def _equations(definitions: Iterable[Definition]) -> Equations:
+    return Equations(tuple((d.symbol.name, d.expression) for d in definitions))
+
+
+def _unstaged(derivation: Derivation) -> tuple[list[Definition], list[Definition]]:
+    """Definitions that no stage lists: those before the stages, and those after."""
+    staged = {d.symbol for stage in derivation.stages for d in stage.definitions}
+    places = [i for i, d in enumerate(derivation.definitions) if d.symbol in staged]
+    first = places[0] if places else 0 if not derivation.stages else len(derivation.definitions)
+    unstaged = [(i, d) for i, d in enumerate(derivation.definitions) if d.symbol not in staged]
+    return [d for i, d in unstaged if i < first], [d for i, d in unstaged if i >= first]
+
+
+def _nomenclature(derivation: Derivation, names: Names) -> Nomenclature:
+    space = Space.of_size(derivation.K.rows)
+    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
+    rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
+        (
+            (names.result,),
+            f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
+            "force before moment, translation before rotation, SI units",
+        )
+    ]
+    count = len(derivation.stages)
+    if count:
+        numbers = [1] if count == 1 else [1, count] if count == 2 else [1, 2, count]
+        dots: tuple[str, ...] = ("...",) if count > 3 else ()
+
+        def listed(name: Callable[[int], MatrixName | str]) -> tuple[MatrixName | str, ...]:
+            given = [name(i) for i in numbers]
+            return (*given[:-1], *dots, given[-1])
+
+        rows += [
+            ((names.stiffness(0),), "stiffness without passive joints"),
+            (listed(lambda i: names.column("J", i)), "twist of a passive joint"),
+            (
+                listed(lambda i: names.column("u", i)),
+                "wrench that its unit motion meets, stiffness before the joint times its twist",
+            ),
+            (listed(lambda i: names.scalar("mu", i)), "stiffness that its unit motion meets"),
+            (listed(names.stiffness), "stiffness after the joint"),
+        ]
+    if names.given:
+        rows.append((names.given, "given"))
+    return Nomenclature(tuple(rows))

@@ -1,0 +1,163 @@
+"""A derivation as a program: assignments in order, shared subexpressions computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.export.entries import entries, symbols_of
+from robostiff.analytic.export.vocabulary import check_vocabulary
+from robostiff.errors import InputError
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """``symbol = expression``; shared ones bear no name of the derivation.
+
+    Attributes
+    ----------
+    symbol : sympy.Symbol
+    expression : sympy.Expr
+        In arguments and symbols assigned before.
+    is_shared : bool
+        Whether it is a subexpression that occurs more than once.
+    """
+
+    symbol: sp.Symbol
+    expression: sp.Expr
+    is_shared: bool
+
+    def renamed(self, names: dict[Any, Any]) -> Assignment:
+        """The same with other symbols."""
+        expression: Any = self.expression.xreplace(names)
+        return Assignment(names.get(self.symbol, self.symbol), expression, self.is_shared)
+
+
+@dataclass(frozen=True)
+class Program:
+    """What computes a stiffness matrix.
+
+    Attributes
+    ----------
+    arguments : tuple of sympy.Symbol
+        The given symbols, in alphabetical order.
+    assignments : tuple of Assignment
+        What the result needs, in order.
+    entries : sympy.ImmutableMatrix
+        The result (n x n), in arguments and assigned symbols.
+    """
+
+    arguments: tuple[sp.Symbol, ...]
+    assignments: tuple[Assignment, ...]
+    entries: sp.ImmutableMatrix
+
+
+def program(derivation: Derivation) -> Program:
+    """Put a derivation in the order of computation.
+
+    Raises
+    ------
+    InputError
+        When two symbols have the same name, or an expression is not of the vocabulary.
+
+    Examples
+    --------
+    >>> a, b = sp.symbols("a b")
+    >>> K = sp.ImmutableMatrix([[(a + b) ** 2, a + b, 0], [a + b, 1, 0], [0, 0, 0]])
+    >>> compute = program(Derivation("K_C", K, (), K))
+    >>> compute.assignments
+    (Assignment(symbol=t1, expression=a + b, is_shared=True),)
+    >>> compute.entries[0, 0]
+    t1**2
+    """
+    defined = [d.symbol for d in derivation.definitions]
+    arguments = derivation.symbols
+    names = [symbol.name for symbol in (*arguments, *defined)]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("symbols", got=f"two called {name!r}", expected="one of each name")
+    n = derivation.K.rows
+    expressions = [*(d.expression for d in derivation.definitions), *entries(derivation.K)]
+    check_vocabulary(expressions)
+    shared, reduced = sp.cse(expressions, symbols=_temporaries(set(names)))
+    computed = _Computation(dict(shared))
+    reduced_expressions: list[Any] = list(reduced)
+    for symbol, expression in zip(defined, reduced_expressions, strict=False):
+        computed.define(symbol, expression)
+    results = [computed.result(expression) for expression in reduced_expressions[len(defined) :]]
+    assignments = computed.needed(results)
+    shared_symbols = [a.symbol for a in assignments if a.is_shared]
+    in_order = dict(zip(shared_symbols, _temporaries(set(names)), strict=False))
+    return Program(
+        arguments,
+        tuple(assignment.renamed(in_order) for assignment in assignments),
+        sp.ImmutableMatrix(n, n, [entry.xreplace(in_order) for entry in results]),
+    )
+
+
+def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:
+    """Symbols t1, t2, ... that nobody uses."""
+    letter = "t"
+    while any(name.startswith(letter) and name[len(letter) :].isdigit() for name in taken):
+        letter += "t"
+    number = 1
+    while True:
+        yield sp.Symbol(f"{letter}{number}")
+        number += 1
+
+
+class _Computation:
+    """Assignments in an order in which they can be computed."""
+
+    def __init__(self, shared: dict[Any, Any]) -> None:
+        self._shared = shared
+        self._done: dict[sp.Symbol, Assignment] = {}
+        # A shared subexpression that is a definition has the name of that.
+        self._named: dict[sp.Basic, sp.Basic] = {}
+
+    def define(self, symbol: sp.Symbol, expression: Any) -> None:
+        """A named intermediate."""
+        if expression in self._shared and expression not in self._done | self._named:
+            self._assign(symbol, self._shared[expression], is_shared=False)
+            self._named[expression] = symbol
+        else:
+            self._assign(symbol, expression, is_shared=False)
+
+    def result(self, expression: Any) -> Any:
+        """An expression, everything that it shares with others assigned before."""
+        waiting = [expression]
+        while waiting:
+            needed = self._missing(waiting[-1])
+            if needed:
+                waiting.append(self._shared[needed[0]])
+                continue
+            done = waiting.pop()
+            if waiting:
+                symbol = self._missing(waiting[-1])[0]
+                written = done.xreplace(self._named)
+                self._done[symbol] = Assignment(symbol, written, is_shared=True)
+        return expression.xreplace(self._named)
+
+    def needed(self, results: list[Any]) -> tuple[Assignment, ...]:
+        """The assignments that results depend on."""
+        wanted = symbols_of(results)
+        kept: list[Assignment] = []
+        for assignment in reversed(self._done.values()):
+            if assignment.symbol in wanted:
+                kept.append(assignment)
+                wanted |= assignment.expression.free_symbols
+        return tuple(reversed(kept))
+
+    def _assign(self, symbol: sp.Symbol, expression: sp.Expr, *, is_shared: bool) -> None:
+        self._done[symbol] = Assignment(symbol, self.result(expression), is_shared)
+
+    def _missing(self, expression: sp.Expr) -> list[Any]:
+        """Shared symbols that are to be assigned first."""
+        missing = expression.free_symbols & self._shared.keys()
+        missing -= self._done.keys()
+        missing -= self._named.keys()
+        return sorted(missing, key=str)

@@ -1,0 +1,175 @@
+"""A derivation as a Python function that needs NumPy alone."""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Mapping
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.export.code_printer import CodePrinter
+from robostiff.analytic.export.entries import rows
+from robostiff.analytic.export.identifiers import Identifiers, ascii_identifier
+from robostiff.analytic.export.program import Program, program
+from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
+from robostiff.errors import InputError
+from robostiff.spatial import Space
+
+_WIDTH = 96
+
+# Names that the generated function needs itself.
+_USED = {"np", "float"}
+
+_NUMPY_NAMES = {
+    "abs": "abs",
+    "acos": "arccos",
+    "asin": "arcsin",
+    "atan": "arctan",
+    "atan2": "arctan2",
+}
+
+
+def python_function(derivation: Derivation, name: str = "stiffness") -> str:
+    r"""A derivation as the source of a Python module with one function.
+
+    Parameters
+    ----------
+    derivation : Derivation
+    name : str
+        Name of the function. Its arguments are the given symbols, in alphabetical order; they may
+        be numbers or arrays that broadcast, and the result has shape (..., n, n).
+
+    Returns
+    -------
+    str
+        Source that needs NumPy alone. Named intermediates keep their names, what occurs more than
+        once is computed once.
+
+    Raises
+    ------
+    InputError
+        When the name is no identifier, or an expression is not of the vocabulary.
+
+    Examples
+    --------
+    >>> k, d = sp.symbols("k lambda")
+    >>> K = sp.ImmutableMatrix([[k, 0, k * d], [0, 0, 0], [k * d, 0, k * d**2 / 3]])
+    >>> lines = python_function(Derivation("K_C", K, (), K)).splitlines()
+    >>> lines[5]
+    'def stiffness(k, lambda_):'
+    >>> print("\n".join(lines[-10:]))
+        k = np.asarray(k, dtype=float)
+        lambda_ = np.asarray(lambda_, dtype=float)
+        t1 = k*lambda_
+        shape = np.broadcast_shapes(k.shape, lambda_.shape)
+        K = np.zeros((*shape, 3, 3))
+        K[..., 0, 0] = k
+        K[..., 0, 2] = t1
+        K[..., 2, 0] = K[..., 0, 2]
+        K[..., 2, 2] = (1/3)*k*lambda_**2
+        return K
+    """
+    if ascii_identifier(name) != name or keyword.iskeyword(name) or name in _USED:
+        raise InputError("name of the function", got=name, expected="an identifier")
+    compute = program(derivation)
+    reserved = {*keyword.kwlist, *keyword.softkwlist, *_USED, name}
+    identifiers = Identifiers(reserved)
+    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
+    names = {symbol: identifiers.take(symbol.name) for symbol in symbols}
+    arguments = [names[symbol] for symbol in compute.arguments]
+    lines = [
+        *_module_start(derivation),
+        *wrapped_formula(", ".join(arguments) + "):", _WIDTH, f"def {name}("),
+        *_docstring(derivation, compute, names),
+        *(f"    {argument} = np.asarray({argument}, dtype=float)" for argument in arguments),
+        *_body(compute, names, identifiers),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _module_start(derivation: Derivation) -> list[str]:
+    title = f'"""Stiffness matrix {_plain(derivation.name)} as a function."""'
+    return [title, "", "import numpy as np", "", ""]
+
+
+def _docstring(
+    derivation: Derivation, compute: Program, names: Mapping[sp.Symbol, str]
+) -> list[str]:
+    space = Space.of_size(derivation.K.rows)
+    n = space.size
+    words = (
+        f"It relates the twist ({', '.join(space.twist_order)}) of the reference point to the "
+        f"wrench ({', '.join(space.wrench_order)}) about the reference point, F = K t: "
+        "translation before rotation, force before moment, SI units."
+    )
+    lines = [
+        f"Stiffness matrix {_plain(derivation.name)} about the reference point, (..., {n}, {n}).",
+        "",
+        *wrapped_words(words, _WIDTH - 4),
+    ]
+    if compute.arguments:
+        lines += ["", "Parameters", "----------"]
+        for symbol in compute.arguments:
+            renamed = names[symbol] != symbol.name
+            lines.append(f"{names[symbol]} : float or array")
+            lines += [f"    In the formula {_plain(symbol.name)}."] if renamed else []
+    start, *others = lines
+    written = [f'"""{start}', *others, '"""']
+    return [f"    {line}" if line else "" for line in written]
+
+
+def _body(compute: Program, names: Mapping[sp.Symbol, str], identifiers: Identifiers) -> list[str]:
+    printer = _PythonPrinter(names)
+    lines: list[str] = []
+    for assignment in compute.assignments:
+        lines += _assigned(names[assignment.symbol], printer.write(assignment.expression))
+    K, shape = identifiers.take("K"), identifiers.take("shape")
+    shapes = ", ".join(f"{names[symbol]}.shape" for symbol in compute.arguments)
+    K_rows = rows(compute.entries)
+    n = len(K_rows)
+    lines += _assigned(shape, f"np.broadcast_shapes({shapes})")
+    lines.append(f"    {K} = np.zeros((*{shape}, {n}, {n}))")
+    for i, row in enumerate(K_rows):
+        for j, entry in enumerate(row):
+            if entry == 0:
+                continue
+            place = f"{K}[..., {i}, {j}]"
+            if j < i and entry == K_rows[j][i]:
+                lines.append(f"    {place} = {K}[..., {j}, {i}]")
+            else:
+                lines += _assigned(place, printer.write(entry))
+    return [*lines, f"    return {K}"]
+
+
+def _assigned(target: str, expression: str) -> list[str]:
+    """An assignment, in brackets where it takes more than a line."""
+    line = f"    {target} = {expression}"
+    if len(line) <= _WIDTH:
+        return [line]
+    inside = wrapped_formula(expression, _WIDTH, " " * 8, " " * 8)
+    return [f"    {target} = (", *inside, "    )"]
+
+
+def _plain(name: str) -> str:
+    """A name inside a string literal or comment."""
+    kept = "".join(c for c in name if c.isprintable() and c not in '"\\')
+    return " ".join(kept.split())
+
+
+class _PythonPrinter(CodePrinter):
+    """NumPy by the name np."""
+
+    def integer(self, value: int) -> str:
+        return str(value)
+
+    def call(self, function: str, arguments: list[str]) -> str:
+        return f"np.{_NUMPY_NAMES.get(function, function)}({', '.join(arguments)})"
+
+    def constant(self, name: str) -> str:
+        return f"np.{name}"
+
+    def power(self, base: Any, exponent: Any) -> str:
+        written = self.factor(base)
+        return f"{f'({written})' if base.is_Pow else written}**{self.factor(exponent)}"

@@ -1,0 +1,142 @@
+"""A derivation as plain text for a terminal."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.export.breakout import displayed
+from robostiff.analytic.export.entries import entries, rows
+from robostiff.analytic.export.matrix_names import MatrixName
+from robostiff.analytic.export.outline import (
+    Block,
+    Equations,
+    Heading,
+    MatrixEquation,
+    Nomenclature,
+    Recursion,
+    Same,
+    Words,
+    outline,
+)
+from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
+from robostiff.errors import InputError
+
+_NARROWEST = 60
+
+
+def derivation_text(derivation: Derivation, width: int = 88) -> str:
+    r"""A derivation as plain text: the start, each passive joint, the result.
+
+    Parameters
+    ----------
+    derivation : Derivation
+    width : int
+        Longest line. Longer expressions go on in the next line, indented; entries for which a
+        matrix has no room get a name.
+
+    Raises
+    ------
+    InputError
+        When there is too little width for a matrix.
+
+    Examples
+    --------
+    >>> from robostiff.analytic.chain import derive_chain
+    >>> k, d, c = sp.symbols("k d c")
+    >>> K = sp.Matrix([[k, 0, 0], [0, k, k * d], [0, k * d, k * d**2 + c]])
+    >>> lines = derivation_text(derive_chain(K, {"tip": [0, 0, 1]})).splitlines()
+    >>> print("\n".join(lines[12:26]))
+    Joint 1: tip
+    ------------
+    <BLANKLINE>
+    rotation about z at the reference point: trivial joint (19), row and column 3 vanish.
+    <BLANKLINE>
+    J_1 = (0, 0, 1)
+    <BLANKLINE>
+    u_1 = (0, d*k, c + d**2*k)
+    <BLANKLINE>
+    mu_1 = c + d**2*k
+    <BLANKLINE>
+    K_1 = K_0 - u_1 u_1^T / mu_1
+    <BLANKLINE>
+    K_1 = K_C
+    """
+    if width < _NARROWEST:
+        raise InputError("width", got=width, expected=f"{_NARROWEST} characters or more")
+    blocks = [_written(block, width) for block in outline(derivation)]
+    return "\n\n".join("\n".join(lines) for lines in blocks) + "\n"
+
+
+def _written(block: Block, width: int) -> list[str]:
+    match block:
+        case Heading(text, level):
+            title = " ".join(text.split())
+            lines = [title, ("=" if level == 1 else "-") * min(len(title), width)]
+        case Words(text):
+            lines = wrapped_words(" ".join(text.split()), width)
+        case Equations(equations):
+            formulas = [
+                wrapped_formula(plain_text(e), width, f"{name} = ") for name, e in equations
+            ]
+            lines = [line for equation in formulas for line in equation]
+        case MatrixEquation():
+            lines = _matrix(block, width)
+        case Recursion(after, before, u, mu):
+            lines = [f"{after.name} = {before.name} - {u.name} {u.name}^T / {mu}"]
+        case Same(left, right):
+            lines = [f"{left.name} = {right.name}"]
+        case Nomenclature(named):
+            lines = _nomenclature(named, width)
+    return lines
+
+
+def _matrix(block: MatrixEquation, width: int) -> list[str]:
+    start = f"{block.name.name} = "
+    # Brackets, and two blanks between columns.
+    around = 4 + 2 * (block.whole.cols - 1) + len(start)
+    fitting = displayed(block, _length, width - around, stacked=True)
+    if fitting.factor != 1:
+        factor = plain_text(fitting.factor)
+        start += f"({factor}) * " if fitting.factor.is_Add else f"{factor} * "
+    if block.is_vector:
+        lines = wrapped_formula(
+            f"({', '.join(map(plain_text, entries(fitting.matrix)))})", width, start
+        )
+    else:
+        rows = _aligned(fitting.matrix)
+        if len(start) + len(rows[0]) <= width:
+            middle = (len(rows) - 1) // 2
+            blank = " " * len(start)
+            lines = [(start if i == middle else blank) + row for i, row in enumerate(rows)]
+        else:
+            lines = [*wrapped_formula(start, width, rest=""), *("  " + row for row in rows)]
+    return [*lines, "", *_written(fitting.named, width)] if fitting.named.rows else lines
+
+
+def _aligned(matrix: sp.ImmutableMatrix) -> list[str]:
+    cells = [[plain_text(entry) for entry in row] for row in rows(matrix)]
+    widths = [max(len(row[j]) for row in cells) for j in range(matrix.cols)]
+    return [
+        f"[ {'  '.join(cell.ljust(w) for cell, w in zip(row, widths, strict=True))} ]"
+        for row in cells
+    ]
+
+
+def plain_text(expression: sp.Basic) -> str:
+    """An expression as text, numbers without zeros at their end."""
+    return sp.sstr(expression, full_prec=False)
+
+
+def _length(expression: sp.Basic) -> float:
+    return len(plain_text(expression))
+
+
+def _nomenclature(
+    named: tuple[tuple[tuple[MatrixName | str, ...], str], ...], width: int
+) -> list[str]:
+    lines = ["Nomenclature", "-" * len("Nomenclature"), ""]
+    for names, meaning in named:
+        listed = ", ".join(n.name if isinstance(n, MatrixName) else n for n in names)
+        lines += wrapped_words(f"{listed}: {meaning}", width, "    ")
+    return lines

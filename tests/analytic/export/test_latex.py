@@ -1,0 +1,124 @@
+import re
+
+import pytest
+import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.export import derivation_latex, derivation_markdown
+from robostiff.analytic.export.latex_math import latex_name, latex_words
+from tests.analytic.export.derivations import ALL
+
+
+def without_escapes(text):
+    return re.sub(r"\\[\\{}#$%&_]", "", text)
+
+
+def check_balance(text):
+    """Braces close what they open; so do environments, in order; rows have equal lengths."""
+    depth = 0
+    for character in without_escapes(text):
+        depth += (character == "{") - (character == "}")
+        assert depth >= 0
+    assert depth == 0
+    open_environments = []
+    for kind, name in re.findall(r"\\(begin|end)\{([a-z*]+)\}", text):
+        if kind == "begin":
+            open_environments.append(name)
+        else:
+            assert open_environments.pop() == name
+    assert not open_environments
+    for body in re.findall(r"\\begin\{bmatrix\}(.*?)\\end\{bmatrix\}", text, re.DOTALL):
+        assert len({row.count("&") for row in body.split(r"\\")}) == 1
+    assert text.count(r"\left") == text.count(r"\right")
+    assert text.count(r"\bigl(") == text.count(r"\bigr)")
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_latex_is_well_formed_and_the_same_each_time(name):
+    text = derivation_latex(ALL[name])
+    check_balance(text)
+    assert text == derivation_latex(ALL[name])
+    assert text.count(r"\[") - text.count(r"\\[") == text.count(r"\]")
+    assert without_escapes(text).count("$") % 2 == 0
+    assert text.isascii() or name == "badly_named"
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_markdown_is_well_formed_and_the_same_each_time(name):
+    text = derivation_markdown(ALL[name])
+    check_balance(text)
+    assert text == derivation_markdown(ALL[name])
+    assert text.count("$$") % 2 == 0
+    for formula in re.findall(r"\$\$\n(.*?)\n\$\$", text, re.DOTALL):
+        # A blank line would end the formula.
+        assert "\n\n" not in formula
+        assert "align*" not in formula
+
+
+def test_equation_4():
+    text = derivation_latex(ALL["equation_4"])
+    assert (
+        r"""\[
+\mathbf{K}_{C} = \frac{1}{K_{33}} \begin{bmatrix}
+K_{11} K_{33} - K_{13}^{2} & K_{12} K_{33} - K_{13} K_{23} & 0 \\
+K_{12} K_{33} - K_{13} K_{23} & K_{22} K_{33} - K_{23}^{2} & 0 \\
+0 & 0 & 0
+\end{bmatrix}
+\]"""
+        in text
+    )
+    assert r"\mathbf{u}_{1} = \begin{bmatrix}" in text
+    assert r"\frac{\mathbf{u}_{1} \mathbf{u}_{1}^{\mathsf{T}}}{\mu_{1}}" in text
+
+
+def test_definitions_are_aligned():
+    text = derivation_latex(ALL["in_steps"])
+    assert r"\mu_{1} &= L u_{1,2} + u_{1,6} \\" in text
+    assert r"K_{1,11} &= K_{11} - \frac{u_{1,1}^{2}}{\mu_{1}} \\" in text
+
+
+def test_long_entries_are_broken_out_and_long_sums_broken():
+    K = sp.ImmutableMatrix(
+        sp.diag(sum(sp.Symbol(f"a_{i}") * sp.Symbol(f"b_{i}") for i in range(40)), 0, 0)
+    )
+    text = derivation_latex(Derivation("K_C", K, (), K))
+    assert "K_{C,11} & 0 & 0" in text
+    assert r"K_{C,11} &= a_{0} b_{0} + a_{1} b_{1}" in text
+    assert text.count(r"&\quad + a_") >= 4
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("K_11", "K_{11}"),
+        ("K11", "K_{11}"),
+        ("mu_1", r"\mu_{1}"),
+        ("u_1_3", "u_{1,3}"),
+        ("phi_1", r"\phi_{1}"),
+        ("k_tau", r"k_{\tau}"),
+        ("d_a", "d_{a}"),
+        ("Omega", r"\Omega"),
+        ("α_12", r"\alpha_{12}"),
+        ("L_tip", r"L_{\mathrm{tip}}"),
+        ("a%b", r"\text{a\%b}"),
+        ("omicron", "o"),
+        ("K_C,1", "K_{C,1}"),
+    ],
+)
+def test_names_of_symbols(name, written):
+    assert latex_name(name) == written
+
+
+@given(st.text(max_size=20))
+def test_no_name_breaks_the_document(name):
+    check_balance(latex_name(name or "x"))
+    check_balance(latex_words(name))
+    bare = without_escapes(latex_words(name))
+    assert not re.search(r"[#$%&_]", bare)
+
+
+def test_joint_names_are_escaped():
+    assert r"el\_bow \& 50 \%" in derivation_latex(ALL["oblique"])
+    assert r"el\_bow \& 50 %" in derivation_markdown(ALL["oblique"])

@@ -1,0 +1,100 @@
+"""What is shown is what was derived: only the form of a formula may change."""
+
+import re
+
+import pytest
+import sympy as sp
+from hypothesis import given
+
+from robostiff.analytic.export.broken_lines import Breaks, broken_lines
+from robostiff.analytic.export.readable import factored_matrix, readable
+from robostiff.analytic.export.wrapping import wrapped_formula
+from tests.analytic.export.derivations import ALL
+from tests.analytic.export.expressions import expressions
+
+R, r, h, phi, k = sp.symbols("R r h phi k", positive=True)
+
+
+def value(expression):
+    symbols = sorted(expression.free_symbols, key=str)
+    values = {s: sp.Rational(i + 3, i + 5) for i, s in enumerate(symbols)}
+    return complex(sp.N(expression.xreplace(values), 30))
+
+
+@given(expressions)
+def test_readable_is_the_same_value(expression):
+    shown = readable(expression)
+    assert shown.count_ops() <= expression.count_ops()
+    assert value(shown - expression) == pytest.approx(0, abs=1e-20 + 1e-20 * abs(value(expression)))
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_factor_times_matrix_is_the_matrix(name):
+    K = ALL[name].K
+    factor, rest = factored_matrix(K)
+    for i in range(K.rows):
+        for j in range(K.cols):
+            expected = value(K[i, j])
+            assert abs(value(factor * rest[i, j]) - expected) <= 1e-12 * abs(expected)
+
+
+def test_equation_28_as_it_is_printed():
+    factor, rest = factored_matrix(ALL["gough_stewart_b"].K)
+    K_11, L = sp.symbols("K_11 L", positive=True)
+    assert factor == 3 * K_11 / (2 * L**2)
+    assert rest[2, 2] == 4 * h**2
+    assert rest[5, 5] == 3 * R**2 * r**2
+    assert rest[0, 4] == h * r * (R - 2 * r)
+
+
+def test_a_factor_that_would_not_shorten_is_left_in():
+    K = sp.ImmutableMatrix([[k, 0, 0], [0, k + 1, 0], [0, 0, sp.Rational(1, 3)]])
+    assert factored_matrix(K) == (1, K)
+
+
+@pytest.mark.parametrize(
+    ("expression", "shown"),
+    [
+        (R**2 - 2 * R * r + r**2, "(R - r)**2"),
+        (R * sp.cos(phi) + r * sp.cos(phi), "(R + r)*cos(phi)"),
+        (sp.sqrt(R) * r + sp.sqrt(R) * h, "sqrt(R)*(h + r)"),
+        (R**2 + r, "R**2 + r"),
+        (sp.gamma(R) * r + sp.gamma(R), "r*gamma(R) + gamma(R)"),
+        (0.5 * R * r + 0.5 * R, "0.5*R*r + 0.5*R"),
+    ],
+)
+def test_readable_forms(expression, shown):
+    assert sp.sstr(readable(expression), full_prec=False) == shown
+
+
+def test_what_would_explode_is_left_as_it_is():
+    symbols = sp.symbols("a:24")
+    squares = sum(((i + 2) * s + sp.sin(s)) ** 2 for i, s in enumerate(symbols))
+    assert readable(squares) == squares
+    assert readable(sp.Add(*symbols) ** 300) == sp.Add(*symbols) ** 300
+    assert readable(sp.sin(sp.Add(*symbols)) * k + k) == sp.sin(sp.Add(*symbols)) * k + k
+    K = sp.ImmutableMatrix(sp.diag(squares, squares + 1, k))
+    assert factored_matrix(K) == (1, K)
+
+
+PLAIN = Breaks(str, "(", ")", "/")
+
+
+@given(expressions)
+def test_broken_lines_say_the_same(expression):
+    symbols = {s.name: s for s in expression.free_symbols}
+    for room in (3, 9, 30):
+        written = " ".join(broken_lines(expression, PLAIN, room))
+        # Factors stand side by side: "a b" is a product.
+        product = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", written)
+        read = sp.sympify(product, locals=symbols)
+        assert value(read) == pytest.approx(value(expression), rel=1e-9, abs=1e-9)
+
+
+@given(expressions)
+def test_wrapped_formula_says_the_same(expression):
+    text = str(expression)
+    for width in (12, 30, 88):
+        lines = wrapped_formula(text, width, "K = ")
+        assert "".join("".join(lines).split()) == "".join(f"K = {text}".split())
+        assert all(line.startswith("    ") for line in lines[1:])

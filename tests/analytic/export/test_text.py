@@ -1,0 +1,109 @@
+import pytest
+import sympy as sp
+
+from robostiff.analytic import Derivation, Steps, derive_chain
+from robostiff.analytic.export import derivation_text
+from robostiff.errors import InputError
+from tests.analytic.export.derivations import ALL, symmetric
+
+
+def section(text, title):
+    """Lines under a heading."""
+    lines = text.splitlines()
+    start = lines.index(title) + 2
+    stop = next((i - 1 for i in range(start, len(lines)) if set(lines[i]) == {"-"}), len(lines))
+    return [line for line in lines[start:stop] if line]
+
+
+def test_equation_4():
+    text = derivation_text(ALL["equation_4"])
+    assert section(text, "Start: stiffness without passive joints") == [
+        "      [ K_11  K_12  K_13 ]",
+        "K_0 = [ K_12  K_22  K_23 ]",
+        "      [ K_13  K_23  K_33 ]",
+    ]
+    assert section(text, "Joint 1: tip") == [
+        "recursion (15).",
+        "J_1 = (0, 0, 1)",
+        "u_1 = (K_13, K_23, K_33)",
+        "mu_1 = K_33",
+        "K_1 = K_0 - u_1 u_1^T / mu_1",
+        "K_1 = K_C",
+    ]
+    assert section(text, "Result") == [
+        "               [ K_11*K_33 - K_13**2    K_12*K_33 - K_13*K_23  0 ]",
+        "K_C = 1/K_33 * [ K_12*K_33 - K_13*K_23  K_22*K_33 - K_23**2    0 ]",
+        "               [ 0                      0                      0 ]",
+    ]
+
+
+def test_steps_show_their_definitions():
+    lines = section(derivation_text(ALL["in_steps"]), "Joint 1: rear")
+    assert "mu_1 = L*u_1_2 + u_1_6" in lines
+    assert "K_1_11 = K_11 - u_1_1**2/mu_1" in lines
+    assert "u_1 = (u_1_1, u_1_2, u_1_3, u_1_4, u_1_5, u_1_6)" in lines
+
+
+def test_redundant_joint():
+    lines = section(derivation_text(ALL["redundant"]), "Joint 2: again")
+    assert lines[-3:] == ["mu_2 = 0", "K_2 = K_1", "K_2 = K_C"]
+
+
+def test_entries_without_room_get_a_name():
+    wide = section(derivation_text(ALL["gough_stewart_b"], width=140), "Result")
+    assert wide[2].startswith("K_C = 3*K_11/")
+    narrow = section(derivation_text(ALL["gough_stewart_b"], width=60), "Result")
+    assert narrow[2] == "K_C = [ 0       0       K_C_33  0       0       0      ]"
+    assert "K_C_33 = 6*K_11*h**2/L**2" in narrow
+
+
+def test_exact_numbers():
+    assert "1/3" in derivation_text(ALL["numbers_only"])
+
+
+@pytest.mark.parametrize("width", [60, 88, 200])
+@pytest.mark.parametrize("name", ALL)
+def test_no_line_is_wider_than_allowed_and_text_is_the_same_each_time(name, width):
+    text = derivation_text(ALL[name], width=width)
+    assert text == derivation_text(ALL[name], width=width)
+    assert max(map(len, text.splitlines())) <= width
+    assert not any(line != line.rstrip() for line in text.splitlines())
+
+
+def test_names_do_not_clash_with_given_symbols():
+    K_0, K_C, u_1, mu_1 = sp.symbols("K_0 K_C u_1 mu_1")
+    K = sp.Matrix([[K_0, 0, u_1], [0, K_C, 0], [u_1, 0, mu_1]])
+    lines = derivation_text(derive_chain(K, {"tip": [0, 0, 1]})).splitlines()
+    assert "mu'_1 = mu_1" in lines
+    assert "u'_1 = (u_1, 0, mu_1)" in lines
+    assert "K'_1 = K'_0 - u'_1 u'_1^T / mu'_1" in lines
+    assert any(line.lstrip().startswith("K'_C = ") for line in lines)
+
+
+def test_derived_chains_of_both_forms():
+    K, L = symmetric(6), sp.Symbol("L")
+    joints = {"Rx": [0, 0, 0, 1, 0, 0], "Ry": [0, 0, -L, 0, 1, 0]}
+    for derivation in (derive_chain(K, joints), derive_chain(K, joints, Steps())):
+        lines = derivation_text(derivation).splitlines()
+        assert {"Joint 1: Rx", "Joint 2: Ry", "Result", "Nomenclature"} <= set(lines)
+        assert "J_2 = (0, 0, -L, 0, 1, 0)" in lines
+
+
+def test_long_stages_are_not_written_out():
+    x = sp.Symbol("x")
+    long = sum(sp.Symbol(f"c{i}") * x**i for i in range(2, 400))
+    K = sp.ImmutableMatrix(sp.diag(x, x + long, x * long + 1))
+    first = ALL["equation_4"].stages[0]
+    result = sp.ImmutableMatrix(sp.diag(x, 0, 0))
+    stages = (
+        type(first)("one", first.J, "recursion (15)", first.u, first.mu, K),
+        type(first)("two", first.J, "recursion (15)", first.u, first.mu, result),
+    )
+    text = derivation_text(Derivation("K_C", K, stages, result))
+    assert "operations and is not written out." in text
+    assert len(text) < 4000
+
+
+def test_too_little_width():
+    with pytest.raises(InputError, match="width"):
+        derivation_text(ALL["equation_4"], width=30)

@@ -1,0 +1,127 @@
+import builtins
+import re
+
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.export import derivation_pdf, derivation_typst
+from robostiff.analytic.export.typst_math import typst_expression, typst_name, typst_words
+from robostiff.errors import InputError
+from tests.analytic.export.derivations import ALL
+from tests.analytic.export.expressions import expressions
+
+x, y = sp.symbols("x y")
+
+
+@pytest.mark.parametrize(
+    ("expression", "written"),
+    [
+        (x + y / 3, "x + frac(y, 3)"),
+        (x - 2 * y, "x - 2 y"),
+        (-x / (3 * y**2), "-frac(x, 3 y^(2))"),
+        ((x + y) * x, "x (x + y)"),
+        (1 / sp.sqrt(x + y), "frac(1, sqrt(x + y))"),
+        (sp.sin(x) ** 2 * sp.asin(y), "sin^2 (x) arcsin(y)"),
+        ((x + y) ** 3, "(x + y)^(3)"),
+        (sp.Symbol("mu_1") ** 2, "mu_(1)^(2)"),
+        (sp.Rational(-1, 3), "-frac(1, 3)"),
+        (sp.Float("1.5e-9") * x, "1.5 dot 10^(-9) x"),
+        (sp.Abs(x) * sp.pi, "pi abs(x)"),
+        (sp.atan2(x, y), 'op("atan2") (x, y)'),
+        (2 * sp.cbrt(3), r"2 dot 3^(1\/3)"),
+    ],
+)
+def test_expressions(expression, written):
+    assert typst_expression(expression) == written
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("K_11", "K_(11)"),
+        ("u_1_3", "u_(1,3)"),
+        ("k_tau", "k_(tau)"),
+        ("d_a", "d_(a)"),
+        ('a"b', '"a\\"b"'),
+        ("L_tip", 'L_("tip")'),
+    ],
+)
+def test_names_of_symbols(name, written):
+    assert typst_name(name) == written
+
+
+def test_prose_is_escaped():
+    assert typst_words("#import [x] $y$ // *z*") == r"\#import \[x\] \$y\$ \/\/ \*z\*"
+
+
+def test_planar_upright_and_spatial_on_its_side():
+    assert "flipped: false" in derivation_typst(ALL["equation_4"])
+    assert "flipped: true" in derivation_typst(ALL["gough_stewart_b"])
+
+
+def test_long_entries_are_broken_out():
+    entry = sum(sp.Symbol(f"a_{i}") * sp.Symbol(f"b_{i}") for i in range(60))
+    K = sp.ImmutableMatrix(sp.diag(entry, x, 0, 0, 0, 0))
+    text = derivation_typst(Derivation("K_C", K, (), K))
+    assert "K_(C,11), 0, 0, 0, 0, 0;" in text
+    assert re.search(r'\\\n  & quad "" \+ a_\(', text)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_source_is_the_same_each_time(name):
+    assert derivation_typst(ALL[name]) == derivation_typst(ALL[name])
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_pdf(name, tmp_path):
+    pytest.importorskip("typst")
+    path = tmp_path / "derivation.pdf"
+    derivation_pdf(ALL[name], path)
+    assert path.read_bytes().startswith(b"%PDF-")
+    first = path.read_bytes()
+    derivation_pdf(ALL[name], path)
+    assert path.read_bytes() == first
+
+
+@settings(max_examples=25)
+@given(st.lists(expressions, min_size=3, max_size=3), st.text(min_size=1, max_size=12))
+def test_any_expression_and_any_name_compile(entries, name):
+    typst = pytest.importorskip("typst")
+    K = sp.ImmutableMatrix(sp.diag(*entries[:2], entries[2] + sp.Symbol(name)))
+    source = derivation_typst(Derivation(name, K, (), K))
+    typst.compile(source.encode(), format="svg", ignore_system_fonts=True)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_displayed_formula_is_fitted_to_the_page(name):
+    body = derivation_typst(ALL[name]).split("\n= ", 1)[1]
+    displayed = re.findall(r"^(.*)\$ [^$]* \$", body, re.MULTILINE)
+    assert displayed
+    assert set(displayed) <= {"#fit(", "  "}
+
+
+def test_a_matrix_that_cannot_be_narrowed_takes_no_second_page():
+    typst = pytest.importorskip("typst")
+    # Names are not broken out, however long: the matrix is made smaller.
+    K = sp.ImmutableMatrix(
+        6, 6, lambda i, j: sp.Symbol("a_" + f"long{min(i, j)}{max(i, j)}name" * 4)
+    )
+    source = derivation_typst(Derivation("K_C", K, (), K))
+    pages = typst.compile(source.encode(), format="png", ppi=40)
+    assert isinstance(pages, bytes)
+
+
+def test_missing_package_says_what_to_install(monkeypatch, tmp_path):
+    find = builtins.__import__
+
+    def without_typst(name, *others):
+        if name == "typst":
+            raise ImportError(name)
+        return find(name, *others)
+
+    monkeypatch.setattr(builtins, "__import__", without_typst)
+    with pytest.raises(InputError, match="pip install typst"):
+        derivation_pdf(ALL["equation_4"], tmp_path / "x.pdf")
