@@ -80,8 +80,7 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
     held = _beside([leg.held for leg in legs])
     margin = smallest_singular_value(held)
     tolerance = first.tolerance
-    full = margin > tolerance.independence
-    full = np.asarray(full)
+    full = np.asarray(margin > tolerance.independence)
     rank = np.full(first.batch_shape, n)
     doubtful = np.array(full & (margin <= tolerance.near_independence))
     if not np.all(full):
