@@ -17,8 +17,8 @@ from robostiff.elastostatics import (
     Tolerance,
     WrenchBasis,
     aggregate,
-    chain_stiffness,
     matrix_length,
+    solve_chain,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose, Posture, PostureFinder, leg_compliance, passive_jacobian
@@ -183,10 +183,7 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     if not np.all(length > 0):  # all in one point: the springs themselves tell a length
         of_springs = np.max([matrix_length(C, J_q) for C, J_q in problems], axis=0)
         length = np.where(length > 0, length, of_springs)
-    legs = tuple(
-        chain_stiffness(C, J_q, form=method, length=length, tolerance=tolerance)
-        for C, J_q in problems
-    )
+    legs = tuple(solve_chain(C, J_q, method, length, tolerance) for C, J_q in problems)
     alone = len(legs) == 1 and problems[0][1].shape[-1] == 0
     return SnapshotStiffness(
         whole=aggregate(legs),

@@ -8,7 +8,7 @@ summed by ``aggregation``, eq. (12). Ranks are decided in ``tolerance`` alone.
 
 from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
 from robostiff.elastostatics.block import Block, eliminate_block
-from robostiff.elastostatics.chain import chain_stiffness
+from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
 from robostiff.elastostatics.index_rules import IndexRules, eliminate_index, eliminate_quasi_trivial
 from robostiff.elastostatics.recursive import Recursive, eliminate_joint
@@ -45,6 +45,7 @@ __all__ = [
     "saddle_point_matrix",
     "saddle_point_stiffness",
     "scaling",
+    "solve_chain",
     "transmitted_wrenches",
     "wrench_basis_stiffness",
 ]

@@ -69,9 +69,16 @@ def chain_stiffness(
         as_floats("compliance of the chain", C, "numbers (..., n, n)"),
         as_floats("passive joint Jacobian", J_q, "numbers (..., n, q), one column a joint"),
     )
-    space = Space.of_size(C.shape[-1])
     L = matrix_length(C, J_q) if length is None else _checked_length(length, C.shape[:-2])
-    s = scaling(L, space)
+    return solve_chain(C, J_q, form, L, tolerance)
+
+
+def solve_chain(
+    C: np.ndarray, J_q: np.ndarray, form: Form, length: np.ndarray, tolerance: Tolerance
+) -> CartesianStiffness:
+    """As `chain_stiffness`, for matrices that are known to fit and share their batch axes."""
+    space = Space.of_size(C.shape[-1])
+    s = scaling(length, space)
     scale = s[..., :, None] * s[..., None, :]
 
     J_scaled = J_q * s[..., :, None]
@@ -108,7 +115,7 @@ def chain_stiffness(
         rank=np.asarray(transmitted),
         held=W,
         redundant=redundant,
-        length=L,
+        length=length,
         rigid=_rigid_wrenches(problem),
         tolerance=tolerance,
         reason=answer.reason,
