@@ -42,6 +42,11 @@ class PlacedChain:
     R: np.ndarray
     p: np.ndarray
 
+    @property
+    def freedoms(self) -> list[PlacedFreedom]:
+        """Its elementary joints, one a coordinate."""
+        return [e for e in self.elements if isinstance(e, PlacedFreedom)]
+
 
 def place_chain(
     chain: Chain,

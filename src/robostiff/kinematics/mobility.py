@@ -9,7 +9,7 @@ import numpy as np
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate
-from robostiff.model import ALL_COORDINATES, Coordinate, PlacedFreedom, Robot
+from robostiff.model import ALL_COORDINATES, Coordinate, Robot
 
 _INDEPENDENT = 1e-6
 
@@ -38,8 +38,7 @@ def platform_mobility(
     held = []
     for leg, own in zip(robot.legs, q, strict=True):
         placed = place_chain(leg.chain, own, *leg.base_frame)
-        freedoms = [e for e in placed.elements if isinstance(e, PlacedFreedom)]
-        moving = [f for f, free in zip(freedoms, leg.chain.free, strict=True) if free]
+        moving = [f for f, free in zip(placed.freedoms, leg.chain.free, strict=True) if free]
         J = freedom_twists(moving, pose[:3]) * scale[:, None]
         held.append(_complement(J))
     freedoms = _complement(np.concatenate(held, axis=-1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -67,11 +68,8 @@ class Posture:
     def within_limits(self) -> np.ndarray:
         """At which poses every actuator is within its limits (N,)."""
         within = np.ones(len(self.pose), dtype=bool)
-        for leg, q in zip(self.robot.legs, self.coordinates, strict=True):
-            for i, role in enumerate(leg.chain.roles):
-                if isinstance(role, Actuated) and role.limits is not None:
-                    low, high = role.limits
-                    within &= (q[:, i] >= low) & (q[:, i] <= high)
+        for _, i, q, (low, high) in self._limited:
+            within &= (q[:, i] >= low) & (q[:, i] <= high)
         return within
 
     @property
@@ -86,13 +84,19 @@ class Posture:
                 sentences.append(
                     f"leg {leg.name!r} would need a telescope shorter than nothing at this pose"
                 )
+        if self.reached[0]:
+            for leg, i, q, (low, high) in self._limited:
+                if not low <= q[0, i] <= high:
+                    sentences.append(_beyond(leg, i, q[0, i], low, high))
+        return tuple(sentences)
+
+    @property
+    def _limited(self) -> Iterator[tuple[Leg, int, np.ndarray, tuple[float, float]]]:
+        """Actuated coordinates with limits: leg, place, coordinates of the leg, limits."""
         for leg, q in zip(self.robot.legs, self.coordinates, strict=True):
             for i, role in enumerate(leg.chain.roles):
-                if self.reached[0] and isinstance(role, Actuated) and role.limits is not None:
-                    low, high = role.limits
-                    if not low <= q[0, i] <= high:
-                        sentences.append(_beyond(leg, i, q[0, i], low, high))
-        return tuple(sentences)
+                if isinstance(role, Actuated) and role.limits is not None:
+                    yield leg, i, q, role.limits
 
     @cached_property
     def _closed(self) -> np.ndarray:
@@ -183,7 +187,7 @@ class PostureFinder:
     def at_poses(self, request: PoseRequest) -> Posture:
         """Posture at platform poses; coordinates that the legs decide follow."""
         pose = request.coordinates
-        q = [solver.solve(pose) for solver in self.solvers]
+        q = [solver.solve(pose, request.R) for solver in self.solvers]
         posture = self._posture(request.batch, pose, request.R, q)
         missed = ~posture.reached
         if not request.open or not np.any(missed):

@@ -15,7 +15,7 @@ from robostiff.kinematics.mobility import (
     fitting_coordinates,
     platform_mobility,
 )
-from robostiff.model import Leg, Motion, PlacedFreedom, Robot
+from robostiff.model import Leg, Motion, Robot
 from robostiff.spatial import Space
 
 _ACROSS = 1e-9
@@ -63,9 +63,7 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
 
 
 def _check_plane(place: Place, leg: Leg) -> None:
-    R_base, p_base = leg.base.rotation.as_matrix(), leg.base.translation
-    placed = place_chain(leg.chain, leg.chain.home, R_base, p_base)
-    freedoms = [e for e in placed.elements if isinstance(e, PlacedFreedom)]
+    freedoms = place_chain(leg.chain, leg.chain.home, *leg.base_frame).freedoms
     numbers = {id(element): i for i, element in enumerate(leg.chain.elements)}
     for element, where in leg.chain.moving:
         for freedom in freedoms[where]:

@@ -39,10 +39,18 @@ class LegSolver:
     home: np.ndarray
     length: float
 
-    def solve(self, pose: np.ndarray) -> np.ndarray:
-        """Leg coordinates (N, size) at pose coordinates (N, 6), the nearest where out of reach."""
+    def solve(self, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
+        """Leg coordinates (N, size) at platform poses, the nearest where out of reach.
+
+        Parameters
+        ----------
+        pose : (N, 6) array
+            Pose coordinates: x, y, z and rotation vector.
+        R_platform : (N, 3, 3) array
+            The same rotation as a matrix, which the legs share.
+        """
         if self.closed_form is not None:
-            R, p = frame_in_base(self.leg, turn_by_vector(pose[..., 3:]), pose[..., :3])
+            R, p = frame_in_base(self.leg, R_platform, pose[..., :3])
             return self.closed_form.solve(R, p)
         task = NewtonTask((self.leg,), (), self.length)
         return task.follow(self.home_pose, [self.home], pose)[1][0]

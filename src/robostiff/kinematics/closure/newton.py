@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
-from robostiff.model import Joint, JointKind, Leg, Motion, PlacedFreedom
+from robostiff.model import Joint, JointKind, Leg, Motion
 from robostiff.spatial import cross
 from robostiff.spatial.batch import product
 
@@ -143,8 +143,7 @@ class NewtonTask:
         for i, (leg, own) in enumerate(zip(self.legs, q, strict=True)):
             rows = slice(6 * i, 6 * i + 6)
             placed = place_chain(leg.chain, own, *leg.base_frame)
-            freedoms = [f for f in placed.elements if isinstance(f, PlacedFreedom)]
-            moving = [f for f, free in zip(freedoms, leg.chain.free, strict=True) if free]
+            moving = [f for f, free in zip(placed.freedoms, leg.chain.free, strict=True) if free]
             J[:, rows, column : column + len(moving)] = freedom_twists(moving, placed.p)
             column += len(moving)
             arm = attachment_frame(leg, R_platform, pose[:, :3])[1] - pose[:, :3]

@@ -62,7 +62,7 @@ def skeleton_of(chain: Chain) -> Skeleton:
     """Moving freedoms of a chain at zero coordinates, neighbours through one point joined."""
     zero = np.where(chain.free, 0.0, chain.home)
     placed = place_chain(chain, zero, np.eye(3), np.zeros(3))
-    freedoms = [e for e in placed.elements if isinstance(e, PlacedFreedom)]
+    freedoms = placed.freedoms
     parts: list[Cluster | Slide] = []
     for element, where in chain.moving:
         if isinstance(element.role, Locked):
