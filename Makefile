@@ -60,6 +60,7 @@ bench: $(STAMP)-test
 	$(BIN)/python benchmarks/accuracy_of_forms.py
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/derivations.py
+	$(BIN)/python benchmarks/map_overhead.py
 
 clean:
 	rm -rf $(VENV) docs/_build build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
@@ -82,7 +83,7 @@ $(STAMP)-runtime: pyproject.toml constraints.txt | $(BIN)/python
 	@touch $@
 
 $(STAMP)-test: $(STAMP)-runtime
-	$(PIP) --editable '.[test,sections]'
+	$(PIP) --editable '.[test,sections,maps]'
 	@touch $@
 
 # Pyright runs on Node.js, which need not be there: it comes as a wheel.

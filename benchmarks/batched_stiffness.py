@@ -84,11 +84,10 @@ def numbers_of(robot: rs.Robot) -> Hexapod:
     """Read the model once, before any clock runs."""
     telescope = next(e for e in robot.legs[0].chain.elements if isinstance(e, Telescope))
     (tube,) = telescope.beams
-    frames = [leg.base_frame for leg in robot.legs]
     return Hexapod(
-        base=np.array([p for _, p in frames]),
-        first_axis=np.array([R[:, 1] for R, _ in frames]),
-        platform=np.array([leg.attachment_frame[1] for leg in robot.legs]),
+        base=np.array([leg.base.p for leg in robot.legs]),
+        first_axis=np.array([leg.base.R[:, 1] for leg in robot.legs]),
+        platform=np.array([leg.attachment.p for leg in robot.legs]),
         E=tube.material.E,
         G=tube.material.G,
         A=tube.section.A,

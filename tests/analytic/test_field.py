@@ -69,6 +69,9 @@ def test_denominators_hold_no_root_and_no_sine():
         1 / (ROOT - a) - (ROOT + a) / b**2,
         sp.tan(phi) * sp.cos(phi) - sp.sin(phi),
         sp.cos(sp.pi / 6) - sp.sqrt(3) / 2,
+        sp.sin(phi) - 2 * sp.sin(phi / 2) * sp.cos(phi / 2),
+        sp.cos(phi) - 4 * sp.cos(phi / 3) ** 3 + 3 * sp.cos(phi / 3),
+        sp.cos(3 * phi / 2) - sp.cos(phi) * sp.cos(phi / 2) + sp.sin(phi) * sp.sin(phi / 2),
     ],
 )
 def test_zero_is_recognised(zero):

@@ -11,17 +11,15 @@ from robostiff.analytic import (
     FormulaTooLargeError,
     Steps,
     canonical,
-    decoupling_conditions,
     derive_chain,
-    free_motion_formulas,
     moved_formula,
     rank_formula,
-    rotated_formula,
     sum_of_legs,
 )
 from robostiff.analytic.export.readable import factored_matrix
 from robostiff.elastostatics import eliminate_joint
 from robostiff.errors import InputError
+from tests.analytic.formulas import CASE_A, CASE_B, K11, L_A, L_B, R, h, printed, r, stewart
 
 L, E, G, A, I, J = sp.symbols("L E G A I J", positive=True)
 FIVE = {  # eq. (21)
@@ -144,35 +142,6 @@ def test_steps_stay_small_where_the_closed_form_explodes():
         derive_chain(FULL, general, Closed(limit=2000))
 
 
-R, r, h, K11 = sp.symbols("R r h K11", positive=True)
-DEGREE = sp.pi / 180
-CASE_A = ([0, 60, 120, 180, 240, 300], [0, 60, 120, 180, 240, 300])
-CASE_B = ([0, 120, 120, 240, 240, 360], [60, 60, 180, 180, 300, 300])
-L_A = sp.sqrt((R - r) ** 2 + h**2)
-L_B = sp.sqrt(R**2 - R * r + r**2 + h**2)
-
-
-def stewart(phi, psi, length):
-    """Eq. (22)-(25) from (26): each leg turned to global axes, moved, and summed."""
-    local = sp.diag(K11, 0, 0, 0, 0, 0)
-    legs, vectors = [], []
-    for phi_i, psi_i in zip(phi, psi, strict=True):
-        p, s = phi_i * DEGREE, psi_i * DEGREE
-        u = sp.Matrix([r * sp.cos(s) - R * sp.cos(p), r * sp.sin(s) - R * sp.sin(p), h]) / length
-        # Any rotation whose first column is u will do: only that column enters.
-        frame = sp.Matrix.hstack(u, sp.zeros(3, 2))
-        legs.append(rotated_formula(local, frame))
-        vectors.append([-r * sp.cos(s), -r * sp.sin(s), 0])
-    return sum_of_legs(legs, vectors, extra=[length])
-
-
-def printed(length, d_squared, d, spin):
-    K = sp.diag(d_squared, d_squared, 2 * h**2, r**2 * h**2, r**2 * h**2, spin)
-    K[0, 4] = K[4, 0] = r * h * d
-    K[1, 3] = K[3, 1] = -r * h * d
-    return canonical(3 * K11 / length**2 * K, extra=[length])
-
-
 def test_equation_27_follows_from_26():
     expected = printed(L_A, (R - r) ** 2, R - r, 0)
     assert stewart(*CASE_A, L_A) == expected
@@ -182,27 +151,6 @@ def test_equation_28_follows_from_26():
     spin = sp.Rational(3, 2) * r**2 * R**2
     expected = printed(L_B, (R - r) ** 2 + R * r, R / 2 - r, spin)
     assert stewart(*CASE_B, L_B) == expected
-
-
-def test_case_a_is_free_about_the_apex():
-    K = stewart(*CASE_A, L_A)
-    assert rank_formula(K).rank == 3
-    apex = sp.Matrix([0, 0, h * r / (R - r)])  # above the platform
-    for axis in range(3):
-        turn = sp.zeros(3, 1)
-        turn[axis] = 1
-        # A rotation about the apex moves the reference point by turn x (reference - apex).
-        twist = sp.Matrix.vstack(turn.cross(-apex), turn)
-        assert canonical(K * twist) == sp.ImmutableMatrix(sp.zeros(6, 1))
-    assert len(free_motion_formulas(K)) == 3
-
-
-def test_case_b_loses_rank_only_where_it_degenerates_and_decouples_at_twice_the_radius():
-    K = stewart(*CASE_B, L_B)
-    formula = rank_formula(K)
-    assert formula.rank == 6
-    assert {str(factor) for factor in formula.exceptions} <= {"K11", "R", "r", "h"}
-    assert any(sp.simplify(c / (R - 2 * r)).is_number for c in decoupling_conditions(K))
 
 
 def test_common_factor_of_27_reads_as_printed():

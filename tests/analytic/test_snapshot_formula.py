@@ -6,40 +6,26 @@ import sympy as sp
 
 from robostiff.analysis import stiffness
 from robostiff.analytic import canonical, rank_formula, snapshot_formula
-from robostiff.elasticity import Elasticity, cantilever_compliance
+from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.model import (
     Actuated,
-    Motion,
-    Passive,
     PlacedFreedom,
     PlacedLeg,
     PlacedSpring,
     Snapshot,
 )
 from robostiff.spatial import Space
-
-X, Y, Z = np.eye(3, dtype=int).astype(object)
-
-
-def vector(*entries):
-    return np.array([sp.sympify(entry) for entry in entries], dtype=object)
-
-
-def turning(name, point, axis):
-    return PlacedFreedom(name, Motion.ROTATION, point, axis, Passive())
-
-
-def ball(name, point):
-    return [turning(f"{name}{i}", point, axis) for i, axis in enumerate((X, Y, Z))]
-
-
-def sliding(name, point, axis, k):
-    return PlacedFreedom(name, Motion.TRANSLATION, point, axis, Actuated(k))
-
-
-def unit(v):
-    return v / sp.sqrt(sp.expand(v @ v))
+from tests.analytic.formulas import (
+    X,
+    Z,
+    cubic_platform,
+    sliding,
+    three_puu,
+    turning,
+    unit,
+    vector,
+)
 
 
 def at_numbers(snapshot, values):
@@ -101,30 +87,11 @@ def test_planar_3_rpr_at_a_general_pose():
     assert rank_formula(singular).rank == 2  # the three slides meet in one point
 
 
-def stewart_leg(name, A, B, k):
-    u = unit(B - A)
-    return PlacedLeg(name, (*ball("A", A), sliding("k", A, u, k), *ball("B", B)), B)
-
-
 def test_cubic_stewart_platform_about_its_centre_and_above():
     a, k, h = sp.symbols("a k h", positive=True)
-    # Six edges of a cube of side 2a, two along each axis, crossing at midpoints of faces.
-    edges = [
-        ((a, -a, -a), (a, a, -a)),
-        ((-a, a, a), (-a, -a, a)),
-        ((-a, a, -a), (-a, a, a)),
-        ((a, -a, a), (a, -a, -a)),
-        ((-a, -a, -a), (a, -a, -a)),
-        ((a, a, a), (-a, a, a)),
-    ]
-    legs = tuple(
-        stewart_leg(f"leg{i}", vector(*A), vector(*B), k) for i, (A, B) in enumerate(edges)
-    )
-    centre = Snapshot("cubic", legs, vector(0, 0, 0))
-    K = check_against_numbers(centre, {a: 0.2, k: 1e7})
+    K = check_against_numbers(cubic_platform(), {a: 0.2, k: 1e7})
     assert K[:3, :3] == sp.ImmutableMatrix(2 * k * sp.eye(3))
-    above = Snapshot("cubic", legs, vector(0, 0, h))
-    K_above = check_against_numbers(above, {a: 0.2, k: 1e7, h: 0.3})
+    K_above = check_against_numbers(cubic_platform(h), {a: 0.2, k: 1e7, h: 0.3})
     lever = sp.Matrix([[0, -h, 0], [h, 0, 0], [0, 0, 0]])  # (v x), v = (0, 0, h)
     moved = K[:3, :3] * lever + K[:3, 3:]
     assert canonical(K_above[:3, 3:]) == canonical(moved)
@@ -133,31 +100,8 @@ def test_cubic_stewart_platform_about_its_centre_and_above():
 def test_3_puu_at_its_centre():
     """Vertical rails: each rod pulls with k = (1/k_a + L/EA)^-1 seen along itself at 45 degrees."""
     E, A, I, G, J, L, k_a, r = sp.symbols("E A I G J L k_a r", positive=True)
-    C = cantilever_compliance(L, E, G, A, I, I, J)
-    legs = []
-    root = sp.sqrt(2) / 2
-    for i in range(3):
-        phi = 2 * sp.pi * i / 3
-        radial = vector(sp.cos(phi), sp.sin(phi), 0)
-        tangent = vector(-sp.sin(phi), sp.cos(phi), 0)
-        along = -root * radial - root * Z  # from the carriage down to the platform
-        across = root * radial - root * Z
-        end = r * radial
-        start = end - L * along
-        # The axes of the rod's frame: x along it, y the inner universal axis.
-        frame = np.stack([along, across, np.cross(along, across)], axis=-1)
-        elements = (
-            sliding("rail", start, Z, k_a),
-            turning("U1", start, tangent),
-            turning("U2", start, across),
-            PlacedSpring("rod", end, frame, Elasticity(C)),
-            turning("U3", end, across),
-            turning("U4", end, tangent),
-        )
-        legs.append(PlacedLeg(f"leg{i}", elements, end))
-    robot = Snapshot("3-PUU", tuple(legs), vector(0, 0, 0))
     values = {E: 210e9, A: 2e-4, I: 1.3e-8, G: 80e9, J: 2.6e-8, L: 0.7, k_a: 2e7, r: 0.15}
-    K = check_against_numbers(robot, values)
+    K = check_against_numbers(three_puu(), values)
     # Along z every rod takes a third: its pull k acts under 45 degrees, the drive in series.
     k_rod = 1 / (sp.Rational(1, 2) / k_a + L / (E * A))
     assert canonical(sp.Matrix([K[2, 2] - sp.Rational(3, 2) * k_rod]))[0] == 0

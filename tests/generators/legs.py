@@ -61,11 +61,11 @@ def six(pose: RigidTransform) -> np.ndarray:
 
 def platform_at(leg: Leg, q: np.ndarray) -> RigidTransform:
     """Platform frame that a leg's coordinates put it in."""
-    R_base, p_base = leg.base.rotation.as_matrix(), leg.base.translation
+    R_base, p_base = leg.base.R, leg.base.p
     placed = place_chain(leg.chain, q, R_base, p_base)
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = placed.R, placed.p
-    return RigidTransform.from_matrix(T) * leg.attachment.inv()
+    return RigidTransform.from_matrix(T) * leg.attachment.inverse.rigid_transform
 
 
 def random_slider(rng: np.random.Generator, along: np.ndarray, home: float) -> Element:

@@ -121,14 +121,14 @@ def test_direction_between_two_points():
 def test_rotations(written, expected):
     rigid = first_of(f"{{type: rigid, to: [0, L, 0], {written}}}")
     assert isinstance(rigid, Rigid)
-    np.testing.assert_allclose(rigid.transform.translation, [0, 0.3, 0])
-    found = rigid.transform.rotation.as_matrix()
+    np.testing.assert_allclose(rigid.transform.p, [0, 0.3, 0])
+    found = rigid.transform.R
     np.testing.assert_allclose(found, expected.as_matrix(), atol=1e-15)
 
 
 def test_rigid_part_that_only_turns():
     rigid = first_of("{type: rigid, turn: [{z: 90 deg}]}")
-    assert not rigid.transform.translation.any()
+    assert not rigid.transform.p.any()
 
 
 # --- what gives way ---
@@ -295,7 +295,7 @@ def test_ways_to_repeat_a_leg(repeat):
     named = "count" in repeat
     assert [leg.name for leg in robot.legs] == (["leg1", "leg2", "leg3"] if named else list("abc"))
     expected = [[-0.15, 0.15 * np.sqrt(3), 0], [-0.15, -0.15 * np.sqrt(3), 0], [0.3, 0, 0]]
-    found = [leg.base.translation for leg in robot.legs]
+    found = [leg.base.p for leg in robot.legs]
     np.testing.assert_allclose(found, expected, atol=1e-15)
     assert (robot.title, robot.source) == ("A tripod", "a test")
     np.testing.assert_array_equal(robot.reference_point, [0, 0, 0.02])

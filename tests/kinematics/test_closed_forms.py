@@ -68,7 +68,7 @@ def is_plus(case: LegCase, q: np.ndarray) -> bool:
 def drive_and_rod(case: LegCase, q: np.ndarray) -> tuple[PlacedFreedom, np.ndarray, np.ndarray]:
     """The first joint of a leg with a rod, and both ends of the rod."""
     leg = case.leg
-    placed = place_chain(leg.chain, q, leg.base.rotation.as_matrix(), leg.base.translation)
+    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     drive, *joints = (e for e in placed.elements if isinstance(e, PlacedFreedom))
     return drive, joints[0].point, joints[-1].point
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import RigidTransform
 
 import robostiff as rs
 from robostiff.errors import FileError
@@ -14,6 +13,7 @@ from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.mobility import fitting_coordinates, platform_mobility
 from robostiff.model import Joint, Link, Motion, Rigid
 from robostiff.robots import robot_file
+from robostiff.spatial import Frame
 
 
 @pytest.mark.parametrize(
@@ -70,8 +70,8 @@ def test_newton_closes_at_every_size(scale):
 def resize(robot: rs.Robot, scale: float) -> rs.Robot:
     """The same robot with all lengths multiplied."""
 
-    def moved(frame: RigidTransform) -> RigidTransform:
-        return RigidTransform.from_components(scale * frame.translation, frame.rotation)
+    def moved(frame: Frame) -> Frame:
+        return Frame(frame.R, scale * frame.p)
 
     legs = []
     for leg in robot.legs:

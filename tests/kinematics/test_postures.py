@@ -20,7 +20,7 @@ def test_out_of_reach_names_the_leg_and_the_distance(kind: str, seed: int):
     """Shortfall of a rod: by how much the nearest knee is too far from the wanted end."""
     case = random_leg(kind, seed)
     leg, home = case.leg, case.home_pose
-    placed = place_chain(leg.chain, leg.chain.home, *leg.base_frame)
+    placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
     drive, *joints = (e for e in placed.elements if isinstance(e, PlacedFreedom))
     A, B = joints[0].point, joints[-1].point
     rod = np.linalg.norm(B - A)
@@ -168,8 +168,8 @@ def test_poses_as_transforms_and_as_numbers():
         assert np.allclose(a, b, rtol=0, atol=1e-13)
     lengths = [float(q[0, 2]) for q in by_numbers.coordinates]
     for leg, length in zip(robot.legs, lengths, strict=True):
-        B = transform.apply(leg.attachment.translation)
-        assert np.isclose(length, np.linalg.norm(B - leg.base.translation), rtol=1e-14)
+        B = transform.apply(leg.attachment.p)
+        assert np.isclose(length, np.linalg.norm(B - leg.base.p), rtol=1e-14)
 
 
 def test_planar_robot():

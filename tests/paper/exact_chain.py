@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
+from robostiff.analytic import canonical
+
 
 def skew(v: sp.Matrix) -> sp.Matrix:
     """(v x), eq. (14)."""
@@ -19,6 +21,22 @@ def eliminated(K: sp.Matrix, J: sp.Matrix) -> sp.Matrix:
     """K - u u^T / mu, eq. (15)."""
     u = K * J
     return (K - u * u.T / (J.T * u)[0]).applyfunc(sp.cancel)
+
+
+def generic(rows: int, columns: int, name: str = "j") -> sp.Matrix:
+    """A matrix of symbols."""
+    return sp.Matrix(rows, columns, lambda i, j: sp.Symbol(f"{name}{i + 1}{j + 1}"))
+
+
+def block_form(K0: sp.Matrix, J: sp.Matrix) -> sp.Matrix:
+    """K0 - K0 J (J^T K0 J)^-1 J^T K0, eq. (9), with the inverse by its adjugate."""
+    M = J.T * K0 * J
+    return K0 - K0 * J * M.adjugate() * J.T * K0 / M.det(method="berkowitz")
+
+
+def vanishes(M: sp.Matrix) -> bool:
+    """Whether every entry is zero as a rational function of its symbols."""
+    return not any(canonical(sp.Matrix(M)))
 
 
 def blocks(a: sp.Matrix, b: sp.Matrix, c: sp.Matrix, d: sp.Matrix) -> sp.Matrix:

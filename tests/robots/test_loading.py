@@ -63,7 +63,7 @@ def test_parameters_of_shipped_robot():
     robot = load("gough-stewart-b", {"h": "1 m"})
     assert isinstance(robot, Robot)
     assert robot.home is not None
-    assert robot.home.translation[2] == 1.0
+    assert robot.home.p[2] == 1.0
     with pytest.raises(InputError, match=r"parameter H: .*one of the parameters R, r, h, k"):
         load("gough-stewart-b", {"H": "1 m"})
 

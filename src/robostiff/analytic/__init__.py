@@ -6,8 +6,11 @@ and go out.
 """
 
 from robostiff.analytic.chain import Closed, Steps, derive_chain
-from robostiff.analytic.closed import FormulaTooLargeError, canonical
+from robostiff.analytic.closed import canonical
+from robostiff.analytic.combinations import NamedCombinations, name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
+from robostiff.analytic.derivatives import Derivative, derivative_formula, differentiate
+from robostiff.analytic.eigenvalues import eigenvalue_formulas
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.parallel import (
     moved_formula,
@@ -15,29 +18,43 @@ from robostiff.analytic.parallel import (
     skew_formula,
     sum_of_legs,
 )
+from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.questions import (
     RankFormula,
     decoupling_conditions,
+    fixed_point_formula,
     free_motion_formulas,
     rank_formula,
 )
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
+from robostiff.analytic.spectrum import Eigenvalue, Eigenvalues, Part, Unsolved
 
 __all__ = [
     "Closed",
     "Definition",
     "Derivation",
+    "Derivative",
+    "Eigenvalue",
+    "Eigenvalues",
     "ExactField",
     "FormulaTooLargeError",
+    "NamedCombinations",
+    "Part",
     "RankFormula",
     "SnapshotFormula",
     "Stage",
     "Steps",
+    "Unsolved",
     "canonical",
     "decoupling_conditions",
+    "derivative_formula",
     "derive_chain",
+    "differentiate",
+    "eigenvalue_formulas",
+    "fixed_point_formula",
     "free_motion_formulas",
     "moved_formula",
+    "name_combinations",
     "rank_formula",
     "rotated_formula",
     "skew_formula",

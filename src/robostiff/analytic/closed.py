@@ -8,70 +8,57 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.exact_matrix import ExactMatrix, common_denominator, over
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.products import product, quotient
 from robostiff.errors import InputError
-
-
-class FormulaTooLargeError(InputError):
-    """A closed form would exceed the number of terms that were allowed."""
-
-
-@dataclass(frozen=True)
-class ExactMatrix:
-    """A symmetric matrix of polynomials over one common denominator.
-
-    Attributes
-    ----------
-    field : ExactField
-    entries : tuple of tuples
-        Polynomials of the field, upper and lower part.
-    denominator : polynomial
-    """
-
-    field: ExactField
-    entries: tuple[tuple[Any, ...], ...]
-    denominator: Any
-
-    @classmethod
-    def of(cls, field: ExactField, K: Any) -> ExactMatrix:
-        """A SymPy matrix over its common denominator."""
-        elements = [[field.element(K[i, j]) for j in range(K.cols)] for i in range(K.rows)]
-        common = field.ring.constant(1)
-        for row in elements:
-            for element in row:
-                common = common * element.den / common.gcd(element.den)
-        entries = tuple(tuple(e.num * (common / e.den) for e in row) for row in elements)
-        return cls(field, entries, common)
-
-    @property
-    def terms(self) -> int:
-        """Number of terms of all numerators."""
-        return sum(len(entry) for row in self.entries for entry in row)
-
-    def expressions(self) -> sp.ImmutableMatrix:
-        """The matrix in SymPy, every entry a canonical fraction."""
-        field = self.field
-
-        def written(entry: Any) -> sp.Expr:
-            return field.expression(field.fraction(entry, self.denominator))
-
-        return sp.ImmutableMatrix([[written(entry) for entry in row] for row in self.entries])
 
 
 @dataclass(frozen=True)
 class ClosedStage:
-    """One step of the recursion (15) in exact arithmetic; mu is None for a redundant joint."""
+    """One step of the recursion (15) in exact arithmetic.
 
-    u: Any
-    mu: sp.Expr
+    Attributes
+    ----------
+    u : tuple of polynomials
+        K J up to a common factor.
+    mu : polynomial
+        J^T K J up to the square of this factor; zero for a redundant joint.
+    below : tuple of two polynomials
+        What u and mu stand over.
+    after : ExactMatrix
+        Stiffness after the joint.
+    """
+
+    u: tuple[Any, ...]
+    mu: Any
+    below: tuple[Any, Any]
     after: ExactMatrix
+
+    @property
+    def is_redundant(self) -> bool:
+        """Whether the joint adds no freedom to those before it."""
+        return bool(self.mu.is_zero())
+
+    def u_expression(self) -> sp.ImmutableMatrix:
+        """K J in SymPy, every entry a canonical fraction."""
+        field = self.after.field
+        return sp.ImmutableMatrix(
+            [field.expression(field.fraction(entry, self.below[0])) for entry in self.u]
+        )
+
+    def mu_expression(self) -> sp.Expr:
+        """J^T K J in SymPy, a canonical fraction."""
+        field = self.after.field
+        return field.expression(field.fraction(self.mu, self.below[1]))
 
 
 def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
     """Stiffness after one more passive joint, (N mu - u u^T) / (D mu) for K = N / D, eq. (15).
 
     As in Bareiss' elimination the previous denominator divides the new numerators exactly, so that
-    no fractions pile up; where square roots or sines hide the factor, it is left in.
+    no fractions pile up; where square roots or sines hide the factor, it is left in. A joint that
+    moves one coordinate only, of those that are left, is eliminated by the index rule (19), (20).
 
     Parameters
     ----------
@@ -86,90 +73,37 @@ def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
     ------
     FormulaTooLargeError
         Before memory does.
+    InputError
+        When K is indefinite: the joint meets forces, but no stiffness.
     """
     field, N, D = K.field, K.entries, K.denominator
     n = len(N)
-    column = _polynomial_column(field, J)
-    scale = field.element(column.scale)
-    used = [k for k in range(n) if not column.entries[k].is_zero()]
-    zero = field.ring.constant(0)
-    u = [
-        field.reduced(sum((_times(N[j][k], column.entries[k], limit) for k in used), zero))
-        for j in range(n)
-    ]
-    mu = field.reduced(sum((_times(column.entries[k], u[k], limit) for k in used), zero))
-    u_written = sp.ImmutableMatrix(
-        [field.expression(field.fraction(entry, D) * scale) for entry in u]
-    )
+    elements = [field.element(J[k, 0]) for k in range(n)]
+    scale = common_denominator(field, elements)
+    column = [over(element, scale) for element in elements]
+    below = (D * scale, D * scale * scale)
+    present = [k for k in range(n) if any(not entry.is_zero() for entry in N[k])]
+    used = [k for k in present if not column[k].is_zero()]
+    u = [field.reduced(_sum(field, [(N[j][k], column[k]) for k in used], limit)) for j in range(n)]
+    mu = field.reduced(_sum(field, [(column[k], u[k]) for k in used], limit))
     if mu.is_zero():
-        return ClosedStage(u_written, sp.Integer(0), K)
-    mu_written = field.expression(field.fraction(mu, D) * scale * scale)
+        if any(not entry.is_zero() for entry in u):
+            raise InputError(
+                "stiffness matrix",
+                got="a joint whose motion meets forces but no stiffness, J^T K J = 0",
+                expected="a positive semidefinite matrix",
+            )
+        return ClosedStage(tuple(u), mu, below, K)
+    alone = used[0] if len(used) == 1 else None
+    v, nu = (u, mu) if alone is None else (N[alone], N[alone][alone])
     upper: dict[tuple[int, int], Any] = {}
-    for i in range(n):
-        for j in range(i, n):
-            entry = _times(N[i][j], mu, limit) - _times(u[i], u[j], limit)
+    for i in present:
+        for j in (j for j in present if j >= i and alone not in {i, j}):
+            entry = product(N[i][j], nu, limit)
+            if not (v[i].is_zero() or v[j].is_zero()):
+                entry = entry - product(v[i], v[j], limit)
             upper[i, j] = field.reduced(entry)
-    return ClosedStage(u_written, mu_written, _divided(field, n, upper, D, mu))
-
-
-@dataclass(frozen=True)
-class _Column:
-    entries: tuple[Any, ...]
-    scale: sp.Expr
-
-
-def _polynomial_column(field: ExactField, J: Any) -> _Column:
-    """A joint twist as polynomials times a scale; the scale does not change what is free."""
-    elements = [field.element(J[k, 0]) for k in range(J.rows)]
-    common = field.ring.constant(1)
-    for element in elements:
-        common = common * element.den / common.gcd(element.den)
-    entries = tuple(e.num * (common / e.den) for e in elements)
-    return _Column(entries, 1 / field.polynomial_expression(common))
-
-
-def _divided(
-    field: ExactField, n: int, upper: dict[tuple[int, int], Any], D: Any, mu: Any
-) -> ExactMatrix:
-    """Numerators over D mu, with what divides both taken out."""
-    divided = {}
-    for place, entry in upper.items():
-        quotient, rest = divmod(entry, D)
-        if not rest.is_zero():
-            break
-        divided[place] = quotient
-    else:
-        upper, denominator = divided, mu
-        return ExactMatrix(field, _symmetric(n, upper), denominator)
-    denominator = field.reduced(D * mu)
-    common = denominator
-    for entry in upper.values():
-        common = common.gcd(entry)
-    upper = {place: entry / common for place, entry in upper.items()}
-    return ExactMatrix(field, _symmetric(n, upper), denominator / common)
-
-
-def _symmetric(n: int, upper: dict[tuple[int, int], Any]) -> tuple[tuple[Any, ...], ...]:
-    return tuple(tuple(upper[min(i, j), max(i, j)] for j in range(n)) for i in range(n))
-
-
-def _times(a: Any, b: Any, limit: int) -> Any:
-    """Product, refused beforehand when it could not stay within the limit."""
-    if len(a) * len(b) > 50 * limit:
-        raise _too_large(len(a) * len(b), limit)
-    product = a * b
-    if len(product) > limit:
-        raise _too_large(len(product), limit)
-    return product
-
-
-def _too_large(terms: int, limit: int) -> FormulaTooLargeError:
-    return FormulaTooLargeError(
-        "closed form",
-        got=f"an entry of up to {terms} terms",
-        expected=f"at most {limit}",
-        hint="nobody reads that: ask for the steps, form=Steps(), or raise Closed(limit=...)",
-    )
+    return ClosedStage(tuple(u), mu, below, _divided(field, n, upper, D, nu))
 
 
 def canonical(M: Any, extra: Sequence[sp.Expr] = ()) -> sp.ImmutableMatrix:
@@ -189,3 +123,31 @@ def canonical(M: Any, extra: Sequence[sp.Expr] = ()) -> sp.ImmutableMatrix:
     """
     field = ExactField([*M, *extra])
     return sp.ImmutableMatrix(M.applyfunc(lambda e: field.expression(field.element(e))))
+
+
+def _sum(field: ExactField, pairs: list[tuple[Any, Any]], limit: int) -> Any:
+    """Sum of products."""
+    total = field.ring.constant(0)
+    for a, b in pairs:
+        if not (a.is_zero() or b.is_zero()):
+            total = total + product(a, b, limit)
+    return total
+
+
+def _divided(
+    field: ExactField, n: int, upper: dict[tuple[int, int], Any], D: Any, mu: Any
+) -> ExactMatrix:
+    """Numerators over D mu, with what divides both taken out."""
+    divided = {}
+    for place, entry in upper.items():
+        divided[place] = entry if D.is_one() else quotient(entry, D)
+        if divided[place] is None:
+            break
+    else:
+        return ExactMatrix.of_upper(field, n, divided, mu)
+    denominator = field.reduced(D * mu)
+    common = denominator
+    for entry in upper.values():
+        common = common.gcd(entry)
+    upper = {place: entry / common for place, entry in upper.items()}
+    return ExactMatrix.of_upper(field, n, upper, denominator / common)

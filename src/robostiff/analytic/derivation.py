@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
+from robostiff.analytic.unwritten import Written
 from robostiff.errors import InputError
+
+if TYPE_CHECKING:
+    from robostiff.analytic.exact_matrix import ExactMatrix
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,8 @@ class Definition:
 @dataclass(frozen=True)
 class Stage:
     """One passive joint, eq. (15): u = K J, mu = J^T u, K <- K - u u^T / mu.
+
+    A closed form writes u, mu and K in SymPy when they are first looked at.
 
     Attributes
     ----------
@@ -48,10 +55,13 @@ class Stage:
     joint: str
     J: sp.ImmutableMatrix
     rule: str
-    u: sp.ImmutableMatrix
-    mu: sp.Expr
-    K: sp.ImmutableMatrix
+    u: Written = Written()  # noqa: RUF009
+    mu: Written = Written()  # noqa: RUF009
+    K: Written = Written()  # noqa: RUF009
     definitions: tuple[Definition, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Stage, tuple(getattr(self, attribute.name) for attribute in fields(self))
 
     @property
     def is_redundant(self) -> bool:
@@ -62,6 +72,8 @@ class Stage:
 @dataclass(frozen=True)
 class Derivation:
     """A stiffness matrix as a formula, with the way to it.
+
+    A closed form writes K in SymPy when it is first looked at.
 
     Attributes
     ----------
@@ -74,13 +86,20 @@ class Derivation:
         The result (n x n), in symbols given or defined.
     definitions : tuple of Definition
         All named intermediates in the order in which they can be computed; empty in closed form.
+    exact : ExactMatrix or None
+        A closed form of K before it is written in SymPy: polynomials over one denominator.
     """
 
     name: str
     K0: sp.ImmutableMatrix
     stages: tuple[Stage, ...]
-    K: sp.ImmutableMatrix
+    K: Written = Written()  # noqa: RUF009
     definitions: tuple[Definition, ...] = ()
+    exact: ExactMatrix | None = field(default=None, compare=False, repr=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # FLINT's polynomials cannot be pickled.
+        return Derivation, (self.name, self.K0, self.stages, self.K, self.definitions)
 
     @property
     def is_closed(self) -> bool:

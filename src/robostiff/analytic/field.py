@@ -10,6 +10,11 @@ from typing import Any
 import flint
 import sympy as sp
 
+from robostiff.analytic.angles import Angles
+from robostiff.analytic.atoms import atoms_of, is_root, prepare
+from robostiff.analytic.element import Element
+from robostiff.analytic.roots import Radicand, Roots, factors_of
+from robostiff.analytic.writing import PolynomialWriter
 from robostiff.errors import InputError
 
 
@@ -25,9 +30,9 @@ class Relation:
 class ExactField:
     """The fractions of polynomials in which a set of SymPy expressions live.
 
-    Symbols are generators; so are the cosine of each angle, its sine with s^2 = 1 - c^2, and each
-    square root with its defining relation. Two elements are equal exactly when they have the same
-    canonical form, so that zero is recognised for certain.
+    Symbols are generators; so are the cosine of each angle, its sine with s^2 = 1 - c^2, and
+    square roots with their defining relations. Two elements are equal exactly when they have the
+    same canonical form, so that zero is recognised for certain.
 
     Parameters
     ----------
@@ -39,7 +44,7 @@ class ExactField:
     Raises
     ------
     InputError
-        When an expression is built from another function.
+        When an expression is built from another function, or the sign of a root is not known.
 
     Examples
     --------
@@ -50,26 +55,29 @@ class ExactField:
     """
 
     def __init__(self, expressions: Iterable[Any]) -> None:
-        prepared = [prepare(expression) for expression in expressions]
-        roots, angles, symbols = _atoms(prepared)
+        atoms = atoms_of([prepare(expression) for expression in expressions])
+        roots = Roots(atoms.roots, _taken_apart)
+        self._angles = Angles.of(atoms.angles)
+        angles = self._angles.independent
         # Lexicographic order, relations first: what a root stands for comes after it.
         self.generators: tuple[sp.Expr, ...] = (
-            *roots,
+            *roots.squares,
             *(sp.sin(angle) for angle in angles),
             *(sp.cos(angle) for angle in angles),
-            *symbols,
+            *atoms.symbols,
         )
         names = [f"g{i}" for i in range(len(self.generators))]
         self.ring = flint.fmpq_mpoly_ctx.get(names, flint.Ordering.lex)
         self._gens = self.ring.gens()
         self._place = {generator: i for i, generator in enumerate(self.generators)}
+        self._roots = roots.values
+        self._writer = PolynomialWriter(self.generators)
         self.relations: tuple[Relation, ...] = ()
         for angle in angles:
             sine, cosine = self._place[sp.sin(angle)], self._place[sp.cos(angle)]
-            square = 1 - self._gens[cosine] ** 2
-            self._relate(sine, square)
-        for root in reversed(roots):
-            radicand = self.element(root.base)
+            self._relate(sine, 1 - self._gens[cosine] ** 2)
+        for root, square in reversed(roots.squares.items()):
+            radicand = self.element(square)
             if not radicand.has_unit_denominator:
                 raise InputError("square root", got=str(root), expected="a root of a polynomial")
             self._relate(self._place[root], radicand.num)
@@ -96,20 +104,14 @@ class ExactField:
 
     def expression(self, element: Element) -> sp.Expr:
         """Write an element as a SymPy expression."""
-        return self.polynomial_expression(element.num) / self.polynomial_expression(element.den)
+        above = self.polynomial_expression(element.num)
+        if element.has_unit_denominator:
+            return above
+        return above / self.polynomial_expression(element.den)
 
     def polynomial_expression(self, polynomial: Any) -> sp.Expr:
         """Write a polynomial of the generators as a SymPy expression."""
-        terms = []
-        for powers, coefficient in polynomial.terms():
-            factors = [
-                generator**power
-                for generator, power in zip(self.generators, powers, strict=True)
-                if power
-            ]
-            number = sp.Rational(int(coefficient.p), int(coefficient.q))
-            terms.append(sp.Mul(number, *factors))
-        return sp.Add(*terms)
+        return self._writer.expression(polynomial)
 
     def reduced(self, polynomial: Any) -> Any:
         """Bring the squares of sines and roots to their normal form."""
@@ -128,11 +130,14 @@ class ExactField:
                 num, den = self._rationalised(num, den, relation)
         if num.is_zero():
             return self.zero
-        common = num.gcd(den)
-        if not common.is_one():
-            num, den = num / common, den / common
+        if not den.is_constant():
+            common = num.gcd(den)
+            if not common.is_one():
+                num, den = num / common, den / common
         leading = den.leading_coefficient()
-        return Element(self, num / leading, den / leading)
+        return (
+            Element(self, num, den) if leading == 1 else Element(self, num / leading, den / leading)
+        )
 
     def _rationalised(self, num: Any, den: Any, relation: Relation) -> tuple[Any, Any]:
         """Multiply by the conjugate a - b g of the denominator a + b g."""
@@ -140,8 +145,15 @@ class ExactField:
         with_root = (den - den.compose(*self._conjugation(relation.place))) / 2
         plain = den - with_root
         conjugate = plain - with_root
-        below = plain**2 - (with_root / root) ** 2 * relation.square
-        return self.reduced(num * conjugate), self.reduced(below)
+        below = self.reduced(plain**2 - (with_root / root) ** 2 * relation.square)
+        if below.is_zero():
+            raise InputError(
+                "formula",
+                got=f"a division by {self.polynomial_expression(den)}",
+                expected="roots of different signs told apart",
+                hint="declare symbols, such as Symbol('a', positive=True)",
+            )
+        return self.reduced(num * conjugate), below
 
     def _conjugation(self, place: int) -> list[Any]:
         return [-g if i == place else g for i, g in enumerate(self._gens)]
@@ -169,139 +181,50 @@ class ExactField:
             for factor in expression.args:
                 product = product * self._read(factor)
             return product
-        if expression.is_Pow:
-            base, exponent = expression.args
-            if exponent.is_Integer:
-                return self._read(base) ** int(exponent)
-            if _is_half(exponent):
-                return self._read(sp.sqrt(base)) ** int(exponent.p)
-        raise InputError(
+        if is_root(expression) or (expression.is_Pow and expression.exp.is_Integer):
+            return self._read_power(expression)
+        expanded = self._angles.expanded(expression)
+        if expanded is None:
+            raise self._unknown(expression)
+        return self._read(expanded)
+
+    def _read_power(self, power: Any) -> Element:
+        if power.exp.is_Integer:
+            return self._read(power.base) ** int(power.exp)
+        root: Any = sp.Pow(power.base, sp.Rational(1, power.exp.q))
+        read = self._read_root(root) if is_root(root) else self._read(root)
+        return read ** int(power.exp.p)
+
+    def _read_root(self, root: Any) -> Element:
+        value = self._roots.get(root)
+        if value is not None:
+            product = self._read(value.coefficient)
+            for generator in value.generators:
+                product = product * self._read(generator)
+            return product
+        # The same root may be written in another way.
+        radicand = self._read(root**2)
+        for relation in self.relations if radicand.has_unit_denominator else ():
+            if self.generators[relation.place].is_Pow and radicand.num == relation.square:
+                return Element(self, self._gens[relation.place], self.ring.constant(1))
+        raise self._unknown(root)
+
+    def _unknown(self, expression: Any) -> InputError:
+        return InputError(
             "formula",
             got=str(expression),
             expected="a formula of " + ", ".join(str(g) for g in self.generators),
         )
 
 
-@dataclass(frozen=True)
-class Element:
-    """An element of an exact field: a canonical fraction of polynomials.
-
-    Supports ``+ - * /``, integer powers and ``==`` with elements and integers.
-    """
-
-    field: ExactField
-    num: Any
-    den: Any
-
-    @property
-    def is_zero(self) -> bool:
-        """Whether it is exactly zero."""
-        return bool(self.num.is_zero())
-
-    @property
-    def has_unit_denominator(self) -> bool:
-        """Whether it is a polynomial."""
-        return bool(self.den.is_one())
-
-    @property
-    def terms(self) -> int:
-        """Number of terms of numerator and denominator together."""
-        return len(self.num) + len(self.den)
-
-    def __add__(self, other: Element | int) -> Element:
-        b = self._coerced(other)
-        if self.is_zero or b.is_zero:
-            return b if self.is_zero else self
-        if self.den == b.den:
-            return self.field.fraction(self.num + b.num, self.den)
-        return self.field.fraction(self.num * b.den + b.num * self.den, self.den * b.den)
-
-    def __mul__(self, other: Element | int) -> Element:
-        b = self._coerced(other)
-        if self.is_zero or b.is_zero:
-            return self.field.zero
-        return self.field.fraction(self.num * b.num, self.den * b.den)
-
-    def __truediv__(self, other: Element | int) -> Element:
-        b = self._coerced(other)
-        return self.field.fraction(self.num * b.den, self.den * b.num)
-
-    def __neg__(self) -> Element:
-        return Element(self.field, -self.num, self.den)
-
-    def __sub__(self, other: Element | int) -> Element:
-        return self + (-self._coerced(other))
-
-    def __rsub__(self, other: int) -> Element:
-        return self._coerced(other) - self
-
-    def __rtruediv__(self, other: int) -> Element:
-        return self._coerced(other) / self
-
-    def __pow__(self, power: int) -> Element:
-        base = self if power >= 0 else 1 / self
-        result = self.field.one
-        for _ in range(abs(power)):
-            result = result * base
-        return result
-
-    __radd__ = __add__
-    __rmul__ = __mul__
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Element | int):
-            return NotImplemented
-        return (self - self._coerced(other)).is_zero
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def _coerced(self, other: Element | int) -> Element:
-        if isinstance(other, Element):
-            return other
-        return Element(self.field, self.field.ring.constant(other), self.field.ring.constant(1))
-
-
-def prepare(expression: Any) -> Any:
-    """A SymPy expression in the functions that a field knows; floats as exact decimals."""
-    prepared = sp.nsimplify(sp.sympify(expression), rational=True)
-    prepared = prepared.rewrite(sp.tan, sp.cos) if prepared.has(sp.tan) else prepared
-    if prepared.has(sp.sin, sp.cos):
-        prepared = sp.expand_trig(prepared)
-    return prepared
-
-
-def _atoms(
-    expressions: list[Any],
-) -> tuple[list[Any], list[Any], list[Any]]:
-    """Roots (outer before inner), angles and symbols of some expressions."""
-    roots: set[Any] = set()
-    angles: set[Any] = set()
-    symbols: set[Any] = set()
-    for expression in expressions:
-        atom: Any
-        for atom in sp.preorder_traversal(expression):
-            if isinstance(atom, sp.sin | sp.cos):
-                angles.add(atom.args[0])
-            elif isinstance(atom, sp.Pow) and _is_half(atom.args[1]):
-                roots.add(sp.sqrt(atom.args[0]))
-        symbols |= expression.free_symbols
-    plain = {
-        symbol
-        for symbol in symbols
-        if any(_occurs_plain(expression, symbol) for expression in expressions)
-    }
-    ordered = sorted(roots, key=lambda root: (-root.count_ops(), str(root)))
-    return ordered, sorted(angles, key=str), sorted(plain, key=str)
-
-
-def _is_half(exponent: Any) -> bool:
-    return bool(exponent.is_Rational) and exponent.q == 2
-
-
-def _occurs_plain(expression: Any, symbol: Any) -> bool:
-    """Whether a symbol occurs outside the angles of sines and cosines."""
-    if expression == symbol:
-        return True
-    if isinstance(expression, sp.sin | sp.cos):
-        return False
-    return any(_occurs_plain(argument, symbol) for argument in expression.args)
+def _taken_apart(root: Any) -> Radicand:
+    """Numerator times denominator of what stands under a root, factored where it has no roots."""
+    field = ExactField([root**2])
+    under = field.element(root**2)
+    below = field.polynomial_expression(under.den)
+    product = field.reduced(under.num * under.den)
+    degrees = product.degrees()
+    if any(degrees[relation.place] for relation in field.relations):
+        return Radicand(root, root**2 * below**2, below, {})
+    written = field.polynomial_expression
+    return Radicand(root, written(product), below, factors_of(product, written))

@@ -9,7 +9,10 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.elimination import determinant, echelon, null_space
+from robostiff.analytic.factors import starts_with_minus
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.parallel import skew_formula
+from robostiff.spatial import Space
 
 
 @dataclass(frozen=True)
@@ -23,42 +26,57 @@ class RankFormula:
     exceptions : tuple of sympy.Expr
         Irreducible factors that all principal minors of that size share: where one is zero, the
         rank drops.
+    common_minor : sympy.Expr
+        What those minors share, as a product of the exceptions: at full rank the determinant but
+        for its denominator and a number, and 1 for the rank 0.
     """
 
     rank: int
     exceptions: tuple[sp.Expr, ...]
+    common_minor: sp.Expr
 
 
 def rank_formula(K: Any) -> RankFormula:
     """Rank of a stiffness formula and the conditions under which it drops.
 
     A positive semidefinite matrix of rank r has a principal minor of size r that is not zero; the
-    rank drops where all of them vanish, so at the zeros of their common factors.
+    rank drops where all of them vanish, so at the zeros of their common factors. Where it drops
+    only because several conditions meet at once is not told. Exceptions are told whether or not
+    the assumptions of the symbols allow them: h = 0 is the limit of flat platforms for h > 0.
+
+    Parameters
+    ----------
+    K : (n, n) matrix of SymPy expressions
+        Symmetric and positive semidefinite.
 
     Examples
     --------
     >>> a, b = sp.symbols("a b")
-    >>> rank_formula(sp.diag(a, a - b, 0))
-    RankFormula(rank=2, exceptions=(a, a - b))
+    >>> rank_formula(sp.diag(a, a * (a - b), 0))
+    RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
     """
     K = sp.Matrix(K)
     field = ExactField(list(K))
     elements = [[field.element(K[i, j]) for j in range(K.cols)] for i in range(K.rows)]
     rank = len(echelon(field, elements)[1])
     if rank == 0:
-        return RankFormula(0, ())
+        return RankFormula(0, (), sp.Integer(1))
     shared = None
     for places in combinations(range(K.rows), rank):
         minor = determinant(field, [[elements[i][j] for j in places] for i in places])
         if not minor.is_zero:
             shared = minor.num if shared is None else shared.gcd(minor.num)
     factors = [] if shared is None else shared.factor()[1]
-    exceptions = [field.polynomial_expression(factor) for factor, _ in factors]
-    return RankFormula(rank, tuple(sorted(exceptions, key=sp.default_sort_key)))
+    exceptions = {_without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
+    common = sp.Mul(*(factor**exponent for factor, exponent in exceptions.items()))
+    return RankFormula(rank, tuple(sorted(exceptions, key=sp.default_sort_key)), common)
 
 
 def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     """Twists that meet no stiffness, as formulas: a basis of the null space in echelon form.
+
+    Its denominators say where the basis changes its kind: a rotation about an apex at the height
+    h r / (R - r) becomes a translation where R = r.
 
     Parameters
     ----------
@@ -86,6 +104,46 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     )
 
 
+def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
+    """The one point of the platform that no free motion moves, such as an apex of all legs.
+
+    A free motion (v, w) moves the point p by v + w x p.
+
+    Parameters
+    ----------
+    K : (n, n) matrix of SymPy expressions
+
+    Returns
+    -------
+    (3, 1) matrix, or (2, 1) for a planar robot, or None
+        From the reference point [m]; None where there is no such point, or more than one.
+
+    Examples
+    --------
+    >>> k, d = sp.symbols("k d")
+    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
+    >>> fixed_point_formula(K).T
+    Matrix([[0, -d]])
+    """
+    space = Space.of_size(sp.Matrix(K).rows)
+    t = space.translations
+    motions = free_motion_formulas(K)
+    equations = []
+    for motion in motions:
+        entries: list[Any] = [motion[i, 0] for i in range(space.size)]
+        v, w = entries[:t], entries[t:]
+        if t == 2:
+            equations += [[0, -w[0], v[0]], [w[0], 0, v[1]]]
+        else:
+            equations += [[*skew_formula(w).row(i), v[i]] for i in range(3)]
+    field = ExactField(entry for equation in equations for entry in equation)
+    rows = [[field.element(entry) for entry in equation] for equation in equations]
+    points = null_space(field, rows, t + 1)
+    if len(points) != 1 or points[0][t].is_zero:
+        return None
+    return sp.ImmutableMatrix([field.expression(entry / points[0][t]) for entry in points[0][:t]])
+
+
 def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     """Irreducible factors that all entries between translations and rotations share.
 
@@ -99,7 +157,7 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     (k, R - r)
     """
     K = sp.Matrix(K)
-    t = 3 if K.rows == 6 else 2
+    t = Space.of_size(K.rows).translations
     field = ExactField(list(K))
     coupling = [field.element(K[i, j]) for i in range(t) for j in range(t, K.rows)]
     present = [element.num for element in coupling if not element.is_zero]
@@ -108,5 +166,10 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     shared = present[0]
     for polynomial in present[1:]:
         shared = shared.gcd(polynomial)
-    factors = [field.polynomial_expression(factor) for factor, _ in shared.factor()[1]]
+    factors = [_without_sign(field.polynomial_expression(f)) for f, _ in shared.factor()[1]]
     return tuple(sorted(factors, key=sp.default_sort_key))
+
+
+def _without_sign(factor: Any) -> Any:
+    """``R - r`` rather than ``-R + r``, which is zero at the same places."""
+    return -factor if starts_with_minus(factor) else factor

@@ -64,7 +64,7 @@ def list_robots(as_json: bool) -> int:
 
 def check_robot(source: str, settings: Sequence[str], as_json: bool) -> int:
     """Print what a robot consists of; reading it is the check."""
-    robot = load(source, _parameters(settings))
+    robot = load(source, parameters_from(settings))
     facts = _snapshot_facts(robot) if isinstance(robot, Snapshot) else _robot_facts(robot)
     if as_json:
         _print_json(facts)
@@ -78,7 +78,7 @@ def print_stiffness(
 ) -> int:
     """Print K at a pose."""
     form = _method(method)
-    robot = load(source, _parameters(settings))
+    robot = load(source, parameters_from(settings))
     result = stiffness(robot, _pose(robot, place), method=form, at=_at(place))
     if as_json:
         _print_json(stiffness_data(result))
@@ -93,8 +93,8 @@ def print_deflection(
     source: str, place: Place, wrench: str, settings: Sequence[str], as_json: bool
 ) -> int:
     """Print the deflection under a load."""
-    robot = load(source, _parameters(settings))
-    F = _wrench(wrench, robot.space)
+    robot = load(source, parameters_from(settings))
+    F = wrench_from(wrench, robot.space)
     result = deflection(robot, _pose(robot, place), F, at=_at(place))
     if as_json:
         _print_json(deflection_data(result))
@@ -116,7 +116,8 @@ def _method(name: str) -> Form:
     return METHODS[name]
 
 
-def _parameters(settings: Sequence[str]) -> dict[str, str]:
+def parameters_from(settings: Sequence[str]) -> dict[str, str]:
+    """Parameters of a model file, from ``NAME=VALUE``."""
     parameters = {}
     for setting in settings:
         name, equals, value = setting.partition("=")
@@ -208,7 +209,8 @@ def _at(place: Place) -> list[float] | None:
     return parse_quantities(place.at, [Dimension.LENGTH] * 3, ["x", "y", "z"], "--at")
 
 
-def _wrench(text: str, space: Space) -> list[float]:
+def wrench_from(text: str, space: Space) -> list[float]:
+    """A load, from forces and moments with units."""
     dimensions = [Dimension.FORCE] * space.translations
     dimensions += [Dimension.MOMENT] * (space.size - space.translations)
     return parse_quantities(text, dimensions, space.wrench_order, "--wrench")

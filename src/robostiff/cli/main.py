@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from robostiff.cli import map_options as options
 from robostiff.cli.failure import reported
 from robostiff.version import __version__
 
@@ -158,6 +159,63 @@ def deflection(
     from robostiff.cli.commands import Place, print_deflection
 
     return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_)
+
+
+@app.command("map")
+@reported
+def map_(
+    robot: RobotArgument,
+    output: options.OutputOption,
+    x: options.XOption = None,
+    y: options.YOption = None,
+    z: options.ZOption = None,
+    rx: options.RxOption = None,
+    ry: options.RyOption = None,
+    rz: options.RzOption = None,
+    joint: options.JointOption = None,
+    poses: options.PosesOption = None,
+    random: options.RandomOption = None,
+    seed: options.SeedOption = 0,
+    quantity: options.QuantityOption = None,
+    wrench: options.WrenchOption = None,
+    length: options.LengthOption = None,
+    resume: options.ResumeOption = False,
+    workers: options.WorkersOption = None,
+    threads: options.ThreadsOption = None,
+    scheduler: options.SchedulerOption = None,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Compute stiffness at many poses: over a grid, along a trajectory, or at random.
+
+    Coordinates left out stay at home.
+
+    Examples
+    --------
+    robostiff map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc
+
+    robostiff map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0"
+    -o path.csv
+
+    robostiff map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume
+
+    Exit status: 0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.
+    """
+    from robostiff.cli.commands_map import Asked, Run, make_map
+
+    axes = {"x": x, "y": y, "z": z, "rx": rx, "ry": ry, "rz": rz}
+    asked = Asked(
+        {name: text for name, text in axes.items() if text is not None},
+        joint or [],
+        poses,
+        random,
+        seed,
+        quantity or [],
+        wrench,
+        length,
+    )
+    run = Run(output, resume, workers, threads, scheduler)
+    return make_map(robot, asked, run, set_ or [], json_)
 
 
 def main() -> None:

@@ -10,20 +10,31 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robostiff.errors import InputError
+from robostiff.spatial.formula import is_above, is_formula, is_possible
 
 _A_NUMBER = "a positive finite number"
 
 
-def positive_number(subject: str, value: Any, unit: str, hint: str | None = None) -> float:
-    """The value as a float; InputError unless it is a real number, finite and above zero."""
+def positive_number(subject: str, value: Any, unit: str, hint: str | None = None) -> Any:
+    """The value as a float, a formula as it is; InputError unless it is real and above zero."""
     expected = f"{_A_NUMBER} [{unit}]" if unit else _A_NUMBER
+    if is_formula(value):
+        if is_possible(value) and getattr(value, "is_positive", None) is not False:
+            return value
+        raise InputError(subject, got=value, expected=expected, hint=hint)
+    value = float(value) if _is_sympy_float(value) else value
     if not is_real_number(value) or not (math.isfinite(value) and value > 0):
         raise InputError(subject, got=value, expected=expected, hint=hint)
     return float(value)
 
 
-def positive_numbers(subject: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
-    """The values `(...)` as floats; InputError that names the first one not finite and positive."""
+def positive_numbers(subject: str, values: ArrayLike, unit: str) -> Any:
+    """The values `(...)` as floats; InputError that names the first one not finite and positive.
+
+    One formula stays as it is.
+    """
+    if is_formula(values):
+        return positive_number(subject, values, unit)
     expected = f"{_A_NUMBER} [{unit}]"
     array = as_array(values)
     if array.dtype.kind not in "iuf":
@@ -41,16 +52,23 @@ def positive_numbers(subject: str, values: ArrayLike, unit: str) -> NDArray[np.f
     return array.astype(np.float64)
 
 
-def poisson_ratio_of_isotropic(value: Any) -> float:
-    """The value as a float; InputError unless -1 < value < 0.5 (E, G, K positive)."""
-    if not is_real_number(value) or not -1 < value < 0.5:
+def poisson_ratio_of_isotropic(value: Any) -> Any:
+    """The value as a float, a formula as it is; InputError unless -1 < value < 0.5."""
+    formula = is_formula(value)
+    if formula:
+        fits = is_possible(value) and not (
+            is_above(-1, value, or_at=True) or is_above(2 * value, 1, or_at=True)
+        )
+    else:
+        fits = is_real_number(value) and -1 < value < 0.5
+    if not fits:
         raise InputError(
             "Poisson ratio",
             got=value,
             expected="a number between -1 and 0.5, both excluded (isotropic material)",
             hint="any other material is written by its moduli: Material(name, E, G, source)",
         )
-    return float(value)
+    return value if formula else float(value)
 
 
 def finite_array(
@@ -67,6 +85,10 @@ def finite_array(
 def is_real_number(value: Any) -> bool:
     """Whether the value is a real number (a bool is not)."""
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _is_sympy_float(value: Any) -> bool:
+    return getattr(value, "is_Float", False) and math.isfinite(value)
 
 
 def as_array(values: ArrayLike) -> np.ndarray:

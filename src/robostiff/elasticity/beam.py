@@ -13,6 +13,7 @@ from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_st
 from robostiff.elasticity.material import Material
 from robostiff.elasticity.section import CrossSection
 from robostiff.errors import InputError
+from robostiff.spatial.formula import exact_together
 
 #: The theory used unless another is named.
 DEFAULT_THEORY = EulerBernoulli()
@@ -32,7 +33,7 @@ def beam_compliance(
 
     Parameters
     ----------
-    length : float or (...) array
+    length : float, formula or (...) array
         Length L [m]; an array gives one matrix for each length (telescopic legs).
     material : Material
         Moduli E and G.
@@ -44,7 +45,8 @@ def beam_compliance(
     Returns
     -------
     (..., 6, 6) array
-        Compliance [m/N, rad/N, rad/(N m)] of the tip, symmetric positive definite.
+        Compliance [m/N, rad/N, rad/(N m)] of the tip, symmetric positive definite; objects when
+        any of the numbers is a formula.
 
     Raises
     ------
@@ -102,9 +104,7 @@ def beam_stiffness(
     return cantilever_stiffness(*_beam(length, material, section, theory))
 
 
-def _beam(
-    length: ArrayLike, material: Any, section: Any, theory: BeamTheory
-) -> tuple[NDArray[np.float64], float, float, float, float, float, float, Any, Any]:
+def _beam(length: ArrayLike, material: Any, section: Any, theory: BeamTheory) -> tuple[Any, ...]:
     if not isinstance(material, Material):
         raise InputError(
             "material of the beam",
@@ -121,4 +121,5 @@ def _beam(
         )
     L = positive_numbers("length of the beam", length, "m")
     s = section
-    return (L, material.E, material.G, s.A, s.Iy, s.Iz, s.J, *theory.shear_factors(section))
+    numbers = (material.E, material.G, s.A, s.Iy, s.Iz, s.J, *theory.shear_factors(section))
+    return exact_together(L, *numbers)

@@ -6,9 +6,11 @@ import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from robostiff.elasticity._checks import poisson_ratio_of_isotropic, positive_number
 from robostiff.errors import InputError
+from robostiff.spatial.formula import exact_together
 
 
 @dataclass(frozen=True)
@@ -19,9 +21,9 @@ class Material:
     ----------
     name : str
         What it is called.
-    E : float
+    E : float or formula
         Young's modulus along the beam [Pa].
-    G : float
+    G : float or formula
         Shear modulus [Pa]; free of E, so that a wound composite tube can be written too.
     source : str
         Where the numbers come from.
@@ -37,9 +39,9 @@ class Material:
     0.4015...
     """
 
-    name: str
-    E: float
-    G: float
+    name: str = "material"
+    E: Any = None
+    G: Any = None
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -48,16 +50,16 @@ class Material:
             object.__setattr__(self, field, positive_number(subject, getattr(self, field), "Pa"))
 
     @classmethod
-    def isotropic(cls, name: str, E: float, poisson_ratio: float, source: str = "") -> Material:
+    def isotropic(cls, name: str, E: Any, poisson_ratio: Any, source: str = "") -> Material:
         """The isotropic material of modulus E and Poisson ratio nu: ``G = E / (2 (1 + nu))``.
 
         Parameters
         ----------
         name : str
             What it is called.
-        E : float
+        E : float or formula
             Young's modulus [Pa].
-        poisson_ratio : float
+        poisson_ratio : float or formula
             Poisson ratio nu [], -1 < nu < 0.5.
         source : str
             Where the numbers come from.
@@ -74,12 +76,14 @@ class Material:
         """
         nu = poisson_ratio_of_isotropic(poisson_ratio)
         E = positive_number(f"Young's modulus E of {name!r}", E, "Pa")
+        E, nu = exact_together(E, nu)
         return cls(name, E, E / (2 * (1 + nu)), source)
 
     @property
-    def poisson_ratio(self) -> float:
+    def poisson_ratio(self) -> Any:
         """``nu = E / (2 G) - 1`` []; outside (-1, 0.5) for a material that is not isotropic."""
-        return self.E / (2 * self.G) - 1
+        E, G = exact_together(self.E, self.G)
+        return E / (2 * G) - 1
 
 
 _TABLE = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from robostiff.elasticity._checks import positive_number
 
@@ -10,6 +11,8 @@ from robostiff.elasticity._checks import positive_number
 @dataclass(frozen=True)
 class CrossSection:
     """Cross-section of a beam along x, in its principal axes y and z through the centroid.
+
+    Each number may be a formula.
 
     Parameters
     ----------
@@ -40,12 +43,12 @@ class CrossSection:
     True
     """
 
-    A: float
-    Iy: float
-    Iz: float
-    J: float
-    shear_factor_y: float | None = None
-    shear_factor_z: float | None = None
+    A: Any
+    Iy: Any
+    Iz: Any
+    J: Any
+    shear_factor_y: Any = None
+    shear_factor_z: Any = None
 
     def __post_init__(self) -> None:
         for field, words, unit in (

@@ -3,11 +3,14 @@
 Each shape carries Cowper's shear correction factors, which depend weakly on the Poisson ratio of
 the material (see `robostiff.elasticity.shear_factor`): 0.3 unless said otherwise. They matter to
 the Timoshenko theory alone. A, Iy and Iz are exact.
+
+Every dimension may be a formula; numbers beside it then become exact.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from robostiff.elasticity._checks import poisson_ratio_of_isotropic, positive_number
 from robostiff.elasticity.section import CrossSection
@@ -19,9 +22,10 @@ from robostiff.elasticity.shear_factor import (
     tube_shear_factor,
 )
 from robostiff.errors import InputError
+from robostiff.spatial.formula import exact_together, is_above, is_formula
 
 
-def circle(diameter: float, *, poisson_ratio: float = 0.3) -> CrossSection:
+def circle(diameter: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
     """Full circle: ``A = pi d^2 / 4``, ``Iy = Iz = pi d^4 / 64``, ``J = pi d^4 / 32`` (exact).
 
     Parameters
@@ -42,15 +46,14 @@ def circle(diameter: float, *, poisson_ratio: float = 0.3) -> CrossSection:
     0.000314159...
     """
     d = positive_number("diameter of the circle", diameter, "m")
-    nu = poisson_ratio_of_isotropic(poisson_ratio)
-    inertia = math.pi * d**4 / 64
+    d, nu = exact_together(d, poisson_ratio_of_isotropic(poisson_ratio))
+    pi = _pi_beside(d)
+    inertia = pi * d**4 / 64
     factor = circle_shear_factor(nu)
-    return CrossSection(math.pi * d**2 / 4, inertia, inertia, 2 * inertia, factor, factor)
+    return CrossSection(pi * d**2 / 4, inertia, inertia, 2 * inertia, factor, factor)
 
 
-def tube(
-    outer_diameter: float, inner_diameter: float, *, poisson_ratio: float = 0.3
-) -> CrossSection:
+def tube(outer_diameter: Any, inner_diameter: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
     """Circular tube: ``A = pi (D^2 - d^2) / 4``, ``Iy = Iz = J / 2 = pi (D^4 - d^4) / 64`` (exact).
 
     Parameters
@@ -77,21 +80,21 @@ def tube(
         "m",
         hint="for a full bar use circle(diameter)",
     )
-    nu = poisson_ratio_of_isotropic(poisson_ratio)
-    if d >= D:
+    D, d, nu = exact_together(D, d, poisson_ratio_of_isotropic(poisson_ratio))
+    if is_above(d, D, or_at=True):
         raise InputError(
             "inner diameter of the tube",
             got=d,
             expected=f"less than the outer diameter {D!r}",
             hint="write tube(outer_diameter, inner_diameter), diameters and not radii",
         )
-    area = math.pi * (D - d) * (D + d) / 4
+    area = _pi_beside(D) * (D - d) * (D + d) / 4
     inertia = area * (D * D + d * d) / 16
     factor = tube_shear_factor(nu, d / D)
     return CrossSection(area, inertia, inertia, 2 * inertia, factor, factor)
 
 
-def rectangle(width_y: float, height_z: float, *, poisson_ratio: float = 0.3) -> CrossSection:
+def rectangle(width_y: Any, height_z: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
     """Full rectangle: ``A = b h``, ``Iy = b h^3 / 12``, ``Iz = h b^3 / 12``, J of Saint-Venant.
 
     Parameters
@@ -122,15 +125,14 @@ def rectangle(width_y: float, height_z: float, *, poisson_ratio: float = 0.3) ->
     """
     b = positive_number("width of the rectangle along y", width_y, "m")
     h = positive_number("height of the rectangle along z", height_z, "m")
-    factor = rectangle_shear_factor(poisson_ratio_of_isotropic(poisson_ratio))
+    b, h, nu = exact_together(b, h, poisson_ratio_of_isotropic(poisson_ratio))
+    factor = rectangle_shear_factor(nu)
     return CrossSection(
         b * h, b * h**3 / 12, h * b**3 / 12, _rectangle_torsion_constant(b, h), factor, factor
     )
 
 
-def box(
-    width_y: float, height_z: float, wall: float, *, poisson_ratio: float = 0.3
-) -> CrossSection:
+def box(width_y: Any, height_z: Any, wall: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
     """Hollow rectangle of one wall thickness, sharp corners; J by Bredt's thin-wall formula.
 
     Parameters
@@ -164,8 +166,10 @@ def box(
     b = positive_number("outer width of the box along y", width_y, "m")
     h = positive_number("outer height of the box along z", height_z, "m")
     t = positive_number("wall of the box", wall, "m")
-    nu = poisson_ratio_of_isotropic(poisson_ratio)
-    _below("wall of the box", t, min(b, h) / 2, "half the shorter side")
+    b, h, t, nu = exact_together(b, h, t, poisson_ratio_of_isotropic(poisson_ratio))
+    short, _ = _sides(b, h)
+    for side in (short, b, h):  # of formulas, neither may be known to be the shorter one
+        _below("wall of the box", t, side / 2, "half the shorter side")
     inner_b, inner_h = b - 2 * t, h - 2 * t
     middle_b, middle_h = b - t, h - t
     ratio = middle_b / middle_h
@@ -180,12 +184,12 @@ def box(
 
 
 def i_section(
-    flange_width: float,
-    height: float,
-    web_thickness: float,
-    flange_thickness: float,
+    flange_width: Any,
+    height: Any,
+    web_thickness: Any,
+    flange_thickness: Any,
     *,
-    poisson_ratio: float = 0.3,
+    poisson_ratio: Any = 0.3,
 ) -> CrossSection:
     """Doubly symmetric I: flanges along y, web along z, sharp corners; J of open thin walls.
 
@@ -224,6 +228,7 @@ def i_section(
     w = positive_number("web thickness of the I-section", web_thickness, "m")
     f = positive_number("flange thickness of the I-section", flange_thickness, "m")
     nu = poisson_ratio_of_isotropic(poisson_ratio)
+    b, h, w, f, nu = exact_together(b, h, w, f, nu)
     _below("web thickness of the I-section", w, b, "the flange width")
     _below("flange thickness of the I-section", f, h / 2, "half the height")
     web = h - 2 * f
@@ -239,22 +244,41 @@ def i_section(
     )
 
 
-def _rectangle_torsion_constant(b: float, h: float) -> float:
-    short, long = min(b, h), max(b, h)
+def _rectangle_torsion_constant(b: Any, h: Any) -> Any:
+    short, long = _sides(b, h)
     # tanh x = 1 - 2 / (exp(2x) + 1): the ones sum to 31/32 zeta(5), and the rest, at most
     # exp(-n pi), / n^5 is below 1e-20 from the sixth odd n on.
-    zeta_5 = 1.0369277551433699
+    if is_formula(short):
+        import sympy as sp
+
+        exp, pi, ones = sp.exp, sp.pi, sp.Rational(31, 32) * sp.zeta(5)
+    else:
+        exp, pi, ones = math.exp, math.pi, 31 / 32 * 1.0369277551433699  # zeta(5)
     rest = sum(
-        2
-        * math.exp(-n * math.pi * long / short)
-        / (1 + math.exp(-n * math.pi * long / short))
-        / n**5
+        2 * exp(-n * pi * long / short) / (1 + exp(-n * pi * long / short)) / n**5
         for n in range(1, 10, 2)
     )
-    series = 31 / 32 * zeta_5 - rest
-    return long * short**3 / 3 * (1 - 192 / math.pi**5 * short / long * series)
+    return long * short**3 / 3 * (1 - 192 / pi**5 * short / long * (ones - rest))
 
 
-def _below(subject: str, value: float, limit: float, words: str) -> None:
-    if value >= limit:
+def _sides(b: Any, h: Any) -> tuple[Any, Any]:
+    """The shorter and the longer one."""
+    if not (is_formula(b) or is_formula(h)):
+        return min(b, h), max(b, h)
+    import sympy as sp
+
+    return sp.Min(b, h), sp.Max(b, h)
+
+
+def _pi_beside(value: Any) -> Any:
+    """The number pi, exact beside a formula."""
+    if not is_formula(value):
+        return math.pi
+    import sympy as sp
+
+    return sp.pi
+
+
+def _below(subject: str, value: Any, limit: Any, words: str) -> None:
+    if is_above(value, limit, or_at=True):
         raise InputError(subject, got=value, expected=f"less than {words}, {limit!r}")

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robostiff.elasticity._checks import as_array, finite_array, positive_number
 from robostiff.errors import InputError
+from robostiff.spatial.formula import (
+    exact_array,
+    exact_number,
+    formula_array,
+    is_formula,
+    length_of,
+    vanishes,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,17 +70,17 @@ class Elasticity:
         object.__setattr__(self, "freedoms", freedoms)
 
 
-def actuator_compliance(stiffness: float) -> float:
+def actuator_compliance(stiffness: Any) -> Any:
     """Compliance of a one-dimensional spring, such as the control loop of an actuator: ``1 / k``.
 
     Parameters
     ----------
-    stiffness : float
+    stiffness : float or formula
         Stiffness k along [N/m] or about [N m/rad] the axis of the actuator.
 
     Returns
     -------
-    float
+    float or formula
         Compliance [m/N] or [rad/(N m)].
 
     Raises
@@ -87,12 +96,12 @@ def actuator_compliance(stiffness: float) -> float:
     return 1 / positive_number("stiffness of the actuator", stiffness, "N/m or N m/rad")
 
 
-def translational_spring(stiffness: float, axis: ArrayLike) -> Elasticity:
+def translational_spring(stiffness: Any, axis: ArrayLike) -> Elasticity:
     """Spring that gives way along one axis and is rigid otherwise: ``C[:3, :3] = u u^T / k``.
 
     Parameters
     ----------
-    stiffness : float
+    stiffness : float or formula
         Stiffness k along the axis [N/m].
     axis : (3,) array
         Direction; u is this vector made unit.
@@ -108,18 +117,15 @@ def translational_spring(stiffness: float, axis: ArrayLike) -> Elasticity:
     np.float64(1e-06)
     """
     k = positive_number("stiffness of the translational spring", stiffness, "N/m")
-    u = _unit(axis)
-    compliance = np.zeros((6, 6))
-    compliance[:3, :3] = np.outer(u, u) / k
-    return Elasticity(compliance)
+    return _spring_along(k, axis, slice(0, 3))
 
 
-def rotational_spring(stiffness: float, axis: ArrayLike) -> Elasticity:
+def rotational_spring(stiffness: Any, axis: ArrayLike) -> Elasticity:
     """Spring that gives way about one axis through its point: ``C[3:, 3:] = u u^T / k``.
 
     Parameters
     ----------
-    stiffness : float
+    stiffness : float or formula
         Stiffness k about the axis [N m/rad].
     axis : (3,) array
         Direction; u is this vector made unit.
@@ -135,14 +141,24 @@ def rotational_spring(stiffness: float, axis: ArrayLike) -> Elasticity:
     np.float64(0.002)
     """
     k = positive_number("stiffness of the rotational spring", stiffness, "N m/rad")
-    u = _unit(axis)
-    compliance = np.zeros((6, 6))
-    compliance[3:, 3:] = np.outer(u, u) / k
+    return _spring_along(k, axis, slice(3, 6))
+
+
+def _spring_along(stiffness: Any, axis: ArrayLike, rows: slice) -> Elasticity:
+    u = _unit(exact_array(as_array(axis)) if is_formula(stiffness) else axis)
+    k = exact_number(stiffness) if u.dtype == object else stiffness
+    compliance = np.zeros((6, 6), dtype=u.dtype)
+    compliance[rows, rows] = np.outer(u, u) / k
     return Elasticity(compliance)
 
 
-def _unit(axis: ArrayLike) -> NDArray[np.float64]:
+def _unit(axis: ArrayLike) -> NDArray:
     subject, expected = "axis of the spring", "three numbers, not all zero"
+    formulas = formula_array(axis)
+    if formulas is not None:
+        if formulas.shape != (3,) or vanishes(formulas):
+            raise InputError(subject, got=axis, expected=expected)
+        return formulas / length_of(formulas)
     vector = finite_array(subject, axis, (3,), expected)
     norm = float(np.linalg.norm(vector))
     if norm == 0.0:

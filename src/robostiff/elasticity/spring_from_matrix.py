@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robostiff.elasticity._checks import finite_array
+from robostiff.elasticity._formula_matrix import inverse_of_formulas, symmetric_formulas
 from robostiff.elasticity._spring_matrix import (
     COMPLIANCE,
     RANK_TOLERANCE,
@@ -18,6 +19,7 @@ from robostiff.elasticity._spring_matrix import (
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
 from robostiff.spatial import block_rotation, move_compliance, rotate_stiffness, twist_transport
+from robostiff.spatial.formula import exact_arrays, formula_array
 
 
 def elasticity_from_stiffness(stiffness: ArrayLike) -> Elasticity:
@@ -58,6 +60,9 @@ def elasticity_from_stiffness(stiffness: ArrayLike) -> Elasticity:
     >>> spring.freedoms.T
     array([[0., 0., 0., 0., 0., 1.]])
     """
+    formulas = formula_array(stiffness)
+    if formulas is not None:
+        return _from_formulas(symmetric_formulas(formulas, STIFFNESS))
     K = checked_symmetric(stiffness, STIFFNESS)
     spectrum = scaled_spectrum(K, STIFFNESS)
     held = spectrum.values > spectrum.threshold
@@ -101,6 +106,9 @@ def elasticity_from_compliance(compliance: ArrayLike) -> Elasticity:
     >>> elasticity_from_compliance(np.diag([1e-8, 1e-8, 2e-8, 0, 0, 0])).freedoms.shape
     (6, 0)
     """
+    formulas = formula_array(compliance)
+    if formulas is not None:
+        return Elasticity(symmetric_formulas(formulas, COMPLIANCE))
     C = checked_symmetric(compliance, COMPLIANCE)
     scaled_spectrum(C, COMPLIANCE)
     return Elasticity(C)
@@ -135,12 +143,31 @@ def moved(elasticity: Elasticity, rotation: ArrayLike, offset: ArrayLike) -> Ela
     >>> moved(hinge, rotation=np.eye(3), offset=[2, 0, 0]).compliance[1, 1]
     np.float64(0.04)
     """
-    R = _checked_rotation(rotation)
-    v = finite_array("offset of the spring", offset, (3,), "three finite numbers [m]")
+    R = formula_array(rotation)
+    if R is None:
+        R = _checked_rotation(rotation)
+    v = formula_array(offset)
+    if v is None:
+        v = finite_array("offset of the spring", offset, (3,), "three finite numbers [m]")
+    C, freedoms, R, v = exact_arrays(elasticity.compliance, elasticity.freedoms, R, v)
     return Elasticity(
-        move_compliance(rotate_stiffness(elasticity.compliance, R), v),
-        twist_transport(v) @ block_rotation(R) @ elasticity.freedoms,
+        move_compliance(rotate_stiffness(C, R), v),
+        twist_transport(v) @ block_rotation(R) @ freedoms,
     )
+
+
+def _from_formulas(K: NDArray) -> Elasticity:
+    found = inverse_of_formulas(K)
+    if found is not None:
+        return Elasticity(*found)
+    if any(entry.free_symbols for entry in K.flat):
+        raise InputError(
+            STIFFNESS.name,
+            got="formulas that leave a coupled direction free",
+            expected="a regular matrix, or free directions along the axes",
+            hint="give the compliance instead, or one spring for each direction that holds",
+        )
+    return elasticity_from_stiffness(K.astype(float))
 
 
 def _inverse(K: Matrix) -> Matrix:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,8 @@ from robostiff.elasticity.beam_theory import BeamTheory
 from robostiff.elasticity.material import Material
 from robostiff.elasticity.section import CrossSection
 from robostiff.errors import InputError
-from robostiff.spatial import move_compliance
+from robostiff.spatial import exact_number, move_compliance
+from robostiff.spatial.formula import exact_arrays
 
 
 class BeamSegment(NamedTuple):
@@ -75,13 +76,13 @@ def tapered_compliance(
     if len(segments) == 0:
         raise InputError("segments of the beam", got=segments, expected="at least one segment")
     pieces = [_segment(index, segment) for index, segment in enumerate(segments)]
-    total: NDArray[np.float64] | None = None
-    to_tip: NDArray[np.float64] = np.zeros(())
-    for length, material, section in reversed(pieces):
-        own = beam_compliance(length, material, section, theory)
+    compliances = exact_arrays(*(beam_compliance(*piece, theory) for piece in pieces))
+    total: NDArray | None = None
+    to_tip: Any = np.zeros((), dtype=compliances[0].dtype)
+    for own, (length, _, _) in zip(reversed(compliances), reversed(pieces), strict=True):
         moved = move_compliance(own, np.stack([to_tip, 0 * to_tip, 0 * to_tip], axis=-1))
         total = moved if total is None else total + moved
-        to_tip = to_tip + np.asarray(length)
+        to_tip = to_tip + (exact_number(length) if own.dtype == object else np.asarray(length))
     return np.asarray(total)
 
 

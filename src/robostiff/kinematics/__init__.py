@@ -1,5 +1,11 @@
 """Where everything is at a pose: frames, Jacobians and closure."""
 
+from robostiff.kinematics.formula import (
+    FormulaPose,
+    PlacedFormula,
+    place_leg,
+    place_leg_at_joints,
+)
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.jacobians import (
     freedom_twist,
@@ -13,8 +19,10 @@ from robostiff.kinematics.pose import JointCoordinates, Pose
 from robostiff.kinematics.posture import Posture, PostureFinder, find_posture
 
 __all__ = [
+    "FormulaPose",
     "JointCoordinates",
     "PlacedChain",
+    "PlacedFormula",
     "Pose",
     "Posture",
     "PostureFinder",
@@ -24,6 +32,8 @@ __all__ = [
     "leg_compliance",
     "passive_jacobian",
     "place_chain",
+    "place_leg",
+    "place_leg_at_joints",
     "spring_compliance",
     "spring_jacobian",
 ]

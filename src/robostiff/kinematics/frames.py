@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from robostiff.model import (
     Telescope,
     TelescopicBeam,
 )
+from robostiff.spatial import is_formula
 from robostiff.spatial.batch import poses_side_by_side, product
 
 
@@ -61,7 +63,7 @@ def place_chain(
     ----------
     chain : Chain
     q : (..., chain.size) array
-        Joint coordinates [m, rad].
+        Joint coordinates [m, rad]; one row where they or the chain have recorded entries.
     R_base, p_base : (3, 3) and (3,) arrays
         Frame in which the chain begins.
     theta : sequence of (..., 6) arrays, optional
@@ -76,7 +78,7 @@ def place_chain(
     start = 0
     for element in chain.elements:
         if isinstance(element, Rigid):
-            walk.go(element.transform.translation, element.transform.rotation.as_matrix())
+            walk.go(element.transform.p, element.transform.R)
         elif isinstance(element, Link):
             walk.go(element.to)
             walk.spring(element.name, element.axes, element.elasticity)
@@ -131,7 +133,7 @@ class _Walk:
         if not telescope.beams:
             self.p = self.p + e * extension[..., None]
         for i, beam in enumerate(telescope.beams):
-            length = beam.fixed + beam.share * extension
+            length = np.asarray(beam.fixed + beam.share * extension)
             if self.theta is not None:  # the beams before have turned this one
                 e = np.einsum("...ij,j->...i", self.R, telescope.direction)
             self.p = self.p + e * length[..., None]
@@ -140,7 +142,7 @@ class _Walk:
                 if len(telescope.beams) > 1
                 else (f"{telescope.name}.beam")
             )
-            self.spring(name, telescope.axes, _telescopic_elasticity(beam, length))
+            self.spring(name, telescope.axes, telescopic_elasticity(beam, length))
 
     def freedom(self, name: str, motion: Motion, axis: np.ndarray, role: Role) -> np.ndarray:
         e = np.einsum("...ij,j->...i", self.R, axis)
@@ -157,8 +159,11 @@ class _Walk:
             self.R = product(turn, self.R)
 
 
-def _telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticity:
-    # Out of reach, a length may be negative: a status answers, but the others must go on.
-    usable = np.maximum(length, np.finfo(float).tiny ** 0.25)
+def telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticity:
+    """Elasticity of a beam of a telescope at lengths (...) [m], or at one recorded length."""
+    usable: Any = length.item() if length.dtype == object else length
+    if not is_formula(usable):
+        # Out of reach, a length may be negative: a status answers, but the others must go on.
+        usable = np.maximum(usable, np.finfo(float).tiny ** 0.25)
     C = beam_compliance(usable, beam.material, beam.section, beam.theory)
     return Elasticity(poses_side_by_side(C, 2))

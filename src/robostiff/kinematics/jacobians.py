@@ -128,7 +128,8 @@ def leg_compliance(
     (..., 6, 6) array
         World axes [m/N, 1/N, rad/(N m)].
     """
-    C = np.zeros((6, 6))
+    # Integers: a zero that is a float would make formulas inexact.
+    C = np.zeros((6, 6), dtype=int)
     for element in leg.elements:
         if isinstance(element, PlacedSpring):
             C = C + spring_compliance(element, at)

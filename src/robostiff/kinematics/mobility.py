@@ -37,7 +37,7 @@ def platform_mobility(
     scale = np.array([1.0, 1.0, 1.0, length, length, length])
     held = []
     for leg, own in zip(robot.legs, q, strict=True):
-        placed = place_chain(leg.chain, own, *leg.base_frame)
+        placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
         moving = [f for f, free in zip(placed.freedoms, leg.chain.free, strict=True) if free]
         J = freedom_twists(moving, pose[:3]) * scale[:, None]
         held.append(_complement(J))

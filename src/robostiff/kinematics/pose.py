@@ -65,7 +65,7 @@ class PoseRequest:
 def home_coordinates(robot: Robot) -> np.ndarray:
     """Pose coordinates (x, y, z, rotation vector) of the home configuration (6,) [m, rad]."""
     if robot.home is not None:
-        return _six(robot.home)
+        return _six(robot.home.rigid_transform)
     leg = robot.legs[0]
     return _six(platform_pose(robot, leg.chain.home))
 
@@ -73,9 +73,9 @@ def home_coordinates(robot: Robot) -> np.ndarray:
 def platform_pose(robot: Robot, q: np.ndarray) -> RigidTransform:
     """Pose of the platform of a serial arm at joint coordinates (..., size)."""
     leg = robot.legs[0]
-    placed = place_chain(leg.chain, q, *leg.base_frame)
+    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     end = RigidTransform.from_matrix(_homogeneous(placed.R, placed.p))
-    return end * leg.attachment.inv()
+    return end * leg.attachment.inverse.rigid_transform
 
 
 def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:

@@ -132,13 +132,13 @@ class PostureFinder:
     Raises
     ------
     InputError
-        When a leg does not close in the home configuration.
+        When a leg does not close in the home configuration, or the robot has symbols.
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.robot = robot
-        self.home_pose = home_coordinates(robot)
-        self.length = reach(robot, self.home_pose)
+        self.robot = robot.in_floats
+        self.home_pose = home_coordinates(self.robot)
+        self.length = reach(self.robot, self.home_pose)
 
     @cached_property
     def solvers(self) -> tuple[LegSolver, ...]:
@@ -212,7 +212,7 @@ class PostureFinder:
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
         legs, shifts, turns = [], [], []
         for leg, own in zip(robot.legs, q, strict=True):
-            placed = place_chain(leg.chain, own, *leg.base_frame)
+            placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
             legs.append(PlacedLeg(leg.name, placed.elements, placed.p))
             shift, turn = _gap(leg, placed, R, p)
             shifts.append(shift)
@@ -258,9 +258,9 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
     sizes = []
     for leg in robot.legs:
         _, p_end = attachment_frame(leg, R, home_pose[:3])
-        placed = place_chain(leg.chain, leg.chain.home, *leg.base_frame)
-        extent = [np.linalg.norm(e.point - leg.base_frame[1]) for e in placed.elements]
-        sizes += [np.linalg.norm(p_end - leg.base_frame[1]), *extent]
+        placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
+        extent = [np.linalg.norm(e.point - leg.base.p) for e in placed.elements]
+        sizes += [np.linalg.norm(p_end - leg.base.p), *extent]
     size = float(max(sizes))
     return size if size > 0 else 1.0
 

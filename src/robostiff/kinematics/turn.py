@@ -1,18 +1,19 @@
-"""Rotations about fixed axes by many angles at once."""
+"""Rotations about fixed axes by many angles at once, or by one recorded entry."""
 
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Shaped
 from scipy.spatial.transform import Rotation
 
+from robostiff.kinematics.turn_of_entries import Turn, turn_by_vector_of_entries
 from robostiff.spatial import skew
 from robostiff.spatial.batch import poses_side_by_side
 
 
 def turn_about(
-    axis: Float[np.ndarray, 3], angle: Float[np.ndarray, "*batch"]
-) -> Float[np.ndarray, "*batch 3 3"]:
+    axis: Shaped[np.ndarray, 3], angle: Shaped[np.ndarray, "*batch"]
+) -> Shaped[np.ndarray, "*batch 3 3"]:
     """Rotation matrix I + sin(a) (e x) + (1 - cos(a)) (e x)^2 about a fixed axis.
 
     Parameters
@@ -20,7 +21,7 @@ def turn_about(
     axis : (3,) array
         Unit vector e.
     angle : (...) array
-        Angle a [rad].
+        Angle a [rad]; one, without batch axes, where it or the axis has recorded entries.
 
     Returns
     -------
@@ -33,6 +34,8 @@ def turn_about(
            [ 1.,  0.,  0.],
            [ 0.,  0.,  1.]])
     """
+    if object in (angle.dtype, axis.dtype):
+        return Turn.by(angle.item()).about(axis)
     E = skew(axis)
     entries = (3, 3, *(1,) * angle.ndim)
     sine, versine = np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2
@@ -40,7 +43,7 @@ def turn_about(
     return np.moveaxis(R, (0, 1), (-2, -1))
 
 
-def turn_by_vector(r: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
+def turn_by_vector(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:
     """Rotation matrix of rotation vectors [rad].
 
     Examples
@@ -48,6 +51,8 @@ def turn_by_vector(r: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batc
     >>> turn_by_vector(np.zeros(3)).trace()
     np.float64(3.0)
     """
+    if r.dtype == object:
+        return turn_by_vector_of_entries(r)
     # A copy: SciPy takes no read-only arrays.
     R = Rotation.from_rotvec(np.array(r, dtype=float).reshape(-1, 3)).as_matrix()
     return poses_side_by_side(R.reshape(*r.shape, 3), 2)

@@ -1,6 +1,8 @@
 """What a robot is: frozen data, no mathematics."""
 
+from robostiff.model.beam_link import beam_axes, beam_link
 from robostiff.model.chain import Chain, Element
+from robostiff.model.entries import with_entries
 from robostiff.model.joint import (
     Actuated,
     Freedom,
@@ -17,7 +19,7 @@ from robostiff.model.joint import (
     spherical,
     universal,
 )
-from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
+from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
 from robostiff.model.snapshot import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 
@@ -53,4 +55,5 @@ __all__ = [
     "revolute",
     "spherical",
     "universal",
+    "with_entries",
 ]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.model.checks import coordinate_array
 from robostiff.model.joint import Freedom, Joint, Locked, Motion, Role
 from robostiff.model.link import Link, Rigid, Telescope
 
@@ -62,11 +64,11 @@ class Chain:
 
     @property
     def home(self) -> np.ndarray:
-        """Coordinates in the home configuration, (size,) [m, rad]."""
-        home: list[float] = []
+        """Coordinates in the home configuration, (size,) [m, rad]; objects if one is a formula."""
+        home: list[Any] = []
         for element, _ in self.moving:
             home.extend(element.home if isinstance(element, Joint) else (element.home,))
-        return np.array(home, dtype=float)
+        return coordinate_array(home)
 
     @property
     def roles(self) -> tuple[Role, ...]:

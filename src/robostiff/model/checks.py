@@ -1,55 +1,100 @@
-"""Checks that the parts of a model share."""
+"""Checks that the parts of a model share; formulas are admitted wherever numbers are."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.spatial.formula import (
+    Entries,
+    exact_array,
+    formula_array,
+    is_formula,
+    is_possible,
+    length_of,
+    vanishes,
+)
 
 
-def vector3(subject: str, value: ArrayLike) -> np.ndarray:
-    """Three finite numbers as an array.
+def vector3(subject: str, value: Entries) -> np.ndarray:
+    """Three finite numbers or formulas as an array.
 
     Examples
     --------
     >>> vector3("offset", [0, 0, 1])
     array([0., 0., 1.])
     """
+    formulas = formula_array(value)
+    if formulas is not None:
+        if formulas.shape != (3,) or not all(map(is_possible, formulas)):
+            raise InputError(subject, got=value, expected="three finite numbers [x, y, z]")
+        return formulas
     vector = np.asarray(value, dtype=float)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError(subject, got=value, expected="three finite numbers [x, y, z]")
     return vector
 
 
-def unit_vector(subject: str, value: ArrayLike) -> np.ndarray:
+def unit_vector(subject: str, value: Entries) -> np.ndarray:
     """A direction of unit length.
 
     Examples
     --------
     >>> unit_vector("axis", [0, 3, 4])
     array([0. , 0.6, 0.8])
+    >>> import sympy as sp
+    >>> unit_vector("axis", [0, sp.Integer(1), 1])
+    array([0, sqrt(2)/2, sqrt(2)/2], dtype=object)
     """
     vector = vector3(subject, value)
+    if vector.dtype == object:
+        if vanishes(vector):
+            raise _no_direction(subject, value)
+        return vector / length_of(vector)
     largest = np.max(np.abs(vector))
     if largest == 0:
-        raise InputError(
-            subject, got=value, expected="a direction", hint="a zero vector points nowhere"
-        )
+        raise _no_direction(subject, value)
     vector = vector / largest  # the square of a huge component would overflow
     return vector / np.linalg.norm(vector)
 
 
-def rotation_matrix(subject: str, value: ArrayLike) -> np.ndarray:
+def axis_across(direction: np.ndarray) -> np.ndarray:
+    """The frame axis (3,) that is most nearly across a direction.
+
+    Among formulas it is the first one with a component of zero; without any, x.
+    """
+    if direction.dtype != object:
+        return np.eye(3)[np.argmin(np.abs(direction))]
+    zeros = [i for i, entry in enumerate(direction) if entry == 0]
+    if not zeros and not any(entry.free_symbols for entry in direction):
+        zeros = [int(np.argmin(np.abs(direction.astype(float))))]
+    return exact_array(np.eye(3)[zeros[0] if zeros else 0])
+
+
+def are_parallel(first: np.ndarray, second: np.ndarray) -> bool:
+    """Whether two unit vectors are parallel; among formulas, whether that is certain."""
+    across = np.cross(first, second)
+    if across.dtype == object:
+        return vanishes(across)
+    return bool(np.linalg.norm(across) < 1e-6)
+
+
+def rotation_matrix(subject: str, value: Entries) -> np.ndarray:
     """A rotation matrix, columns the turned axes; orthonormal and right-handed to 1e-6.
+
+    Formulas are kept as they are. Exact numbers are kept where they make a rotation.
 
     Examples
     --------
     >>> rotation_matrix("rotation", np.eye(3)).trace()
     np.float64(3.0)
     """
+    formulas = formula_array(value)
+    if formulas is not None:
+        return _exact_rotation(subject, value, formulas)
     R = np.asarray(value, dtype=float)
     if R.shape != (3, 3) or not np.isfinite(R).all():
         raise InputError(subject, got=value, expected="a 3 x 3 matrix of finite numbers")
@@ -73,19 +118,53 @@ def rotation_matrix(subject: str, value: ArrayLike) -> np.ndarray:
     return U @ Vt
 
 
-def is_formula(value: Any) -> bool:
-    """Whether a value is a symbolic expression, of which SymPy knows the symbols."""
-    return bool(getattr(value, "free_symbols", None))
+def finite_coordinates(subject: str, values: Sequence[Any], count: int) -> tuple[Any, ...]:
+    """So many finite numbers, as floats; formulas stay."""
+    wrong = InputError(subject, got=values, expected=f"{count} finite numbers")
+    if len(values) != count:
+        raise wrong
+    for value in values:
+        if not (is_possible(value) if is_formula(value) else np.isfinite(value)):
+            raise wrong
+    return tuple(value if is_formula(value) else float(value) for value in values)
+
+
+def coordinate_array(values: Sequence[Any]) -> np.ndarray:
+    """Coordinates as floats, or as objects when any of them is a formula."""
+    formulas = formula_array(values) if any(map(is_formula, values)) else None
+    return np.array(values, dtype=float) if formulas is None else formulas
 
 
 def checked_stiffness(subject: str, value: Any) -> None:
     """Raise unless the stiffness is a positive finite number, a formula, or None for rigid."""
-    if value is None or (is_formula(value) and value.is_positive is not False):
+    if value is None:
         return
-    if is_formula(value) or not (np.isfinite(value) and value > 0):
+    if is_formula(value):
+        fits = is_possible(value) and getattr(value, "is_positive", None) is not False
+    else:
+        fits = np.isfinite(value) and value > 0
+    if not fits:
         raise InputError(
             subject,
             got=value,
             expected="a positive finite number [N/m or N m/rad]",
             hint="leave it out for a rigid one; make the joint passive for none",
         )
+
+
+def _no_direction(subject: str, value: Entries) -> InputError:
+    return InputError(
+        subject, got=value, expected="a direction", hint="a zero vector points nowhere"
+    )
+
+
+def _exact_rotation(subject: str, value: Entries, R: np.ndarray) -> np.ndarray:
+    if R.shape != (3, 3) or not all(map(is_possible, R.flat)):
+        raise InputError(subject, got=value, expected="a 3 x 3 matrix of finite numbers")
+    if any(entry.free_symbols for entry in R.flat):
+        return R
+    digits = R.astype(float)
+    nearest = rotation_matrix(subject, digits)
+    if np.abs(digits - nearest).max() < 1e-14:
+        return R
+    return exact_array(nearest)

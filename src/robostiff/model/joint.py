@@ -8,10 +8,16 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
-from robostiff.model.checks import checked_stiffness, unit_vector
+from robostiff.model.checks import (
+    are_parallel,
+    axis_across,
+    checked_stiffness,
+    finite_coordinates,
+    unit_vector,
+)
+from robostiff.spatial.formula import Entries
 
 
 class Motion(Enum):
@@ -100,7 +106,7 @@ class Joint:
         In order from base to platform. The three of a spherical joint are the frame axes, and its
         coordinates are a rotation vector.
     role : Passive, Actuated or Locked
-    home : tuple of float
+    home : tuple of float or formula
         Coordinates in the home configuration [m, rad].
     name : str
     """
@@ -108,18 +114,14 @@ class Joint:
     kind: JointKind
     freedoms: tuple[Freedom, ...]
     role: Role
-    home: tuple[float, ...] = ()
+    home: tuple[Any, ...] = ()
     name: str = ""
 
     def __post_init__(self) -> None:
+        subject = f"home coordinates of the {self.kind.value} joint"
         home = self.home or (0.0,) * len(self.freedoms)
-        if len(home) != len(self.freedoms) or not np.isfinite(home).all():
-            raise InputError(
-                f"home coordinates of the {self.kind.value} joint",
-                got=self.home,
-                expected=f"{len(self.freedoms)} finite numbers",
-            )
-        object.__setattr__(self, "home", tuple(float(q) for q in home))
+        home = finite_coordinates(subject, home, len(self.freedoms))
+        object.__setattr__(self, "home", home)
 
     @property
     def size(self) -> int:
@@ -128,7 +130,7 @@ class Joint:
 
 
 def revolute(
-    axis: ArrayLike, role: Role, *, home: Sequence[float] = (), name: str = "revolute"
+    axis: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "revolute"
 ) -> Joint:
     """Joint that turns about `axis`.
 
@@ -142,7 +144,7 @@ def revolute(
 
 
 def prismatic(
-    axis: ArrayLike, role: Role, *, home: Sequence[float] = (), name: str = "prismatic"
+    axis: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "prismatic"
 ) -> Joint:
     """Joint that slides along `axis`."""
     freedoms = (Freedom(Motion.TRANSLATION, unit_vector("axis of the prismatic joint", axis)),)
@@ -150,17 +152,17 @@ def prismatic(
 
 
 def universal(
-    axis1: ArrayLike,
-    axis2: ArrayLike,
+    axis1: Entries,
+    axis2: Entries,
     role: Role,
     *,
-    home: Sequence[float] = (),
+    home: Sequence[Any] = (),
     name: str = "universal",
 ) -> Joint:
     """Joint that turns about `axis1`, then about `axis2`, which turns along with the first."""
     first = unit_vector("first axis of the universal joint", axis1)
     second = unit_vector("second axis of the universal joint", axis2)
-    if np.linalg.norm(np.cross(first, second)) < 1e-6:
+    if are_parallel(first, second):
         raise InputError(
             "axes of the universal joint",
             got=[np.asarray(axis1).tolist(), np.asarray(axis2).tolist()],
@@ -170,14 +172,14 @@ def universal(
     return Joint(JointKind.UNIVERSAL, freedoms, role, tuple(home), name)
 
 
-def spherical(role: Role, *, home: Sequence[float] = (), name: str = "spherical") -> Joint:
+def spherical(role: Role, *, home: Sequence[Any] = (), name: str = "spherical") -> Joint:
     """Joint that turns freely about a point; its coordinates are a rotation vector [rad]."""
     freedoms = tuple(Freedom(Motion.ROTATION, axis) for axis in np.eye(3))
     return Joint(JointKind.SPHERICAL, freedoms, role, tuple(home), name)
 
 
 def cylindrical(
-    axis: ArrayLike, role: Role, *, home: Sequence[float] = (), name: str = "cylindrical"
+    axis: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "cylindrical"
 ) -> Joint:
     """Joint that slides along `axis` and turns about it; coordinates (slide, turn)."""
     direction = unit_vector("axis of the cylindrical joint", axis)
@@ -185,16 +187,14 @@ def cylindrical(
     return Joint(JointKind.CYLINDRICAL, freedoms, role, tuple(home), name)
 
 
-def planar(
-    normal: ArrayLike, role: Role, *, home: Sequence[float] = (), name: str = "planar"
-) -> Joint:
+def planar(normal: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "planar") -> Joint:
     """Joint that slides in the plane across `normal` and turns about it.
 
     Its coordinates are two slides and a turn. The first slide runs along the frame axis that is
     most nearly in the plane, projected into it; the second along normal x first.
     """
     n = unit_vector("normal of the planar joint", normal)
-    start = np.eye(3)[np.argmin(np.abs(n))]
+    start = axis_across(n)
     first = unit_vector("slide", start - n * (n @ start))
     freedoms = (
         Freedom(Motion.TRANSLATION, first),

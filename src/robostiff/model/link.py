@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
 
 from robostiff.elasticity import (
     BeamTheory,
@@ -13,11 +13,11 @@ from robostiff.elasticity import (
     Elasticity,
     EulerBernoulli,
     Material,
-    beam_compliance,
 )
 from robostiff.errors import InputError
-from robostiff.model.checks import unit_vector
 from robostiff.model.joint import Role
+from robostiff.spatial import Frame
+from robostiff.spatial.formula import is_above, is_formula, is_possible
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,16 @@ class Rigid:
 
     Attributes
     ----------
-    transform : scipy.spatial.transform.RigidTransform
+    transform : Frame
         Frame at the far end, in the frame at the near end.
     name : str
     """
 
-    transform: RigidTransform
+    transform: Frame
     name: str = "rigid"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "transform", Frame.of(self.transform))
 
 
 @dataclass(frozen=True)
@@ -73,14 +76,14 @@ class TelescopicBeam:
 
     material: Material
     section: CrossSection
-    share: float
-    fixed: float = 0.0
+    share: Any
+    fixed: Any = 0.0
     theory: BeamTheory = field(default_factory=EulerBernoulli)
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.share) and 0 <= self.share <= 1):
+        if not (_may_be_at_least_zero(self.share) and not is_above(self.share, 1)):
             raise InputError("share of the extension", got=self.share, expected="0 to 1")
-        if not (np.isfinite(self.fixed) and self.fixed >= 0):
+        if not _may_be_at_least_zero(self.fixed):
             raise InputError("fixed length", got=self.fixed, expected="zero or more metres")
 
 
@@ -108,12 +111,12 @@ class Telescope:
     beams: tuple[TelescopicBeam, ...]
     axes: np.ndarray
     role: Role
-    home: float = 0.0
+    home: Any = 0.0
     name: str = "telescope"
 
     def __post_init__(self) -> None:
-        total = sum(beam.share for beam in self.beams)
-        if self.beams and abs(total - 1) > 1e-9:
+        excess = sum(beam.share for beam in self.beams) - 1
+        if self.beams and (is_above(excess, 1e-9) or is_above(-excess, 1e-9)):
             raise InputError(
                 "shares of the telescope's beams",
                 got=[beam.share for beam in self.beams],
@@ -121,86 +124,12 @@ class Telescope:
             )
 
     @property
-    def fixed_length(self) -> float:
+    def fixed_length(self) -> Any:
         """Length at zero extension [m]."""
         return sum(beam.fixed for beam in self.beams)
 
 
-def beam_axes(to: np.ndarray, y_axis: np.ndarray | None) -> np.ndarray:
-    """Axes of a beam that runs along `to`: x along it, y across it towards `y_axis`, z = x x y.
-
-    Parameters
-    ----------
-    to : (3,) array
-        From start to end; not zero.
-    y_axis : (3,) array or None
-        Direction of the section's y axis; its part along the beam is taken away. None for a
-        section that is alike in all directions: some direction across is taken.
-
-    Returns
-    -------
-    (3, 3) array
-        Columns x, y, z.
-
-    Raises
-    ------
-    InputError
-        When `y_axis` runs along the beam.
-
-    Examples
-    --------
-    >>> beam_axes(np.array([0, 0, 2.0]), np.array([1.0, 0, 0.5])) + 0.0
-    array([[0., 1., 0.],
-           [0., 0., 1.],
-           [1., 0., 0.]])
-    """
-    x = unit_vector("direction of the beam", to)
-    start = np.eye(3)[np.argmin(np.abs(x))] if y_axis is None else unit_vector("y axis", y_axis)
-    across = start - x * (x @ start)
-    if np.linalg.norm(across) < 1e-6:
-        raise InputError(
-            "y axis of the section", got=y_axis, expected="a direction across the beam"
-        )
-    y = across / np.linalg.norm(across)
-    return np.stack([x, y, np.cross(x, y)], axis=-1)
-
-
-def beam_link(
-    to: np.ndarray,
-    material: Material,
-    section: CrossSection,
-    *,
-    y_axis: np.ndarray | None = None,
-    theory: BeamTheory | None = None,
-    name: str = "beam",
-) -> Link:
-    """Elastic link that is one straight prismatic beam.
-
-    Raises
-    ------
-    InputError
-        When `to` is zero, or the section needs a `y_axis` (Iy and Iz differ) and has none.
-    """
-    if y_axis is None and not section_is_isotropic(section):
-        raise InputError(
-            f"y axis of the section of {name}",
-            expected="a direction, because Iy and Iz differ",
-            hint="write y_axis: [0, 0, 1] or the like",
-        )
-    axes = beam_axes(to, y_axis)
-    length = float(np.linalg.norm(to))
-    compliance = beam_compliance(length, material, section, theory or EulerBernoulli())
-    return Link(np.asarray(to, dtype=float), Elasticity(compliance), axes, name)
-
-
-def section_is_isotropic(section: CrossSection) -> bool:
-    """Whether the section bends alike in all directions, so that its y axis does not matter.
-
-    Examples
-    --------
-    >>> section_is_isotropic(CrossSection(A=1e-4, Iy=1e-9, Iz=1e-9, J=2e-9))
-    True
-    """
-    return abs(section.Iy - section.Iz) <= 1e-9 * section.Iz and (
-        section.shear_factor_y == section.shear_factor_z
-    )
+def _may_be_at_least_zero(value: Any) -> bool:
+    if is_formula(value):
+        return is_possible(value) and getattr(value, "is_negative", None) is not True
+    return bool(np.isfinite(value) and value >= 0)

@@ -6,13 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
 
 from robostiff.errors import InputError
 from robostiff.model.chain import Chain
-from robostiff.spatial import Space
+from robostiff.model.checks import vector3
+from robostiff.model.entries import formulas
+from robostiff.model.symbols import free_symbols, in_floats, numeric, substitute
+from robostiff.spatial import Frame, Space
 
 
 class Elbow(Enum):
@@ -50,32 +53,24 @@ class Leg:
     Attributes
     ----------
     name : str
-    base : RigidTransform
+    base : Frame
         Where the chain begins, in the world.
     chain : Chain
-    attachment : RigidTransform
+    attachment : Frame
         Where the chain ends, in the platform frame.
     elbow : Elbow
         Working mode, for a leg that has two.
     """
 
     name: str
-    base: RigidTransform
+    base: Frame
     chain: Chain
-    attachment: RigidTransform
+    attachment: Frame
     elbow: Elbow = Elbow.HOME
 
-    @cached_property
-    def base_frame(self) -> tuple[np.ndarray, np.ndarray]:
-        """`base` as rotation matrix and point."""
-        return self.base.rotation.as_matrix(), self.base.translation
-
-    @cached_property
-    def attachment_frame(self) -> tuple[np.ndarray, np.ndarray]:
-        """`attachment` as rotation matrix and point."""
-        return self.attachment.rotation.as_matrix(), self.attachment.translation
-
     def __post_init__(self) -> None:
+        object.__setattr__(self, "base", Frame.of(self.base))
+        object.__setattr__(self, "attachment", Frame.of(self.attachment))
         if not self.chain.has_compliance:
             raise InputError(
                 f"leg {self.name!r}",
@@ -89,12 +84,14 @@ class Leg:
 class Robot:
     """A serial or parallel robot.
 
+    Its dimensions, elastic constants and home coordinates are numbers or SymPy formulas.
+
     Attributes
     ----------
     name : str
     legs : tuple of Leg
         One for a serial arm.
-    home : RigidTransform or None
+    home : Frame or None
         Platform pose in the home configuration; None to take it from the first leg's home
         coordinates, as for a serial arm.
     reference_point : (3,) array
@@ -106,18 +103,26 @@ class Robot:
         Planar for a robot in the x-y plane that is computed with 3 x 3 matrices.
     title, source : str
         What it is, and where its numbers come from.
+    nominal : mapping of str to float
+        The values in SI units that a model file gives to its symbols.
     """
 
     name: str
     legs: tuple[Leg, ...]
-    home: RigidTransform | None = None
+    home: Frame | None = None
     reference_point: np.ndarray = field(default_factory=lambda: np.zeros(3))
     coordinates: tuple[Coordinate, ...] = ALL_COORDINATES
     space: Space = Space.SPATIAL
     title: str = ""
     source: str = ""
+    nominal: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        point = vector3(f"reference point of {self.name!r}", self.reference_point)
+        object.__setattr__(self, "reference_point", point)
+        object.__setattr__(self, "nominal", dict(self.nominal))
+        if self.home is not None:
+            object.__setattr__(self, "home", Frame.of(self.home))
         if not self.legs:
             raise InputError(f"robot {self.name!r}", got="no leg", expected="at least one leg")
         names = [leg.name for leg in self.legs]
@@ -133,6 +138,70 @@ class Robot:
     def is_serial(self) -> bool:
         """Whether it has one leg."""
         return len(self.legs) == 1
+
+    @cached_property
+    def symbols(self) -> tuple[Any, ...]:
+        """The SymPy symbols that its formulas depend on, sorted by name."""
+        return free_symbols(self)
+
+    @cached_property
+    def has_formulas(self) -> bool:
+        """Whether any entry is a formula, be it an exact number."""
+        return any(True for _ in formulas(self))
+
+    @cached_property
+    def numeric(self) -> Robot:
+        """The robot with all symbols at their nominal values.
+
+        Raises
+        ------
+        InputError
+            When a symbol has none.
+
+        Examples
+        --------
+        >>> from robostiff.robots import load
+        >>> load("planar-link", symbols=("L",)).numeric.legs[0].chain.elements[0].to
+        array([0.5, 0. , 0. ])
+        """
+        return numeric(self) if self.has_formulas else self
+
+    @cached_property
+    def in_floats(self) -> Robot:
+        """The robot with floats in place of exact numbers: itself where it has none.
+
+        Raises
+        ------
+        InputError
+            When it has symbols.
+        """
+        return in_floats(self) if self.has_formulas else self
+
+    def substituted(self, values: Mapping[Any, Any]) -> Robot:
+        """The robot with values in place of some of its symbols.
+
+        Parameters
+        ----------
+        values : mapping of str or Symbol to float or formula
+            In SI units.
+
+        Returns
+        -------
+        Robot
+            All floats when no symbol is left; otherwise numbers beside formulas stay exact.
+
+        Raises
+        ------
+        InputError
+            When a name is no symbol of the robot, or a formula has no real value there.
+
+        Examples
+        --------
+        >>> from robostiff.robots import load
+        >>> load("planar-link", symbols=("L",)).substituted({"L": 0.4}).symbols
+        ()
+        """
+        return substitute(self, values)
 
     def with_elbows(self, elbows: Elbow | Mapping[str, Elbow]) -> Robot:
         """The same robot in another working mode.

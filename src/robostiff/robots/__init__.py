@@ -12,6 +12,7 @@ from robostiff.errors import InputError
 
 if TYPE_CHECKING:
     from robostiff.io.document import Document
+    from robostiff.io.model_file.symbols import Symbols
     from robostiff.model import Robot, Snapshot
 
 __all__ = ["RobotInfo", "describe", "load", "robot_file", "shipped_robots"]
@@ -94,7 +95,10 @@ def describe(name: str) -> RobotInfo:
 
 
 def load(
-    name_or_path: str | Path, parameters: Mapping[str, str | float] | None = None
+    name_or_path: str | Path,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
 ) -> Robot | Snapshot:
     """A robot by its name, or from a model file or a snapshot file.
 
@@ -105,6 +109,9 @@ def load(
         (JSON or YAML); ``-`` for standard input.
     parameters : mapping of str to (str or float), optional
         Other values for some of the model's parameters, such as ``{"h": "750 mm"}``.
+    symbols : iterable of str, or ALL_PARAMETERS
+        Parameters of the model that stay SymPy symbols of the same name. ``robot.nominal`` has
+        their values.
 
     Returns
     -------
@@ -118,8 +125,10 @@ def load(
     Examples
     --------
     >>> robot = load("gough-stewart-b", {"h": "750 mm"})
-    >>> len(robot.legs), float(robot.home.translation[2])
+    >>> len(robot.legs), float(robot.home.p[2])
     (6, 0.75)
+    >>> load("gough-stewart-b", symbols=("r", "h")).legs[0].attachment.p
+    array([r/2, sqrt(3)*r/2, 0], dtype=object)
     """
     from robostiff.io.document import read_document
 
@@ -131,11 +140,11 @@ def load(
     if not _is_snapshot(document):
         from robostiff.io.model_file import model_from_document
 
-        return model_from_document(document, parameters)
-    if parameters:
+        return model_from_document(document, parameters, symbols=symbols)
+    if parameters or symbols:
         raise InputError(
-            f"parameters of {name!r}",
-            got=dict(parameters),
+            f"{'parameters' if parameters else 'symbols'} of {name!r}",
+            got=dict(parameters) if parameters else symbols,
             expected="none: this is a snapshot, frozen at one pose, and not a model",
         )
     from robostiff.io.snapshot import snapshot_from_document

@@ -5,6 +5,8 @@ is ``(Fx, Fy, Fz, Mx, My, Mz)``: force, then moment about the reference point. W
 unless a name says otherwise; SI units.
 """
 
+from robostiff.spatial.formula import exact_number, is_formula
+from robostiff.spatial.frame import Frame
 from robostiff.spatial.joint_twist import cross, rotation_twist, translation_twist
 from robostiff.spatial.numbers import as_floats
 from robostiff.spatial.rotation import block_rotation, rotate_stiffness
@@ -20,11 +22,14 @@ from robostiff.spatial.transport import (
 )
 
 __all__ = [
+    "Frame",
     "Screw",
     "Space",
     "as_floats",
     "block_rotation",
     "cross",
+    "exact_number",
+    "is_formula",
     "move_compliance",
     "move_stiffness",
     "move_twist",

@@ -77,7 +77,13 @@ def test_what_would_explode_is_left_as_it_is():
     assert factored_matrix(K) == (1, K)
 
 
-PLAIN = Breaks(str, "(", ")", "/")
+PLAIN = Breaks(str, "(", ")", "/", "**{}")
+
+
+def test_a_wide_power_of_a_sum_is_broken_inside():
+    a, b, c, d = sp.symbols("a b c d")
+    lines = broken_lines((a + b + c + d) ** 2 / k, PLAIN, 8)
+    assert lines == ["( a + b + c", "+ d )**2 / k"]
 
 
 @given(expressions)

@@ -50,11 +50,18 @@ def test_redundant_joint():
 
 
 def test_entries_without_room_get_a_name():
-    wide = section(derivation_text(ALL["gough_stewart_b"], width=140), "Result")
-    assert wide[2].startswith("K_C = 3*K_11/")
-    narrow = section(derivation_text(ALL["gough_stewart_b"], width=60), "Result")
-    assert narrow[2] == "K_C = [ 0       0       K_C_33  0       0       0      ]"
-    assert "K_C_33 = 6*K_11*h**2/L**2" in narrow
+    long = sum(sp.Symbol(f"a_{i}") * sp.Symbol(f"b_{i}") for i in range(9))
+    K = sp.ImmutableMatrix(sp.diag(long, 2, 0))
+    lines = section(derivation_text(Derivation("K_C", K, (), K), width=60), "Result")
+    assert lines[0] == "      [ K_C_11  0  0 ]"
+    assert lines[3].startswith("K_C_11 = a_0*b_0 + a_1*b_1")
+
+
+def test_equation_28_with_names_for_what_recurs():
+    lines = section(derivation_text(ALL["gough_stewart_b"]), "Result")
+    assert lines[:2] == ["d_a = R - 2*r", "L_a = sqrt(R**2 - R*r + r**2)"]
+    assert lines[2] == "K_C = 3*K_11/(2*L**2) *"
+    assert lines[3].split() == ["[", "2*L_a**2", "0", "0", "0", "d_a*h*r", "0", "]"]
 
 
 def test_exact_numbers():

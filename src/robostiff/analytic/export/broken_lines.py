@@ -23,12 +23,15 @@ class Breaks:
     opening, closing : str
         Brackets that may stand on different lines.
     slash : str
+    power : str
+        What follows a closing bracket, with ``{}`` for the exponent.
     """
 
     write: Callable[[sp.Expr], str]
     opening: str
     closing: str
     slash: str
+    power: str
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,7 @@ def broken_lines(expression: sp.Expr, language: Breaks, room: float) -> list[str
     Examples
     --------
     >>> a, b, c, d = sp.symbols("a b c d")
-    >>> plain = Breaks(str, "(", ")", "/")
+    >>> plain = Breaks(str, "(", ")", "/", "**{}")
     >>> broken_lines((a + b + c + d) / (2 * d), plain, 7)
     ['( a + b', '+ c + d )', '/ ( 2 d )']
     """
@@ -92,7 +95,8 @@ def _sum_pieces(expression: sp.Add, language: Breaks, room: float) -> list[_Piec
 
 def _product_pieces(expression: sp.Expr, language: Breaks, room: float) -> list[_Piece]:
     product = printed_product(expression)
-    if not product.below and len(product.above) == 1 and not product.negative:
+    alone = product.above[0] if len(product.above) == 1 else None
+    if not product.below and not product.negative and alone and not _is_power_of_a_sum(alone):
         return [_Piece(language.write(expression), math_width(expression))]
     sign = [_Piece("-", 1.0)] if product.negative else []
     pieces = [*sign, *_factor_pieces(product.above, language, room)]
@@ -108,14 +112,22 @@ def _product_pieces(expression: sp.Expr, language: Breaks, room: float) -> list[
     return pieces
 
 
-def _factor_pieces(factors: tuple[sp.Expr, ...], language: Breaks, room: float) -> list[_Piece]:
+def _factor_pieces(factors: tuple[Any, ...], language: Breaks, room: float) -> list[_Piece]:
     pieces: list[_Piece] = []
     for factor in factors:
         if isinstance(factor, sp.Add):
             pieces += _bracketed(_pieces(factor, language, room), language)
+        elif _is_power_of_a_sum(factor) and math_width(factor) > room:
+            pieces += _bracketed(_pieces(factor.base, language, room), language)
+            power = language.power.replace("{}", language.write(factor.exp))
+            pieces[-1] = _Piece(f"{pieces[-1].text}{power}", pieces[-1].width + 1)
         else:
             pieces += _pieces(factor, language, room)
     return pieces or [_Piece("1", 1.0)]
+
+
+def _is_power_of_a_sum(factor: Any) -> bool:
+    return factor.is_Pow and factor.base.is_Add and factor.exp.is_Integer and factor.exp > 1
 
 
 def _bracketed(pieces: list[_Piece], language: Breaks) -> list[_Piece]:

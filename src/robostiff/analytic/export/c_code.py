@@ -10,6 +10,7 @@ import sympy as sp
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export.c_words import C_WORDS
 from robostiff.analytic.export.code_printer import CodePrinter
+from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import rows, symbols_of
 from robostiff.analytic.export.identifiers import Identifiers, ascii_identifier
 from robostiff.analytic.export.program import Program, program
@@ -63,6 +64,7 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     >>> lines[-2]
     '    K[8] = (1.0/3.0)*(d*d)*k;'
     """
+    refuse_derivative(derivation)
     if ascii_identifier(name) != name or name in C_WORDS:
         raise InputError("name of the function", got=name, expected="an identifier of C")
     compute = program(derivation)

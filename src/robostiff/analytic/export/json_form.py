@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation, Stage
+from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import entries, rows, symbols_of
 from robostiff.analytic.export.json_expression import TreeReader, expression_tree
 from robostiff.analytic.export.json_shown import shown
@@ -45,6 +46,7 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
     >>> derivation_from_data(data) == Derivation("K_C", K, (), K)
     True
     """
+    refuse_derivative(derivation)
     return {
         "robostiff_derivation": _VERSION,
         "name": derivation.name,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, displays
 from robostiff.analytic.export.latex_math import LATEX, latex_words
 from robostiff.analytic.export.matrix_names import MatrixName
@@ -13,14 +15,13 @@ from robostiff.analytic.export.outline import (
     Heading,
     Nomenclature,
     Words,
-    outline,
 )
 
 # Letters of 10 pt that stand side by side in the text width of an article.
 _ROOM = 58.0
 
 
-def derivation_latex(derivation: Derivation) -> str:
+def derivation_latex(derivation: Derivation | Derivative) -> str:
     r"""A derivation as a fragment of LaTeX, to be put into a document that loads amsmath.
 
     Matrices are bmatrix environments, named intermediates stand in align*. Entries for which a
@@ -28,7 +29,7 @@ def derivation_latex(derivation: Derivation) -> str:
 
     Parameters
     ----------
-    derivation : Derivation
+    derivation : Derivation or Derivative
 
     Examples
     --------
@@ -46,7 +47,7 @@ def derivation_latex(derivation: Derivation) -> str:
     \end{bmatrix}
     \]
     """
-    written = [text for block in outline(derivation) for text in _written(block)]
+    written = [text for block in outline_of(derivation) for text in _written(block)]
     start = "% needs \\usepackage{amsmath}\n\\begingroup\\allowdisplaybreaks"
     return "\n\n".join([start, *written, "\\endgroup"]) + "\n"
 
@@ -79,8 +80,9 @@ def aligned_rows(formula: Display) -> str:
 
 
 def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> str:
-    items = [f"\\item[{listed_names(names)}] {latex_words(meaning)}" for names, meaning in rows]
-    return "\n".join(["\\begin{description}", *items, "\\end{description}"])
+    # Not a description: its labels are never broken over lines.
+    items = [f"\\item {listed_names(names)}: {latex_words(meaning)}" for names, meaning in rows]
+    return "\n".join(["\\begin{itemize}", *items, "\\end{itemize}"])
 
 
 def listed_names(names: Sequence[MatrixName | str]) -> str:

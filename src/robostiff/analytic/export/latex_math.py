@@ -6,7 +6,7 @@ import sympy as sp
 
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.displays import MathLanguage
-from robostiff.analytic.export.symbol_names import is_greek, name_parts
+from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
 
 _ESCAPED = {
     "\\": r"\textbackslash{}",
@@ -36,6 +36,8 @@ def latex_name(name: str) -> str:
     --------
     >>> [latex_name(name) for name in ("K_11", "mu_1", "u_1_3", "k_tau", "L'_tip")]
     ['K_{11}', '\\mu_{1}', 'u_{1,3}', 'k_{\\tau}', "L'_{\\mathrm{tip}}"]
+    >>> latex_name("dmu_1_dR")
+    '\\frac{\\partial \\mu_{1}}{\\partial R}'
     """
     return _subscripted(name, bold=False)
 
@@ -66,6 +68,11 @@ def latex_expression(expression: sp.Expr) -> str:
 
 
 def _subscripted(name: str, *, bold: bool) -> str:
+    differential = differential_parts(name)
+    if differential is not None:
+        inner, by = differential
+        above = f"\\partial {_subscripted(inner, bold=bold)}"
+        return f"\\frac{{{above}}}{{\\partial {latex_name(by)}}}"
     parts = name_parts(name)
     letter = f"\\mathbf{{{latex_words(parts.letter)}}}" if bold else _word(parts.letter)
     written = letter + "'" * parts.primes
@@ -90,7 +97,7 @@ def _matrix(rows: list[list[str]]) -> str:
 
 
 LATEX = MathLanguage(
-    breaks=Breaks(latex_expression, r"\bigl(", r"\bigr)", r"\big/"),
+    breaks=Breaks(latex_expression, r"\bigl(", r"\bigr)", r"\big/", "^{{}}"),
     name=latex_name,
     matrix_name=latex_matrix_name,
     matrix=_matrix,

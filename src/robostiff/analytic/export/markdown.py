@@ -5,21 +5,23 @@ from __future__ import annotations
 import re
 
 from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, displays
 from robostiff.analytic.export.latex import aligned_rows, listed_names
 from robostiff.analytic.export.latex_math import LATEX
-from robostiff.analytic.export.outline import Block, Heading, Nomenclature, Words, outline
+from robostiff.analytic.export.outline import Block, Heading, Nomenclature, Words
 
 _ROOM = 70.0
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|$~&!])")
 
 
-def derivation_markdown(derivation: Derivation) -> str:
+def derivation_markdown(derivation: Derivation | Derivative) -> str:
     r"""A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``.
 
     Parameters
     ----------
-    derivation : Derivation
+    derivation : Derivation or Derivative
 
     Examples
     --------
@@ -38,7 +40,7 @@ def derivation_markdown(derivation: Derivation) -> str:
     $$
     <BLANKLINE>
     """
-    written = [text for block in outline(derivation) for text in _written(block)]
+    written = [text for block in outline_of(derivation) for text in _written(block)]
     return "\n\n".join(written) + "\n"
 
 

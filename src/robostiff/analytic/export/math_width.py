@@ -7,7 +7,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.export.products import printed_product
-from robostiff.analytic.export.symbol_names import is_greek, name_parts
+from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
 
 _SMALL = 0.7
 
@@ -46,6 +46,10 @@ def math_width(expression: sp.Basic) -> float:
 
 def name_width(name: str) -> float:
     """Estimate the width of a typeset name, its subscripts small."""
+    differential = differential_parts(name)
+    if differential is not None:
+        inner, by = differential
+        return 1.5 + max(name_width(inner), name_width(by))
     parts = name_parts(name)
     small = sum(_word_width(word) for word in parts.subscripts) + len(parts.subscripts) / 2
     return _word_width(parts.letter) + parts.primes / 2 + _SMALL * small

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
 from robostiff.analytic.export.entries import operations
 from robostiff.analytic.export.matrix_names import MatrixName, Names
@@ -116,7 +117,7 @@ def outline(derivation: Derivation) -> tuple[Block, ...]:
     blocks.append(Heading("Result"))
     if last:
         blocks.append(_equations(last))
-    blocks.append(_matrix(derivation.K, names.result, names))
+    blocks += _result(derivation, names)
     blocks.append(_nomenclature(derivation, names))
     return tuple(blocks)
 
@@ -161,6 +162,15 @@ def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> list[Bl
     if count > LONGEST_STAGE:
         return [Words(f"{name.name} takes {count} operations and is not written out.")]
     return [_matrix(K, name, names)]
+
+
+def _result(derivation: Derivation, names: Names) -> list[Block]:
+    """The matrix, below what recurs in it where it is a closed form."""
+    if not derivation.is_closed:
+        return [_matrix(derivation.K, names.result, names)]
+    named = name_combinations(derivation.K, names.given)
+    blocks: list[Block] = [_equations(named.definitions)] if named.definitions else []
+    return [*blocks, _matrix(named.matrix, names.result, names)]
 
 
 def _matrix(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> MatrixEquation:

@@ -8,7 +8,9 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivatives import Derivative
 from robostiff.analytic.export.entries import entries, symbols_of
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.errors import InputError
@@ -47,17 +49,22 @@ class Program:
         The given symbols, in alphabetical order.
     assignments : tuple of Assignment
         What the result needs, in order.
-    entries : sympy.ImmutableMatrix
-        The result (n x n), in arguments and assigned symbols.
+    results : tuple of sympy.ImmutableMatrix
+        K (n x n), and dK where there is a derivative, in arguments and assigned symbols.
     """
 
     arguments: tuple[sp.Symbol, ...]
     assignments: tuple[Assignment, ...]
-    entries: sp.ImmutableMatrix
+    results: tuple[sp.ImmutableMatrix, ...]
+
+    @property
+    def entries(self) -> sp.ImmutableMatrix:
+        """The stiffness matrix."""
+        return self.results[0]
 
 
-def program(derivation: Derivation) -> Program:
-    """Put a derivation in the order of computation.
+def program(derivation: Derivation | Derivative) -> Program:
+    """Put a derivation, or its derivative with it, in the order of computation.
 
     Raises
     ------
@@ -67,21 +74,27 @@ def program(derivation: Derivation) -> Program:
     Examples
     --------
     >>> a, b = sp.symbols("a b")
-    >>> K = sp.ImmutableMatrix([[(a + b) ** 2, a + b, 0], [a + b, 1, 0], [0, 0, 0]])
+    >>> K = sp.ImmutableMatrix(sp.diag(sp.sin(a) ** 2, b * sp.sin(a), 0))
     >>> compute = program(Derivation("K_C", K, (), K))
     >>> compute.assignments
-    (Assignment(symbol=t1, expression=a + b, is_shared=True),)
+    (Assignment(symbol=t1, expression=sin(a), is_shared=True),)
     >>> compute.entries[0, 0]
     t1**2
     """
-    defined = [d.symbol for d in derivation.definitions]
     arguments = derivation.symbols
+    matrix: Any = derivation.K
+    if isinstance(derivation, Derivative):
+        matrix = sp.ImmutableMatrix.vstack(derivation.K, derivation.dK)
+    definitions = derivation.definitions
+    if derivation.is_closed:
+        named = name_combinations(matrix, (symbol.name for symbol in arguments))
+        matrix, definitions = named.matrix, named.definitions
+    defined = [d.symbol for d in definitions]
     names = [symbol.name for symbol in (*arguments, *defined)]
     for name in names:
         if names.count(name) > 1:
             raise InputError("symbols", got=f"two called {name!r}", expected="one of each name")
-    n = derivation.K.rows
-    expressions = [*(d.expression for d in derivation.definitions), *entries(derivation.K)]
+    expressions = [*(d.expression for d in definitions), *entries(matrix)]
     check_vocabulary(expressions)
     shared, reduced = sp.cse(expressions, symbols=_temporaries(set(names)))
     computed = _Computation(dict(shared))
@@ -92,10 +105,14 @@ def program(derivation: Derivation) -> Program:
     assignments = computed.needed(results)
     shared_symbols = [a.symbol for a in assignments if a.is_shared]
     in_order = dict(zip(shared_symbols, _temporaries(set(names)), strict=False))
+    n = matrix.cols
+    written: Any = sp.ImmutableMatrix(
+        matrix.rows, n, [entry.xreplace(in_order) for entry in results]
+    )
     return Program(
         arguments,
         tuple(assignment.renamed(in_order) for assignment in assignments),
-        sp.ImmutableMatrix(n, n, [entry.xreplace(in_order) for entry in results]),
+        tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivatives import Derivative
 from robostiff.analytic.export.code_printer import CodePrinter
 from robostiff.analytic.export.entries import rows
 from robostiff.analytic.export.identifiers import Identifiers, ascii_identifier
@@ -31,12 +32,13 @@ _NUMPY_NAMES = {
 }
 
 
-def python_function(derivation: Derivation, name: str = "stiffness") -> str:
+def python_function(derivation: Derivation | Derivative, name: str = "stiffness") -> str:
     r"""A derivation as the source of a Python module with one function.
 
     Parameters
     ----------
-    derivation : Derivation
+    derivation : Derivation or Derivative
+        The function returns K, or the pair K, dK of a derivative.
     name : str
         Name of the function. Its arguments are the given symbols, in alphabetical order; they may
         be numbers or arrays that broadcast, and the result has shape (..., n, n).
@@ -73,50 +75,52 @@ def python_function(derivation: Derivation, name: str = "stiffness") -> str:
     """
     if ascii_identifier(name) != name or keyword.iskeyword(name) or name in _USED:
         raise InputError("name of the function", got=name, expected="an identifier")
-    compute = program(derivation)
+    compute, title = program(derivation), _title(derivation)
     reserved = {*keyword.kwlist, *keyword.softkwlist, *_USED, name}
     identifiers = Identifiers(reserved)
     symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
     names = {symbol: identifiers.take(symbol.name) for symbol in symbols}
     arguments = [names[symbol] for symbol in compute.arguments]
     lines = [
-        *_module_start(derivation),
+        *_module_start(title),
         *wrapped_formula(", ".join(arguments) + "):", _WIDTH, f"def {name}("),
-        *_docstring(derivation, compute, names),
+        *_docstring(title, compute, names),
         *(f"    {argument} = np.asarray({argument}, dtype=float)" for argument in arguments),
         *_body(compute, names, identifiers),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _module_start(derivation: Derivation) -> list[str]:
-    title = f'"""Stiffness matrix {_plain(derivation.name)} as a function."""'
-    return [title, "", "import numpy as np", "", ""]
+def _module_start(title: str) -> list[str]:
+    return [f'"""Stiffness matrix {title} as a function."""', "", "import numpy as np", "", ""]
 
 
-def _docstring(
-    derivation: Derivation, compute: Program, names: Mapping[sp.Symbol, str]
-) -> list[str]:
-    space = Space.of_size(derivation.K.rows)
+def _title(derivation: Derivation | Derivative) -> str:
+    if isinstance(derivation, Derivative):
+        name, symbol = derivation.derivation.name, derivation.symbol.name
+        return f"{_plain(name)} with its derivative by {_plain(symbol)}"
+    return _plain(derivation.name)
+
+
+def _docstring(title: str, compute: Program, names: Mapping[sp.Symbol, str]) -> list[str]:
+    space = Space.of_size(compute.entries.rows)
     n = space.size
     words = (
         f"It relates the twist ({', '.join(space.twist_order)}) of the reference point to the "
         f"wrench ({', '.join(space.wrench_order)}) about the reference point, F = K t: "
         "translation before rotation, force before moment, SI units."
     )
-    lines = [
-        f"Stiffness matrix {_plain(derivation.name)} about the reference point, (..., {n}, {n}).",
-        "",
-        *wrapped_words(words, _WIDTH - 4),
-    ]
+    each = " each" if len(compute.results) > 1 else ""
+    first = f"Stiffness matrix {title} about the reference point, (..., {n}, {n}){each}."
+    start, *others = wrapped_words(first, _WIDTH - 8)
+    lines = [*others, "", *wrapped_words(words, _WIDTH - 4)]
     if compute.arguments:
         lines += ["", "Parameters", "----------"]
         for symbol in compute.arguments:
             renamed = names[symbol] != symbol.name
             lines.append(f"{names[symbol]} : float or array")
             lines += [f"    In the formula {_plain(symbol.name)}."] if renamed else []
-    start, *others = lines
-    written = [f'"""{start}', *others, '"""']
+    written = [f'"""{start}', *lines, '"""']
     return [f"    {line}" if line else "" for line in written]
 
 
@@ -125,12 +129,20 @@ def _body(compute: Program, names: Mapping[sp.Symbol, str], identifiers: Identif
     lines: list[str] = []
     for assignment in compute.assignments:
         lines += _assigned(names[assignment.symbol], printer.write(assignment.expression))
-    K, shape = identifiers.take("K"), identifiers.take("shape")
+    targets = [identifiers.take(name) for name in ("K", "dK")[: len(compute.results)]]
+    shape = identifiers.take("shape")
     shapes = ", ".join(f"{names[symbol]}.shape" for symbol in compute.arguments)
-    K_rows = rows(compute.entries)
-    n = len(K_rows)
     lines += _assigned(shape, f"np.broadcast_shapes({shapes})")
-    lines.append(f"    {K} = np.zeros((*{shape}, {n}, {n}))")
+    for target, matrix in zip(targets, compute.results, strict=True):
+        lines += _filled(target, shape, matrix, printer)
+    return [*lines, f"    return {', '.join(targets)}"]
+
+
+def _filled(K: str, shape: str, matrix: sp.ImmutableMatrix, printer: _PythonPrinter) -> list[str]:
+    """A matrix made of zeros, its other entries assigned one by one."""
+    K_rows = rows(matrix)
+    n = len(K_rows)
+    lines = [f"    {K} = np.zeros((*{shape}, {n}, {n}))"]
     for i, row in enumerate(K_rows):
         for j, entry in enumerate(row):
             if entry == 0:
@@ -140,7 +152,7 @@ def _body(compute: Program, names: Mapping[sp.Symbol, str], identifiers: Identif
                 lines.append(f"    {place} = {K}[..., {j}, {i}]")
             else:
                 lines += _assigned(place, printer.write(entry))
-    return [*lines, f"    return {K}"]
+    return lines
 
 
 def _assigned(target: str, expression: str) -> list[str]:

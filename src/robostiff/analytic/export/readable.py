@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.export.entries import entries, operations
+from robostiff.analytic.factors import bound_of_terms, factored
 from robostiff.analytic.field import ExactField
 from robostiff.errors import InputError
 
@@ -36,8 +37,8 @@ def readable(expression: Any) -> Any:
         element = field.element(expression)
     except InputError:
         return expression
-    factored = _factored(field, element.num) / _factored(field, element.den)
-    return factored if int(factored.count_ops()) < before else expression
+    shorter = factored(field, element.num) / factored(field, element.den)
+    return shorter if int(shorter.count_ops()) < before else expression
 
 
 def readable_matrix(M: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
@@ -85,46 +86,13 @@ def _common_factor(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]:
     content = sp.Rational(
         math.gcd(*(int(c.p) for c in coefficients)), math.lcm(*(int(c.q) for c in coefficients))
     )
-    factor = content * _factored(field, above) / _factored(field, below)
-    written = [_factored(field, rest / field.element(content).num) for rest in rests]
+    factor = content * factored(field, above) / factored(field, below)
+    written = [factored(field, rest / field.element(content).num) for rest in rests]
     return factor, sp.ImmutableMatrix(K.rows, K.cols, written)
-
-
-def _factored(field: ExactField, polynomial: Any) -> Any:
-    """A polynomial as a product of powers, ``R - r`` rather than ``-R + r`` where it may be."""
-    if polynomial.is_zero():
-        return sp.Integer(0)
-    constant, powers = polynomial.factor()
-    number = sp.Rational(int(constant.p), int(constant.q))
-    factors = []
-    for base, exponent in powers:
-        written: Any = field.polynomial_expression(base)
-        if written.is_Add and written.as_ordered_terms()[0].could_extract_minus_sign():
-            written, number = -written, number * (-1) ** int(exponent)
-        factors.append(written ** int(exponent))
-    product = sp.Mul(*factors)
-    # A number in front of a sum is not multiplied out.
-    is_kept = product.is_Add and number != 1
-    return sp.Mul(number, product, evaluate=not is_kept)
 
 
 def _is_manageable(expressions: list[Any]) -> bool:
     """Whether expressions are short when multiplied out, and exact."""
-    return all(not e.has(sp.Float) and _most_terms(e) <= _MOST_TERMS for e in expressions)
-
-
-def _most_terms(expression: Any) -> int:
-    """Bound for the number of terms after multiplying out, no larger than needed to compare."""
-    if expression.is_Add:
-        terms = sum(_most_terms(term) for term in expression.args)
-    elif expression.is_Mul:
-        terms = math.prod(_most_terms(factor) for factor in expression.args)
-    elif expression.is_Pow and expression.exp.is_Integer:
-        # Any power beyond this one is too much already.
-        terms = _most_terms(expression.base) ** min(abs(int(expression.exp)), 40)
-    elif isinstance(expression, sp.sin | sp.cos | sp.tan):
-        angle: Any = expression.args[0]
-        terms = 2 ** min(len(sp.Add.make_args(angle)) - 1, 40)
-    else:
-        terms = 1
-    return min(terms, _MOST_TERMS + 1)
+    return all(
+        not e.has(sp.Float) and bound_of_terms(e, _MOST_TERMS) <= _MOST_TERMS for e in expressions
+    )

@@ -84,6 +84,18 @@ def name_parts(name: str) -> NameParts:
     return NameParts(_spelled(stripped or head), tuple(map(_spelled, subscripts)), primes)
 
 
+def differential_parts(name: str) -> tuple[str, str] | None:
+    """What is differentiated and by what, for names such as dK_1_11_dR; None for any other.
+
+    Examples
+    --------
+    >>> differential_parts("dK_1_11_dR"), differential_parts("d_a")
+    (('K_1_11', 'R'), None)
+    """
+    matched = re.fullmatch(r"d([A-Za-z][^,\s]*)_d([A-Za-z].*)", name)
+    return (matched[1], matched[2]) if matched else None
+
+
 def is_greek(word: str) -> bool:
     """Whether a word is the English name of a Greek letter.
 

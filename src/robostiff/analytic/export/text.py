@@ -5,7 +5,9 @@ from __future__ import annotations
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivatives import Derivative
 from robostiff.analytic.export.breakout import displayed
+from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.entries import entries, rows
 from robostiff.analytic.export.matrix_names import MatrixName
 from robostiff.analytic.export.outline import (
@@ -17,7 +19,6 @@ from robostiff.analytic.export.outline import (
     Recursion,
     Same,
     Words,
-    outline,
 )
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
@@ -25,12 +26,12 @@ from robostiff.errors import InputError
 _NARROWEST = 60
 
 
-def derivation_text(derivation: Derivation, width: int = 88) -> str:
+def derivation_text(derivation: Derivation | Derivative, width: int = 88) -> str:
     r"""A derivation as plain text: the start, each passive joint, the result.
 
     Parameters
     ----------
-    derivation : Derivation
+    derivation : Derivation or Derivative
     width : int
         Longest line. Longer expressions go on in the next line, indented; entries for which a
         matrix has no room get a name.
@@ -64,7 +65,7 @@ def derivation_text(derivation: Derivation, width: int = 88) -> str:
     """
     if width < _NARROWEST:
         raise InputError("width", got=width, expected=f"{_NARROWEST} characters or more")
-    blocks = [_written(block, width) for block in outline(derivation)]
+    blocks = [_written(block, width) for block in outline_of(derivation)]
     return "\n\n".join("\n".join(lines) for lines in blocks) + "\n"
 
 

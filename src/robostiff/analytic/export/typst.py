@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, Row, displays
 from robostiff.analytic.export.matrix_names import MatrixName
 from robostiff.analytic.export.outline import (
@@ -13,7 +15,6 @@ from robostiff.analytic.export.outline import (
     Heading,
     Nomenclature,
     Words,
-    outline,
 )
 from robostiff.analytic.export.typst_math import TYPST, typst_words
 from robostiff.errors import InputError
@@ -48,12 +49,12 @@ _PREAMBLE = """\
 """
 
 
-def derivation_typst(derivation: Derivation) -> str:
+def derivation_typst(derivation: Derivation | Derivative) -> str:
     r"""A derivation as the source of a Typst document.
 
     Parameters
     ----------
-    derivation : Derivation
+    derivation : Derivation or Derivative
 
     Examples
     --------
@@ -70,7 +71,7 @@ def derivation_typst(derivation: Derivation) -> str:
     """
     spatial = derivation.K.rows > 3
     room = _ROOM_ON_ITS_SIDE if spatial else _ROOM_UPRIGHT
-    blocks = outline(derivation)
+    blocks = outline_of(derivation)
     title = next(block.text for block in blocks if isinstance(block, Heading))
     quoted = title.replace("\\", "\\\\").replace('"', '\\"')
     preamble = _PREAMBLE.format(title=quoted, flipped="true" if spatial else "false")
@@ -78,12 +79,12 @@ def derivation_typst(derivation: Derivation) -> str:
     return "\n\n".join([preamble, *written]) + "\n"
 
 
-def derivation_pdf(derivation: Derivation, path: str | Path) -> None:
+def derivation_pdf(derivation: Derivation | Derivative, path: str | Path) -> None:
     """Write a derivation as a PDF.
 
     Parameters
     ----------
-    derivation : Derivation
+    derivation : Derivation or Derivative
     path : str or Path
         The file to write.
 

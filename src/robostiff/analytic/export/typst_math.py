@@ -11,7 +11,7 @@ from sympy.printing.printer import Printer
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.displays import MathLanguage
 from robostiff.analytic.export.products import printed_product
-from robostiff.analytic.export.symbol_names import is_greek, name_parts
+from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 
 _SPECIAL = re.compile(r"([\\#*_`$<>@\[\]~=/\"'+.-])")
@@ -44,6 +44,9 @@ def typst_name(name: str) -> str:
     >>> [typst_name(name) for name in ("K_11", "mu_1", "u_1_3", "k_tau", "L_tip")]
     ['K_(11)', 'mu_(1)', 'u_(1,3)', 'k_(tau)', 'L_("tip")']
     """
+    differential = differential_parts(name)
+    if differential is not None:
+        return f"frac(partial {typst_name(differential[0])}, partial {typst_name(differential[1])})"
     parts = name_parts(name)
     written = _word(parts.letter) + "'" * parts.primes
     if parts.subscripts:
@@ -59,6 +62,10 @@ def typst_matrix_name(name: str) -> str:
     >>> typst_matrix_name("K_1")
     'bold(upright(K))_(1)'
     """
+    differential = differential_parts(name)
+    if differential is not None:
+        above = f"partial {typst_matrix_name(differential[0])}"
+        return f"frac({above}, partial {typst_name(differential[1])})"
     letter, *subscripts = typst_name(name).split("_", 1)
     bare = letter.rstrip("'")
     primes = letter[len(bare) :]
@@ -178,7 +185,7 @@ class _TypstPrinter(Printer):
 
 
 TYPST = MathLanguage(
-    breaks=Breaks(typst_expression, r"\(", r"\)", r"\/"),
+    breaks=Breaks(typst_expression, r"\(", r"\)", r"\/", "^({})"),
     name=typst_name,
     matrix_name=typst_matrix_name,
     matrix=_matrix,

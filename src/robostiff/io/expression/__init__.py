@@ -5,7 +5,16 @@ and evaluator are not involved, so that a model file can compute and nothing els
 """
 
 from robostiff.io.expression.evaluate import Expression, parse
+from robostiff.io.expression.exact import exact_mathematics
 from robostiff.io.expression.functions import FLOATS, Mathematics
 from robostiff.io.expression.parameters import ParameterError, Parameters
 
-__all__ = ["FLOATS", "Expression", "Mathematics", "ParameterError", "Parameters", "parse"]
+__all__ = [
+    "FLOATS",
+    "Expression",
+    "Mathematics",
+    "ParameterError",
+    "Parameters",
+    "exact_mathematics",
+    "parse",
+]

@@ -105,7 +105,7 @@ class _Evaluation:
     def value(self, node: Node) -> Quantity:
         match node:
             case Literal():
-                return node.quantity
+                return self.literal(node)
             case Name():
                 return self.named(node)
             case Negative():
@@ -121,6 +121,11 @@ class _Evaluation:
                 return self.called(node)
             case Chain():
                 return self.chained(node)
+
+    def literal(self, node: Literal) -> Quantity:
+        if self.mathematics.number is None:
+            return node.quantity
+        return self.mathematics.number(node.digits, node.unit)
 
     def chained(self, node: Chain) -> Quantity:
         result = self.value(node.first)

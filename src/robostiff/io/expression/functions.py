@@ -24,9 +24,9 @@ from robostiff.io.units import (
 )
 
 if TYPE_CHECKING:
-    from pint import Quantity
+    from pint import Quantity, Unit
 else:
-    Quantity = object
+    Quantity = Unit = object
 
 HIGHEST_POWER = 64
 
@@ -52,11 +52,17 @@ class Mathematics:
         ``pi``.
     is_finite : callable
         Whether a magnitude can be used as a result.
+    number : callable, optional
+        The quantity of decimal digits and a unit; left out, that of the nearest float.
+    bare : callable
+        The magnitude of a plain number.
     """
 
     functions: Mapping[str, Callable[..., Any]]
     constants: Mapping[str, Any]
     is_finite: Callable[[Any], bool]
+    number: Callable[[str, Unit | None], Quantity] | None = None
+    bare: Callable[[float], Any] = float
 
 
 FLOATS = Mathematics(
@@ -117,13 +123,18 @@ def power(base: Quantity, exponent: Quantity, mathematics: Mathematics) -> Quant
     if not is_number(exponent):
         raise Refusal(f"the exponent {describe(exponent)}", "a plain number as exponent")
     value = exponent.magnitude
-    if isinstance(value, float) and abs(value) > HIGHEST_POWER:
+    known = _known(value)
+    if known is not None and abs(known) > HIGHEST_POWER:
         raise Refusal(
-            f"the exponent {value:.6g}", f"an exponent from -{HIGHEST_POWER} to {HIGHEST_POWER}"
+            f"the exponent {known:.6g}", f"an exponent from -{HIGHEST_POWER} to {HIGHEST_POWER}"
         )
     unit = base.units
     if not is_bare(base):
-        unit = base.units ** _known(value)
+        if known is None:
+            raise Refusal(
+                f"the exponent {value}", "a known number as exponent of a quantity with a unit"
+            )
+        unit = base.units**known
         if any(
             abs(p) > HIGHEST_POWER for p in dict(make_quantity(1.0, unit).unit_items()).values()
         ):
@@ -203,12 +214,9 @@ RULES: Mapping[str, Rule] = MappingProxyType(
 """The functions of expressions."""
 
 
-def _known(value: Any) -> float:
-    if not isinstance(value, float):
-        raise Refusal(
-            f"the exponent {value}", "a known number as exponent of a quantity with a unit"
-        )
-    return value
+def _known(value: Any) -> float | None:
+    """The value of a magnitude, unless it is a formula with symbols."""
+    return None if getattr(value, "free_symbols", None) else float(value)
 
 
 def _common_unit(arguments: Sequence[Quantity], purpose: str) -> Any:

@@ -6,17 +6,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
-    from pint import Quantity
+    from pint import Quantity, Unit
 else:
-    Quantity = object
+    Quantity = Unit = object
 
 
 @dataclass(frozen=True)
 class Literal:
-    """A number, with its unit if it has one."""
+    """A number, with its unit if it has one: in base units, and as it was written."""
 
     quantity: Quantity
     column: int
+    digits: str
+    unit: Unit | None
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.errors import InputError
 from robostiff.io.expression.evaluate import Expression, known_names, parse
-from robostiff.io.expression.functions import CONSTANTS, RULES
+from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import Words, did_you_mean
 from robostiff.io.units import (
     describe,
@@ -60,6 +60,8 @@ class Parameters:
     overrides : mapping of str to (str or float), optional
         Other definitions for some of them. What is overridden keeps its dimension; a bare number
         takes the SI unit of what it replaces.
+    mathematics : Mathematics
+        The functions of the magnitudes.
 
     Attributes
     ----------
@@ -81,12 +83,13 @@ class Parameters:
 
     definitions: Mapping[str, str | float]
     overrides: Mapping[str, str | float] = field(default_factory=dict)
+    mathematics: Mathematics = field(default=FLOATS, repr=False, compare=False)
     values: dict[str, Quantity] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in self.definitions:
             _check_name(name)
-        values = _evaluate_all(self.definitions)
+        values = _evaluate_all(self.definitions, self.mathematics)
         if self.overrides:
             for name in self.overrides:
                 if name not in self.definitions:
@@ -96,7 +99,8 @@ class Parameters:
                         expected=known_names(self.definitions),
                         hint=did_you_mean(str(name), self.definitions),
                     )
-            values = _evaluate_all({**self.definitions, **self.overrides}, self.overrides, values)
+            definitions = {**self.definitions, **self.overrides}
+            values = _evaluate_all(definitions, self.mathematics, self.overrides, values)
         object.__setattr__(self, "values", values)
 
     def evaluate(self, value: str | float) -> Quantity:
@@ -108,8 +112,8 @@ class Parameters:
             If it has none.
         """
         if isinstance(value, str):
-            return parse(value).evaluate(self.values)
-        return _bare_number(value)
+            return parse(value).evaluate(self.values, self.mathematics)
+        return _bare_number(value, self.mathematics)
 
 
 def _check_name(name: object) -> None:
@@ -135,17 +139,20 @@ def _check_name(name: object) -> None:
 
 def _evaluate_all(
     definitions: Mapping[str, str | float],
+    mathematics: Mathematics,
     overrides: Mapping[str, object] | None = None,
     original: Mapping[str, Quantity] | None = None,
 ) -> dict[str, Quantity]:
     """Every parameter, those first that others need; overridden ones keep their dimension."""
-    expressions = {name: _expression(name, value) for name, value in definitions.items()}
+    expressions = {
+        name: _expression(name, value, mathematics) for name, value in definitions.items()
+    }
     values: dict[str, Quantity] = {}
     for name in _in_order(expressions):
         expression = expressions[name]
         if isinstance(expression, Expression):
             try:
-                value = expression.evaluate(values)
+                value = expression.evaluate(values, mathematics)
             except InputError as error:
                 raise _within(name, error) from None
         else:
@@ -156,9 +163,9 @@ def _evaluate_all(
     return {name: values[name] for name in definitions}
 
 
-def _expression(name: str, value: str | float) -> Expression | Quantity:
+def _expression(name: str, value: str | float, mathematics: Mathematics) -> Expression | Quantity:
     try:
-        return parse(value) if isinstance(value, str) else _bare_number(value)
+        return parse(value) if isinstance(value, str) else _bare_number(value, mathematics)
     except InputError as error:
         raise _within(name, error) from None
 
@@ -169,16 +176,16 @@ def _within(name: str, error: InputError) -> ParameterError:
     )
 
 
-def _bare_number(value: Any) -> Quantity:
+def _bare_number(value: Any, mathematics: Mathematics) -> Quantity:
     if is_quantity(value):
-        return value.to_base_units()
+        return make_quantity(value.magnitude, value.units)
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
             number = float(value)
         except OverflowError:
             number = math.inf
         if math.isfinite(number):
-            return make_quantity(number)
+            return make_quantity(mathematics.bare(number))
     raise InputError("value", got=value, expected="a finite number or an expression such as 2*R")
 
 

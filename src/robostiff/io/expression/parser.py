@@ -90,7 +90,7 @@ class _Parser:
             return inner
         if token.kind == "number" and token.quantity is not None:
             self.take()
-            return Literal(token.quantity, token.column)
+            return Literal(token.quantity, token.column, token.digits, token.unit)
         if token.kind == "name":
             self.take()
             return self.call(token) if self.next.kind == "(" else self.name(token)

@@ -22,9 +22,9 @@ from robostiff.io.units import UNIT_WORDS, is_unit_word, make_quantity, read_uni
 from robostiff.io.units.text import NUMBER
 
 if TYPE_CHECKING:
-    from pint import Quantity
+    from pint import Quantity, Unit
 else:
-    Quantity = object
+    Quantity = Unit = object
 
 LONGEST_TEXT = 1000
 _SPACE = re.compile(r"[ \t\r\n]*")
@@ -41,6 +41,8 @@ class Token:
     text: str
     column: int
     quantity: Quantity | None = None
+    digits: str = ""
+    unit: Unit | None = None
 
 
 def error_at(
@@ -130,7 +132,7 @@ def _number(text: str, found: re.Match[str], *, leading_slash: bool) -> tuple[To
     quantity = make_quantity(float(digits), unit)
     if not math.isfinite(quantity.magnitude):
         raise error_at(text, start + 1, got=text[start:end], expected="a finite number")
-    return Token("number", text[start:end], start + 1, quantity), end
+    return Token("number", text[start:end], start + 1, quantity, digits, unit), end
 
 
 def _refuse_word_after(text: str, found: re.Match[str]) -> None:

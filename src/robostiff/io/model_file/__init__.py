@@ -5,5 +5,6 @@ the way in. Every complaint names file, line, column and path.
 """
 
 from robostiff.io.model_file.read import model_from_document, read_model
+from robostiff.io.model_file.symbols import ALL_PARAMETERS, ParameterChoice
 
-__all__ = ["model_from_document", "read_model"]
+__all__ = ["ALL_PARAMETERS", "ParameterChoice", "model_from_document", "read_model"]

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robostiff.io.document import Document
-from robostiff.io.expression import ParameterError, Parameters
+from robostiff.io.expression import (
+    FLOATS,
+    Mathematics,
+    ParameterError,
+    Parameters,
+    exact_mathematics,
+)
 from robostiff.io.model_file.build_leg import build_legs
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
+from robostiff.io.model_file.symbols import (
+    Symbols,
+    chosen_parameters,
+    completed,
+    symbolic_values,
+)
 from robostiff.io.model_file.verify import verified
 from robostiff.io.model_file.written_robot import WrittenRobot
 from robostiff.model import ALL_COORDINATES, Coordinate, Robot
@@ -25,10 +37,32 @@ _PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
 
 def build_robot(
-    document: Document, written: WrittenRobot, overrides: Mapping[str, str | float]
+    document: Document,
+    written: WrittenRobot,
+    overrides: Mapping[str, str | float],
+    symbols: Symbols = (),
 ) -> Robot:
-    """The robot that a document describes, with other values for some of its parameters."""
-    top = Place(document, _parameters(document, written, overrides))
+    """The robot that a document describes, with other values for some of its parameters.
+
+    Those in `symbols` stay symbols, in a robot that is built beside the one of numbers, which has
+    been verified.
+    """
+    values = _parameters(document, written, overrides, FLOATS)
+    top = Place(document, values)
+    robot, places = _assembled(top, written)
+    robot = verified(robot, top, places, chosen=written.coordinates is not None)
+    names = chosen_parameters(symbols, written.parameters, overrides)
+    if not names:
+        return robot
+    exact = exact_mathematics()
+    quantities, nominal = symbolic_values(names, values)
+    values = _parameters(document, written, {**overrides, **quantities}, exact)
+    symbolic, _ = _assembled(Place(document, values, mathematics=exact), written)
+    return completed(symbolic, robot, nominal)
+
+
+def _assembled(top: Place, written: WrittenRobot) -> tuple[Robot, list[Place]]:
+    """The robot that is written, not yet verified, and the places of its legs."""
     stock = Stock.of_file(top, written.materials, written.sections)
     legs = build_legs(top / "legs", written.legs, stock)
     home = None if written.home is None else transform(top / "home", written.home)
@@ -49,16 +83,18 @@ def build_robot(
             title=written.title,
             source=written.source,
         )
-    chosen = written.coordinates is not None
-    return verified(robot, top, [place for place, _ in legs], chosen=chosen)
+    return robot, [place for place, _ in legs]
 
 
 def _parameters(
-    document: Document, written: WrittenRobot, overrides: Mapping[str, str | float]
+    document: Document,
+    written: WrittenRobot,
+    overrides: Mapping[str, Any],
+    mathematics: Mathematics,
 ) -> Mapping[str, Quantity]:
     place = Place(document, {}) / "parameters"
     try:
-        return Parameters(written.parameters, overrides).values
+        return Parameters(written.parameters, overrides, mathematics).values
     except ParameterError as error:
         if error.name in overrides:
             raise  # it is not the file that is wrong

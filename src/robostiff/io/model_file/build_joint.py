@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,8 @@ def build_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension,
     limits = None
     if written.limits is not None:
         low, high = vector(place / "limits", written.limits, dimensions[0])
-        limits = (float(low), float(high))
+        # Limits stay numbers: among formulas they come from the robot of numbers.
+        limits = None if place.is_exact else (float(low), float(high))
     with (place / "limits").complaints():
         return Actuated(stiffness, limits)
 
@@ -118,7 +120,7 @@ def _check_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension
 
 def _home(
     place: Place, written: str | float | list | None, dimensions: tuple[Dimension, ...]
-) -> tuple[float, ...]:
+) -> tuple[Any, ...]:
     if written is None:
         return ()
     if not isinstance(written, list):

@@ -159,7 +159,7 @@ def _with_variables(place: Place, leg: str, *variables: tuple[Place, WrittenCopy
             places[name], values[name] = where, value
     known: dict[str, Any] = {**place.names, **values}
     try:
-        names = Parameters(known).values
+        names = Parameters(known, mathematics=place.mathematics).values
     except ParameterError as error:
         raise places[error.name].error(
             error.subject.replace("parameter", "variable", 1),

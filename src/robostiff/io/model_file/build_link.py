@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.elasticity import (
     BeamSegment,
@@ -19,7 +18,7 @@ from robostiff.elasticity import (
 )
 from robostiff.io._wording import shown, values
 from robostiff.io.model_file.build_joint import build_role
-from robostiff.io.model_file.geometry import direction, point, rotation
+from robostiff.io.model_file.geometry import axes_of, direction, frame, point, rotation
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock, read_theory
 from robostiff.io.model_file.written_elements import (
@@ -33,7 +32,8 @@ from robostiff.io.model_file.written_elements import (
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.model import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
-from robostiff.model.link import section_is_isotropic
+from robostiff.model.beam_link import section_is_isotropic
+from robostiff.spatial.formula import is_above, length_of
 
 _STIFFNESS_BLOCKS = (
     Dimension.TRANSLATIONAL_STIFFNESS,
@@ -53,7 +53,7 @@ def build_rigid(place: Place, written: WrittenRigid, name: str) -> Rigid:
     if written.to is None and turned is None:
         raise place.error("rigid part", expected="to: [x, y, z], a rotation, or both")
     to = point(place / "to", written.to)
-    return Rigid(RigidTransform.from_components(to, turned or Rotation.identity()), name)
+    return Rigid(frame(to, turned), name)
 
 
 def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> Link:
@@ -73,7 +73,7 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
         _check_y_axis(place, y_axis, to, [section])
         with place.complaints():
             return beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
-    segments = _segments(place, written, stock, float(np.linalg.norm(to)), theory)
+    segments = _segments(place, written, stock, _length(to), theory)
     _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
     with place.complaints():
         compliance = tapered_compliance(segments, theory)
@@ -83,7 +83,7 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
 def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
     """The spring that is written at a place, moved to the origin of the present frame."""
     own = _elasticity(place, written)
-    axes = (rotation(place, written) or Rotation.identity()).as_matrix()
+    axes = axes_of(rotation(place, written))
     at = point(place / "at", written.at)
     if not np.any(at):
         return Link(np.zeros(3), own, axes, name)
@@ -93,7 +93,7 @@ def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
 def build_link(place: Place, written: WrittenLink, name: str) -> Link:
     """The elastic link that is written at a place."""
     to = point(place / "to", written.to)
-    axes = (rotation(place, written) or Rotation.identity()).as_matrix()
+    axes = axes_of(rotation(place, written))
     return Link(to, _elasticity(place, written), axes, name)
 
 
@@ -132,6 +132,10 @@ def _telescopic_beam(place: Place, written: Any, stock: Stock, *, alone: bool) -
         return TelescopicBeam(material, section, share, fixed, theory)
 
 
+def _length(to: np.ndarray) -> Any:
+    return length_of(to) if to.dtype == object else float(np.linalg.norm(to))
+
+
 def _run(place: Place, written: list) -> np.ndarray:
     to = point(place, written)
     if not np.any(to):
@@ -160,7 +164,7 @@ def _check_y_axis(
 
 
 def _segments(
-    place: Place, written: WrittenBeam, stock: Stock, length: float, theory: BeamTheory
+    place: Place, written: WrittenBeam, stock: Stock, length: Any, theory: BeamTheory
 ) -> list[BeamSegment]:
     segments, total = [], 0.0
     for i, segment in enumerate(written.taper or ()):
@@ -171,9 +175,9 @@ def _segments(
         section = stock.section(here / "section", segment.section, material, theory)
         segments.append(BeamSegment(share * length, material, section))
         total += share
-    if abs(total - 1) > 1e-9:
+    if is_above(total - 1, 1e-9) or is_above(1 - total, 1e-9):
         raise (place / "taper").error(
-            "shares of the segments", got=Words(f"{total:.9g} in all"), expected="1 in all"
+            "shares of the segments", got=Words(f"{float(total):.9g} in all"), expected="1 in all"
         )
     return segments
 
@@ -197,7 +201,7 @@ def _elasticity(place: Place, written: WrittenMatrices) -> Elasticity:
 
 def _matrix6(place: Place, rows: list, blocks: tuple[Dimension, ...]) -> np.ndarray:
     """Six lists of six values; or six values, the diagonal of a matrix."""
-    matrix = np.zeros((6, 6))
+    matrix = np.zeros((6, 6), dtype=object if place.is_exact else float)
     for i, row in enumerate(rows):
         if not isinstance(row, list):
             matrix[i, i] = (place / i).number(_plain(place / i, row), blocks[2 * (i // 3)])

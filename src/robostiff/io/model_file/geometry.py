@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from robostiff.io.model_file.exact_rotation import ExactRotation
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_parts import WrittenAxes, WrittenFrame, WrittenRotation
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.model.checks import rotation_matrix, unit_vector
+from robostiff.spatial import Frame, is_formula
+from robostiff.spatial.formula import exact_arrays
 
+AnyRotation = Rotation | ExactRotation
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _THE_OTHER_TWO = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
 _WAYS = ("turn", "rotation_vector", "matrix", "axes")
@@ -36,15 +42,28 @@ def direction(place: Place, written: str | list) -> np.ndarray:
         return unit_vector("direction", numbers.tolist())
 
 
-def transform(place: Place, written: WrittenFrame) -> RigidTransform:
+def transform(place: Place, written: WrittenFrame) -> Frame:
     """The frame, seen from the one in which it is written."""
-    return RigidTransform.from_components(
-        point(place / "at", written.at), rotation(place, written) or Rotation.identity()
-    )
+    return frame(point(place / "at", written.at), rotation(place, written))
 
 
-def rotation(place: Place, written: WrittenRotation) -> Rotation | None:
+def frame(origin: np.ndarray, turn: AnyRotation | None) -> Frame:
+    """The frame with an origin and axes that are turned, or not."""
+    if isinstance(turn, ExactRotation):
+        return Frame(turn.as_matrix(), origin)
+    if origin.dtype == object:
+        return Frame(np.eye(3), origin)
+    return Frame.of(RigidTransform.from_components(origin, turn or Rotation.identity()))
+
+
+def axes_of(turn: AnyRotation | None) -> np.ndarray:
+    """Columns (3, 3): the turned axes."""
+    return (turn or Rotation.identity()).as_matrix()
+
+
+def rotation(place: Place, written: WrittenRotation) -> AnyRotation | None:
     """The rotation that is written, if any is."""
+    kind = ExactRotation if place.is_exact else Rotation
     ways = [way for way in _WAYS if getattr(written, way) is not None]
     if len(ways) > 1:
         raise (place / ways[1]).error(
@@ -54,22 +73,22 @@ def rotation(place: Place, written: WrittenRotation) -> Rotation | None:
             key=True,
         )
     if written.turn is not None:
-        return _turns(place / "turn", written.turn)
+        return _turns(place / "turn", written.turn, kind)
     if written.rotation_vector is not None:
         angles = vector(place / "rotation_vector", written.rotation_vector, Dimension.ANGLE)
-        return Rotation.from_rotvec(angles)
+        return kind.from_rotvec(angles)
     if written.matrix is not None:
         here = place / "matrix"
         rows = [vector(here / i, row, Dimension.NUMBER) for i, row in enumerate(written.matrix)]
         with here.complaints():
-            return Rotation.from_matrix(rotation_matrix("rotation", [row.tolist() for row in rows]))
+            return kind.from_matrix(rotation_matrix("rotation", [row.tolist() for row in rows]))
     if written.axes is not None:
-        return _from_axes(place / "axes", written.axes)
+        return kind.from_matrix(_axes(place / "axes", written.axes))
     return None
 
 
-def _turns(place: Place, turns: list) -> Rotation:
-    total = Rotation.identity()
+def _turns(place: Place, turns: list, kind: Any) -> AnyRotation:
+    total = kind.identity()
     for i, turn in enumerate(turns):
         about = [axis for axis in _AXES if getattr(turn, axis) is not None]
         if len(about) != 1:
@@ -80,11 +99,15 @@ def _turns(place: Place, turns: list) -> Rotation:
                 hint="write each turn as an entry of its own" if about else None,
             )
         angle = (place / i / about[0]).number(getattr(turn, about[0]), Dimension.ANGLE)
-        total = total * Rotation.from_rotvec(angle * np.array(_AXES[about[0]]))
+        total = total * kind.from_rotvec(_along(about[0], angle))
     return total
 
 
-def _from_axes(place: Place, written: WrittenAxes) -> Rotation:
+def _along(axis: str, angle: Any) -> np.ndarray:
+    return angle * np.array(_AXES[axis], dtype=int if is_formula(angle) else float)
+
+
+def _axes(place: Place, written: WrittenAxes) -> np.ndarray:
     given = {
         axis: direction(place / axis, getattr(written, axis))
         for axis in _AXES
@@ -97,8 +120,9 @@ def _from_axes(place: Place, written: WrittenAxes) -> Rotation:
             expected="two of x, y, z; the third follows",
         )
     first, second = given.values()
-    cosine = float(first @ second)
-    if abs(cosine) > 1e-6:
+    cosine = first @ second
+    # Formulas have been checked at their nominal values.
+    if not is_formula(cosine) and abs(cosine) > 1e-6:
         raise place.error(
             "axes of the frame",
             got=Words(f"{np.degrees(np.arccos(np.clip(cosine, -1, 1))):.6g} deg between them"),
@@ -106,9 +130,10 @@ def _from_axes(place: Place, written: WrittenAxes) -> Rotation:
         )
     (missing,) = (axis for axis in _AXES if axis not in given)
     before, after = _THE_OTHER_TWO[missing]
-    given[missing] = np.cross(given[before], given[after])
+    one, two = exact_arrays(given[before], given[after])
+    given[missing] = np.cross(one, two)
     columns = np.stack([given[axis] for axis in _AXES], axis=-1)
-    return Rotation.from_matrix(rotation_matrix("axes of the frame", columns))
+    return rotation_matrix("axes of the frame", columns)
 
 
 def _dimension_of_direction(place: Place, written: list) -> Dimension:

@@ -12,10 +12,11 @@ import numpy as np
 
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document
-from robostiff.io.expression import parse
+from robostiff.io.expression import FLOATS, Mathematics, parse
 from robostiff.io.expression.nodes import Literal, Negative
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension, describe, make_quantity, make_unit, same_dimension, to_si
+from robostiff.spatial.formula import is_above
 
 if TYPE_CHECKING:
     from pint import Quantity
@@ -38,18 +39,26 @@ class Place:
     path : tuple of str and int
     leg : str
         The copy of a repeated leg that is being built.
+    mathematics : Mathematics
+        Of floats, or of exact formulas.
     """
 
     document: Document
     names: Mapping[str, Quantity]
     path: tuple[str | int, ...] = ()
     leg: str = ""
+    mathematics: Mathematics = FLOATS
 
     def __truediv__(self, step: str | int) -> Place:
         """The place of an entry."""
         return replace(self, path=(*self.path, step))
 
-    def number(self, value: str | float, dimension: Dimension) -> float:
+    @property
+    def is_exact(self) -> bool:
+        """Whether numbers here come as exact formulas."""
+        return self.mathematics is not FLOATS
+
+    def number(self, value: str | float, dimension: Dimension) -> Any:
         """What is written here, in SI units.
 
         Raises
@@ -59,11 +68,11 @@ class Place:
         """
         with self.complaints():
             if isinstance(value, str):
-                quantity = _parsed(value).evaluate(self.names)
+                quantity = _parsed(value).evaluate(self.names, self.mathematics)
                 number = to_si(quantity, dimension, got=self._came(value))
             else:
-                number = to_si(value, dimension)
-        if abs(number) > _LARGEST:
+                number = self.mathematics.bare(to_si(value, dimension))
+        if is_above(abs(number), _LARGEST):
             raise self.error(
                 dimension.with_article.split(" ", 1)[1],
                 got=self._came(value),
@@ -71,10 +80,10 @@ class Place:
             )
         return number
 
-    def positive(self, value: str | float, dimension: Dimension) -> float:
+    def positive(self, value: str | float, dimension: Dimension) -> Any:
         """What is written here, which must be positive, in SI units."""
         number = self.number(value, dimension)
-        if number <= 0:
+        if is_above(0, number, or_at=True):
             words = dimension.with_article.split(" ", 1)[1]
             raise self.error(words, got=self._came(value), expected="a positive one")
         return number
@@ -84,7 +93,7 @@ class Place:
         if not isinstance(value, str):
             return False
         with self.complaints():
-            quantity = _parsed(value).evaluate(self.names)
+            quantity = _parsed(value).evaluate(self.names, self.mathematics)
         return same_dimension(quantity, make_quantity(1.0, make_unit({"m": 1})))
 
     def error(
@@ -113,7 +122,9 @@ class Place:
         root = expression.root.operand if isinstance(expression.root, Negative) else expression.root
         if isinstance(root, Literal):
             return value
-        return Words(f"{value!r}, which is {describe(expression.evaluate(self.names))}")
+        return Words(
+            f"{value!r}, which is {describe(expression.evaluate(self.names, self.mathematics))}"
+        )
 
     @contextmanager
     def complaints(self, hint: str | None = None) -> Iterator[None]:

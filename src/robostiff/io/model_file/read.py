@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from robostiff.errors import FileError
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.build import build_robot
+from robostiff.io.model_file.symbols import Symbols
 from robostiff.io.model_file.written_robot import VERSION, WrittenRobot
 from robostiff.io.validation import validate
 
@@ -16,7 +17,12 @@ if TYPE_CHECKING:
     from robostiff.model import Robot
 
 
-def read_model(source: Path | str, parameters: Mapping[str, str | float] | None = None) -> Robot:
+def read_model(
+    source: Path | str,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
+) -> Robot:
     """Read a robot from a model file.
 
     Parameters
@@ -26,6 +32,9 @@ def read_model(source: Path | str, parameters: Mapping[str, str | float] | None 
     parameters : mapping of str to (str or float), optional
         Other values for some of the file's parameters: quantities, expressions, or bare numbers in
         the SI unit of what they replace.
+    symbols : iterable of str, or ALL_PARAMETERS
+        Parameters that stay SymPy symbols of the same name; `parameters` gives their nominal
+        values then.
 
     Returns
     -------
@@ -43,11 +52,14 @@ def read_model(source: Path | str, parameters: Mapping[str, str | float] | None 
     --------
     robostiff.robots.load : takes shipped robots by name, and snapshots too.
     """
-    return model_from_document(read_document(source), parameters)
+    return model_from_document(read_document(source), parameters, symbols=symbols)
 
 
 def model_from_document(
-    document: Document, parameters: Mapping[str, str | float] | None = None
+    document: Document,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
 ) -> Robot:
     r"""The robot that a document describes.
 
@@ -56,6 +68,8 @@ def model_from_document(
     document : Document
     parameters : mapping of str to (str or float), optional
         Other values for some of its parameters.
+    symbols : iterable of str, or ALL_PARAMETERS
+        Parameters that stay SymPy symbols of the same name.
 
     Raises
     ------
@@ -84,7 +98,7 @@ def model_from_document(
     array([0.4, 0. , 0. ])
     """
     _check_version(document)
-    return build_robot(document, validate(WrittenRobot, document), parameters or {})
+    return build_robot(document, validate(WrittenRobot, document), parameters or {}, symbols)
 
 
 def _check_version(document: Document) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from robostiff.elasticity import (
     MATERIALS,
@@ -29,6 +30,7 @@ from robostiff.io.model_file.written_parts import (
 )
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Dimension
+from robostiff.spatial.formula import is_above
 
 _SHAPES = {"circle": circle, "tube": tube, "rectangle": rectangle, "box": box, "i": i_section}
 _HINTS = {"tube": "both are diameters, not radii"}
@@ -157,7 +159,7 @@ def read_section(
         return _SHAPES[kind](**_numbers(here, shape), poisson_ratio=_usable_ratio(material))
 
 
-def _numbers(place: Place, written: Written) -> dict[str, float]:
+def _numbers(place: Place, written: Written) -> dict[str, Any]:
     return {
         key: (place / key).positive(value, _PROPERTIES.get(key, Dimension.LENGTH))
         for key, value in written
@@ -165,8 +167,9 @@ def _numbers(place: Place, written: Written) -> dict[str, float]:
     }
 
 
-def _usable_ratio(material: Material | None) -> float:
+def _usable_ratio(material: Material | None) -> Any:
     """The Poisson ratio for the shear factors; steel's where a material is not isotropic."""
-    if material is None or not -1 < material.poisson_ratio < 0.5:
+    if material is None:
         return 0.3
-    return material.poisson_ratio
+    nu = material.poisson_ratio
+    return 0.3 if is_above(-1, nu, or_at=True) or is_above(2 * nu, 1, or_at=True) else nu

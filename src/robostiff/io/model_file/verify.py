@@ -63,7 +63,7 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
 
 
 def _check_plane(place: Place, leg: Leg) -> None:
-    freedoms = place_chain(leg.chain, leg.chain.home, *leg.base_frame).freedoms
+    freedoms = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p).freedoms
     numbers = {id(element): i for i, element in enumerate(leg.chain.elements)}
     for element, where in leg.chain.moving:
         for freedom in freedoms[where]:

@@ -10,6 +10,7 @@ from robostiff.io.units.dimension import (
 )
 from robostiff.io.units.registry import (
     UNIT_WORDS,
+    exact_quantity,
     exponents,
     is_quantity,
     is_unit_word,
@@ -23,6 +24,7 @@ __all__ = [
     "UNIT_WORDS",
     "Dimension",
     "describe",
+    "exact_quantity",
     "exponents",
     "is_bare",
     "is_number",

@@ -18,6 +18,7 @@ from robostiff.errors import InputError
 from robostiff.io.suggest import Words
 from robostiff.io.units.registry import exponents, is_quantity, make_quantity
 from robostiff.io.units.text import parse_quantity, read_unit
+from robostiff.spatial.formula import is_formula, is_possible
 
 if TYPE_CHECKING:
     from pint import Quantity
@@ -77,8 +78,10 @@ def to_si(
     *,
     subject: str | None = None,
     got: Any = None,
-) -> float:
+) -> Any:
     """The number of SI units (m, N, Pa, rad) in a quantity of the given dimension.
+
+    A formula stays one; any other number comes as a float.
 
     Parameters
     ----------
@@ -107,6 +110,8 @@ def to_si(
     if isinstance(quantity, str):
         got = quantity if got is None else got
         value = parse_quantity(quantity)
+    if not is_quantity(value) and is_formula(value) and is_possible(value):
+        return value
     if isinstance(value, Real) and not isinstance(value, bool):
         return _finite(value, subject, dimension, got)
     if not is_quantity(value):
@@ -114,6 +119,8 @@ def to_si(
     if not (is_bare(value) or _measures(value, dimension)):
         got = Words(describe(value)) if got is None else got
         raise InputError(subject, got=got, expected=str(dimension))
+    if is_formula(value.magnitude) and is_possible(value.magnitude):
+        return value.magnitude
     return _finite(value.magnitude, subject, dimension, got)
 
 
@@ -143,7 +150,7 @@ def describe(quantity: Quantity) -> str:
     '2 m/s'
     """
     magnitude = quantity.magnitude
-    number = f"{magnitude:.6g}" if isinstance(magnitude, Real) else str(magnitude)
+    number = f"{float(magnitude):.6g}" if isinstance(magnitude, Real) else str(magnitude)
     if is_bare(quantity):
         return f"the plain number {number}"
     for dimension in Dimension:
@@ -177,7 +184,7 @@ def _equal(first: Sequence[float], second: Sequence[float]) -> bool:
 def _finite(number: Any, subject: str, dimension: Dimension, got: Any) -> float:
     try:
         value = float(number)
-    except OverflowError:
+    except (OverflowError, TypeError):  # too large, or complex
         value = math.inf
     if not math.isfinite(value):
         raise InputError(

@@ -52,6 +52,9 @@ _DERIVED = MappingProxyType(
         "arcsec": (math.pi / 648_000, "rad"),
     }
 )
+# The values above that are no decimal number.
+_PARTS_OF_PI = MappingProxyType({"deg": 180, "arcmin": 10_800, "arcsec": 648_000})
+_PER_SQUARE_INCH = MappingProxyType({"psi": "4.4482216152605", "ksi": "4448.2216152605"})
 OTHER_SPELLINGS = MappingProxyType(
     {"µm": "um", "μm": "um", "µrad": "urad", "μrad": "urad", "°": "deg"}
 )
@@ -80,6 +83,37 @@ def make_quantity(magnitude: Any, unit: PlainUnit | None = None) -> Quantity:
     if inverse and abs(inverse * factor - 1) < 1e-12:
         return units.Quantity(magnitude / inverse, base)
     return units.Quantity(magnitude * factor, base)
+
+
+def exact_quantity(magnitude: Any, unit: PlainUnit | None = None) -> Quantity:
+    """The quantity in base units with a SymPy magnitude, by exact factors; degrees make pi.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> exact_quantity(sp.Integer(120), make_unit({"deg": 1})).magnitude
+    2*pi/3
+    """
+    if unit is None:
+        return make_quantity(magnitude)
+    units = registry()
+    factor: Any = 1
+    for word, power in units.Quantity(1, unit).unit_items():
+        factor *= _exact_factor(word) ** int(power)
+    return units.Quantity(magnitude * factor, units.get_base_units(unit)[1])
+
+
+@functools.cache
+def _exact_factor(word: str) -> Any:
+    import sympy as sp
+
+    if word in _BASE_WORDS:
+        return sp.Integer(1)
+    if word in _PARTS_OF_PI:
+        return sp.pi / _PARTS_OF_PI[word]
+    if word in _PER_SQUARE_INCH:
+        return sp.Rational(_PER_SQUARE_INCH[word]) / sp.Rational("0.0254") ** 2
+    return sp.Rational(repr(_DERIVED[word][0]))
 
 
 def make_unit(powers: Mapping[str, int]) -> Unit:

@@ -10,6 +10,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics.closure.newton import NewtonTask, attachment_frame
 from robostiff.kinematics.closure.rod import Rod, recognise_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
+from robostiff.kinematics.closure.sliding_rod import SlidingRod, recognise_sliding_rod
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
@@ -24,7 +25,7 @@ class LegSolver:
     Attributes
     ----------
     leg : Leg
-    closed_form : Strut, Rod or None
+    closed_form : Strut, Rod, SlidingRod or None
     home_pose : (6,) array
         Pose coordinates of the home configuration.
     home : (size,) array
@@ -34,7 +35,7 @@ class LegSolver:
     """
 
     leg: Leg
-    closed_form: Strut | Rod | None
+    closed_form: Strut | Rod | SlidingRod | None
     home_pose: np.ndarray
     home: np.ndarray
     length: float
@@ -75,8 +76,10 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     """
     R_home, p_home = frame_in_base(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
     skeleton = skeleton_of(leg.chain)
-    closed_form = recognise_strut(skeleton) or recognise_rod(skeleton)
-    if isinstance(closed_form, Rod):
+    closed_form = (
+        recognise_strut(skeleton) or recognise_rod(skeleton) or recognise_sliding_rod(skeleton)
+    )
+    if isinstance(closed_form, Rod | SlidingRod):
         closed_form = closed_form.with_sign_of(leg.elbow, R_home, p_home)
     elif leg.elbow is not Elbow.HOME:
         raise InputError(
@@ -101,7 +104,7 @@ def frame_in_base(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frame at which the chain of a leg ends, seen from the frame in which it begins."""
     R, p = attachment_frame(leg, R_platform, p_platform)
-    R_base, p_base = leg.base_frame
+    R_base, p_base = leg.base.R, leg.base.p
     return (
         product(R_base.T, R),
         np.einsum("ji,...j->...i", R_base, p - p_base),
@@ -110,7 +113,7 @@ def frame_in_base(
 
 def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
     R_wanted, p_wanted = attachment_frame(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
-    placed = place_chain(leg.chain, q, *leg.base_frame)
+    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     shift = float(np.linalg.norm(p_wanted - placed.p))
     turn = float(np.linalg.norm(vector_of_turn(R_wanted @ placed.R.T)))
     if shift > 1e-7 * length or turn > 1e-7:

@@ -126,7 +126,7 @@ class NewtonTask:
         parts = []
         for leg, own in zip(self.legs, q, strict=True):
             R_wanted, p_wanted = attachment_frame(leg, R_platform, pose[:, :3])
-            placed = place_chain(leg.chain, own, *leg.base_frame)
+            placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
             turn = vector_of_turn(np.einsum("nij,nkj->nik", R_wanted, placed.R))
             parts += [p_wanted - placed.p, turn * self.length]
         e = np.concatenate(parts, axis=-1) / self.length
@@ -142,7 +142,7 @@ class NewtonTask:
         column = 0
         for i, (leg, own) in enumerate(zip(self.legs, q, strict=True)):
             rows = slice(6 * i, 6 * i + 6)
-            placed = place_chain(leg.chain, own, *leg.base_frame)
+            placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
             moving = [f for f, free in zip(placed.freedoms, leg.chain.free, strict=True) if free]
             J[:, rows, column : column + len(moving)] = freedom_twists(moving, placed.p)
             column += len(moving)
@@ -198,7 +198,7 @@ def attachment_frame(
     leg: Leg, R_platform: np.ndarray, p_platform: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frame on the platform at which the chain of a leg ends, in the world."""
-    R_attachment, p_attachment = leg.attachment_frame
+    R_attachment, p_attachment = leg.attachment.R, leg.attachment.p
     p = p_platform + np.einsum("...ij,j->...i", R_platform, p_attachment)
     return product(R_platform, R_attachment), p
 

@@ -1,0 +1,85 @@
+"""What a map costs beside the computation: poses a second around an evaluator that only fills.
+
+python benchmarks/map_overhead.py [values an axis of a grid of six axes]
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import robostiff as rs
+from robostiff.analysis.maps.dataset import MapArrays
+from robostiff.analysis.maps.job import MapJob
+from robostiff.analysis.maps.new_store import create_store
+from robostiff.analysis.maps.pose_columns import SIX, pose_columns
+from robostiff.analysis.maps.progress import followed
+from robostiff.analysis.maps.quantity_variables import map_variables
+from robostiff.analysis.maps.run import run_in_threads
+from robostiff.analysis.maps.store import MapStore
+from robostiff.analysis.maps.summary import MapSummary
+from robostiff.spatial.batch import empty_batch
+
+
+@dataclass(frozen=True)
+class Filling:
+    """Fills the variables with numbers that do not compress well."""
+
+    robot: rs.Robot
+    quantity: rs.Quantity
+    method: str = "none"
+    most_poses: int = 2**20
+
+    @property
+    def variables(self):
+        return map_variables(self.robot, (self.quantity,))
+
+    def evaluate(self, poses):
+        found = {}
+        for variable in self.variables:
+            array = empty_batch((len(poses),), variable.shape, variable.dtype)
+            if variable.is_float:
+                for k, entry in enumerate(np.ndindex(variable.shape)):
+                    array[(slice(None), *entry)] = poses[:, k % 6] + 1.234 * poses[:, (k + 1) % 6]
+            else:
+                array[...] = 0
+            found[variable.name] = array
+        return found
+
+
+def main() -> None:
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 12
+    robot: Any = rs.load("hexapod")
+    grid = rs.Grid({name: rs.Axis(-0.1, 0.1, count) for name in SIX})
+    columns = pose_columns(robot, grid.names)
+    print(f"{count**6} poses, {rs.Threads().number} threads, million poses a second")
+    print(f"{'quantity':20} {'memory':>10} {'Zarr':>10}")
+    for quantity in (rs.Quantity.PRINCIPAL_STIFFNESS, rs.Quantity.STIFFNESS):
+        job = MapJob(Filling(robot, quantity), columns, grid)
+        blocks = range(len(job.partition))
+
+        def rate(work, finish, job=job, blocks=blocks):
+            started = time.perf_counter()
+            running = run_in_threads(work, blocks, rs.Threads())
+            finish(followed(running, MapSummary(), job.partition.poses, None))
+            return job.partition.poses / (time.perf_counter() - started) / 1e6
+
+        arrays = MapArrays(job, {})
+        rate(arrays.compute, arrays.dataset)  # the first touch of memory is the system's time
+        in_memory = rate(arrays.compute, arrays.dataset)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "map.zarr"
+            create_store(path, job, {}, {})
+            store = MapStore(path, job)
+            on_disk = rate(store.compute, store.finish)
+        print(f"{quantity.value:20} {in_memory:10.2f} {on_disk:10.2f}")
+
+
+if __name__ == "__main__":
+    main()

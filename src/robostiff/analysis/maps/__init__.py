@@ -1,0 +1,20 @@
+"""Maps: stiffness at any number of poses, restartable, on one machine or many."""
+
+from robostiff.analysis.maps.grid import Axis, Grid
+from robostiff.analysis.maps.map import stiffness_map
+from robostiff.analysis.maps.pose_list import PoseList
+from robostiff.analysis.maps.progress import Progress
+from robostiff.analysis.maps.quantities import Quantity
+from robostiff.analysis.maps.random_poses import RandomPoses
+from robostiff.analysis.maps.run import Threads
+
+__all__ = [
+    "Axis",
+    "Grid",
+    "PoseList",
+    "Progress",
+    "Quantity",
+    "RandomPoses",
+    "Threads",
+    "stiffness_map",
+]

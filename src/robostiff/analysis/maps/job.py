@@ -1,0 +1,137 @@
+"""The work of a map, block by block: poses, selection, evaluation, summary."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from robostiff.analysis.maps.evaluator import Evaluator
+from robostiff.analysis.maps.partition import Partition, poses_in_a_block
+from robostiff.analysis.maps.pose_columns import PoseColumns
+from robostiff.analysis.maps.pose_source import PoseSource
+from robostiff.analysis.maps.summary import MapSummary, summarize
+from robostiff.analysis.maps.variables import EXCLUDED, Variable
+from robostiff.errors import InputError
+
+Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
+"""Takes arrays of coordinates by name, one entry a pose; tells which poses to compute."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """The answer at the poses of a block.
+
+    Attributes
+    ----------
+    arrays : mapping of str to (..., N) arrays
+        Poses along the last axis, contiguous.
+    summary : MapSummary
+    """
+
+    arrays: Mapping[str, np.ndarray]
+    summary: MapSummary
+
+
+@dataclass(frozen=True)
+class MapJob:
+    """Everything that a worker needs; picklable.
+
+    Attributes
+    ----------
+    evaluator : Evaluator
+    columns : PoseColumns
+    source : PoseSource
+    where : Selection or None
+    """
+
+    evaluator: Evaluator
+    columns: PoseColumns
+    source: PoseSource
+    where: Selection | None = None
+
+    @cached_property
+    def coordinates(self) -> tuple[Variable, ...]:
+        """Coordinates that each pose has of its own, as variables; none of a grid."""
+        along = self.source.axis_values()
+        return tuple(
+            Variable(name, (), (), self.columns.unit_of(name), "pose coordinate", dtype="float64")
+            for name in self.source.names
+            if name not in along
+        )
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """What a block holds: coordinates of its poses, then the answers."""
+        return (*self.coordinates, *self.evaluator.variables)
+
+    @property
+    def bytes_a_pose(self) -> int:
+        """Memory for the answer at one pose."""
+        return sum(variable.bytes_a_pose for variable in self.variables)
+
+    @cached_property
+    def partition(self) -> Partition:
+        """The blocks, which depend on the question alone, not on who answers it."""
+        most = poses_in_a_block(self.bytes_a_pose, self.evaluator.most_poses)
+        return Partition.of(self.source.shape, most)
+
+    def poses(self, part: tuple[slice, ...]) -> np.ndarray:
+        """Poses of a block (N, n_coordinates), equal coordinates side by side in memory."""
+        values = self.source.values(part)
+        count = math.prod(values.shape[1:])
+        columns = np.empty((len(self.columns.names), count))
+        for k, (name, home) in enumerate(zip(self.columns.names, self.columns.home, strict=True)):
+            if name in self.source.names:
+                columns[k] = values[self.source.names.index(name)].reshape(count)
+            else:
+                columns[k] = home
+        return columns.T
+
+    def selected(self, poses: np.ndarray) -> np.ndarray | None:
+        """Which poses to compute (N,); None for all of them.
+
+        Raises
+        ------
+        InputError
+            When `where` does not answer with a truth value a pose.
+        """
+        if self.where is None:
+            return None
+        answer = np.asarray(self.where(dict(zip(self.columns.names, poses.T, strict=True))))
+        if answer.dtype != bool or answer.shape not in {(), (len(poses),)}:
+            raise InputError(
+                "answer of 'where'",
+                got=f"an array of {answer.dtype}, shape {answer.shape}",
+                expected=f"an array of bool, shape ({len(poses)},)",
+                hint='write where=lambda pose: pose["x"]**2 + pose["y"]**2 < 0.01',
+            )
+        return np.broadcast_to(answer, (len(poses),))
+
+    def compute(self, index: int) -> Block:
+        """The answer at the poses of a block."""
+        poses = self.poses(self.partition.slices(index))
+        chosen = self.selected(poses)
+        whole = chosen is None or bool(np.all(chosen))
+        asked = poses if whole else _side_by_side(poses, chosen)
+        found = self.evaluator.evaluate(asked) if len(asked) else {}
+        arrays = {v.name: poses[:, self.columns.names.index(v.name)] for v in self.coordinates}
+        for variable in self.evaluator.variables:
+            if whole:
+                values = np.moveaxis(found[variable.name], 0, -1)
+                arrays[variable.name] = np.ascontiguousarray(values, dtype=variable.dtype)
+                continue
+            missing = EXCLUDED if variable.name == "status" else variable.missing
+            room = np.full((*variable.shape, len(poses)), missing, variable.dtype)
+            if found:
+                room[..., chosen] = np.moveaxis(found[variable.name], 0, -1)
+            arrays[variable.name] = room
+        guarded = int(np.count_nonzero(found["guarded"])) if "guarded" in found else 0
+        return Block(arrays, summarize(arrays, self.evaluator.variables, guarded))
+
+
+def _side_by_side(poses: np.ndarray, chosen: np.ndarray | None) -> np.ndarray:
+    return np.ascontiguousarray(poses.T[:, chosen]).T

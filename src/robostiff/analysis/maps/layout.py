@@ -1,0 +1,138 @@
+"""What a map looks like to its reader: coordinates, attributes, words."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.maps.job import MapJob
+from robostiff.analysis.maps.summary import MapSummary
+from robostiff.analysis.maps.variables import Variable, status_flags, status_words
+from robostiff.errors import InputError
+from robostiff.model import Robot
+from robostiff.version import __version__
+
+_CONVENTIONS = (
+    "F = K t; twist: displacement of the reference point, then rotation; wrench: force, then "
+    "moment about the reference point; world axes; SI units; rx ry rz: rotation vector. "
+    "NaN: no answer at this pose, and 'status' tells why."
+)
+
+
+@dataclass(frozen=True)
+class CoordinateArray:
+    """An array that names places along the dimensions of a map."""
+
+    dims: tuple[str, ...]
+    values: np.ndarray
+    attributes: Mapping[str, Any]
+
+
+def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
+    """Axes of a grid, time along a list, names of rows and columns.
+
+    Coordinates that each pose has of its own are variables of the job instead.
+
+    Raises
+    ------
+    InputError
+        When a joint is called like a variable of the map.
+    """
+    source = job.source
+    found: dict[str, CoordinateArray] = {}
+    for name, values in source.axis_values().items():
+        attributes = {"units": job.columns.unit_of(name), "long_name": _meaning(job, name)}
+        found[name] = CoordinateArray((name,), values, attributes)
+    parameter = source.parameter()
+    if parameter is not None:
+        name, unit, values = parameter
+        long_name = "time" if unit == "s" else "length along the path"
+        attributes = {"units": unit, "long_name": long_name}
+        found[name] = CoordinateArray(source.dims, values, attributes)
+    for variable in job.evaluator.variables:
+        for dim, labels in zip(variable.dims, variable.labels, strict=False):
+            found[dim] = CoordinateArray((dim,), np.array(labels), {"long_name": dim})
+    taken = {v.name for v in job.evaluator.variables} | {d for v in job.variables for d in v.dims}
+    for name in source.names:
+        if name in taken or "/" in name:
+            raise InputError(
+                "name of a joint in a map",
+                got=name,
+                expected=f"none of {', '.join(sorted(taken))}, and without /",
+                hint="rename the joint in the model file",
+            )
+    return found
+
+
+def own_coordinates(job: MapJob) -> list[str]:
+    """Names of the coordinates that are no dimension: of single poses, and time."""
+    parameter = job.source.parameter()
+    return [v.name for v in job.coordinates] + ([parameter[0]] if parameter else [])
+
+
+def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
+    """Units and words of a variable, and the flags of the status (CF conventions, 3.5)."""
+    attributes: dict[str, Any] = {"units": variable.units, "long_name": variable.long_name}
+    if variable in job.coordinates:
+        attributes["long_name"] = _meaning(job, variable.name)
+    if variable.note:
+        attributes["comment"] = variable.note
+    if variable.name == "status":
+        flags = status_flags()
+        attributes["flag_masks"] = list(flags)
+        attributes["flag_values"] = list(flags)
+        attributes["flag_meanings"] = " ".join(flags.values())
+    return attributes
+
+
+def map_attributes(
+    robot: Robot, job: MapJob, wrench: tuple[float, ...], length: float
+) -> dict[str, Any]:
+    """What is known before the first pose is computed."""
+    attributes: dict[str, Any] = {
+        "Conventions": "CF-1.11",
+        "title": f"stiffness map of {robot.name}",
+        "robot": robot.name,
+        "robot_title": robot.title,
+        "source": robot.source.strip(),
+        "robostiff_version": __version__,
+        "method": job.evaluator.method,
+        "conventions": _CONVENTIONS,
+        "reference_point": [float(x) for x in robot.reference_point],
+        "reference_point_comment": "in the platform frame [m]",
+        "pose_coordinates": " ".join(job.columns.names),
+        "home_pose": list(job.columns.home),
+        "characteristic_length": length,
+    }
+    if wrench:
+        attributes["wrench"] = list(wrench)
+        attributes["wrench_order"] = " ".join(robot.space.wrench_order)
+    return attributes
+
+
+def summary_attributes(summary: MapSummary) -> dict[str, Any]:
+    """What is known when all poses are computed."""
+    words = {status_words(code): count for code, count in summary.statuses.items()}
+    return {
+        "poses": summary.poses,
+        "poses_computed": summary.computed,
+        "poses_reachable": summary.reachable,
+        "poses_guarded": summary.guarded,
+        "statuses": json.dumps(words),
+    }
+
+
+def range_attributes(summary: MapSummary) -> dict[str, dict[str, Any]]:
+    """``actual_range`` of each variable that has one (NetCDF users' guide)."""
+    return {name: {"actual_range": list(ends)} for name, ends in summary.ranges.items()}
+
+
+def _meaning(job: MapJob, name: str) -> str:
+    if job.columns.of_joints:
+        return f"joint coordinate {name}"
+    axis = name[-1]
+    return f"rotation vector, {axis}" if name.startswith("r") else f"platform position, {axis}"

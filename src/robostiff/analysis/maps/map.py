@@ -1,0 +1,191 @@
+"""Stiffness over a workspace."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.maps.dataset import MapArrays, open_map
+from robostiff.analysis.maps.extra import maps_extra
+from robostiff.analysis.maps.job import Selection
+from robostiff.analysis.maps.new_store import (
+    already_there,
+    check_identity,
+    create_store,
+    read_identity,
+)
+from robostiff.analysis.maps.pose_source import PoseSource
+from robostiff.analysis.maps.progress import Progress, followed
+from robostiff.analysis.maps.quantities import Quantity
+from robostiff.analysis.maps.request import MapRequest, check_memory, checked_request
+from robostiff.analysis.maps.run import Threads, dask_client, run_in_threads, run_on_dask
+from robostiff.analysis.maps.store import MapStore
+from robostiff.analysis.maps.summary import MapSummary
+from robostiff.errors import InputError
+from robostiff.model import Robot, Snapshot
+
+if TYPE_CHECKING:
+    import xarray
+    from distributed import Client
+
+_DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
+
+
+def stiffness_map(
+    robot: Robot | Snapshot,
+    poses: PoseSource,
+    quantities: Iterable[Quantity] = _DEFAULT_QUANTITIES,
+    *,
+    wrench: ArrayLike | None = None,
+    characteristic_length: float | None = None,
+    where: Selection | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | Client | Threads | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> xarray.Dataset:
+    """Stiffness of a robot at many poses, as arrays with named dimensions.
+
+    Parameters
+    ----------
+    robot : Robot
+        A snapshot is refused: it cannot move.
+    poses : Grid, PoseList or RandomPoses
+    quantities : iterable of Quantity
+        Besides rank and status, which are always there.
+    wrench : (6,) array, or (3,) for a planar robot, optional
+        Load about the reference point, world axes [N, N m], for quantities that need one.
+    characteristic_length : float, optional
+        Of the indices [m]; that of the robot at home when left out.
+    where : callable, optional
+        Takes a mapping of coordinates to arrays, one entry a pose, and tells which poses to compute
+        (array of bool); the others get the status ``excluded``.
+    store : path, optional
+        Where to write the map as Zarr, block by block; it may be larger than memory. Without it the
+        map is made in memory.
+    resume : bool
+        Go on with the map in `store` where it was interrupted.
+    workers : int, optional
+        How many processes of this machine Dask shall start for this map.
+    scheduler : str, dask.distributed.Client or Threads, optional
+        The address of a Dask scheduler, whose workers see `store` under the same path; or how many
+        threads of this process to use, as many as processors when left out.
+    progress : callable, optional
+        Called with a `Progress` after each block.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions of `poses`, then those of the quantity. Floats hold NaN where there is no answer,
+        and ``status`` tells why.
+
+    Raises
+    ------
+    InputError
+        When something does not fit, or `store` exists and holds another map.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> grid = rs.Grid(x=rs.Axis(-0.1, 0.1, 3), rz=rs.Axis(0, 0.2, 2))
+    >>> found = rs.stiffness_map(rs.load("gough-stewart-b"), grid)
+    >>> found.translational_stiffness.dims
+    ('x', 'rz', 'principal_translation')
+    >>> int(found["rank"].sel(x=0.1, rz=0.2))
+    6
+    """
+    request = checked_request(robot, poses, quantities, wrench, characteristic_length, where)
+    threads = _threads(workers, scheduler)
+    with maps_extra():
+        import xarray  # noqa: F401
+    if store is None:
+        if resume:
+            raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
+        if threads is None and scheduler is not None:
+            raise InputError("store of a map", got="none", expected="a path that all workers see")
+        check_memory(request.job)
+        if threads is not None:
+            arrays = MapArrays(request.job, request.attributes)
+            total = request.job.partition.poses
+            blocks = run_in_threads(arrays.compute, range(len(request.job.partition)), threads)
+            return arrays.dataset(followed(blocks, MapSummary(), total, progress))
+        with TemporaryDirectory(prefix="robostiff-map-") as folder:
+            path = Path(folder) / "map.zarr"
+            _fill(path, request, False, _Workforce(threads, workers, scheduler), progress)
+            return open_map(path).load()
+    path = Path(store)
+    _fill(path, request, resume, _Workforce(threads, workers, scheduler), progress)
+    return open_map(path)
+
+
+@dataclass(frozen=True)
+class _Workforce:
+    """Who computes."""
+
+    threads: Threads | None
+    workers: int | None
+    scheduler: str | Client | Threads | None
+
+    @contextmanager
+    def ready(self) -> Iterator[Callable[[MapStore, list[int]], Iterator[tuple[int, MapSummary]]]]:
+        """What computes blocks of a store."""
+        threads = self.threads
+        if threads is not None:
+            yield lambda store, todo: run_in_threads(store.compute, todo, threads)
+        else:
+            with dask_client(self.workers, self.scheduler) as client:
+                yield lambda store, todo: run_on_dask(client, store, todo)
+
+
+def _fill(
+    path: Path,
+    request: MapRequest,
+    resume: bool,
+    workforce: _Workforce,
+    progress: Callable[[Progress], None] | None,
+) -> None:
+    """Begin a store, or take that of the same request, and compute what is not there yet."""
+    with maps_extra():
+        import zarr  # noqa: F401
+    path = path.absolute()
+    identity = request.identity()
+    if path.exists():
+        if not resume:
+            raise already_there(path)
+        check_identity(path, identity)
+        if read_identity(path)["complete"]:
+            return
+    partition = request.job.partition
+    with workforce.ready() as run:
+        if not path.exists():
+            create_store(path, request.job, identity, request.attributes)
+        store = MapStore(path, request.job)
+        done = store.done()
+        todo = [index for index in range(len(partition)) if index not in done]
+        try:
+            before = MapSummary.total(done.values())
+            summary = followed(run(store, todo), before, partition.poses, progress)
+        finally:
+            store.close()
+    store.finish(summary)
+
+
+def _threads(workers: int | None, scheduler: str | Client | Threads | None) -> Threads | None:
+    """Threads of this process; None for Dask."""
+    if workers is not None:
+        if scheduler is not None:
+            raise InputError("workers and scheduler", expected="one of them")
+        if not isinstance(workers, int) or workers < 1:
+            raise InputError("workers", got=workers, expected="a whole number from 1")
+        return None
+    if scheduler is None:
+        return Threads()
+    return scheduler if isinstance(scheduler, Threads) else None

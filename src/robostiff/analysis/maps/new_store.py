@@ -1,0 +1,154 @@
+"""An empty map on disk, and what tells one map from another."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import uuid
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.analysis.maps.extra import maps_extra
+from robostiff.analysis.maps.job import MapJob
+from robostiff.analysis.maps.layout import coordinate_arrays, own_coordinates, variable_attributes
+from robostiff.errors import InputError
+
+if TYPE_CHECKING:
+    import zarr
+
+IDENTITY = "robostiff_map"
+JOURNALS = "progress"
+
+
+def create_store(
+    path: Path,
+    job: MapJob,
+    identity: Mapping[str, str],
+    attributes: Mapping[str, Any],
+) -> None:
+    """Make an empty store beside its place, then move it there whole.
+
+    Raises
+    ------
+    InputError
+        When something is there already, or its folder is missing.
+    """
+    with maps_extra():
+        import zarr
+
+    if not path.parent.is_dir():
+        raise InputError("store of a map", got=str(path), expected="a path in an existing folder")
+    begun = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
+    try:
+        _fill_with_nothing(zarr.open_group(begun, mode="w-"), job, identity, attributes)
+        if path.exists():
+            raise already_there(path)
+        begun.rename(path)
+    finally:
+        shutil.rmtree(begun, ignore_errors=True)
+    sync(path.parent)
+
+
+def _fill_with_nothing(
+    group: zarr.Group, job: MapJob, identity: Mapping[str, str], attributes: Mapping[str, Any]
+) -> None:
+    """Attributes, coordinates, and arrays without a chunk."""
+    from zarr.codecs import BloscCodec, TransposeCodec
+
+    source, partition = job.source, job.partition
+    lead = len(partition.shape)
+    about = {
+        "parts": dict(identity),
+        "variables": [variable.name for variable in job.variables],
+        "complete": False,
+    }
+    group.attrs.update({**attributes, IDENTITY: about})
+    if names := own_coordinates(job):
+        group.attrs["coordinates"] = " ".join(names)
+    for variable in job.variables:
+        own = len(variable.shape)
+        # Entries of a matrix lie in planes, as in memory: writing needs no transposition, and
+        # neighbours are alike.
+        order = (*range(lead, lead + own), *range(lead))
+        group.create_array(
+            variable.name,
+            shape=(*partition.shape, *variable.shape),
+            chunks=(*partition.block, *variable.shape),
+            dtype=variable.dtype,
+            # 0 would make a place that was not written look like an answer.
+            fill_value=variable.missing,
+            filters=[TransposeCodec(order=order)] if own else None,
+            compressors=BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"),
+            dimension_names=(*source.dims, *variable.dims),
+            attributes=variable_attributes(job, variable),
+        )
+    for name, coordinate in coordinate_arrays(job).items():
+        group.create_array(
+            name,
+            data=_storable(coordinate.values),
+            dimension_names=coordinate.dims,
+            attributes=dict(coordinate.attributes),
+        )
+    group.create_group(JOURNALS)
+
+
+def read_identity(path: Path) -> dict[str, Any]:
+    """What a store says about the map it holds.
+
+    Raises
+    ------
+    InputError
+        When it is no map.
+    """
+    try:
+        root = json.loads((path / "zarr.json").read_text(encoding="utf-8"))
+        return root["attributes"][IDENTITY]
+    except (OSError, ValueError, KeyError):
+        raise InputError(
+            "store of a map", got=str(path), expected="a map that was begun by robostiff"
+        ) from None
+
+
+def check_identity(path: Path, identity: Mapping[str, str]) -> None:
+    """Raise unless a store holds the very map that is asked for."""
+    stored = read_identity(path)["parts"]
+    other = [part for part in identity if stored.get(part) != identity[part]]
+    if other:
+        raise InputError(
+            f"map in {str(path)!r}",
+            got=f"one with other {' and other '.join(other)}",
+            expected="the very map that was begun",
+            hint="use another path, or remove that map",
+        )
+
+
+def already_there(path: Path) -> InputError:
+    """The complaint about a path that is taken."""
+    return InputError(
+        "output of a map",
+        got=str(path),
+        expected="a path where nothing is yet",
+        hint="use another path"
+        + ("; an interrupted map goes on with resume=True (--resume)" if path.is_dir() else ""),
+    )
+
+
+def sync(path: Path) -> None:
+    """Wait until a file or the entries of a folder are on disk."""
+    try:
+        handle = os.open(path, os.O_RDONLY)
+    except FileNotFoundError:  # Zarr writes no chunk that holds nothing but its fill value
+        return
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _storable(values: np.ndarray) -> np.ndarray:
+    """Texts of any length, as Zarr has them."""
+    return values.astype(np.dtypes.StringDType()) if values.dtype.kind == "U" else values

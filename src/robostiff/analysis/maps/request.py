@@ -1,0 +1,178 @@
+"""What is asked of a map, checked before the first pose is computed."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.maps.evaluator import BatchedEvaluator
+from robostiff.analysis.maps.fingerprint import fingerprint
+from robostiff.analysis.maps.job import MapJob, Selection
+from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
+from robostiff.analysis.maps.pose_columns import pose_columns
+from robostiff.analysis.maps.pose_source import PoseSource
+from robostiff.analysis.maps.quantities import Quantity
+from robostiff.analysis.stiffness_at_pose import stiffness
+from robostiff.errors import InputError
+from robostiff.model import Robot, Snapshot
+from robostiff.spatial import as_floats
+from robostiff.version import __version__
+
+_MEMORY_SHARE = 0.8
+_SAMPLED_BLOCKS = 16
+
+
+@dataclass(frozen=True)
+class MapRequest:
+    """A map that can be made.
+
+    Attributes
+    ----------
+    job : MapJob
+    attributes : mapping
+        Of the map.
+    settings : mapping
+        Quantities, wrench and characteristic length.
+    """
+
+    job: MapJob
+    attributes: Mapping[str, Any]
+    robot: Robot
+    settings: Mapping[str, Any]
+
+    def identity(self) -> dict[str, str]:
+        """A fingerprint of everything on which the map depends, part by part."""
+        job = self.job
+        return {
+            "robot": fingerprint(self.robot),
+            "poses": fingerprint([job.source.description(), job.partition.block]),
+            "quantities": fingerprint(self.settings),
+            "selection": fingerprint(_sampled_selection(job)),
+            "method": fingerprint(job.evaluator.method),
+            "version of robostiff": __version__,
+        }
+
+
+def checked_request(
+    robot: Robot | Snapshot,
+    poses: PoseSource,
+    quantities: Iterable[Quantity],
+    wrench: ArrayLike | None,
+    characteristic_length: float | None,
+    where: Selection | None,
+) -> MapRequest:
+    """The map that is asked for.
+
+    Raises
+    ------
+    InputError
+        When something does not fit.
+    """
+    if not isinstance(robot, Robot):
+        raise InputError(
+            "robot of a map",
+            got=robot,
+            expected="a Robot, which can move",
+            hint='write load("hexapod"); a snapshot is frozen at its own pose',
+        )
+    if isinstance(poses, type) or not isinstance(poses, PoseSource):
+        raise InputError(
+            "poses of a map",
+            got=poses,
+            expected="a Grid, a PoseList or RandomPoses",
+            hint="write Grid(x=Axis(-0.1, 0.1, 21))",
+        )
+    if where is not None and not callable(where):
+        raise InputError(
+            "where",
+            got=where,
+            expected="a function of the coordinates",
+            hint='write where=lambda pose: pose["x"]**2 + pose["y"]**2 < 0.01',
+        )
+    wanted = _quantities(quantities)
+    F = _wrench(robot, wanted, wrench)
+    length = _length(robot, characteristic_length)
+    columns = pose_columns(robot, poses.names)
+    evaluator = BatchedEvaluator(robot, columns, wanted, F, length)
+    job = MapJob(evaluator, columns, poses, where)
+    coordinate_arrays(job)
+    settings = {"quantities": wanted, "wrench": F, "length": length}
+    return MapRequest(job, map_attributes(robot, job, F, length), robot, settings)
+
+
+def check_memory(job: MapJob) -> None:
+    """Raise when a map does not fit into the memory of this machine."""
+    try:
+        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # not every system tells
+        return
+    needed = job.bytes_a_pose * job.partition.poses
+    if needed > _MEMORY_SHARE * memory:
+        raise InputError(
+            "map in memory",
+            got=f"{needed / 2**30:.3g} GiB for {job.partition.poses} poses",
+            expected=f"at most {_MEMORY_SHARE * memory / 2**30:.3g} GiB on this machine",
+            hint='write it to disk: store="map.zarr" (-o map.zarr)',
+        )
+
+
+def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
+    given = [quantities] if isinstance(quantities, Quantity | str) else list(quantities)
+    for quantity in given:
+        if not isinstance(quantity, Quantity):
+            raise InputError(
+                "quantity of a map",
+                got=quantity,
+                expected=", ".join(f"Quantity.{member.name}" for member in Quantity),
+            )
+    return tuple(quantity for quantity in Quantity if quantity in given)
+
+
+def _wrench(
+    robot: Robot, quantities: tuple[Quantity, ...], wrench: ArrayLike | None
+) -> tuple[float, ...]:
+    asked = [quantity.value for quantity in quantities if quantity.needs_wrench]
+    order = " ".join(robot.space.wrench_order)
+    expected = f"{robot.space.size} numbers: {order} [N, N m]"
+    if wrench is None:
+        if asked:
+            raise InputError(f"wrench of {asked[0]}", got="none", expected=expected)
+        return ()
+    if not asked:
+        raise InputError(
+            "wrench of a map",
+            got=wrench,
+            expected="a quantity that needs it",
+            hint="add Quantity.DEFLECTION (--quantity deflection)",
+        )
+    F = as_floats("wrench", wrench, expected)
+    if F.shape != (robot.space.size,):
+        raise InputError("wrench", got=wrench, expected=expected)
+    return tuple(map(float, F))
+
+
+def _length(robot: Robot, given: float | None) -> float:
+    if given is None:
+        return float(stiffness(robot).about_reference.length)
+    if not isinstance(given, int | float | np.number) or not 0 < given < math.inf:
+        raise InputError("characteristic_length", got=given, expected="a length above 0 [m]")
+    return float(given)
+
+
+def _sampled_selection(job: MapJob) -> list[np.ndarray] | None:
+    """What `where` selects in some blocks: a function cannot be compared, its answers can."""
+    if job.where is None:
+        return None
+    count = len(job.partition)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, _SAMPLED_BLOCKS)).astype(int))
+    found = []
+    for index in chosen:
+        answer = job.selected(job.poses(job.partition.slices(int(index))))
+        found.append(np.packbits(np.asarray(answer, dtype=bool)))
+    return found

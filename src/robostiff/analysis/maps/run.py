@@ -1,0 +1,186 @@
+"""Who runs the blocks of a map: threads of this process, or Dask workers. All give the same."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import uuid
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+from robostiff.analysis.maps.extra import maps_extra
+from robostiff.analysis.maps.store import MapStore
+from robostiff.analysis.maps.summary import MapSummary
+from robostiff.errors import InputError, NoAnswerError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+# Blocks handed out ahead of those at work, a worker: enough to never wait, few enough to stop soon.
+_AHEAD = 2
+# How long a scheduler may take to answer.
+_PATIENCE = "10s"
+
+
+@dataclass(frozen=True)
+class Threads:
+    """Threads of this process.
+
+    Parameters
+    ----------
+    count : int, optional
+        As many as there are processors when left out.
+    """
+
+    count: int = 0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.count, int) or self.count < 0:
+            raise InputError("count of threads", got=self.count, expected="a whole number from 1")
+
+    @property
+    def number(self) -> int:
+        """How many."""
+        return self.count or _processors()
+
+
+def run_in_threads(
+    work: Callable[[int], MapSummary], todo: Sequence[int], threads: Threads
+) -> Iterator[tuple[int, MapSummary]]:
+    """Do blocks, and yield each when it is done."""
+    rest = iter(todo)
+    if threads.number == 1:
+        for index in rest:
+            yield index, work(index)
+        return
+    pool = ThreadPoolExecutor(threads.number, thread_name_prefix="robostiff-map")
+    running: dict[Future[MapSummary], int] = {}
+    try:
+        for index in islice(rest, _AHEAD * threads.number):
+            running[pool.submit(work, index)] = index
+        while running:
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                index = running.pop(future)
+                summary = future.result()
+                for following in islice(rest, 1):
+                    running[pool.submit(work, following)] = following
+                yield index, summary
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def run_on_dask(
+    client: Client, store: MapStore, todo: Sequence[int]
+) -> Iterator[tuple[int, MapSummary]]:
+    """Let Dask workers compute blocks and write them, and yield each when it is done.
+
+    Only summaries pass through the scheduler. The work of a worker that dies is given to another.
+
+    Raises
+    ------
+    NoAnswerError
+        When block after block kills its worker.
+    """
+    from distributed import KilledWorker, as_completed
+
+    run = uuid.uuid4().hex[:8]
+    # A task like the others, which is done again where the worker that held it has died.
+    shared = client.submit(_received, store, key=f"robostiff-map-{run}", pure=False)
+    rest = iter(todo)
+
+    def submit(index: int) -> Any:
+        key = f"robostiff-block-{run}-{index}"
+        return client.submit(_compute_and_write, shared, index, key=key, pure=False)
+
+    threads: Any = client.nthreads()
+    ahead = _AHEAD * max(1, sum(threads.values()))
+    running = as_completed(
+        [submit(index) for index in islice(rest, ahead)],
+        loop=client.loop,
+    )
+    for future in running:
+        try:
+            index, data = future.result()
+        except KilledWorker as error:
+            raise NoAnswerError(
+                f"workers died again and again over one block ({error}); the blocks done so far "
+                "are safe: give the workers more memory, and resume"
+            ) from None
+        for following in islice(rest, 1):
+            running.add(submit(following))
+        yield index, MapSummary.from_data(data)
+
+
+@contextmanager
+def dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
+    """A client of the scheduler given, or of a cluster of processes that lives as long as this.
+
+    Raises
+    ------
+    InputError
+        When there is no such scheduler.
+    """
+    with maps_extra():
+        from distributed import Client, LocalCluster
+    if isinstance(scheduler, Client):
+        yield scheduler
+    elif scheduler is not None:
+        if not isinstance(scheduler, str) or "://" not in scheduler:
+            raise InputError(
+                "scheduler",
+                got=scheduler,
+                expected="the address of a Dask scheduler or a dask.distributed.Client",
+                hint='write scheduler="tcp://host:8786"',
+            )
+        try:
+            client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise InputError(
+                "scheduler", got=scheduler, expected=f"one that answers ({error})"
+            ) from None
+        with client:
+            yield client
+    else:
+        own: dict[str, Any] = {
+            "n_workers": workers,
+            "threads_per_worker": 1,
+            "processes": True,
+            "dashboard_address": None,
+            "silence_logs": logging.CRITICAL,
+        }
+        with LocalCluster(**own) as cluster, Client(cluster, set_as_default=False) as client:
+            client.register_plugin(_left_to_end_by_us())
+            yield client
+
+
+def _left_to_end_by_us() -> Any:
+    """Ctrl-C reaches all processes of a terminal: this one ends the others, without their noise."""
+    from distributed import WorkerPlugin
+
+    class IgnoreInterrupts(WorkerPlugin):
+        name = "robostiff-ignore-interrupts"
+
+        def setup(self, worker: Any) -> None:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    return IgnoreInterrupts()
+
+
+def _received(store: MapStore) -> MapStore:
+    return store
+
+
+def _compute_and_write(store: MapStore, index: int) -> tuple[int, dict[str, Any]]:
+    return index, store.compute(index).as_data()
+
+
+def _processors() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,103 @@
+"""The arrays of a map: names, dimensions, units, and what stands where there is no answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.elastostatics import Status
+
+EXCLUDED = 256
+NOT_COMPUTED = 512
+NO_RANK = -1
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An array of a map.
+
+    Attributes
+    ----------
+    name : str
+    dims : tuple of str
+        After those of the poses.
+    shape : tuple of int
+    units : str
+    long_name : str
+    dtype : str
+        Of NumPy.
+    labels : tuple of str
+        Of its last dimension, where the places have names (of both dimensions for K).
+    note : str
+        What a reader must know.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    units: str
+    long_name: str
+    dtype: str = "float32"
+    labels: tuple[tuple[str, ...], ...] = ()
+    note: str = ""
+
+    @property
+    def is_float(self) -> bool:
+        """Whether NaN stands where there is no answer."""
+        return np.dtype(self.dtype).kind == "f"
+
+    @property
+    def missing(self) -> float | int:
+        """What stands where there is no answer."""
+        if self.is_float:
+            return float("nan")
+        return NO_RANK if self.name == "rank" else NOT_COMPUTED
+
+    @property
+    def bytes_a_pose(self) -> int:
+        """Memory for one pose."""
+        return int(np.prod(self.shape, dtype=int)) * np.dtype(self.dtype).itemsize
+
+
+RANK = Variable(
+    "rank",
+    (),
+    (),
+    "1",
+    "number of independent wrenches that hold the platform",
+    dtype="int8",
+    note=f"{NO_RANK} where the pose is out of reach or was not computed",
+)
+STATUS = Variable(
+    "status",
+    (),
+    (),
+    "1",
+    "what happened at the pose",
+    dtype="uint16",
+    note="0 is a plain answer; several flags may hold at once",
+)
+
+
+def status_flags() -> dict[int, str]:
+    """Every flag of the variable ``status``: those of `Status`, and two of the map.
+
+    Examples
+    --------
+    >>> status_flags()[64], status_flags()[256]
+    ('unreachable', 'excluded')
+    """
+    flags = {int(member): str(member) for member in Status if member}
+    return {**flags, EXCLUDED: "excluded", NOT_COMPUTED: "not-computed"}
+
+
+def status_words(code: int) -> str:
+    """A status code in words.
+
+    Examples
+    --------
+    >>> status_words(0), status_words(9)
+    ('ok', 'free-motions+beyond-limits')
+    """
+    return "+".join(name for flag, name in status_flags().items() if code & flag) or "ok"

@@ -1,0 +1,162 @@
+"""Names for combinations that recur in a matrix, such as d_a = R - r and L_a^2 = d_a^2 + h^2."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.combination_names import CombinationNames
+from robostiff.analytic.derivation import Definition
+from robostiff.analytic.factors import (
+    Product,
+    bound_of_terms,
+    product_of,
+)
+from robostiff.analytic.field import ExactField
+from robostiff.analytic.squares import completed_squares
+from robostiff.errors import InputError
+
+# Matrices beyond this would take seconds to factor.
+_MOST_OPERATIONS = 15_000
+_MOST_TERMS = 300
+
+
+@dataclass(frozen=True)
+class NamedCombinations:
+    """A matrix in given symbols and in names for what recurs in it.
+
+    Attributes
+    ----------
+    matrix : sympy.ImmutableMatrix
+    definitions : tuple of Definition
+        What the names stand for, in given symbols and names defined before.
+    """
+
+    matrix: sp.ImmutableMatrix
+    definitions: tuple[Definition, ...]
+
+    @property
+    def written_out(self) -> sp.ImmutableMatrix:
+        """The matrix in given symbols alone."""
+        matrix: Any = self.matrix
+        for definition in reversed(self.definitions):
+            matrix = matrix.xreplace({definition.symbol: definition.expression})
+        return matrix
+
+
+def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
+    """Name the sums that occur in more than one place of a symmetric or other matrix.
+
+    Linear combinations are called d_a, d_b, ..., or k_a where stiffnesses are added; the roots of
+    positive quadratic forms L_a, ..., so that L_a^2 stands for the form; anything else p_a, ...
+    Each is a factor of entries or of their denominators. Entries that are too long to be factored,
+    or not of exact arithmetic, stay as they are.
+
+    Parameters
+    ----------
+    K : (m, n) SymPy matrix
+    taken : iterable of str
+        Names that are not to be given, besides those of the symbols of K.
+
+    Examples
+    --------
+    >>> R, r, h, k = sp.symbols("R r h k", positive=True)
+    >>> squared = (R - r) ** 2 + h**2
+    >>> K = sp.Matrix([[(R - r) ** 2, h * (R - r)], [h * (R - r), h**2]]) * k / squared
+    >>> named = name_combinations(K)
+    >>> for definition in named.definitions:
+    ...     print(definition.symbol, "=", definition.expression)
+    d_a = R - r
+    L_a = sqrt(d_a**2 + h**2)
+    >>> named.matrix[0, 1]
+    d_a*h*k/L_a**2
+    """
+    K = sp.ImmutableMatrix(K)
+    entries = list(K)
+    if not _is_manageable(entries):
+        return NamedCombinations(K, ())
+    try:
+        field = ExactField(entries)
+        written = {entry: _summands(field, entry) for entry in dict.fromkeys(entries)}
+    except InputError:
+        return NamedCombinations(K, ())
+    if any(len(base) > _MOST_TERMS for s in written.values() for p in s for base, _ in p.powers):
+        return NamedCombinations(K, ())
+    names = CombinationNames(field, {*taken, *(symbol.name for symbol in K.free_symbols)})
+    for base in _recurring(field, K, written):
+        names.give(base)
+    if not names.definitions:
+        return NamedCombinations(K, ())
+    shown = {entry: names.sum_of(products) for entry, products in written.items()}
+    named = sp.ImmutableMatrix(K.rows, K.cols, [shown[entry] for entry in entries])
+    return NamedCombinations(named, _used(named, names.definitions))
+
+
+def _is_manageable(entries: list[Any]) -> bool:
+    """Whether the entries are short, also when multiplied out, and exact."""
+    operations = 0
+    for entry in dict.fromkeys(entries):
+        operations += int(entry.count_ops())
+        if operations > _MOST_OPERATIONS or entry.has(sp.Float):
+            return False
+        parts = [part for term in sp.Add.make_args(entry) for part in sp.fraction(term)]
+        if any(bound_of_terms(part, _MOST_TERMS) > _MOST_TERMS for part in parts):
+            return False
+    return True
+
+
+def _summands(field: ExactField, entry: Any) -> list[Product]:
+    """An entry as one product; a sum of fractions, one a leg, as one product each."""
+    terms = sp.Add.make_args(entry)
+    is_sum_of_legs = len(terms) > 1 and any(sp.denom(term).free_symbols for term in terms)
+    if not is_sum_of_legs:
+        return [product_of(field, entry)]
+    by_denominator: dict[Any, Any] = {}
+    for term in terms:
+        element = field.element(term)
+        key = str(element.den)
+        known = by_denominator.get(key)
+        by_denominator[key] = element if known is None else known + element
+    return [product_of(field, element) for element in by_denominator.values()]
+
+
+def _recurring(field: ExactField, K: Any, written: dict[Any, list[Product]]) -> list[Any]:
+    """Sums that are factors in two or more places on or above the diagonal, short ones first."""
+    is_symmetric = K.rows == K.cols and K.T == K
+    places: Counter[str] = Counter()
+    found: dict[str, Any] = {}
+
+    def occurs(base: Any, times: int = 1) -> None:
+        found.setdefault(str(base), base)
+        places[str(base)] += times
+
+    for i in range(K.rows):
+        for j in range(i if is_symmetric else 0, K.cols):
+            bases = {str(b): b for product in written[K[i, j]] for b, _ in product.powers}
+            for base in bases.values():
+                if len(base) > 1:
+                    occurs(base)
+    roots: list[Any] = [g for g in field.generators if g.is_Pow and g.free_symbols]
+    for root in roots:
+        factors = field.element(root.base).num.factor()[1]
+        if len(factors) == 1:
+            occurs(factors[0][0], times=2)
+    for name in [name for name, count in places.items() if count > 1]:
+        for square, _ in completed_squares(field, found[name])[0]:
+            occurs(square)
+    recurring = [found[name] for name, count in places.items() if count > 1]
+    return sorted(recurring, key=lambda base: (base.total_degree() > 1, len(base), str(base)))
+
+
+def _used(matrix: Any, definitions: list[Definition]) -> tuple[Definition, ...]:
+    """The definitions that a matrix needs."""
+    wanted, kept = set(matrix.free_symbols), []
+    for definition in reversed(definitions):
+        if definition.symbol in wanted:
+            kept.append(definition)
+            wanted |= definition.expression.free_symbols
+    return tuple(reversed(kept))

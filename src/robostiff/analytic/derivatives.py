@@ -1,0 +1,186 @@
+"""Derivatives of stiffness formulas: how K changes with a length, an angle, a spring."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Definition, Derivation
+from robostiff.analytic.field import Element, ExactField
+from robostiff.errors import InputError
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """A derivation together with its derivative with respect to a given symbol.
+
+    Attributes
+    ----------
+    derivation : Derivation
+        What was differentiated.
+    symbol : sympy.Symbol
+    dK : sympy.ImmutableMatrix
+        dK / dsymbol (n x n) [unit of K by unit of the symbol], in symbols given or defined.
+    definitions : tuple of Definition
+        Named intermediates of K and of dK in the order in which they can be computed; empty in
+        closed form.
+    """
+
+    derivation: Derivation
+    symbol: sp.Symbol
+    dK: sp.ImmutableMatrix
+    definitions: tuple[Definition, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the derivative, such as dK_C_dR."""
+        return derivative_name(self.derivation.name, self.symbol)
+
+    @property
+    def K(self) -> sp.ImmutableMatrix:
+        """What was differentiated (n x n)."""
+        return self.derivation.K
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether K and dK are written in the given symbols alone."""
+        return not self.definitions
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """The given symbols, in alphabetical order."""
+        return self.derivation.symbols
+
+    def substituted(
+        self, values: Mapping[sp.Symbol, Any]
+    ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
+        """K and dK at given values, the definitions computed one after the other.
+
+        Raises
+        ------
+        InputError
+            When a symbol has no value.
+        """
+        both = sp.ImmutableMatrix.vstack(self.K, self.dK)
+        together = Derivation(self.derivation.name, self.K, (), both, self.definitions)
+        missing = [s for s in self.symbols if s not in values]
+        if missing:
+            raise InputError("values of symbols", got=f"none for {', '.join(map(str, missing))}")
+        found = together.substituted(dict(values))
+        n = self.K.rows
+        return sp.ImmutableMatrix(found[:n, :]), sp.ImmutableMatrix(found[n:, :])
+
+
+def differentiate(derivation: Derivation, symbol: sp.Symbol) -> Derivative:
+    """Derivative of a stiffness formula with respect to one of its given symbols.
+
+    A closed form gives canonical fractions. Named steps are differentiated one by one, in forward
+    mode: a step x of which the derivative is not a number or a symbol gets one further definition,
+    dx_dR for the symbol R, right after its own.
+
+    Parameters
+    ----------
+    derivation : Derivation
+    symbol : sympy.Symbol
+
+    Raises
+    ------
+    InputError
+        When the symbol is not given but defined by a step, or a closed form is not of exact
+        arithmetic.
+
+    Examples
+    --------
+    >>> E, I, L = sp.symbols("E I L", positive=True)
+    >>> K = sp.ImmutableMatrix(sp.diag(3 * E * I / L**3, 0, 0))
+    >>> differentiate(Derivation("K_C", K, (), K), L).dK[0, 0]
+    -9*E*I/L**4
+    """
+    if symbol in {d.symbol for d in derivation.definitions} or not isinstance(symbol, sp.Symbol):
+        raise InputError(
+            "symbol to differentiate by",
+            got=str(symbol),
+            expected="one of " + ", ".join(map(str, derivation.symbols)),
+        )
+    if derivation.is_closed:
+        return Derivative(derivation, symbol, derivative_formula(derivation.K, symbol))
+    return _by_steps(derivation, symbol)
+
+
+def derivative_formula(K: Any, symbol: sp.Symbol) -> sp.ImmutableMatrix:
+    """Derivative of a matrix of formulas, every entry a canonical fraction.
+
+    Examples
+    --------
+    >>> R, h, phi = sp.symbols("R h phi", positive=True)
+    >>> derivative_formula(sp.Matrix([[sp.sqrt(R**2 + h**2), sp.cos(phi)]]), h)
+    Matrix([[h/sqrt(R**2 + h**2), 0]])
+    """
+    K = sp.ImmutableMatrix(K)
+    generators = ExactField(K).generators
+    field = ExactField([*K, *(sp.diff(generator, symbol) for generator in generators), symbol])
+    rates = [field.element(sp.diff(generator, symbol)) for generator in field.generators]
+
+    def rate(polynomial: Any) -> Element:
+        total = field.zero
+        for place, change in enumerate(rates):
+            if not change.is_zero and polynomial.degrees()[place]:
+                total = total + _element(field, polynomial.derivative(place)) * change
+        return total
+
+    def derivative(entry: Any) -> Any:
+        if symbol not in entry.free_symbols:
+            return sp.Integer(0)
+        e = field.element(entry)
+        below = _element(field, e.den)
+        above = rate(e.num) * below - rate(e.den) * _element(field, e.num)
+        return field.expression(above / (below * below))
+
+    written = {entry: derivative(entry) for entry in dict.fromkeys(K)}
+    return sp.ImmutableMatrix(K.rows, K.cols, [written[entry] for entry in K])
+
+
+def _element(field: ExactField, polynomial: Any) -> Element:
+    return field.fraction(polynomial, field.ring.constant(1))
+
+
+def derivative_name(name: str, symbol: sp.Symbol) -> str:
+    """Name of a derivative.
+
+    Examples
+    --------
+    >>> derivative_name("K_1_11", sp.Symbol("R"))
+    'dK_1_11_dR'
+    """
+    return f"d{name}_d{symbol.name}"
+
+
+def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> Derivative:
+    """Forward mode: the chain rule, one step after the other."""
+    taken = {s.name for s in derivation.symbols} | {d.symbol.name for d in derivation.definitions}
+    rates: dict[Any, Any] = {symbol: sp.Integer(1)}
+    definitions: list[Definition] = []
+
+    def rate(expression: Any) -> Any:
+        moving = sorted(expression.free_symbols & rates.keys(), key=str)
+        return sp.Add(*(sp.diff(expression, s) * rates[s] for s in moving))
+
+    for definition in derivation.definitions:
+        definitions.append(definition)
+        change = rate(definition.expression)
+        if change == 0:
+            continue
+        if change.is_Atom or (-change).is_Atom:
+            rates[definition.symbol] = change
+            continue
+        name = derivative_name(definition.symbol.name, symbol)
+        while name in taken:
+            name = f"{name}'"
+        taken.add(name)
+        rates[definition.symbol] = sp.Symbol(name)
+        definitions.append(Definition(rates[definition.symbol], change))
+    dK = derivation.K.applyfunc(rate)
+    return Derivative(derivation, symbol, sp.ImmutableMatrix(dK), tuple(definitions))

@@ -1,0 +1,58 @@
+"""What the derivation of a robot's stiffness says, leg by leg."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Definition, Derivation
+
+
+@dataclass(frozen=True)
+class LegDerivation:
+    """How a leg holds the platform.
+
+    Attributes
+    ----------
+    name : str
+    joints : tuple of str
+        Its passive freedoms.
+    redundant : tuple of str
+        Those that add no freedom to the ones before.
+    elastic : tuple of str
+        Its elastic parts and drives.
+    wrenches : tuple of sympy.ImmutableMatrix
+        The wrenches (n x 1) that its passive joints transmit, about the reference point, world
+        axes; conjugate to one another. Empty in closed form.
+    compliances : tuple of sympy.Expr
+        What each of them meets: K_leg = sum of w w^T / c. Empty in closed form.
+    K : sympy.ImmutableMatrix or None
+        Stiffness (n x n) about the reference point, world axes; None in steps.
+    definitions : tuple of Definition
+        Intermediates that the leg is the first to need.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    redundant: tuple[str, ...]
+    elastic: tuple[str, ...]
+    wrenches: tuple[sp.ImmutableMatrix, ...]
+    compliances: tuple[sp.Expr, ...]
+    K: sp.ImmutableMatrix | None
+    definitions: tuple[Definition, ...] = ()
+
+
+@dataclass(frozen=True)
+class RobotDerivation(Derivation):
+    """The stiffness matrix of a robot as a formula, with the way to it through its legs.
+
+    Attributes
+    ----------
+    legs : tuple of LegDerivation
+    where : str
+        The pose, in words.
+    """
+
+    legs: tuple[LegDerivation, ...] = ()
+    where: str = ""

@@ -1,0 +1,122 @@
+"""Where a robot is derived: at home, at a general pose told by symbols, or at given coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.errors import InputError
+from robostiff.kinematics.formula import FormulaPose
+from robostiff.model import ALL_COORDINATES, Coordinate, Robot
+from robostiff.record import cosine, sine
+
+#: Names of the symbols of a general pose: a point, and turns about x, then y, then z.
+SYMBOL_NAMES = {
+    Coordinate.X: "x",
+    Coordinate.Y: "y",
+    Coordinate.Z: "z",
+    Coordinate.RX: "alpha",
+    Coordinate.RY: "beta",
+    Coordinate.RZ: "gamma",
+}
+
+
+@dataclass(frozen=True)
+class AtHome:
+    """The home configuration."""
+
+
+@dataclass(frozen=True)
+class AtSymbols:
+    """A general pose: each coordinate that the robot is free to choose is a symbol.
+
+    The point is (x, y, z); the rotation is Rz(gamma) Ry(beta) Rx(alpha), turns about the world's x,
+    y and z one after the other. A serial arm has its joint coordinates q1, q2 and so on instead.
+    """
+
+
+@dataclass(frozen=True)
+class AtCoordinates:
+    """A pose with numbers or formulas for some coordinates; the others are those of home.
+
+    Attributes
+    ----------
+    values : mapping of names to numbers or SymPy expressions
+        ``x, y, z`` [m] and ``alpha, beta, gamma`` [rad] as in `AtSymbols`; ``q1, q2, ...`` for a
+        serial arm.
+    """
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+PoseFormula = AtHome | AtSymbols | AtCoordinates
+
+
+def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | None:
+    """The coordinates that tell the pose, as SymPy expressions; None at home.
+
+    Raises
+    ------
+    InputError
+        When a name is no coordinate of the robot, or a parameter has the name of a coordinate.
+    """
+    if isinstance(pose, AtHome):
+        return None
+    names = coordinate_names(robot)
+    if isinstance(pose, AtSymbols):
+        taken = {str(symbol) for symbol in robot.symbols} & set(names)
+        if taken:
+            raise InputError(
+                "pose of symbols",
+                got=f"a parameter {min(taken)} of the robot {robot.name!r}",
+                expected="another name for the parameter, as the coordinate has this one",
+                hint=f"substitute it first: robot.substituted({{{min(taken)!r}: ...}})",
+            )
+        return {name: sp.Symbol(name, real=True) for name in names}
+    for name in pose.values:
+        if name not in names:
+            raise InputError(f"coordinate of {robot.name!r}", got=name, expected=", ".join(names))
+    return {name: sp.nsimplify(value, rational=True) for name, value in pose.values.items()}
+
+
+def coordinate_names(robot: Robot) -> tuple[str, ...]:
+    """Names of the coordinates that a pose formula of a robot may tell."""
+    if posed_by_joints(robot):
+        return tuple(f"q{i + 1}" for i in range(robot.legs[0].chain.size))
+    return tuple(SYMBOL_NAMES[c] for c in robot.coordinates)
+
+
+def posed_by_joints(robot: Robot) -> bool:
+    """Whether the pose is told by the joints of one chain."""
+    return robot.is_serial and robot.home is None
+
+
+def platform_pose(home: FormulaPose, coordinates: Mapping[str, Any] | None) -> FormulaPose:
+    """The pose of the platform from recorded coordinates; home where none are given.
+
+    Without an angle among the coordinates the rotation is that of home; otherwise the angles that
+    are missing are zero.
+    """
+    if coordinates is None:
+        return home
+    p = [coordinates.get(name, home.p[i]) for i, name in enumerate("xyz")]
+    angles = [SYMBOL_NAMES[c] for c in ALL_COORDINATES[3:]]
+    R = home.R
+    if any(name in coordinates for name in angles):
+        R = np.eye(3, dtype=int).astype(object)
+        for axis, name in enumerate(angles):
+            if name in coordinates:
+                R = _turn(axis, coordinates[name]) @ R
+    return FormulaPose(R, np.array(p, dtype=object))
+
+
+def _turn(axis: int, angle: Any) -> np.ndarray:
+    c, s = cosine(angle), sine(angle)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    R = np.eye(3, dtype=int).astype(object)
+    R[i, i], R[i, j], R[j, i], R[j, j] = c, -s, s, c
+    return R

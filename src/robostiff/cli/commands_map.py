@@ -1,0 +1,200 @@
+"""What ``robostiff map`` does, once the command line is understood."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from robostiff.analysis.maps import (
+    Quantity,
+    Threads,
+    stiffness_map,
+)
+from robostiff.analysis.maps.new_store import already_there
+from robostiff.cli.commands import parameters_from, wrench_from
+from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.map_poses import Asked, read_asked_poses
+from robostiff.cli.map_progress import MapBar
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.io.map_files import (
+    check_netcdf,
+    map_csv_lines,
+    write_map_csv,
+    write_map_netcdf,
+)
+from robostiff.io.suggest import did_you_mean
+from robostiff.io.units import Dimension, parse_quantities
+from robostiff.model import Robot
+from robostiff.robots import load
+
+if TYPE_CHECKING:
+    import xarray
+
+INTERRUPTED = 130
+_WRITERS = {".zarr": None, ".nc": write_map_netcdf, ".csv": write_map_csv}
+_SUFFIXES = ", ".join(_WRITERS)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Where a map goes and who computes it, as written on the command line."""
+
+    output: str
+    resume: bool
+    workers: int | None
+    threads: int | None
+    scheduler: str | None
+
+
+def make_map(source: str, asked: Asked, run: Run, settings: Sequence[str], as_json: bool) -> int:
+    """Compute a map, write it, and sum it up."""
+    output = _checked_output(run)
+    robot = load(source, parameters_from(settings))
+    if not isinstance(robot, Robot):
+        raise InputError(
+            "robot of a map",
+            got=source,
+            expected="a model, which can move",
+            hint="a snapshot is frozen at its own pose",
+        )
+    poses = read_asked_poses(robot, asked)
+    in_store = output is not None and output.suffix == ".zarr"
+    scheduler = Threads(run.threads) if run.threads is not None else run.scheduler
+    started = time.monotonic()
+    bar = MapBar()
+    try:
+        with bar:
+            found = stiffness_map(
+                robot,
+                poses,
+                [_quantity(name) for name in asked.quantities] or [Quantity.PRINCIPAL_STIFFNESS],
+                wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
+                characteristic_length=_length(asked.length),
+                store=output if in_store else None,
+                resume=run.resume,
+                workers=run.workers,
+                scheduler=scheduler,
+                progress=bar.show,
+            )
+        if output is None:
+            for line in map_csv_lines(found):
+                typer.echo(line)
+        elif (writer := _WRITERS[output.suffix]) is not None:
+            writer(found, output)
+    except KeyboardInterrupt:
+        typer.echo(f"robostiff: interrupted; {_how_to_go_on(output)}", err=True)
+        return INTERRUPTED
+    except NoAnswerError as error:
+        typer.echo(f"robostiff: error: {error}", err=True)
+        return BAD_STATUS
+    facts = _facts(found, output, bar, time.monotonic() - started)
+    if output is None:
+        return 0 if facts["poses_reachable"] else BAD_STATUS
+    if as_json:
+        typer.echo(json.dumps(facts, indent=1, allow_nan=False))
+    else:
+        _print_facts(facts)
+    return 0 if facts["poses_reachable"] else BAD_STATUS
+
+
+def _checked_output(run: Run) -> Path | None:
+    """Where to write; None for standard output."""
+    output = Path(run.output)
+    if run.threads is not None and (run.scheduler is not None or run.workers is not None):
+        raise InputError("--threads, --workers and --scheduler", expected="one of them")
+    if run.output == "-" and not run.resume:
+        return None
+    if output.suffix not in _WRITERS:
+        raise InputError(
+            "--output",
+            got=run.output,
+            expected=f"a name that ends in {_SUFFIXES}, or - for CSV on standard output",
+            hint="write -o map.zarr",
+        )
+    if output.suffix == ".nc":
+        check_netcdf()
+    if run.resume and output.suffix != ".zarr":
+        raise InputError(
+            "--resume",
+            got=run.output,
+            expected="an output that ends in .zarr: no other can be resumed",
+        )
+    if output.exists() and not run.resume:
+        raise already_there(output)
+    if not output.absolute().parent.is_dir():
+        raise InputError("--output", got=run.output, expected="a file in an existing folder")
+    return output
+
+
+def _length(text: str | None) -> float | None:
+    if text is None:
+        return None
+    return parse_quantities(text, [Dimension.LENGTH], ["length"], "--length")[0]
+
+
+def _quantity(name: str) -> Quantity:
+    names = [quantity.value for quantity in Quantity]
+    if name not in names:
+        raise InputError(
+            "--quantity", got=name, expected=", ".join(names), hint=did_you_mean(name, names)
+        )
+    return Quantity(name)
+
+
+def _how_to_go_on(output: Path | None) -> str:
+    if output is not None and output.suffix == ".zarr" and output.exists():
+        arguments = [word for word in sys.argv[1:] if word != "--resume"]
+        command = shlex.join(["robostiff", *arguments, "--resume"])
+        return f"what is done is safe in {output}; go on with\n  {command}"
+    return "nothing was written; with -o FILE.zarr a map can be resumed"
+
+
+def _facts(
+    found: xarray.Dataset, output: Path | None, bar: MapBar, seconds: float
+) -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "output": str(output),
+        "robot": found.attrs["robot"],
+        "dimensions": {str(name): int(found.sizes[name]) for name in found["status"].dims},
+    }
+    for name in ("poses", "poses_computed", "poses_reachable", "poses_guarded"):
+        facts[name] = int(found.attrs[name])
+    facts["statuses"] = json.loads(found.attrs["statuses"])
+    facts["ranges"] = {
+        str(name): [*map(float, array.attrs["actual_range"]), array.attrs["units"]]
+        for name, array in found.data_vars.items()
+        if "actual_range" in array.attrs
+    }
+    facts["seconds"] = seconds
+    facts["poses_a_second"] = bar.rate
+    return facts
+
+
+def _print_facts(facts: Mapping[str, Any]) -> None:
+    shape = " x ".join(f"{name} {size}" for name, size in facts["dimensions"].items())
+    computed = facts["poses_computed"]
+    typer.echo(f"{facts['robot']}: {facts['poses']} poses ({shape}) in {facts['output']}")
+    if computed < facts["poses"]:
+        typer.echo(f"computed: {computed}")
+    share = facts["poses_reachable"] / computed if computed else 0.0
+    typer.echo(f"reachable: {facts['poses_reachable']} ({100 * share:.4g} %)")
+    words = ", ".join(f"{name} {count}" for name, count in facts["statuses"].items())
+    typer.echo(f"status: {words}")
+    for name, (low, high, unit) in facts["ranges"].items():
+        shown = "" if unit == "1" else f" {unit}"
+        typer.echo(f"{name}: {low:.5g} to {high:.5g}{shown}")
+    if facts["poses_guarded"]:
+        share = facts["poses_guarded"] / computed
+        typer.echo(f"computed again by the batched form: {100 * share:.3g} %")
+    if facts["poses_a_second"]:
+        # Measured, and therefore not on standard output: the answer is the same every time.
+        rate = f"{facts['poses_a_second']:.3g} poses/s"
+        typer.echo(f"{facts['seconds']:.3g} s, {rate}", err=True)

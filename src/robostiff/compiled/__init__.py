@@ -1,0 +1,34 @@
+"""Records of robots turned into kernels: SIMD machine code, or NumPy in chunks."""
+
+from robostiff.compiled.arrays import ArrayCode
+from robostiff.compiled.kernel import Backend, Kernel, kernel_of
+from robostiff.compiled.machine import MachineCode, machine_code_is_available
+from robostiff.compiled.outputs import (
+    ComplianceMatrix,
+    DeflectionUnder,
+    Derivative,
+    Output,
+    PrincipalStiffness,
+    StiffnessMatrix,
+    rows_of,
+    unpacked,
+    upper_triangle,
+)
+
+__all__ = [
+    "ArrayCode",
+    "Backend",
+    "ComplianceMatrix",
+    "DeflectionUnder",
+    "Derivative",
+    "Kernel",
+    "MachineCode",
+    "Output",
+    "PrincipalStiffness",
+    "StiffnessMatrix",
+    "kernel_of",
+    "machine_code_is_available",
+    "rows_of",
+    "unpacked",
+    "upper_triangle",
+]

@@ -1,0 +1,105 @@
+"""A program run by NumPy, in chunks that fit the cache."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robostiff.record import NUMPY_FUNCTIONS, Operation, Program
+
+# Poses at once: the arrays in use at a time should stay in the second-level cache.
+_CHUNK = 8192
+
+#: An operation with the places of its arguments and result; a place is a row, or a number.
+_Instruction = tuple[Any, Any, Any, int]
+
+
+@dataclass(frozen=True)
+class ArrayCode:
+    """Runs a program on rows of poses by NumPy, without allocating memory as it goes.
+
+    Attributes
+    ----------
+    program : Program
+    """
+
+    program: Program
+
+    def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
+        """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
+        n = inputs.shape[1]
+        if threads <= 1 or n <= _CHUNK:
+            self._fill(inputs, outputs, slice(0, n))
+            return
+        share = -(-n // threads)
+        parts = [slice(start, min(start + share, n)) for start in range(0, n, share)]
+        with ThreadPoolExecutor(threads) as pool:
+            for done in [pool.submit(self._fill, inputs, outputs, part) for part in parts]:
+                done.result()
+
+    def _fill(self, inputs: np.ndarray, outputs: np.ndarray, part: slice) -> None:
+        rows = np.empty((self._rows, min(_CHUNK, part.stop - part.start)))
+        with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard sees
+            for start in range(part.start, part.stop, _CHUNK):
+                stop = min(start + _CHUNK, part.stop)
+                self._run(inputs[:, start:stop], outputs[:, start:stop], rows[:, : stop - start])
+
+    def _run(self, inputs: np.ndarray, outputs: np.ndarray, rows: np.ndarray) -> None:
+        held: list[Any] = [*inputs, *rows]
+        for function, a, b, out in self._instructions:
+            first = a if isinstance(a, float) else held[a[0]]
+            if b is None:
+                function(first, out=held[out])
+            else:
+                function(first, b if isinstance(b, float) else held[b[0]], out=held[out])
+        for k, where in enumerate(self._results):
+            outputs[k] = where if isinstance(where, float) else held[where[0]]
+
+    @property
+    def _rows(self) -> int:
+        return self._plan[2]
+
+    @property
+    def _instructions(self) -> list[_Instruction]:
+        return self._plan[0]
+
+    @property
+    def _results(self) -> list[Any]:
+        return self._plan[1]
+
+    @cached_property
+    def _plan(self) -> tuple[list[_Instruction], list[Any], int]:
+        """Instructions with a row for every result, rows used again once nobody needs them."""
+        program = self.program
+        last = {argument: i for i, s in enumerate(program.steps) for argument in (s.a, s.b)}
+        kept = set(program.outputs)
+        where: list[Any] = []
+        free: list[int] = []
+        instructions: list[_Instruction] = []
+        first_row = rows = len(program.inputs)
+        for i, step in enumerate(program.steps):
+            if step.operation is Operation.INPUT:
+                where.append((i,))
+                continue
+            if step.operation is Operation.NUMBER:
+                where.append(float(step.number))
+                continue
+            arguments = [k for k in (step.a, step.b) if k is not None]
+            places = [where[k] for k in arguments]
+            for k in set(arguments):
+                own = where[k]
+                idle = last[k] == i and k not in kept
+                if idle and isinstance(own, tuple) and own[0] >= first_row:
+                    free.append(own[0])  # the result may take the place of an argument
+            if free:
+                row = free.pop()
+            else:
+                row, rows = rows, rows + 1
+            where.append((row,))
+            second = places[1] if len(places) > 1 else None
+            instructions.append((NUMPY_FUNCTIONS[step.operation], places[0], second, row))
+        return instructions, [where[k] for k in program.outputs], rows - first_row

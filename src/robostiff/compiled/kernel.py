@@ -1,0 +1,153 @@
+"""A robot turned into a kernel: from rows of coordinates to rows of results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from robostiff.compiled.arrays import ArrayCode
+from robostiff.compiled.machine import MachineCode, machine_code_is_available, machine_threads
+from robostiff.compiled.outputs import Output
+from robostiff.errors import InputError
+from robostiff.record import Program
+from robostiff.recorded import RecordedRobot
+from robostiff.spatial import Space
+
+
+class Backend(Enum):
+    """How a record is run: as machine code, or by NumPy in chunks. ``BEST`` is what is there."""
+
+    BEST = "best"
+    MACHINE = "machine"
+    ARRAYS = "arrays"
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """Computes outputs at many poses from the record of one robot; picklable.
+
+    Its answers hold where its `checks` say so; elsewhere they must be computed by another way, as
+    the compiled robots of `robostiff.compile` do by themselves.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        What the rows of the coordinates are.
+    outputs : tuple of Output
+    checks : tuple of str
+        See `RecordedRobot.checks`.
+    space : Space
+    code : MachineCode or ArrayCode
+        Its results are the rows of all outputs one after the other, then a row for each check.
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[Output, ...]
+    checks: tuple[str, ...]
+    space: Space
+    code: MachineCode | ArrayCode
+
+    @property
+    def operations(self) -> int:
+        """Number of operations of the record."""
+        return self.code.program.operations
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of results, checks included."""
+        return len(self.code.program.outputs)
+
+    def evaluate(
+        self, inputs: np.ndarray, out: np.ndarray | None = None, *, threads: int = 1
+    ) -> np.ndarray:
+        """Rows of results at rows of coordinates.
+
+        Parameters
+        ----------
+        inputs : (n_inputs, N) array
+            Equal coordinates of all poses side by side [m, rad].
+        out : (rows, N) array, optional
+            Filled and returned when given.
+        threads : int
+
+        Raises
+        ------
+        InputError
+            When an array has another shape, order or type.
+        """
+        inputs = self._checked("coordinates of the kernel", inputs, len(self.inputs))
+        if out is None:
+            out = np.empty((self.rows, inputs.shape[1]))
+        elif self._checked("results of the kernel", out, self.rows) is not out:
+            raise InputError(
+                "results of the kernel", got=out.strides, expected="a C-contiguous float64 array"
+            )
+        if inputs.shape[1] != out.shape[1]:
+            raise InputError(
+                "results of the kernel", got=out.shape, expected=f"({self.rows}, {inputs.shape[1]})"
+            )
+        if isinstance(self.code, MachineCode):
+            with machine_threads(threads):
+                self.code.evaluate(inputs, out)
+        else:
+            self.code.evaluate(inputs, out, threads)
+        return out
+
+    def _checked(self, subject: str, rows: np.ndarray, count: int) -> np.ndarray:
+        if not isinstance(rows, np.ndarray) or rows.ndim != 2 or rows.shape[0] != count:
+            got = rows.shape if isinstance(rows, np.ndarray) else type(rows).__name__
+            raise InputError(subject, got=got, expected=f"an array ({count}, N)")
+        return np.ascontiguousarray(rows, dtype=np.float64)
+
+
+def kernel_of(
+    recorded: RecordedRobot,
+    outputs: Sequence[Output],
+    backend: Backend = Backend.BEST,
+    *,
+    check_rank: bool = True,
+) -> Kernel:
+    """The kernel of a recorded robot.
+
+    Parameters
+    ----------
+    recorded : RecordedRobot
+    outputs : sequence of Output
+    backend : Backend
+    check_rank : bool
+        Whether the rank is checked beside the matrix; K is as right without.
+
+    Raises
+    ------
+    InputError
+        When machine code is asked for where its compiler is not installed.
+    NoAnswerError
+        When an output has no answer at any pose.
+    """
+    entries = [entry for output in outputs for entry in output.recorded(recorded)]
+    checks = {name: x for name, x in recorded.checks.items() if check_rank or name != "rank"}
+    program = Program.of(recorded.record, [*entries, *checks.values()])
+    return Kernel(
+        inputs=recorded.record.inputs,
+        outputs=tuple(outputs),
+        checks=tuple(checks),
+        space=recorded.space,
+        code=_code(program, backend),
+    )
+
+
+def _code(program: Program, backend: Backend) -> MachineCode | ArrayCode:
+    available = machine_code_is_available()
+    if backend is Backend.MACHINE and not available:
+        raise InputError(
+            "backend of the kernel",
+            got="machine",
+            expected="heyoka to be installed",
+            hint="pip install 'robostiff[compiled]', or use Backend.ARRAYS",
+        )
+    if backend is Backend.ARRAYS or not available:
+        return ArrayCode(program)
+    return MachineCode(program)

@@ -1,0 +1,90 @@
+"""A program compiled to machine code that works on several poses at once (heyoka, LLVM)."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robostiff.record import Operation, Program
+
+_threads = threading.Lock()
+
+
+@dataclass(frozen=True)
+class MachineCode:
+    """Runs a program on rows of poses as SIMD machine code; compiled at the first use.
+
+    Attributes
+    ----------
+    program : Program
+    """
+
+    program: Program
+
+    def evaluate(self, inputs: np.ndarray, outputs: np.ndarray) -> None:
+        """Fill `outputs` (results, N) from `inputs` (inputs, N), float64, rows contiguous."""
+        self._function(inputs=inputs, outputs=outputs)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Machine code is made anew where the program arrives.
+        return {"program": self.program}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        object.__setattr__(self, "program", state["program"])
+
+    @cached_property
+    def _function(self) -> Any:
+        import heyoka as hy
+
+        variables = hy.make_vars(*self.program.inputs)
+        # One variable comes without a list around it.
+        variables = variables if isinstance(variables, list) else [variables]
+        values = dict(zip(self.program.inputs, variables, strict=True))
+        table = {
+            Operation.ADD: lambda a, b: a + b,
+            Operation.SUBTRACT: lambda a, b: a - b,
+            Operation.MULTIPLY: lambda a, b: a * b,
+            Operation.NEGATE: lambda a: -a,
+            Operation.RECIPROCAL: lambda a: 1.0 / a,
+            Operation.SQUARE_ROOT: hy.sqrt,
+            Operation.SINE: hy.sin,
+            Operation.COSINE: hy.cos,
+            Operation.ARC_COSINE: hy.acos,
+            Operation.ARC_TANGENT: hy.atan2,
+            Operation.LEAST: lambda a, b: hy.select(hy.lt(a, b), a, b),
+            Operation.GREATER: hy.gt,
+        }
+        outputs = [
+            x if isinstance(x, hy.expression) else hy.expression(float(x))
+            for x in self.program.evaluated(values, table)
+        ]
+        return hy.cfunc(outputs, vars=variables, fast_math=True)
+
+
+@contextmanager
+def machine_threads(count: int) -> Iterator[None]:
+    """Let the machine code of this process work with that many threads for a while."""
+    import heyoka as hy
+
+    with _threads:
+        before = hy.get_nthreads()
+        if before != count:
+            hy.set_nthreads(count)
+        try:
+            yield
+        finally:
+            if before != count:
+                hy.set_nthreads(before)
+
+
+def machine_code_is_available() -> bool:
+    """Whether the compiler is installed here."""
+    from importlib.util import find_spec
+
+    return find_spec("heyoka") is not None

@@ -1,0 +1,209 @@
+"""What a kernel can compute at every pose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.record import derivatives
+from robostiff.recorded import RecordedRobot, eigenvalues, inverse_entries
+from robostiff.spatial import Space, as_floats
+
+
+class Output(Protocol):
+    """A quantity that a kernel computes, one row of numbers for each of its entries."""
+
+    @property
+    def name(self) -> str:
+        """Under which it is found in the result."""
+        ...
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """Of its array at one pose; a symmetric matrix is (n, n)."""
+        ...
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """Its entries, row by row; of a symmetric matrix the upper triangle."""
+        ...
+
+
+def upper_triangle(size: int) -> Iterator[tuple[int, int]]:
+    """Places of the entries of a symmetric matrix that are stored, row by row.
+
+    Examples
+    --------
+    >>> list(upper_triangle(2))
+    [(0, 0), (0, 1), (1, 1)]
+    """
+    return ((i, j) for i in range(size) for j in range(i, size))
+
+
+@dataclass(frozen=True)
+class StiffnessMatrix:
+    """K about the reference point, world axes: 21 entries (6 in the plane) [N/m, N, N m]."""
+
+    name = "K"
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """(n, n)."""
+        return (space.size, space.size)
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """Upper triangle of K."""
+        return [robot.K[place] for place in upper_triangle(robot.space.size)]
+
+
+@dataclass(frozen=True)
+class ComplianceMatrix:
+    """K^-1 about the reference point, world axes [m/N, 1/N, rad/(N m)]."""
+
+    name = "compliance"
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """(n, n)."""
+        return (space.size, space.size)
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """Upper triangle of K^-1.
+
+        Raises
+        ------
+        NoAnswerError
+            When the platform has free motions at every pose.
+        """
+        _require_full_rank(robot, "compliance matrix")
+        inverse = inverse_entries(robot.factors)
+        return [inverse[place] for place in upper_triangle(robot.space.size)]
+
+
+@dataclass(frozen=True)
+class DeflectionUnder:
+    """Twist of the reference point under a wrench about it, world axes [m, rad].
+
+    Attributes
+    ----------
+    wrench : tuple of float
+        Fx, Fy, Fz, Mx, My, Mz, or Fx, Fy, Mz in the plane [N, N m].
+    """
+
+    wrench: tuple[float, ...]
+    name = "deflection"
+
+    def __init__(self, wrench: ArrayLike) -> None:
+        numbers = as_floats("wrench", wrench, "6 numbers, or 3 in the plane")
+        object.__setattr__(self, "wrench", tuple(numbers.tolist()))
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """(n,)."""
+        if len(self.wrench) != space.size:
+            raise InputError("wrench", got=self.wrench, expected=f"{space.size} numbers")
+        return (space.size,)
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """The twist x with K x = F.
+
+        Raises
+        ------
+        NoAnswerError
+            When the platform has free motions at every pose.
+        """
+        _require_full_rank(robot, "deflection")
+        return robot.factors.solved(list(self.wrench))
+
+
+@dataclass(frozen=True)
+class PrincipalStiffness:
+    """Eigenvalues of the force-displacement and the moment-rotation block of K, ascending.
+
+    The first are stiffnesses against forces with rotations held [N/m], the second against moments
+    with displacements held [N m/rad].
+    """
+
+    name = "principal_stiffness"
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """(n,): first the translational, then the rotational ones."""
+        return (space.size,)
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """Eigenvalues of both blocks."""
+        n, d = robot.space.size, robot.space.translations
+        return [
+            value
+            for block in (range(d), range(d, n))
+            for value in eigenvalues(
+                [[robot.K[min(i, j), max(i, j)] for j in block] for i in block]
+            )
+        ]
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """Derivative of another output with respect to a pose coordinate or a parameter.
+
+    Attributes
+    ----------
+    of : Output
+    by : str
+        Name of the input: a coordinate such as ``x``, or a parameter kept as an input.
+    """
+
+    of: Output
+    by: str
+
+    @property
+    def name(self) -> str:
+        """Such as ``dK/dx``."""
+        return f"d{self.of.name}/d{self.by}"
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """As that of the output."""
+        return self.of.shape(space)
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """Rates of the entries."""
+        return derivatives(robot.record, self.of.recorded(robot), self.by)
+
+
+def rows_of(shape: tuple[int, ...]) -> int:
+    """How many rows of a kernel an output of some shape takes.
+
+    Examples
+    --------
+    >>> rows_of((6, 6)), rows_of((3,))
+    (21, 3)
+    """
+    return shape[0] * (shape[0] + 1) // 2 if len(shape) == 2 else math.prod(shape)
+
+
+def unpacked(rows: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Rows (m, N) of a kernel as an array (N, *shape); of a matrix both triangles.
+
+    Examples
+    --------
+    >>> unpacked(np.array([[1.0], [2.0], [3.0]]), (2, 2))[0]
+    array([[1., 2.],
+           [2., 3.]])
+    """
+    if len(shape) < 2:
+        return rows.T.reshape(-1, *shape)
+    size = shape[0]
+    whole = np.empty((size, size, rows.shape[1]))
+    for row, (i, j) in zip(rows, upper_triangle(size), strict=True):
+        whole[i, j] = row
+        if i != j:
+            whole[j, i] = row
+    return np.moveaxis(whole, -1, 0)
+
+
+def _require_full_rank(robot: RecordedRobot, what: str) -> None:
+    if robot.factors.rank < robot.space.size:
+        raise NoAnswerError(
+            f"no {what} of {robot.name!r}: its platform has free motions at every pose"
+        )

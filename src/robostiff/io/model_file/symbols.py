@@ -1,0 +1,116 @@
+"""Which parameters of a model file stay symbols, and the robot with these symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from robostiff.errors import InputError
+from robostiff.io.expression import parse
+from robostiff.io.suggest import did_you_mean, listing
+from robostiff.model import Actuated, Robot, with_entries
+from robostiff.model.chain import Element
+from robostiff.spatial import exact_number
+
+if TYPE_CHECKING:
+    from pint import Quantity
+else:
+    Quantity = object
+
+
+class ParameterChoice(Enum):
+    """Parameters that are chosen without naming them.
+
+    ``ALL`` are those that are not computed from others: what is computed follows as a formula.
+    """
+
+    ALL = "all parameters"
+
+
+ALL_PARAMETERS = ParameterChoice.ALL
+"""Keep every parameter of a model file that is not computed from others as a symbol."""
+
+Symbols = Iterable[str] | ParameterChoice
+
+
+def chosen_parameters(
+    symbols: Symbols, definitions: Mapping[str, str | float], overrides: Mapping[str, str | float]
+) -> tuple[str, ...]:
+    """Names of the parameters that stay symbols.
+
+    Raises
+    ------
+    InputError
+        When a name is no parameter of the file.
+    """
+    if symbols is ParameterChoice.ALL:
+        given = {**definitions, **overrides}
+        return tuple(name for name in definitions if not _is_computed(given[name]))
+    if isinstance(symbols, str) or not isinstance(symbols, Iterable):
+        raise InputError(
+            "symbols",
+            got=symbols,
+            expected="names of parameters, or ALL_PARAMETERS",
+            hint=f"write symbols=({symbols!r},)" if isinstance(symbols, str) else None,
+        )
+    names = tuple(symbols)
+    for name in names:
+        if name not in definitions:
+            expected = "none, as the model has no parameters"
+            if definitions:
+                expected = f"one of the parameters {listing(list(definitions))}"
+            raise InputError(
+                "symbol", got=name, expected=expected, hint=did_you_mean(str(name), definitions)
+            )
+    return names
+
+
+def symbolic_values(
+    names: Iterable[str], values: Mapping[str, Quantity]
+) -> tuple[dict[str, Quantity], dict[str, float]]:
+    """A symbol for each parameter, in its unit, and the number that it stands for.
+
+    A symbol is taken to be positive where its number is, and real elsewhere.
+    """
+    import sympy as sp
+
+    from robostiff.io.units import make_quantity
+
+    quantities, nominal = {}, {}
+    for name in names:
+        value = values[name]
+        positive = value.magnitude > 0
+        symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
+        quantities[name] = make_quantity(symbol, value.units)
+        nominal[name] = value.magnitude
+    return quantities, nominal
+
+
+def completed(symbolic: Robot, numeric: Robot, nominal: Mapping[str, float]) -> Robot:
+    """The robot of formulas, all exact, with what was found out about the robot of numbers."""
+    legs = tuple(
+        replace(
+            leg,
+            chain=replace(
+                leg.chain,
+                elements=tuple(map(_limited, leg.chain.elements, known.chain.elements)),
+            ),
+        )
+        for leg, known in zip(symbolic.legs, numeric.legs, strict=True)
+    )
+    robot = replace(symbolic, legs=legs, coordinates=numeric.coordinates, nominal=nominal)
+    return with_entries(robot, exact_number)
+
+
+def _limited(element: Element, known: Element) -> Element:
+    role = getattr(known, "role", None)
+    if not isinstance(role, Actuated):
+        return element
+    stiffness = element.role.stiffness  # pyright: ignore[reportAttributeAccessIssue]
+    return replace(element, role=replace(role, stiffness=stiffness))
+
+
+def _is_computed(definition: str | float) -> bool:
+    return isinstance(definition, str) and bool(parse(definition).names)

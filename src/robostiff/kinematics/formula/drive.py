@@ -1,0 +1,111 @@
+"""A slide or crank that carries the near end of a rod, recorded: PUU, PUS, RUU, RUS, RRR, PRR."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics.closure.skeleton import Cluster, Slide
+from robostiff.kinematics.formula.aim import positive_part
+from robostiff.kinematics.formula.body import Body
+from robostiff.kinematics.formula.tidy import tidied, tidied_point
+from robostiff.record import least, square_root
+from robostiff.spatial import cross
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a drive carries.
+
+    Attributes
+    ----------
+    carrier : Body
+        Carriage or crank.
+    A_now : (3,) array
+        Where the near end of the rod is [m].
+    A_to_B : (3,) array
+        The rod [m].
+    slide : Entry or None
+        Coordinate of a slide [m].
+    out_of_reach : Entry or number
+        0 where the rod reaches, else what lacks of a square.
+    """
+
+    carrier: Body
+    A_now: np.ndarray
+    A_to_B: np.ndarray
+    slide: Any
+    out_of_reach: Any
+
+
+def driven_by_slide(
+    base: Body, slide: Slide, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
+) -> Driven:
+    """Slide with |B - A - s e| = l: s = e.(B - A) +- sqrt(l^2 - |across|^2).
+
+    Parameters
+    ----------
+    base : Body
+        What carries the drive.
+    slide : Slide
+    A : (3,) array
+        Near end of the rod at zero coordinates [m].
+    B_now : (3,) array
+        Its far end in the world [m].
+    square : Entry or number
+        l^2 [m^2].
+    sign : int
+        Which root.
+    """
+    e, start = base.direction(slide.axis), base.point(A)
+    to_B = B_now - start
+    along = e @ to_B
+    across = to_B - e * along
+    left = square - across @ across
+    root = square_root(positive_part(left)) * sign
+    s = along + root
+    A_now = start + e * s
+    return Driven(base.at(A, A_now), A_now, across - e * root, s, -least(left, 0) / square)
+
+
+def driven_by_crank(
+    base: Body, crank: Cluster, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
+) -> Driven:
+    """Crank with |B - A(s)| = l, from x cos s + y sin s = c, told by cosine and sine.
+
+    x and y are the components of B along the arm at zero and across it, r the radius of A, and
+    ``c = (|B|^2 + r^2 - l^2) / 2 r``, all seen from the centre of the circle of A.
+
+    Parameters
+    ----------
+    base : Body
+        What carries the drive.
+    crank : Cluster
+        One axis.
+    A, B_now, square, sign
+        As for a slide.
+    """
+    e0 = crank.axes[0]
+    arm = A - crank.point
+    level = e0 * (e0 @ arm)
+    radius = square_root((arm - level) @ (arm - level))
+    m0 = tidied((arm - level) / radius)
+    R_zero = np.stack([m0, cross(e0, m0), e0], axis=-1)
+    hub = tidied_point(crank.point + level)
+    m, n, e = (base.direction(axis) for axis in R_zero.T)
+    centre = base.point(hub)
+    to_B = B_now - centre
+    x, y = to_B @ m, to_B @ n
+    (height,) = tidied_point(np.array([to_B @ e], dtype=object))
+    size = x * x + y * y
+    c = (size + (height * height + (radius * radius - square))) / (2 * radius)
+    left = size - c * c
+    root = square_root(positive_part(left)) * sign
+    cosine, sine = (x * c - y * root) / size, (y * c + x * root) / size
+    out = m * cosine + n * sine
+    A_now = centre + out * radius
+    now = np.stack([out, n * cosine - m * sine, e], axis=-1)
+    carrier = Body(R_zero, hub, now, centre)
+    return Driven(carrier, A_now, B_now - A_now, None, -least(left, 0) / size)

@@ -1,0 +1,207 @@
+"""A leg that closes in closed form, recorded at a recorded pose of the platform."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.closure.rod import Rod
+from robostiff.kinematics.closure.skeleton import Cluster, Slide
+from robostiff.kinematics.closure.strut import Strut
+from robostiff.kinematics.formula.body import Body, constant_cosine, direction_across
+from robostiff.kinematics.formula.choice import choice_of
+from robostiff.kinematics.formula.drive import driven_by_crank, driven_by_slide
+from robostiff.kinematics.formula.layout import Layout, Stretch
+from robostiff.kinematics.formula.names import named
+from robostiff.kinematics.formula.placed import PlacedFormula
+from robostiff.kinematics.formula.pose import FormulaPose
+from robostiff.kinematics.formula.rod_ends import PlacedRod, RodEnds, placed_rod
+from robostiff.kinematics.formula.tidy import size_of, tidied, tidied_point
+from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.model import Leg, PlacedLeg, PlacedSpring
+from robostiff.record import Entry, is_one, is_zero, square_root
+
+_VANISHES = 1e-20  # a square beside 1
+
+
+def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
+    """Record a leg at a pose, its coordinates eliminated: struts, and rods on a slide or a crank.
+
+    Points and directions are computed, no angles. Where a universal joint has two ways to point
+    its rod, the way nearer to home is recorded if it matters to the stiffness. Results are not
+    finite where a universal joint points its rod along its own first axis, and where a strut has
+    no length.
+
+    Parameters
+    ----------
+    leg : Leg
+        Of floats or of recorded entries.
+    pose : FormulaPose
+        Samples of its inputs, and of those of the leg, must be generic: what is 0 or 1 at all of
+        them counts as a number.
+    solver : LegSolver
+        Of the same leg in floats; it knows the closed form and the working mode.
+
+    Raises
+    ------
+    InputError
+        When the leg has no closed form.
+    """
+    form = solver.closed_form
+    if form is None:
+        raise InputError(
+            f"leg {leg.name!r}",
+            got="a leg without a closed form",
+            expected="a strut, or a rod on a slide or a crank",
+            hint="close it by its solver and write place_leg_at_joints(leg, q)",
+        )
+    site = _Site.of(leg, pose, solver.leg)
+    if isinstance(form, Strut):
+        return site.strut(form)
+    if isinstance(form, Rod):
+        return site.rod(form)
+    return site.rod(form.rod, form.slide)
+
+
+@dataclass(frozen=True)
+class _Site:
+    """A leg to be placed between its base and the platform.
+
+    Attributes
+    ----------
+    leg, twin : Leg
+        The one to be recorded, and the same in floats.
+    zero : PlacedChain
+        At zero coordinates in its own base frame, locked joints at home.
+    base, platform : Body
+    """
+
+    leg: Leg
+    twin: Leg
+    zero: PlacedChain
+    base: Body
+    platform: Body
+
+    @classmethod
+    def of(cls, leg: Leg, pose: FormulaPose, twin: Leg) -> _Site:
+        q = np.where(leg.chain.free, 0.0, leg.chain.home)
+        zero = place_chain(leg.chain, q, np.eye(3), np.zeros(3))
+        identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
+        base = Body(*identity, tidied(leg.base.R), tidied_point(leg.base.p))
+        # the platform frame at zero coordinates, in the leg's base frame
+        R_platform = zero.R @ leg.attachment.R.T
+        p_platform = zero.p - R_platform @ leg.attachment.p
+        platform = Body(
+            tidied(R_platform), tidied_point(p_platform), tidied(pose.R), tidied_point(pose.p)
+        )
+        return cls(leg, twin, zero, base, platform)
+
+    def strut(self, form: Strut) -> PlacedFormula:
+        A, B, place = self._own(form.A), self._own(form.B), form.slide.place
+        B_now = named(self.platform.point(B.point), f"B_{self.leg.name}")
+        A_to_B = B_now - self.base.point(A.point)
+        length = named(square_root(A_to_B @ A_to_B), f"L_{self.leg.name}")
+        along = self._axis(form.slide)
+        rod = placed_rod(
+            RodEnds(
+                near=self.base,
+                platform=self.platform,
+                A=A,
+                B=B,
+                along=along,
+                d=named(A_to_B / length, f"d_{self.leg.name}"),
+                A_now=self.base.point(A.point),
+                B_now=B_now,
+                spin=form.spin,
+                home=self.leg.chain.home,
+                side=self._side(along),
+                choice=choice_of(self.twin.chain, form.A, form.B, form.slide.axis, form.spin),
+            )
+        )
+        (fixed,) = tidied_point(np.array([along @ (B.point - A.point)], dtype=object))
+        carried = rod.bodies[A.places[-1] + 1].at(B.point, B_now)
+        bodies = {0: self.base, place + 1: carried, **rod.bodies}
+        return self._formula(rod, bodies, {place: Stretch(length, -fixed)})
+
+    def rod(self, form: Rod, slide: Slide | None = None) -> PlacedFormula:
+        """Place a rod on a drive, which itself may be carried by a slide along its axis."""
+        A, B = self._own(form.A), self._own(form.B)
+        B_now = named(self.platform.point(B.point), f"B_{self.leg.name}")
+        base, bodies, slides = self.base, {0: self.base}, {}
+        if slide is not None:
+            e = base.direction(self._axis(slide))
+            s = e @ (B_now - base.point(B.point))
+            slides[slide.place] = Stretch(s, 0)
+            base = base.at(A.point, base.point(A.point) + e * s)
+            bodies[slide.place + 1] = base
+        A_to_B = B.point - A.point
+        square = A_to_B @ A_to_B
+        if isinstance(form.drive, Slide):
+            place = form.drive.place
+            own = replace(form.drive, axis=self._axis(form.drive))
+            drive = driven_by_slide(base, own, A.point, B_now, square, form.sign)
+            slides[place] = Stretch(named(drive.slide, f"s_{self.leg.name}"), 0)
+        else:
+            place = form.drive.places[0]
+            crank = self._own(form.drive)
+            drive = driven_by_crank(base, crank, A.point, B_now, square, form.sign)
+        bodies[place + 1] = drive.carrier
+        size = square_root(square)
+        line = form.B.point - form.A.point
+        along = tidied(A_to_B / size)
+        rod = placed_rod(
+            RodEnds(
+                near=drive.carrier,
+                platform=self.platform,
+                A=A,
+                B=B,
+                along=along,
+                d=named(drive.A_to_B / size, f"d_{self.leg.name}"),
+                A_now=drive.A_now,
+                B_now=B_now,
+                spin=None,
+                home=self.leg.chain.home,
+                side=self._side(along),
+                choice=choice_of(
+                    self.twin.chain, form.A, form.B, line / np.linalg.norm(line), None
+                ),
+            )
+        )
+        rod = replace(rod, out_of_reach=[*rod.out_of_reach, drive.out_of_reach])
+        return self._formula(rod, {**bodies, **rod.bodies}, slides)
+
+    def _formula(
+        self, rod: PlacedRod, bodies: dict[int, Body], slides: dict[int, Stretch]
+    ) -> PlacedFormula:
+        leg, zero = self.leg, self.zero
+        layout = Layout(bodies, slides, rod.ball_axes)
+        end = self.platform.point(zero.p)
+        closing = [x for x in rod.misses if size_of(x) > _VANISHES]
+        reaching = [x for x in rod.out_of_reach if not is_zero(x)]
+        return PlacedFormula(
+            leg=PlacedLeg(leg.name, tuple(layout.elements(leg.chain, zero)), end),
+            gap=(*closing, *reaching),
+            lengths=tuple(x for x in layout.lengths(leg.chain) if isinstance(x, Entry)),
+            coordinate=lambda place: layout.coordinate(zero, place),
+        )
+
+    def _own(self, cluster: Cluster) -> Cluster:
+        """A cluster recognised on the leg in floats, with the entries of the leg to be recorded."""
+        own = [self.zero.freedoms[place] for place in cluster.places]
+        axes = tuple(tidied(freedom.axis) for freedom in own)
+        return replace(cluster, point=tidied_point(own[0].point), axes=axes)
+
+    def _axis(self, slide: Slide) -> np.ndarray:
+        return tidied(self.zero.freedoms[slide.place].axis)
+
+    def _side(self, along: np.ndarray) -> np.ndarray:
+        """A direction across the rod: that of a beam along it, where there is one."""
+        for spring in self.zero.elements:
+            if isinstance(spring, PlacedSpring) and is_one(
+                constant_cosine(spring.rotation[:, 0], along)
+            ):
+                return tidied(spring.rotation[:, 1])
+        return direction_across(along)

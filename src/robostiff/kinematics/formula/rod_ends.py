@@ -1,0 +1,209 @@
+"""The two joints at the ends of a rod on entries: where they turn the rod, and what they miss."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics.closure.skeleton import Cluster
+from robostiff.kinematics.formula.aim import (
+    aim,
+    coordinate_axis_along,
+    nearer_way,
+    shortest_turn_of,
+)
+from robostiff.kinematics.formula.body import Body, body_of_directions, constant_cosine
+from robostiff.kinematics.formula.choice import Choice
+from robostiff.kinematics.formula.tidy import tidied
+from robostiff.kinematics.turn_of_entries import Turn
+from robostiff.record import greater
+from robostiff.spatial import cross
+
+_SAME = 1e-12  # of the square of a sine: rounding, as where angles are computed
+
+
+@dataclass(frozen=True)
+class RodEnds:
+    """A rod from joint A to joint B, whose places are known.
+
+    Attributes
+    ----------
+    near, platform : Body
+        What carries the joints.
+    A, B : Cluster
+    along : (3,) array
+        Unit vector from A to B at zero coordinates.
+    d : (3,) array
+        The same now, in the world.
+    A_now, B_now : (3,) arrays
+        Places of the joints [m].
+    spin : int or None
+        Place of a turn about the rod itself.
+    home : (size,) array
+        Leg coordinates in the home configuration.
+    side : (3,) array
+        A direction across the rod at zero coordinates; that of a beam's section keeps it short.
+    choice : Choice
+    """
+
+    near: Body
+    platform: Body
+    A: Cluster
+    B: Cluster
+    along: np.ndarray
+    d: np.ndarray
+    A_now: np.ndarray
+    B_now: np.ndarray
+    spin: int | None
+    home: np.ndarray
+    side: np.ndarray
+    choice: Choice
+
+
+@dataclass(frozen=True)
+class PlacedRod:
+    """Bodies along a rod, and what keeps its joints from closing.
+
+    Attributes
+    ----------
+    bodies : dict of int to Body
+        A body begins after that many elementary joints.
+    ball_axes : dict of int to (3,) array
+    misses : list of Entry or number
+        Squares that vanish when the leg closes.
+    out_of_reach : list of Entry or number
+        Positive where directions ask for more than the axes can give.
+    """
+
+    bodies: dict[int, Body]
+    ball_axes: dict[int, np.ndarray]
+    misses: list[Any]
+    out_of_reach: list[Any]
+
+
+def placed_rod(ends: RodEnds) -> PlacedRod:
+    """Turn a rod so that it points from A to B and its joints meet the platform."""
+    A, B = ends.A, ends.B
+    bodies: dict[int, Body] = {}
+    misses: list[Any] = []
+    out_of_reach: list[Any] = []
+    taken_up_by_B = not B.is_ball and (ends.spin is not None or A.is_ball)
+    if A.is_ball:
+        rod = _shortest(ends, exactly=ends.choice.spin or taken_up_by_B)
+    elif len(A.axes) == 1:
+        a = ends.near.direction(A.axes[0])
+        rod = _body(ends, (ends.along, ends.d), (A.axes[0], a))
+        misses.append(_square(a @ ends.d - constant_cosine(A.axes[0], ends.along)))
+    else:
+        gimbal, rod, missing = _pointed(ends)
+        bodies[A.places[0] + 1] = gimbal
+        out_of_reach.append(missing)
+    far = rod
+    e = ends.platform.direction(B.axes[-1])
+    if taken_up_by_B:
+        if len(B.axes) == 1:
+            far = _body(ends, (ends.along, ends.d), (B.axes[0], e))
+            misses.append(_square(e @ ends.d - constant_cosine(B.axes[0], ends.along)))
+        else:
+            far, missing = _taken_up(ends, rod, e)
+            out_of_reach.append(missing)
+    elif not B.is_ball:
+        misses += _missed(ends, rod)
+    if A.is_ball and ends.spin is None:
+        rod = far
+    bodies[A.places[-1] + 1] = rod
+    if ends.spin is not None:
+        bodies[ends.spin + 1] = far.at(B.point, ends.B_now)
+    bodies[B.places[0]] = far.at(B.point, ends.B_now)
+    if len(B.axes) == 2:
+        first = far.direction(B.axes[0])
+        zero, now = (B.point, B.axes[1], B.axes[0]), (ends.B_now, e, first)
+        bodies[B.places[1]] = body_of_directions(zero, now)
+    bodies[B.places[-1] + 1] = ends.platform
+    ball_axes: dict[int, np.ndarray] = {}
+    for cluster, body in ((A, rod), (B, far)):
+        if cluster.is_ball:
+            ball_axes |= {p: body.R[:, i] for i, p in enumerate(cluster.places)}
+    return PlacedRod(bodies, ball_axes, misses, out_of_reach)
+
+
+def _pointed(ends: RodEnds) -> tuple[Body, Body, Any]:
+    """What lies between two axes, the rod that they point, and what they lack to do so."""
+    a0, b0 = ends.A.axes
+    a = ends.near.direction(a0)
+    to_a, to_d = constant_cosine(a0, b0), constant_cosine(b0, ends.along)
+    found = aim(a, ends.d, to_a, to_d)
+
+    def way(sign: Any) -> tuple[Body, Body]:
+        b = found.way(sign)
+        return _body(ends, (b0, b), (a0, a)), _body(ends, (ends.along, ends.d), (b0, b))
+
+    if not ends.choice.first:
+        return *way(1), found.gap
+    q1, q2 = (Turn.by(ends.home[place]) for place in ends.A.places)
+    b_home = q1.about(a0) @ b0
+    t_home = b0 @ cross(a0, q2.about(b0) @ ends.along)
+    sign = nearer_way(found, to_d, (ends.near.direction(b_home), t_home))
+    if ends.spin is None and not ends.B.is_ball:
+        # the other way where that alone reaches the orientation, as with five joints
+        missed = sum(_missed(ends, way(sign)[1]))
+        missed_other = sum(_missed(ends, way(-sign)[1]))
+        sign = sign * (1 - 2 * greater(missed - _SAME, missed_other))
+    return *way(sign), found.gap
+
+
+def _taken_up(ends: RodEnds, rod: Body, e: np.ndarray) -> tuple[Body, Any]:
+    """The rod as the two axes at its far end turn it about itself, and what they lack to do so."""
+    b0, e0 = ends.B.axes
+    to_d, to_e = constant_cosine(b0, ends.along), constant_cosine(b0, e0)
+    found = aim(ends.d, e, to_d, to_e)
+    sign: Any = 1
+    if ends.choice.second:
+        t_zero = b0 @ cross(ends.along, e0)
+        sign = nearer_way(found, to_e, (rod.direction(b0), t_zero))
+    b = found.way(sign)
+    return _body(ends, (ends.along, ends.d), (b0, b)), found.gap
+
+
+def _missed(ends: RodEnds, rod: Body) -> list[Any]:
+    """Squares that vanish where the joint at the far end fits both rod and platform."""
+    B = ends.B
+    e = ends.platform.direction(B.axes[-1])
+    on_rod = rod.direction(B.axes[0])
+    if len(B.axes) == 2:
+        return [_square(on_rod @ e - constant_cosine(*B.axes))]
+    return [_square(x) for x in on_rod - e]
+
+
+def _shortest(ends: RodEnds, *, exactly: bool) -> Body:
+    """The rod after the shortest turn from zero coordinates, or from a coordinate axis nearby."""
+    sides0 = (ends.side, cross(ends.along, ends.side))
+    if exactly:
+        start = ends.near.direction(ends.along)
+        sides = tuple(ends.near.direction(side) for side in sides0)
+    else:
+        start = coordinate_axis_along(ends.d)
+        k = int(np.flatnonzero(start)[0])
+        m = np.eye(3, dtype=int)[(k + 1) % 3]
+        sides = (m, np.cross(start, m))
+    turned = shortest_turn_of(start, sides, ends.d)
+    zero = np.stack([ends.along, *sides0], axis=-1)
+    now = np.stack([ends.d, *turned], axis=-1)
+    return Body(zero, ends.A.point, now, ends.A_now)
+
+
+def _body(
+    ends: RodEnds,
+    first: tuple[np.ndarray, np.ndarray],
+    second: tuple[np.ndarray, np.ndarray],
+) -> Body:
+    """A body at A from two directions, each at zero coordinates and now."""
+    (u0, u), (v0, v) = first, second
+    return body_of_directions((ends.A.point, u0, v0), (ends.A_now, u, v))
+
+
+def _square(x: Any) -> Any:
+    x = tidied(np.array([x], dtype=object))[0]
+    return x * x

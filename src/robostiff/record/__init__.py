@@ -1,0 +1,43 @@
+"""Records: formulas written down while they run, to be evaluated elsewhere.
+
+The formulas of the library work on arrays of any entries. Filled with `Entry` they leave a
+`Record`: a list of operations without branches, each written once. It can be evaluated on arrays of
+poses, compiled, differentiated, or read as named steps.
+"""
+
+from robostiff.record.derivative import derivatives
+from robostiff.record.entry import Entry, Number, is_number, is_one, is_zero
+from robostiff.record.functions import (
+    arc_cosine,
+    arc_tangent,
+    cosine,
+    greater,
+    least,
+    reciprocal,
+    sine,
+    square_root,
+)
+from robostiff.record.program import Program, Step
+from robostiff.record.record import NUMPY_FUNCTIONS, Operation, Record
+
+__all__ = [
+    "NUMPY_FUNCTIONS",
+    "Entry",
+    "Number",
+    "Operation",
+    "Program",
+    "Record",
+    "Step",
+    "arc_cosine",
+    "arc_tangent",
+    "cosine",
+    "derivatives",
+    "greater",
+    "is_number",
+    "is_one",
+    "is_zero",
+    "least",
+    "reciprocal",
+    "sine",
+    "square_root",
+]

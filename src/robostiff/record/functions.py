@@ -1,0 +1,136 @@
+"""Functions of entries and numbers alike, also entry by entry over arrays of objects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+from robostiff.record.entry import Entry, is_exact, is_one, is_zero, reciprocal_of
+from robostiff.record.record import Operation
+
+
+def _entry_by_entry(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    @wraps(function)
+    def over_arrays(x: Any) -> Any:
+        if not isinstance(x, np.ndarray):
+            return function(x)
+        out = np.empty(x.shape, dtype=object)
+        for place in np.ndindex(x.shape):
+            out[place] = function(x[place])
+        return out
+
+    return over_arrays
+
+
+@_entry_by_entry
+def square_root(x: Any) -> Any:
+    """Square root of an entry, a number, or each entry of an array."""
+    if isinstance(x, Entry):
+        return _root_of_product(x)
+    return x ** _half() if is_exact(x) else math.sqrt(x)
+
+
+@_entry_by_entry
+def sine(x: Any) -> Any:
+    """Sine of an angle [rad]."""
+    if isinstance(x, Entry):
+        operation, a, _ = x.record.operations[x.step]
+        if operation is Operation.NEGATE:
+            return -sine(Entry(x.record, a))
+        return x.apply(Operation.SINE)
+    return _exact("sin", x) if is_exact(x) else math.sin(x)
+
+
+@_entry_by_entry
+def cosine(x: Any) -> Any:
+    """Cosine of an angle [rad]."""
+    if isinstance(x, Entry):
+        operation, a, _ = x.record.operations[x.step]
+        return (
+            cosine(Entry(x.record, a))
+            if operation is Operation.NEGATE
+            else x.apply(Operation.COSINE)
+        )
+    return _exact("cos", x) if is_exact(x) else math.cos(x)
+
+
+@_entry_by_entry
+def arc_cosine(x: Any) -> Any:
+    """Angle in 0 to pi of a cosine [rad]."""
+    if isinstance(x, Entry):
+        return x.apply(Operation.ARC_COSINE)
+    return _exact("acos", x) if is_exact(x) else math.acos(x)
+
+
+@_entry_by_entry
+def reciprocal(x: Any) -> Any:
+    """1 / x."""
+    return x.reciprocal() if isinstance(x, Entry) else reciprocal_of(x)
+
+
+def arc_tangent(sine_: Any, cosine_: Any) -> Any:
+    """Angle of a point (cosine, sine) of any radius, -pi to pi [rad]."""
+    return _of_two(Operation.ARC_TANGENT, sine_, cosine_, math.atan2)
+
+
+def least(a: Any, b: Any) -> Any:
+    """The smaller one of two."""
+    return _of_two(Operation.LEAST, a, b, min)
+
+
+def greater(a: Any, b: Any) -> Any:
+    """1 where a > b, else 0."""
+    return _of_two(Operation.GREATER, a, b, lambda x, y: int(x > y))
+
+
+def _of_two(operation: Operation, a: Any, b: Any, of_numbers: Callable[[Any, Any], Any]) -> Any:
+    record = next((x.record for x in (a, b) if isinstance(x, Entry)), None)
+    if record is None:
+        return of_numbers(a, b)
+    steps = [
+        x.step if isinstance(x, Entry) else record.number(x if is_exact(x) else float(x))
+        for x in (a, b)
+    ]
+    return Entry(record, record.step(operation, *steps))
+
+
+def _root_of_product(x: Entry) -> Any:
+    """sqrt(x); the root of a square is known where its sign is, at all samples alike."""
+    operation, a, b = x.record.operations[x.step]
+    if operation is Operation.MULTIPLY and a == b:
+        root = Entry(x.record, a)
+        if np.all(root.sample > 0):
+            return root
+        if np.all(root.sample < 0):
+            return -root
+    return x.apply(Operation.SQUARE_ROOT)
+
+
+def _half() -> Any:
+    import sympy as sp
+
+    return sp.Rational(1, 2)
+
+
+def _exact(name: str, x: Any) -> Any:
+    import sympy as sp
+
+    return getattr(sp, name)(x)
+
+
+__all__ = [
+    "arc_cosine",
+    "arc_tangent",
+    "cosine",
+    "greater",
+    "is_one",
+    "is_zero",
+    "least",
+    "reciprocal",
+    "sine",
+    "square_root",
+]

@@ -1,0 +1,130 @@
+"""A program: the part of a record that some results need, ready to run anywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from robostiff.record.entry import Entry, is_exact
+from robostiff.record.record import COSTS, NUMPY_FUNCTIONS, Operation, Record
+
+
+@dataclass(frozen=True)
+class Step:
+    """One operation of a program on the results of earlier steps.
+
+    Attributes
+    ----------
+    operation : Operation
+    a, b : int or None
+        Earlier steps; none for an input or a number.
+    number : float
+        Of a number.
+    name : str
+        Of an input, or one that the record gave.
+    """
+
+    operation: Operation
+    a: int | None = None
+    b: int | None = None
+    number: Any = 0.0
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Program:
+    """Operations without branches, from inputs to outputs.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        The first steps are the inputs, in this order.
+    steps : tuple of Step
+    outputs : tuple of int
+        Steps that are the results.
+
+    Examples
+    --------
+    >>> record = Record({"x": [1.0], "y": [2.0]})
+    >>> x, y = record.input("x"), record.input("y")
+    >>> program = Program.of(record, [x * y + 1, 3.0])
+    >>> [float(value) for value in program.evaluated({"x": 2.0, "y": 5.0})]
+    [11.0, 3.0]
+    """
+
+    inputs: tuple[str, ...]
+    steps: tuple[Step, ...]
+    outputs: tuple[int, ...]
+
+    @classmethod
+    def of(cls, record: Record, outputs: Sequence[Any], *, exact: bool = False) -> Program:
+        """The program that computes entries of a record, or gives numbers.
+
+        Parameters
+        ----------
+        record : Record
+        outputs : sequence of Entry or number
+        exact : bool
+            Whether numbers of SymPy stay exact; otherwise they become floats.
+        """
+        wanted = [
+            x.step if isinstance(x, Entry) else record.number(x if is_exact(x) else float(x))
+            for x in outputs
+        ]
+        steps = [Step(Operation.INPUT, name=name) for name in record.inputs]
+        place = {record.input(name).step: i for i, name in enumerate(record.inputs)}
+        for old in record.needed(wanted):
+            if old in place:
+                continue
+            operation, a, b = record.operations[old]
+            if operation is Operation.NUMBER:
+                step = Step(operation, number=a if exact else float(a))
+            else:
+                second = None if b is None else place[b]
+                step = Step(operation, place[a], second, name=record.names.get(old, ""))
+            place[old] = len(steps)
+            steps.append(step)
+        return cls(record.inputs, tuple(steps), tuple(place[step] for step in wanted))
+
+    @property
+    def operations(self) -> int:
+        """Number of operations, inputs and numbers not counted."""
+        idle = (Operation.INPUT, Operation.NUMBER)
+        return sum(step.operation not in idle for step in self.steps)
+
+    @property
+    def cost(self) -> int:
+        """What an evaluation takes, in additions."""
+        return sum(COSTS[step.operation] for step in self.steps)
+
+    def evaluated(
+        self, values: Mapping[str, Any], functions: Mapping[Operation, Any] | None = None
+    ) -> list[Any]:
+        """Results at some values of the inputs, one operation after the other.
+
+        Parameters
+        ----------
+        values : mapping of names to values
+            Numbers, or whatever the functions work on.
+        functions : mapping of operations to callables, optional
+            NumPy's when left out.
+        """
+        table = NUMPY_FUNCTIONS if functions is None else functions
+        known: list[Any] = []
+        for step in self.steps:
+            if step.operation is Operation.INPUT:
+                known.append(values[step.name])
+            elif step.operation is Operation.NUMBER:
+                known.append(step.number)
+            elif step.b is None:
+                known.append(table[step.operation](known[_place(step.a)]))
+            else:
+                known.append(table[step.operation](known[_place(step.a)], known[step.b]))
+        return [known[i] for i in self.outputs]
+
+
+def _place(step: int | None) -> int:
+    if step is None:
+        raise ValueError("an operation without an argument")
+    return step

@@ -1,0 +1,217 @@
+"""A record: operations one after the other, equal ones written once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+
+if TYPE_CHECKING:
+    from robostiff.record.entry import Entry
+
+
+class Operation(Enum):
+    """What a step of a record does with its arguments."""
+
+    INPUT = "input"
+    NUMBER = "number"
+    ADD = "+"
+    SUBTRACT = "-"
+    MULTIPLY = "*"
+    NEGATE = "negate"
+    RECIPROCAL = "1/"
+    SQUARE_ROOT = "sqrt"
+    SINE = "sin"
+    COSINE = "cos"
+    ARC_COSINE = "acos"
+    ARC_TANGENT = "atan2"
+    LEAST = "min"
+    GREATER = "greater"  # 1 where the first is greater than the second, else 0
+
+
+_SAME = 1e-12  # of a value: rounding at the samples
+
+#: The operations on floats and arrays of them.
+NUMPY_FUNCTIONS: dict[Operation, Any] = {
+    Operation.ADD: np.add,
+    Operation.SUBTRACT: np.subtract,
+    Operation.MULTIPLY: np.multiply,
+    Operation.NEGATE: np.negative,
+    Operation.RECIPROCAL: np.reciprocal,
+    Operation.SQUARE_ROOT: np.sqrt,
+    Operation.SINE: np.sin,
+    Operation.COSINE: np.cos,
+    Operation.ARC_COSINE: np.arccos,
+    Operation.ARC_TANGENT: np.arctan2,
+    Operation.LEAST: np.minimum,
+    Operation.GREATER: np.greater,
+}
+
+#: Rough costs of the operations, in additions.
+COSTS = {
+    Operation.INPUT: 0,
+    Operation.NUMBER: 0,
+    Operation.ADD: 1,
+    Operation.SUBTRACT: 1,
+    Operation.MULTIPLY: 1,
+    Operation.NEGATE: 1,
+    Operation.RECIPROCAL: 5,
+    Operation.SQUARE_ROOT: 6,
+    Operation.SINE: 15,
+    Operation.COSINE: 15,
+    Operation.ARC_COSINE: 30,
+    Operation.ARC_TANGENT: 30,
+    Operation.LEAST: 1,
+    Operation.GREATER: 1,
+}
+
+
+class Record:
+    """Operations in the order in which they can be computed.
+
+    Every step also carries its value at a few sample points. They tell a formula that is zero
+    everywhere from one that is not, and which pivots are safe.
+
+    Parameters
+    ----------
+    inputs : mapping of names to (samples,) arrays
+        What the formulas depend on, with values at generic points.
+
+    Examples
+    --------
+    >>> record = Record({"x": [1.0, 2.0]})
+    >>> x = record.input("x")
+    >>> ((x + 1) * (1 + x)).sample
+    array([4., 9.])
+    >>> record.size
+    4
+    """
+
+    def __init__(self, inputs: dict[str, Sequence[float]]) -> None:
+        samples = {name: np.array(values, dtype=float) for name, values in inputs.items()}
+        shapes = {values.shape for values in samples.values()}
+        if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
+            raise InputError("samples of the inputs", expected="as many for each input")
+        self.count = next(iter(shapes))[0] if shapes else 1
+        self.inputs = tuple(samples)
+        self.operations: list[tuple[Operation, Any, Any]] = []
+        self._samples = np.empty((64, self.count))
+        self.names: dict[int, str] = {}
+        self._known: dict[tuple[Operation, Any, Any], int] = {}
+        for name, values in samples.items():
+            self._append((Operation.INPUT, name, None), values)
+
+    def sample(self, step: int) -> np.ndarray:
+        """Value of a step at the sample points (samples,)."""
+        return self._samples[step].copy()
+
+    @property
+    def size(self) -> int:
+        """Number of steps, inputs and numbers included."""
+        return len(self.operations)
+
+    def input(self, name: str) -> Entry:
+        """The input of a name."""
+        from robostiff.record.entry import Entry
+
+        return Entry(self, self._known[Operation.INPUT, name, None])
+
+    def number(self, value: Any) -> int:
+        """The step of a number."""
+        key = (Operation.NUMBER, value, None)
+        if key not in self._known:
+            self._append(key, np.full(self.count, float(value)))
+        return self._known[key]
+
+    def step(self, operation: Operation, a: int, b: int | None = None) -> int:
+        """The step that does an operation on earlier ones, written once."""
+        if b is not None and operation in _SYMMETRIC and b < a:
+            a, b = b, a
+        key = (operation, a, b)
+        known = self._known.get(key)
+        if known is not None:
+            return known
+        samples = self._samples
+        with np.errstate(all="ignore"):
+            value = (
+                NUMPY_FUNCTIONS[operation](samples[a])
+                if b is None
+                else NUMPY_FUNCTIONS[operation](samples[a], samples[b])
+            )
+        return self._append(key, value)
+
+    def settled(self, value: Any, scale: float = 1.0) -> Any:
+        """A simpler entry or number with the same value at all samples, if there is one.
+
+        Identities such as cos^2 + sin^2 = 1 are found by value: two formulas that agree to 12
+        digits at several generic points are taken for one.
+
+        Parameters
+        ----------
+        value : Entry or number
+        scale : float
+            Size against which a value counts as zero.
+        """
+        from robostiff.record.entry import Entry
+
+        if not isinstance(value, Entry):
+            return value
+        own = value.sample
+        if np.all(np.abs(own) <= _SAME * scale):
+            return 0
+        for number in (1, -1):
+            if np.all(np.abs(own - number) <= _SAME):
+                return number
+        earlier = self._samples[: value.step]
+        allowed = _SAME * np.abs(own)
+        for sign in (1, -1):
+            alike = np.flatnonzero(np.all(np.abs(earlier - sign * own) <= allowed, axis=1))
+            if alike.size:
+                simpler = self.at(int(alike[0]))
+                return simpler if sign == 1 else -simpler
+        return value
+
+    def at(self, step: int) -> Any:
+        """The entry of a step; a number stays a number."""
+        from robostiff.record.entry import Entry
+
+        operation, number, _ = self.operations[step]
+        return number if operation is Operation.NUMBER else Entry(self, step)
+
+    def needed(self, outputs: Iterable[int]) -> list[int]:
+        """The steps on which some others depend, in order, themselves included."""
+        wanted = set()
+        waiting = list(outputs)
+        while waiting:
+            step = waiting.pop()
+            if step not in wanted:
+                wanted.add(step)
+                waiting.extend(self.arguments(step))
+        return sorted(wanted)
+
+    def arguments(self, step: int) -> tuple[int, ...]:
+        """The steps on which a step works."""
+        operation, a, b = self.operations[step]
+        if operation in (Operation.INPUT, Operation.NUMBER):
+            return ()
+        return (a,) if b is None else (a, b)
+
+    def cost(self, outputs: Iterable[int]) -> int:
+        """What it takes to compute some steps, in additions."""
+        return sum(COSTS[self.operations[step][0]] for step in self.needed(outputs))
+
+    def _append(self, key: tuple[Operation, Any, Any], sample: np.ndarray) -> int:
+        step = len(self.operations)
+        if step == len(self._samples):
+            self._samples = np.concatenate([self._samples, np.empty_like(self._samples)])
+        self.operations.append(key)
+        self._samples[step] = sample
+        self._known[key] = step
+        return step
+
+
+_SYMMETRIC = {Operation.ADD, Operation.MULTIPLY, Operation.LEAST}

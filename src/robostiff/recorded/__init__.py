@@ -1,0 +1,28 @@
+"""The stiffness of a robot as a record: the same derivation, once for all poses.
+
+Closure, placement, elimination of the passive joints in the working frame where they are trivial,
+and the sum over the legs, on recorded entries.
+"""
+
+from robostiff.recorded.factor import Factors, factors_of, inverse_entries
+from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
+from robostiff.recorded.principal import eigenvalues
+from robostiff.recorded.robot import RecordedRobot, assembled, record_at_joints, record_at_pose
+from robostiff.recorded.samples import sample_postures
+from robostiff.recorded.symbols import entry_reader
+
+__all__ = [
+    "Factors",
+    "LegRecorder",
+    "RecordedLeg",
+    "RecordedRobot",
+    "assembled",
+    "eigenvalues",
+    "entry_reader",
+    "factors_of",
+    "inverse_entries",
+    "record_at_joints",
+    "record_at_pose",
+    "sample_postures",
+    "stiffness_entries",
+]

@@ -1,0 +1,199 @@
+"""The wrench basis form on recorded entries: pivots chosen once, where the joints look trivial."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.record import Entry, is_number, is_zero
+
+#: A wrench or twist: six entries or numbers, or three in the plane.
+Column = list[Any]
+
+_LOST = 1e-9  # a joint nearer than this to those before is redundant, as in `Tolerance`
+_RIGID = 1e-13  # of a compliance: what is left of it is rounding
+
+
+@dataclass(frozen=True)
+class Transmitted:
+    """Wrenches that the passive joints of a chain transmit.
+
+    Attributes
+    ----------
+    wrenches : list of Column
+        Basis W of null(J_q^T).
+    margins : list of entries or numbers
+        How safe the recorded pivots are: 1 and above for the pose at hand as for the samples,
+        towards 0 where one of them vanishes.
+    redundant : tuple of bool
+        Which joints add no freedom to those before.
+    """
+
+    wrenches: list[Column]
+    margins: list[Any]
+    redundant: tuple[bool, ...]
+
+
+@dataclass(frozen=True)
+class Conjugate:
+    """Wrenches made conjugate to one another: W^T C W = diag(mu), so K = sum of w w^T / mu.
+
+    Attributes
+    ----------
+    wrenches : list of Column
+    mu : list of entries or numbers
+        Compliance that each meets.
+    margins : list of entries or numbers
+        Part of the compliance of the wrench as it came that is left, 0 to 1: the digits lost.
+    """
+
+    wrenches: list[Column]
+    mu: list[Any]
+    margins: list[Any]
+
+
+def transmitted_by(twists: Sequence[Column], size: int, length: float) -> Transmitted:
+    """Basis of the wrenches that do no work on passive twists, by elimination.
+
+    All unit wrenches are transmitted to begin with; each joint removes the one that drives it, a
+    trivial joint by deletion as in (19).
+
+    Parameters
+    ----------
+    twists : sequence of Column
+        J_q column by column.
+    size : int
+        6, or 3 in the plane.
+    length : float
+        Characteristic length [m], by which turns and moments are scaled.
+    """
+    turns = size // 2 if size == 6 else 2
+    scale = [1.0] * turns + [length] * (size - turns)
+    wrenches: list[Column] = [[int(i == k) for i in range(size)] for k in range(size)]
+    margins: list[Any] = []
+    redundant = []
+    for twist in twists:
+        drives = [dot(w, twist) for w in wrenches]
+        size_of_twist = _norm([t * s for t, s in zip(twist, scale, strict=True)])
+        safety = [
+            _least(drive) / (_norm([f / s for f, s in zip(w, scale, strict=True)]) * size_of_twist)
+            for drive, w in zip(drives, wrenches, strict=True)
+        ]
+        drives = [0 if safe <= _LOST else drive for drive, safe in zip(drives, safety, strict=True)]
+        active = [i for i, drive in enumerate(drives) if not is_zero(drive)]
+        redundant.append(not active)
+        if not active:
+            continue
+        pivot = min(active, key=lambda i: _awkwardness(drives[i], safety[i], wrenches[i]))
+        taken, drive = wrenches[pivot], drives[pivot]
+        if isinstance(drive, Entry):
+            margins.append(_relative_square(drive, safety[pivot]))
+        remaining = []
+        for i, w in enumerate(wrenches):
+            if i == pivot:
+                continue
+            factor = drives[i] / drive if i in active else 0
+            remaining.append(
+                w if is_zero(factor) else [a - factor * b for a, b in zip(w, taken, strict=True)]
+            )
+        wrenches = remaining
+    return Transmitted(wrenches, margins, tuple(redundant))
+
+
+def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str) -> Conjugate:
+    """Gram-Schmidt of wrenches in the energy of a compliance, the safest pivot first.
+
+    Parameters
+    ----------
+    wrenches : sequence of Column
+    energy : (m, m) nested list
+        W^T C W, the compliance that they meet.
+    leg : str
+        Whose wrenches they are, for messages.
+
+    Raises
+    ------
+    InputError
+        When a wrench meets no compliance.
+    """
+    left = [list(w) for w in wrenches]
+    n = len(left)
+    M = [list(row) for row in energy]
+    first = [_least(M[i][i]) for i in range(n)]
+    done: list[Column] = []
+    mu: list[Any] = []
+    margins: list[Any] = []
+    start = [M[i][i] for i in range(n)]
+    open_ = list(range(n))
+    while open_:
+        part = {i: _least(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
+        pivot = min(open_, key=lambda i: _coupling(M[i], i, part[i]))
+        if part[pivot] <= _RIGID:
+            raise InputError(
+                f"leg {leg!r}",
+                got="a transmitted wrench that meets no compliance",
+                expected="elasticity on every path that carries a load",
+                hint="give a link or an actuator of the leg its elasticity",
+            )
+        open_.remove(pivot)
+        own = M[pivot][pivot]
+        if own is not start[pivot]:
+            ratio = own / start[pivot]
+            if isinstance(ratio, Entry):
+                margins.append(ratio)
+        mu.append(own)
+        done.append(left[pivot])
+        for i in open_:
+            shared = M[pivot][i]
+            if is_zero(shared):
+                continue
+            factor = shared / own
+            left[i] = [a - factor * b for a, b in zip(left[i], left[pivot], strict=True)]
+            for j in open_:
+                if j >= i:
+                    M[i][j] = M[j][i] = M[i][j] - factor * M[pivot][j]
+    return Conjugate(done, mu, margins)
+
+
+def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Sum of products; zeros leave no trace."""
+    total: Any = 0
+    for x, y in zip(a, b, strict=True):
+        if not (is_zero(x) or is_zero(y)):
+            total = total + x * y
+    return total
+
+
+def _least(value: Any) -> float:
+    """Smallest size of an entry over the samples, or the size of a number."""
+    return float(np.min(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
+
+
+def _norm(column: Sequence[Any]) -> float:
+    """Norm of a column, the mean over the samples."""
+    squares = sum(np.mean(x.sample**2) if isinstance(x, Entry) else float(x) ** 2 for x in column)
+    return float(np.sqrt(squares))
+
+
+def _awkwardness(drive: Any, safety: float, wrench: Column) -> tuple[int, int, float]:
+    """Order of pivots: numbers before entries, short wrenches before long ones, then safety."""
+    safe = safety > 0.2
+    kind = (0 if safe else 2) if is_number(drive) else (1 if safe else 3)
+    entries = sum(isinstance(x, Entry) for x in wrench)
+    return kind, entries, -safety
+
+
+def _coupling(row: Sequence[Any], i: int, part: float) -> tuple[bool, int, float]:
+    """Order of pivots: keeping their digits, coupled to few others."""
+    coupled = sum(not is_zero(x) for j, x in enumerate(row) if j != i)
+    return part < 1e-4, coupled, -part
+
+
+def _relative_square(drive: Entry, safety: float) -> Any:
+    """Square of a pivot against its square at the samples, times how safe it was there."""
+    usual = float(np.mean(drive.sample**2))
+    return drive * drive * (safety**2 / usual)

@@ -1,0 +1,112 @@
+"""Factors of a recorded stiffness matrix: how safe its rank is, compliance and deflection."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.record import Entry, is_zero
+
+_LOST = 1e-11  # of a diagonal entry: what is left of it is rounding
+
+#: Upper triangle of a symmetric matrix.
+Upper = Mapping[tuple[int, int], Any]
+
+
+@dataclass(frozen=True)
+class Factors:
+    """K = sum over pivots of l l^T d, the pivots in a safe order.
+
+    Attributes
+    ----------
+    columns : list of lists
+        l of each pivot; 1 at the pivot, 0 at those before.
+    d : list of entries or numbers
+    pivots : list of int
+    margins : list of entries or numbers
+        Part of the diagonal entry that is left as pivot, 0 to 1.
+    size : int
+    """
+
+    columns: list[list[Any]]
+    d: list[Any]
+    pivots: list[int]
+    margins: list[Any]
+    size: int
+
+    @property
+    def rank(self) -> int:
+        """Rank at a general pose."""
+        return len(self.pivots)
+
+    def solved(self, F: Sequence[Any]) -> list[Any]:
+        """Solution x of K x = F, for K of full rank."""
+        left = list(F)
+        y: list[Any] = []
+        for column, pivot in zip(self.columns, self.pivots, strict=True):
+            own = left[pivot]
+            y.append(own)
+            if not is_zero(own):
+                left = [a if is_zero(c) else a - c * own for a, c in zip(left, column, strict=True)]
+        x: list[Any] = [0] * self.size
+        for column, pivot, d, own in reversed(
+            list(zip(self.columns, self.pivots, self.d, y, strict=True))
+        ):
+            total = own / d
+            for i, c in enumerate(column):
+                if i != pivot and not (is_zero(c) or is_zero(x[i])):
+                    total = total - c * x[i]
+            x[pivot] = total
+        return x
+
+
+def factors_of(K: Upper, size: int) -> Factors:
+    """Symmetric elimination of K, the largest part left of a diagonal entry first.
+
+    The order is chosen at the samples once for all poses; a pivot that vanishes elsewhere shows in
+    its margin.
+    """
+    left = [[K[min(i, j), max(i, j)] for j in range(size)] for i in range(size)]
+    diagonal = [left[i][i] for i in range(size)]
+    first = [_least(x) for x in diagonal]
+    columns, d, pivots, margins = [], [], [], []
+    open_ = list(range(size))
+    while open_:
+        part = {i: _least(left[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
+        pivot = max(open_, key=lambda i: part[i])
+        if part[pivot] <= _LOST:
+            break
+        open_.remove(pivot)
+        own = left[pivot][pivot]
+        ratio = own / diagonal[pivot]
+        if isinstance(ratio, Entry):
+            margins.append(ratio)
+        column: list[Any] = [0] * size
+        column[pivot] = 1
+        for i in open_:
+            column[i] = left[pivot][i] / own
+        for i in open_:
+            for j in open_:
+                if j >= i and not is_zero(column[i]):
+                    left[i][j] = left[j][i] = left[i][j] - column[i] * left[pivot][j]
+        columns.append(column)
+        d.append(own)
+        pivots.append(pivot)
+    return Factors(columns, d, pivots, margins, size)
+
+
+def inverse_entries(factors: Factors) -> dict[tuple[int, int], Any]:
+    """Upper triangle of K^-1, for K of full rank."""
+    inverse: dict[tuple[int, int], Any] = {}
+    for j in range(factors.size):
+        column = factors.solved([int(i == j) for i in range(factors.size)])
+        for i in range(j + 1):
+            inverse[i, j] = column[i]
+    return inverse
+
+
+def _least(value: Any) -> float:
+    return float(np.min(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))

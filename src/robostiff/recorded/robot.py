@@ -1,0 +1,229 @@
+"""A robot recorded: closure, placement, elimination and sum, once for all poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import Any
+
+import numpy as np
+
+from robostiff.elastostatics import Status
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.formula import (
+    FormulaPose,
+    PlacedFormula,
+    place_leg,
+    place_leg_at_joints,
+)
+from robostiff.model import ALL_COORDINATES, Actuated, Robot
+from robostiff.record import Entry, Operation, Record, least
+from robostiff.recorded.factor import Factors, factors_of
+from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
+from robostiff.recorded.samples import sample_postures
+from robostiff.spatial import Space
+
+# Squared miss of a leg's end at the platform, as a part of its size, beyond which a closure is not
+# taken for granted: the numerical form decides at 1e-7.
+_GAP = 1e-15
+
+
+@dataclass(frozen=True)
+class RecordedRobot:
+    """The stiffness of a robot about its reference point as a record, world axes.
+
+    Attributes
+    ----------
+    name : str
+    record : Record
+        Its inputs are pose coordinates, or the coordinates of the legs, and parameters.
+    space : Space
+    length : float
+        Characteristic length [m].
+    legs : tuple of RecordedLeg
+    K : dict of (row, column) to entries or numbers
+        Upper triangle [N/m, N, N m].
+    margins : tuple of entries
+        Safety of everything that the record took for granted: pivots, closure, positive lengths. A
+        pose where one of them is near zero needs another way.
+    reach : tuple of entries
+        Negative where a leg is too short or too long.
+    limits : tuple of entries
+        Negative where an actuator is beyond its limits.
+    """
+
+    name: str
+    record: Record
+    space: Space
+    length: float
+    legs: tuple[RecordedLeg, ...]
+    K: dict[tuple[int, int], Any]
+    margins: tuple[Any, ...]
+    reach: tuple[Any, ...]
+    limits: tuple[Any, ...]
+
+    @cached_property
+    def factors(self) -> Factors:
+        """K factored: its rank at a general pose, and what solves it."""
+        return factors_of(self.K, self.space.size)
+
+    @cached_property
+    def status(self) -> Status:
+        """What holds at a general pose: free motions, redundant joints."""
+        status = Status.OK
+        if self.factors.rank < self.space.size:
+            status |= Status.FREE_MOTIONS
+        if any(any(leg.redundant) for leg in self.legs):
+            status |= Status.REDUNDANT_JOINTS
+        return status
+
+    @cached_property
+    def checks(self) -> dict[str, Any]:
+        """What must be looked at before an answer is trusted, each at a general pose positive.
+
+        ``margin``, the smallest of all margins of the matrix; ``rank``, that of its rank; ``trace``
+        of K, not a number where any part of it is none; ``reach`` and ``limits``, the smallest.
+        """
+        size = self.space.size
+        margins = [*self.margins, *(m for leg in self.legs for m in leg.margins)]
+        checks = {
+            "margin": _smallest(margins),
+            "rank": _smallest(self.factors.margins),
+            "trace": sum((self.K[i, i] for i in range(1, size)), self.K[0, 0]),
+            "reach": _smallest(self.reach),
+            "limits": _smallest(self.limits),
+        }
+        return {name: entry for name, entry in checks.items() if entry is not None}
+
+
+def record_at_pose(robot: Robot, finder: PostureFinder) -> RecordedRobot:
+    """Record a robot whose legs close in closed form; the inputs are its free pose coordinates.
+
+    Parameters
+    ----------
+    robot : Robot
+        Of numbers.
+    finder : PostureFinder
+        Of the same robot.
+
+    Raises
+    ------
+    InputError
+        When a leg has no closed form, or home has no room around it.
+    """
+    samples = sample_postures(robot, finder).pose
+    names = [c.value for c in robot.coordinates]
+    places = [ALL_COORDINATES.index(c) for c in robot.coordinates]
+    record = Record({name: samples[:, k] for name, k in zip(names, places, strict=True)})
+    six: list[Any] = finder.home_pose.tolist()
+    for name, k in zip(names, places, strict=True):
+        six[k] = record.input(name)
+    pose = FormulaPose.of_coordinates(np.array(six, dtype=object))
+    placed = [
+        place_leg(leg, pose, solver) for leg, solver in zip(robot.legs, finder.solvers, strict=True)
+    ]
+    return assembled(robot, record, pose, placed, finder.length)
+
+
+def record_at_joints(robot: Robot, finder: PostureFinder) -> RecordedRobot:
+    """Record a robot at coordinates of all its legs, a serial arm at those of its joints.
+
+    The inputs are named ``leg/0``, ``leg/1`` and so on, or ``q0``, ``q1`` for a serial arm.
+    """
+    samples = sample_postures(robot, finder).coordinates
+    inputs: dict[str, Any] = {}
+    for leg, own in zip(robot.legs, samples, strict=True):
+        start = "q" if robot.is_serial else f"{leg.name}/"
+        inputs.update({f"{start}{i}": own[:, i] for i in range(leg.chain.size)})
+    record = Record(inputs)
+    waiting = iter(record.inputs)
+    placed = []
+    for leg in robot.legs:
+        q = np.array([record.input(next(waiting)) for _ in range(leg.chain.size)], dtype=object)
+        placed.append(place_leg_at_joints(leg, q))
+    return assembled(robot, record, placed[0].platform, placed, finder.length)
+
+
+def assembled(
+    robot: Robot,
+    record: Record,
+    pose: FormulaPose,
+    placed: Sequence[PlacedFormula],
+    length: float,
+) -> RecordedRobot:
+    """The stiffness of placed legs, alike ones in the same working frame."""
+    reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
+    recorder = LegRecorder(record, reference, robot.space, length)
+    frames: dict[Any, int] = {}
+    legs = []
+    for model, own in zip(robot.legs, placed, strict=True):
+        shape = _shape(model)
+        leg = recorder.leg(own.leg, frames.get(shape))
+        frames[shape] = leg.frame
+        legs.append(leg)
+    margins = []
+    for own in placed:
+        margins += [1 - gap * (1 / _GAP) for gap in own.gap]
+        margins += [_as_part(value) for value in own.lengths if isinstance(value, Entry)]
+    K = stiffness_entries(legs, robot.space.size)
+    return RecordedRobot(
+        name=robot.name,
+        record=record,
+        space=robot.space,
+        length=length,
+        legs=tuple(legs),
+        K=K,
+        margins=tuple(margins),
+        reach=tuple(_radicands(record, K)),
+        limits=tuple(_limits(robot, placed)),
+    )
+
+
+def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:
+    """How far every limited actuator is within its limits, as a part of their range."""
+    found = []
+    for leg, own in zip(robot.legs, placed, strict=True):
+        for i, role in enumerate(leg.chain.roles):
+            if isinstance(role, Actuated) and role.limits is not None:
+                low, high = role.limits
+                q = own.coordinate(i)
+                found += [(q - low) * (1 / (high - low)), (high - q) * (1 / (high - low))]
+    return found
+
+
+def _radicands(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
+    """What stands below the square roots, where it can become negative, against its samples."""
+    found = {}
+    for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
+        operation, below, _ = record.operations[step]
+        if operation is Operation.SQUARE_ROOT and not _is_sum_of_squares(record, below):
+            found[below] = _as_part(Entry(record, below))
+    return list(found.values())
+
+
+def _is_sum_of_squares(record: Record, step: int) -> bool:
+    operation, a, b = record.operations[step]
+    if operation is Operation.ADD:
+        return _is_sum_of_squares(record, a) and _is_sum_of_squares(record, b)
+    if operation is Operation.NUMBER:
+        return bool(a >= 0)
+    return operation is Operation.MULTIPLY and a == b
+
+
+def _shape(leg: Any) -> tuple[Any, ...]:
+    """What makes legs alike: the kinds of their elements and the motions of their joints."""
+    chain = leg.chain
+    kinds = tuple(type(element).__name__ for element in chain.elements)
+    joints = zip(chain.freedoms, chain.roles, strict=True)
+    return kinds, tuple((freedom.motion, type(role)) for freedom, role in joints)
+
+
+def _as_part(value: Entry) -> Any:
+    """A positive entry against its mean over the samples."""
+    return value * (1 / float(np.mean(value.sample)))
+
+
+def _smallest(values: Sequence[Any]) -> Any:
+    entries = {value.step: value for value in values if isinstance(value, Entry)}
+    return reduce(least, entries.values()) if entries else None

@@ -1,0 +1,192 @@
+"""A recorded leg seen from a working frame, in which its joints are trivial."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from robostiff.model import Motion, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.record import Entry, Record, is_zero
+from robostiff.recorded.elimination import Column, dot
+
+_SQUARE = 1e-12  # cosine of a right angle: rounding
+
+
+@dataclass(frozen=True)
+class WorkingFrame:
+    """Axes (columns of R, world) and origin p in which a leg is worked on."""
+
+    R: np.ndarray
+    p: np.ndarray
+
+
+@dataclass(frozen=True)
+class LocalSpring:
+    """An elastic part in a working frame: own axes R (columns), place p, compliance (6, 6)."""
+
+    R: np.ndarray
+    p: np.ndarray
+    compliance: np.ndarray
+
+    def wrench(self, w: Column) -> Column:
+        """A wrench about the frame's origin, seen by the part: about its end, in its axes."""
+        force, moment = w[:3], w[3:]
+        moment = [m - c for m, c in zip(moment, cross(self.p, force), strict=True)]
+        return [*turned_back(self.R, force), *turned_back(self.R, moment)]
+
+
+@dataclass(frozen=True)
+class LocalLeg:
+    """A leg in a working frame.
+
+    Attributes
+    ----------
+    twists : list of Column
+        J_q, one column a passive freedom, about the frame's origin.
+    springs : list of LocalSpring
+    drives : list of (Column, stiffness)
+        Twists of the elastic joints.
+    """
+
+    twists: list[Column]
+    springs: list[LocalSpring]
+    drives: list[tuple[Column, Any]]
+
+
+def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float) -> LocalLeg:
+    """A leg in a working frame; what is 0 or 1 there at all poses becomes a number."""
+    twists, springs, drives = [], [], []
+    for element in leg.elements:
+        p = [record.settled(x, length) for x in turned_back(frame.R, element.point - frame.p)]
+        if isinstance(element, PlacedFreedom):
+            axis = [record.settled(x) for x in turned_back(frame.R, element.axis)]
+            twist = _twist(element, axis, p)
+            if element.is_passive:
+                twists.append(twist)
+            elif element.stiffness is not None:
+                drives.append((twist, element.stiffness))
+            continue
+        R = np.array(
+            [
+                [record.settled(dot(frame.R[:, i], element.rotation[:, k])) for k in range(3)]
+                for i in range(3)
+            ],
+            dtype=object,
+        )
+        spring = LocalSpring(R, np.array(p, dtype=object), element.elasticity.compliance)
+        springs.append(spring)
+        twists.extend(_spring_freedom(spring, f) for f in element.elasticity.freedoms.T)
+    return LocalLeg(twists, springs, drives)
+
+
+def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame]:
+    """The frames worth trying: world, and the axes of springs and joints at each of their points.
+
+    A slide or turn and the next axis across it make a frame, too.
+    """
+    yield world
+    rotations = [e.rotation for e in leg.springs] or list(_frames_of_joints(leg))
+    points = [
+        e.point for e in leg.elements if isinstance(e, PlacedSpring) or e.motion is Motion.ROTATION
+    ]
+    tried: set[tuple[Any, ...]] = set()
+    for R in rotations or [world.R]:
+        for p in points:
+            key = (*map(_key, R.flat), *map(_key, p))
+            if key not in tried:
+                tried.add(key)
+                yield WorkingFrame(R, p)
+
+
+def _frames_of_joints(leg: PlacedLeg) -> Iterator[np.ndarray]:
+    """Axes of joints that are square to the one before, with their cross product (columns)."""
+    freedoms = list(leg.freedoms)
+    for first, second in pairwise(freedoms):
+        if _vanishes(dot(first.axis, second.axis)):
+            columns = [first.axis, second.axis, cross(first.axis, second.axis)]
+            yield np.array(columns, dtype=object).T
+
+
+def _vanishes(value: Any) -> bool:
+    if isinstance(value, Entry):
+        return bool(np.all(np.abs(value.sample) < _SQUARE))
+    return abs(float(value)) < _SQUARE
+
+
+def energy_of(leg: LocalLeg, wrenches: Sequence[Column], rows: tuple[int, ...]) -> list[list[Any]]:
+    """W^T C W of a leg's wrenches (in some rows of six), spring by spring."""
+    whole = [_whole(w, rows) for w in wrenches]
+    n = len(whole)
+    energy: list[list[Any]] = [[0] * n for _ in range(n)]
+    for spring in leg.springs:
+        seen = [spring.wrench(w) for w in whole]
+        given = [[dot(w, column) for column in spring.compliance.T] for w in seen]
+        for i in range(n):
+            for j in range(i, n):
+                energy[i][j] = energy[i][j] + dot(given[i], seen[j])
+    for twist, stiffness in leg.drives:
+        work = [dot(w, twist) for w in whole]
+        for i in range(n):
+            for j in range(i, n):
+                if not (is_zero(work[i]) or is_zero(work[j])):
+                    energy[i][j] = energy[i][j] + work[i] * work[j] / stiffness
+    for i in range(n):
+        for j in range(i):
+            energy[i][j] = energy[j][i]
+    return energy
+
+
+def to_world(
+    w: Column, frame: WorkingFrame, reference: np.ndarray, rows: tuple[int, ...]
+) -> Column:
+    """A wrench of a working frame in world axes, about the reference point."""
+    whole = _whole(w, rows)
+    force = [dot(row, whole[:3]) for row in frame.R]
+    moment = [dot(row, whole[3:]) for row in frame.R]
+    arm = frame.p - reference
+    moment = [m + c for m, c in zip(moment, cross(arm, force), strict=True)]
+    both = [*force, *moment]
+    return [both[row] for row in rows]
+
+
+def turned_back(R: np.ndarray, v: Any) -> Column:
+    """R^T v."""
+    return [dot(R[:, k], v) for k in range(3)]
+
+
+def cross(a: Any, b: Any) -> Column:
+    """Cross product of a and b."""
+    return [
+        dot((a[1], a[2]), (b[2], -b[1])),
+        dot((a[2], a[0]), (b[0], -b[2])),
+        dot((a[0], a[1]), (b[1], -b[0])),
+    ]
+
+
+def _twist(freedom: PlacedFreedom, axis: Column, p: Column) -> Column:
+    """Column (17) about the frame's origin: (e, 0) for a slide, (p x e, e) for a turn."""
+    if freedom.motion is Motion.TRANSLATION:
+        return [*axis, 0, 0, 0]
+    return [*cross(p, axis), *axis]
+
+
+def _spring_freedom(spring: LocalSpring, twist: np.ndarray) -> Column:
+    move = [dot(row, twist[:3]) for row in spring.R]
+    turn = [dot(row, twist[3:]) for row in spring.R]
+    lever = cross(spring.p, turn)
+    return [*(a + b for a, b in zip(move, lever, strict=True)), *turn]
+
+
+def _whole(w: Column, rows: tuple[int, ...]) -> Column:
+    whole: Column = [0] * 6
+    for row, x in zip(rows, w, strict=True):
+        whole[row] = x
+    return whole
+
+
+def _key(value: Any) -> Any:
+    return ("entry", value.step) if isinstance(value, Entry) else float(value)

@@ -1,0 +1,203 @@
+"""Formulas in place of numbers: what counts as one, and how numbers beside it stay exact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+
+#: An array of numbers, or lists of numbers and formulas.
+Entries = ArrayLike | Sequence[Any]
+
+
+def is_formula(value: Any) -> bool:
+    """Whether a value stands for a number by a formula, and stays as it is.
+
+    That is whatever has ``free_symbols``: SymPy expressions, exact SymPy numbers such as
+    ``Rational(1, 3)`` and ``pi`` among them, and entries of a record. A SymPy Float is a number.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> is_formula(sp.Symbol("L") / 2), is_formula(sp.pi), is_formula(sp.Float(0.5)), is_formula(2)
+    (True, True, False, False)
+    """
+    if type(value) is float:  # most values are, and asking them for an attribute takes longer
+        return False
+    return hasattr(value, "free_symbols") and not getattr(value, "is_Float", False)
+
+
+def is_possible(value: Any) -> bool:
+    """Whether a formula may have a real finite value; False only where that is certain."""
+    if not _is_sympy(value):
+        return True
+    import sympy as sp
+
+    if value.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
+        return False
+    return value.is_extended_real is not False and value.is_finite is not False
+
+
+def is_above(value: Any, limit: Any, *, or_at: bool = False) -> bool:
+    """Whether a value is certainly above a limit (or at it); formulas may leave that open.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> d = sp.Symbol("d", positive=True)
+    >>> is_above(2, 1), is_above(d, 0), is_above(d, 1), is_above(d, d, or_at=True)
+    (True, True, False, True)
+    """
+    if any(is_formula(x) and not _is_sympy(x) for x in (value, limit)):
+        return False
+    claim = value >= limit if or_at else value > limit
+    return not getattr(claim, "is_Relational", False) and bool(claim)
+
+
+def exact_number(value: Any) -> Any:
+    """A number as an exact SymPy number, read from its shortest decimal text; formulas stay.
+
+    Raises
+    ------
+    InputError
+        When it is neither a formula nor a finite real number.
+
+    Examples
+    --------
+    >>> exact_number(0.25), exact_number(3), exact_number(np.float64(0.1))
+    (1/4, 3, 1/10)
+    """
+    if is_formula(value):
+        return value
+    import sympy as sp
+
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = np.nan
+    if not np.isfinite(number) or isinstance(value, (bool, str)):
+        raise InputError("number", got=value, expected="a finite number or a formula")
+    if isinstance(value, int):
+        return sp.Integer(value)
+    return sp.Rational(repr(number))
+
+
+def exact_together(*values: Any) -> tuple[Any, ...]:
+    """The values as they are; numbers beside a SymPy formula become exact.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> exact_together(sp.Symbol("d"), 0.3), exact_together(0.04, 0.3)
+    ((d, 3/10), (0.04, 0.3))
+    """
+    if not any(map(_is_sympy, values)):
+        return values
+    return tuple(value if value is None else exact_number(value) for value in values)
+
+
+def formula_array(value: Any) -> np.ndarray | None:
+    """An array of objects with the formulas of an array-like; None where it has none.
+
+    Plain numbers beside SymPy formulas become exact, so that no float enters a formula unseen.
+
+    Raises
+    ------
+    InputError
+        When an entry is neither a formula nor a finite number.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> formula_array([sp.Symbol("L"), 0.5, 0]), formula_array([1.0, 2.0])
+    (array([L, 1/2, 0], dtype=object), None)
+    """
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        return None
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        return None
+    if array.dtype != object or not any(is_formula(entry) for entry in array.flat):
+        return None
+    return _filled(array.shape, exact_together(*array.flat))
+
+
+def exact_arrays(*arrays: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The arrays as they are; those of floats become exact when another one holds formulas.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> exact_arrays(np.eye(2), np.array([sp.Symbol("L"), 0]))[0]
+    array([[1, 0],
+           [0, 1]], dtype=object)
+    """
+    if not any(_is_sympy(entry) for a in arrays if a.dtype == object for entry in a.flat):
+        return arrays
+    return tuple(exact_array(array) for array in arrays)
+
+
+def exact_array(array: np.ndarray) -> np.ndarray:
+    """The same array with an exact SymPy number in place of each number."""
+    return _filled(array.shape, map(exact_number, array.flat))
+
+
+def length_of(vector: np.ndarray) -> Any:
+    """Length of a vector of formulas: the square root of the sum of squares.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> L, a = sp.Symbol("L", positive=True), sp.Symbol("a", positive=True)
+    >>> length_of(np.array([L, 0, 0])), length_of(np.array([L * sp.cos(a), L * sp.sin(a), 0]))
+    (L, L)
+    """
+    import sympy as sp
+
+    # Expanded, a square such as (R - r)^2 stays a root of a polynomial and is no absolute value.
+    square = sp.expand(sum(entry**2 for entry in vector))
+    if square.has(sp.sin, sp.cos):
+        square = sp.trigsimp(square)
+    return sp.sqrt(square)
+
+
+def vanishes(vector: np.ndarray) -> bool:
+    """Whether every entry of an array of formulas is zero once multiplied out."""
+    import sympy as sp
+
+    return all(entry == 0 or sp.expand(entry) == 0 for entry in vector.flat)
+
+
+def tidied(vector: np.ndarray) -> np.ndarray:
+    """The formulas of an array with squares of sines and cosines summed and fractions cancelled.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> a = sp.Symbol("a")
+    >>> tidied(np.array([sp.sin(a) ** 2 + sp.cos(a) ** 2, a / a**2], dtype=object))
+    array([1, 1/a], dtype=object)
+    """
+    import sympy as sp
+
+    def tidy(entry: Any) -> Any:
+        return sp.cancel(sp.trigsimp(entry) if entry.has(sp.sin, sp.cos) else entry)
+
+    return _filled(vector.shape, map(tidy, vector.flat))
+
+
+def _filled(shape: tuple[int, ...], entries: Iterable[Any]) -> np.ndarray:
+    # Filled one by one: some entries look like sequences to NumPy.
+    array = np.empty(shape, dtype=object)
+    for place, entry in zip(np.ndindex(shape), entries, strict=True):
+        array[place] = entry
+    return array
+
+
+def _is_sympy(value: Any) -> bool:
+    return is_formula(value) and hasattr(value, "xreplace")

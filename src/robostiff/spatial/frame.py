@@ -1,0 +1,120 @@
+"""A frame: three axes and an origin, seen from another frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import RigidTransform
+
+from robostiff.errors import InputError
+from robostiff.spatial.formula import exact_arrays, formula_array, is_possible
+from robostiff.spatial.numbers import as_floats
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Axes and origin of a frame, seen from another one.
+
+    Attributes
+    ----------
+    R : (3, 3) array
+        Columns: the axes. Floats, or objects where an entry is a formula.
+    p : (3,) array
+        The origin [m], likewise.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not fit, entries that are not finite, or numbers that make no rotation.
+
+    Examples
+    --------
+    >>> shift = Frame(np.eye(3), np.array([0.0, 0.0, 0.5]))
+    >>> (shift @ shift).p
+    array([0., 0., 1.])
+    """
+
+    R: np.ndarray
+    p: np.ndarray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "R", _checked("axes of the frame", self.R, (3, 3)))
+        object.__setattr__(self, "p", _checked("origin of the frame", self.p, (3,)))
+        if self.R.dtype != object and not _is_rotation(self.R):
+            raise InputError(
+                "axes of the frame",
+                got=self.R,
+                expected="a right-handed frame: columns of unit length, perpendicular",
+                hint="write Frame.of(RigidTransform.from_components(p, rotation))",
+            )
+
+    @classmethod
+    def of(cls, value: Frame | RigidTransform) -> Frame:
+        """The frame itself, or that of a rigid transform.
+
+        Raises
+        ------
+        InputError
+            For anything else, a batch of transforms included.
+        """
+        if isinstance(value, Frame):
+            return value
+        if not isinstance(value, RigidTransform) or value.shape != ():
+            raise InputError(
+                "frame",
+                got=value,
+                expected="a Frame or one RigidTransform",
+                hint="write Frame(R, p)",
+            )
+        return cls(value.rotation.as_matrix(), value.translation)
+
+    @classmethod
+    def identity(cls) -> Frame:
+        """The frame from which it is seen."""
+        return cls(np.eye(3), np.zeros(3))
+
+    def __matmul__(self, other: Frame) -> Frame:
+        """`other`, which is seen from this frame, seen from where this one is seen."""
+        R, p, R_other, p_other = exact_arrays(self.R, self.p, other.R, other.p)
+        return Frame(R @ R_other, p + R @ p_other)
+
+    @property
+    def inverse(self) -> Frame:
+        """The frame from which this one is seen, seen from this one."""
+        R, p = exact_arrays(self.R, self.p)
+        return Frame(R.T, -(R.T @ p))
+
+    @property
+    def rigid_transform(self) -> RigidTransform:
+        """The same for SciPy.
+
+        Raises
+        ------
+        InputError
+            When the frame holds formulas.
+        """
+        if object in (self.R.dtype, self.p.dtype):
+            raise InputError(
+                "rigid transform of a frame",
+                got="formulas",
+                expected="numbers",
+                hint="give the symbols values first",
+            )
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = self.R, self.p
+        return RigidTransform.from_matrix(T)
+
+
+def _checked(subject: str, value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    array = formula_array(value)
+    if array is None:
+        array = as_floats(subject, value, f"finite numbers of shape {shape}")
+    if array.shape != shape or (array.dtype == object and not all(map(is_possible, array.flat))):
+        raise InputError(subject, got=value, expected=f"finite numbers of shape {shape}")
+    return array
+
+
+def _is_rotation(R: np.ndarray) -> bool:
+    return bool(np.abs(R.T @ R - np.eye(3)).max() <= 1e-6 and np.linalg.det(R) > 0)

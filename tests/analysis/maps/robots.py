@@ -1,0 +1,9 @@
+"""Shipped robots that can move."""
+
+import robostiff as rs
+
+
+def loaded(name: str) -> rs.Robot:
+    robot = rs.load(name)
+    assert isinstance(robot, rs.Robot)
+    return robot

@@ -1,0 +1,69 @@
+"""A real process, killed or stopped with Ctrl-C in the middle of a map."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import xarray
+
+import robostiff as rs
+from robostiff import RandomPoses
+
+COUNT = 100_000
+ARGUMENTS = (
+    "map", "3-rpr", "--random", str(COUNT), "--seed", "7", "--x", "-50 mm 50 mm",
+    "--rz", "-10 deg 10 deg", "-o", "map.zarr",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    turn = 10 * 0.017453292519943295
+    poses = RandomPoses(COUNT, {"x": (-0.05, 0.05), "rz": (-turn, turn)}, seed=7)
+    return rs.stiffness_map(rs.load("3-rpr"), poses)
+
+
+def started(folder, *more):
+    command = [sys.executable, "-m", "robostiff.cli.main", *ARGUMENTS, *more]
+    return subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def wait_for_a_block(folder):
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        if any(p.stat().st_size for p in folder.glob("map.zarr/progress/*.jsonl")):
+            return
+        time.sleep(0.01)
+    pytest.fail("no block was written")
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT], ids=["kill", "ctrl-c"])
+def test_what_was_done_is_kept(how, tmp_path, undisturbed):
+    process = started(tmp_path)
+    wait_for_a_block(tmp_path)
+    os.kill(process.pid, how)
+    out, err = process.communicate(timeout=60)
+    assert out == ""
+    if how is signal.SIGINT:
+        assert process.returncode == 130
+        assert "go on with\n  robostiff map 3-rpr" in err
+        assert "--resume" in err
+    else:
+        assert process.returncode == -signal.SIGKILL
+    half = xarray.open_zarr(tmp_path / "map.zarr", consolidated=False)
+    assert (half.status == 512).any()
+    process = started(tmp_path, "--resume")
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert f"3-rpr: {COUNT} poses" in out
+    whole = xarray.open_zarr(tmp_path / "map.zarr", consolidated=False).load()
+    for name in undisturbed.data_vars:
+        xarray.testing.assert_equal(whole[name], undisturbed[name])
+    for name in ("poses", "poses_computed", "poses_reachable", "statuses"):
+        assert whole.attrs[name] == undisturbed.attrs[name]
+    assert [path.name for path in tmp_path.iterdir()] == ["map.zarr"]

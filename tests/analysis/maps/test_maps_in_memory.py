@@ -1,0 +1,211 @@
+"""Maps as datasets: dimensions, units, statuses, selection, and refusals."""
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import xarray
+
+import robostiff as rs
+from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
+from robostiff.analysis.maps.dataset import MapArrays
+from robostiff.analysis.maps.evaluator import BatchedEvaluator
+from robostiff.analysis.maps.job import MapJob
+from robostiff.analysis.maps.pose_columns import pose_columns
+from robostiff.analysis.maps.summary import MapSummary
+from robostiff.errors import InputError
+from tests.analysis.maps.robots import loaded
+
+
+def test_dimensions_coordinates_and_units():
+    found = rs.stiffness_map(
+        loaded("hexapod"),
+        Grid(rz=Axis(-0.1, 0.1, 3), x=Axis(0, 0.05, 2)),
+        [Quantity.PRINCIPAL_STIFFNESS, Quantity.STIFFNESS],
+    )
+    assert found.K.dims == ("rz", "x", "row", "column")
+    assert list(found.row.values) == ["Fx", "Fy", "Fz", "Mx", "My", "Mz"]
+    assert found.x.attrs["units"] == "m"
+    assert found.rz.attrs["units"] == "rad"
+    assert found.translational_stiffness.attrs["units"] == "N/m"
+    K = found.K.sel(rz=0.1, x=0.05).values
+    np.testing.assert_allclose(
+        K, rs.stiffness(loaded("hexapod"), [0.05, 0, 0.9, 0, 0, 0.1]).K, rtol=1e-9, atol=1e-3
+    )
+    low, high = found.translational_stiffness.attrs["actual_range"]
+    assert low == found.translational_stiffness.min()
+    assert high == found.translational_stiffness.max()
+    assert found.attrs["robot"] == "hexapod"
+    assert found.attrs["robostiff_version"] == rs.__version__
+    assert found.attrs["poses"] == 6
+
+
+def test_a_grid_of_six_axes():
+    axes = {name: Axis(-0.02, 0.02, 2) for name in ("x", "y", "rx", "ry", "rz")}
+    found = rs.stiffness_map(loaded("hexapod"), Grid(axes, z=Axis(0.85, 0.95, 3)))
+    assert found["rank"].shape == (2, 2, 2, 2, 2, 3)
+    assert int(found["rank"].min()) == 6
+    place = {"x": 1, "y": 0, "z": 2, "rx": 0, "ry": 1, "rz": 0}
+    pose = [float(found[c][place[c]]) for c in ("x", "y", "z", "rx", "ry", "rz")]
+    K = rs.stiffness(loaded("hexapod"), pose).K
+    np.testing.assert_allclose(
+        found.translational_stiffness.isel(place), np.linalg.eigvalsh(K[:3, :3]), rtol=1e-6
+    )
+
+
+def test_status_tells_where_there_is_no_answer():
+    found = rs.stiffness_map(loaded("3-puu"), Grid(x=Axis(-0.9, 0.9, 19)))
+    masks, words = found.status.attrs["flag_masks"], found.status.attrs["flag_meanings"].split()
+    flag = masks[words.index("unreachable")]
+    unreachable = (found.status & flag) != 0
+    assert 0 < int(unreachable.sum()) < 19
+    np.testing.assert_array_equal(
+        np.isnan(found.translational_stiffness).any("principal_translation"), unreachable
+    )
+    np.testing.assert_array_equal(found["rank"] == -1, unreachable)
+    assert found.attrs["poses_reachable"] == 19 - int(unreachable.sum())
+    assert sum(json.loads(found.attrs["statuses"]).values()) == 19
+
+
+def test_a_map_without_any_answer_is_a_map():
+    found = rs.stiffness_map(loaded("hexapod"), Grid(x=Axis(50, 60, 3)), [Quantity.STIFFNESS])
+    assert found.attrs["poses_reachable"] in {0, 3}
+    arm = rs.stiffness_map(loaded("3-puu"), Grid(x=Axis(5, 6, 3)))
+    assert arm.attrs["poses_reachable"] == 0
+    assert np.all(np.isnan(arm.translational_stiffness))
+    assert "actual_range" not in arm.translational_stiffness.attrs
+
+
+def test_joints_of_a_serial_arm():
+    found = rs.stiffness_map(
+        loaded("two-link-arm"), Grid(elbow=Axis(-1, 1, 5)), [Quantity.STIFFNESS]
+    )
+    home = loaded("two-link-arm").legs[0].chain.home
+    pose = rs.JointCoordinates([home[0], 0.5])
+    np.testing.assert_allclose(
+        found.K.sel(elbow=0.5), rs.stiffness(loaded("two-link-arm"), pose).K, rtol=1e-9, atol=1e-3
+    )
+
+
+def test_time_runs_along_a_trajectory():
+    poses = PoseList(["x", "z"], [[0, 0.9], [0.01, 0.91], [0.02, 0.9]], time=[0, 0.5, 1.5])
+    found = rs.stiffness_map(
+        loaded("hexapod"), poses, [Quantity.DEFLECTION], wrench=[0, 0, -100, 0, 0, 0]
+    )
+    assert found.displacement.dims == ("pose", "displacement_axis")
+    np.testing.assert_array_equal(found.time, [0, 0.5, 1.5])
+    np.testing.assert_array_equal(found.x, [0, 0.01, 0.02])
+    assert {"x", "z", "time"} <= set(found.coords)
+    bent = rs.deflection(loaded("hexapod"), [0.01, 0, 0.91, 0, 0, 0], [0, 0, -100, 0, 0, 0])
+    np.testing.assert_allclose(
+        found.displacement.sel(displacement_axis="dz")[1], bent.twist[2], rtol=1e-6
+    )
+
+
+def test_where_leaves_poses_out_and_does_not_touch_the_others():
+    robot, grid = loaded("hexapod"), Grid(x=Axis(-0.1, 0.1, 9), y=Axis(-0.1, 0.1, 9))
+    whole = rs.stiffness_map(robot, grid)
+    disc = rs.stiffness_map(
+        robot, grid, where=lambda pose: pose["x"] ** 2 + pose["y"] ** 2 <= 0.1**2 + 1e-12
+    )
+    inside = whole.x**2 + whole.y**2 <= 0.1**2 + 1e-12
+    assert disc.attrs["poses_computed"] == int(inside.sum()) == 49
+    np.testing.assert_array_equal(disc.status, np.where(inside, 0, 256))
+    np.testing.assert_array_equal(disc["rank"], np.where(inside, 6, -1))
+    np.testing.assert_allclose(
+        disc.rotational_stiffness, whole.rotational_stiffness.where(inside), rtol=1e-6
+    )
+
+
+def test_where_may_leave_nothing():
+    found = rs.stiffness_map(
+        loaded("hexapod"), Grid(x=Axis(0, 0.1, 3)), where=lambda pose: pose["x"] > 1
+    )
+    assert found.attrs["poses_computed"] == 0
+    assert set(found.status.values) == {256}
+
+
+def test_threads_change_nothing():
+    robot, poses = loaded("3-rpr"), RandomPoses(40_000, {"x": (-0.05, 0.05)}, seed=2)
+    one, two = (rs.stiffness_map(robot, poses, scheduler=Threads(n)) for n in (1, 2))
+    xarray.testing.assert_identical(one, two)
+
+
+@dataclass(frozen=True)
+class Guarding:
+    """An evaluator that says it has computed poses again."""
+
+    slow: BatchedEvaluator
+    method: str = "guarding"
+    most_poses: int = 1000
+
+    @property
+    def variables(self):
+        return self.slow.variables
+
+    def evaluate(self, poses):
+        return {**self.slow.evaluate(poses), "guarded": poses[:, 0] > 0}
+
+
+def test_guarded_poses_are_counted():
+    robot, poses = loaded("3-rpr"), RandomPoses(5000, {"x": (-0.05, 0.05)}, seed=2)
+    columns = pose_columns(robot, poses.names)
+    slow = BatchedEvaluator(robot, columns, (Quantity.STIFFNESS,))
+    job = MapJob(Guarding(slow), columns, poses)
+    assert len(job.partition) == 5
+    arrays = MapArrays(job, {})
+    summary = MapSummary.total(arrays.compute(index) for index in range(5))
+    found = arrays.dataset(summary)
+    assert found.attrs["poses_guarded"] == int((found.x > 0).sum()) > 0
+    np.testing.assert_allclose(found.K, slow.evaluate(job.poses((slice(None),)))["K"], rtol=1e-12)
+
+
+def test_progress_is_told_to_the_end():
+    told = []
+    rs.stiffness_map(loaded("3-rpr"), RandomPoses(20_000, {"x": (0, 0.1)}), progress=told.append)
+    assert len(told) > 1
+    assert [p.done for p in told] == sorted(p.done for p in told)
+    assert (told[-1].done, told[-1].total) == (20_000, 20_000)
+    assert told[-1].rate > 0
+
+
+GRID = Grid(x=Axis(0, 0.1, 2))
+MISUSES = {
+    "no robot": ({"robot": "hexapod"}, 'write load'),
+    "no poses": ({"poses": [0, 0, 1]}, r"write Grid\(x=Axis"),
+    "a class for poses": ({"poses": Grid}, r"write Grid\(x=Axis"),
+    "a word for a quantity": ({"quantities": ["stiffness"]}, "Quantity.STIFFNESS"),
+    "no wrench": ({"quantities": [Quantity.DEFLECTION]}, "6 numbers: Fx Fy Fz Mx My Mz"),
+    "an idle wrench": ({"wrench": [0] * 6}, "Quantity.DEFLECTION"),
+    "a short wrench": ({"quantities": [Quantity.DEFLECTION], "wrench": [1]}, "6 numbers"),
+    "no length": ({"characteristic_length": 0}, "above 0"),
+    "a strange joint": ({"poses": Grid(elbow=Axis(0, 1, 2))}, "some of x, y, z"),
+    "a box for where": ({"where": [0, 1]}, "function of the coordinates"),
+    "where with numbers": ({"where": lambda pose: pose["x"]}, "array of bool"),
+    "where of one coordinate": ({"where": lambda pose: np.array([True])}, r"shape \(2,\)"),
+    "resume of nothing": ({"resume": True}, "store to resume"),
+    "no workers": ({"workers": 0}, "workers"),
+    "workers and scheduler": ({"workers": 1, "scheduler": "tcp://a:1"}, "one of them"),
+    "a word for a scheduler": ({"scheduler": "threads", "store": "map.zarr"}, "tcp://host:8786"),
+    "a scheduler without store": ({"scheduler": "tcp://a:1"}, "all workers see"),
+    "too large for memory": (
+        {"poses": RandomPoses(10**13, {"x": (0, 1)})},
+        r'store="map.zarr"',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("changed", "message"), MISUSES.values(), ids=MISUSES.keys())
+def test_misuse_tells_what_to_write(changed, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call = {"robot": loaded("hexapod"), "poses": GRID, **changed}
+    with pytest.raises(InputError, match=message):
+        rs.stiffness_map(**call)
+
+
+def test_a_snapshot_has_no_map():
+    from robostiff.kinematics import find_posture
+
+    with pytest.raises(InputError, match="frozen"):
+        rs.stiffness_map(find_posture(loaded("hexapod")).snapshot.one(0), GRID)  # pyright: ignore

@@ -1,0 +1,177 @@
+"""Maps on disk: the same as in memory, safe against interruption, and never another map."""
+
+import pickle
+
+import numpy as np
+import pytest
+import xarray
+
+import robostiff as rs
+from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
+from robostiff.analysis.maps.fingerprint import fingerprint
+from robostiff.errors import InputError
+
+POSES = RandomPoses(30_000, {"x": (-0.05, 0.05), "rz": (-0.2, 0.2)}, seed=1)
+
+
+class Interruption(Exception):
+    """Stands for anything that ends a process."""
+
+
+def interrupted_after(blocks):
+    told = []
+
+    def progress(done):
+        told.append(done)
+        if len(told) == blocks:
+            raise Interruption
+
+    return progress
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return rs.stiffness_map(rs.load("3-rpr"), POSES)
+
+
+def begun(path, blocks=1):
+    with pytest.raises(Interruption):
+        rs.stiffness_map(
+            rs.load("3-rpr"),
+            POSES,
+            store=path,
+            scheduler=Threads(1),
+            progress=interrupted_after(blocks),
+        )
+
+
+@pytest.mark.parametrize(
+    "poses",
+    [
+        Grid(y=Axis(-0.1, 0.1, 21), x=Axis(-0.1, 0.1, 501)),
+        PoseList(["x", "rz"], [[0, 0.1], [0.02, 0.3]], path_length=[0, 0.02]),
+    ],
+    ids=["grid", "list"],
+)
+def test_a_store_holds_what_memory_would(poses, tmp_path):
+    robot = rs.load("3-rpr")
+    question = (robot, poses, list(Quantity))
+    F = [10, 20, 0.5]
+    memory = rs.stiffness_map(*question, wrench=F)
+    stored = rs.stiffness_map(*question, wrench=F, store=tmp_path / "map.zarr")
+    assert stored.K.chunks is not None
+    xarray.testing.assert_identical(memory, stored.load())
+    assert list(memory.data_vars) == list(stored.data_vars)
+    # Any other program can read it.
+    again = xarray.open_zarr(tmp_path / "map.zarr", consolidated=False)
+    np.testing.assert_array_equal(again.K, memory.K)
+    assert set(again.coords) == set(memory.coords)
+    assert not list((tmp_path).glob(".*"))
+
+
+def test_an_interrupted_map_goes_on_where_it_was(tmp_path, undisturbed):
+    path = tmp_path / "map.zarr"
+    begun(path, blocks=2)
+    told = []
+    found = rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True, progress=told.append)
+    assert told[0].resumed == 2 * told[0].done // 3
+    assert told[-1].done == POSES.count
+    xarray.testing.assert_identical(found.load(), undisturbed)
+    assert not list(path.glob("progress*"))
+
+
+def test_a_map_that_is_half_there_says_so(tmp_path):
+    path = tmp_path / "map.zarr"
+    begun(path)
+    half = xarray.open_zarr(path, consolidated=False)
+    assert set(np.unique(half.status)) == {0, 512}
+    np.testing.assert_array_equal(half["rank"] == -1, half.status == 512)
+    assert np.all(np.isnan(half.rotational_stiffness.where(half.status == 512)))
+
+
+def test_a_torn_record_and_torn_chunks_are_made_again(tmp_path, undisturbed):
+    path = tmp_path / "map.zarr"
+    begun(path, blocks=2)
+    (journal,) = path.glob("progress/*.jsonl")
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text(lines[0] + lines[1][:-20])
+    for chunk in (path / "translational_stiffness" / "c" / "1").iterdir():
+        chunk.write_bytes(b"torn")
+    found = rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True)
+    xarray.testing.assert_identical(found.load(), undisturbed)
+
+
+def test_a_record_written_twice_counts_once(tmp_path, undisturbed):
+    path = tmp_path / "map.zarr"
+    begun(path)
+    (journal,) = path.glob("progress/*.jsonl")
+    (path / "progress" / "another.jsonl").write_bytes(journal.read_bytes())
+    found = rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True)
+    assert found.attrs["poses"] == undisturbed.attrs["poses"]
+
+
+def test_a_finished_map_is_given_without_work(tmp_path, undisturbed):
+    path = tmp_path / "map.zarr"
+    rs.stiffness_map(rs.load("3-rpr"), POSES, store=path)
+    told = []
+    found = rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True, progress=told.append)
+    assert told == []
+    xarray.testing.assert_identical(found.load(), undisturbed)
+
+
+@pytest.mark.parametrize("name", rs.shipped_robots())
+def test_a_robot_is_known_again_and_told_from_all_others(name):
+    own = fingerprint(rs.load(name))
+    assert (
+        own == fingerprint(rs.load(name)) == fingerprint(pickle.loads(pickle.dumps(rs.load(name))))
+    )
+    assert own not in {fingerprint(rs.load(n)) for n in rs.shipped_robots() if n != name}
+
+
+OTHERS = {
+    "robot": {"robot": rs.load("3-rpr-beams")},
+    "poses": {"poses": RandomPoses(30_000, {"x": (-0.05, 0.05), "rz": (-0.2, 0.2)}, seed=2)},
+    "quantities": {"quantities": [Quantity.INDICES]},
+    "selection": {"where": lambda pose: pose["x"] > 0},
+}
+
+
+@pytest.mark.parametrize("part", OTHERS)
+def test_another_map_is_refused(part, tmp_path):
+    path = tmp_path / "map.zarr"
+    begun(path)
+    asked = {"robot": rs.load("3-rpr"), "poses": POSES, **OTHERS[part]}
+    with pytest.raises(InputError, match=f"other .*{part}"):
+        rs.stiffness_map(**asked, store=path, resume=True)
+
+
+def test_a_last_digit_of_a_parameter_makes_another_robot(tmp_path):
+    robot = rs.load("gough-stewart-b", {"h": 0.8})
+    almost = rs.load("gough-stewart-b", {"h": np.nextafter(0.8, 1)})
+    grid = Grid(x=Axis(0, 0.1, 2))
+    rs.stiffness_map(robot, grid, store=tmp_path / "map.zarr")
+    with pytest.raises(InputError, match="other robot"):
+        rs.stiffness_map(almost, grid, store=tmp_path / "map.zarr", resume=True)
+
+
+def test_another_version_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "map.zarr"
+    begun(path)
+    monkeypatch.setattr("robostiff.analysis.maps.request.__version__", "99.0")
+    with pytest.raises(InputError, match="other version of robostiff"):
+        rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True)
+
+
+def test_nothing_is_overwritten(tmp_path):
+    (tmp_path / "file").write_text("precious")
+    (tmp_path / "folder").mkdir()
+    grid = Grid(x=Axis(0, 0.1, 2))
+    rs.stiffness_map(rs.load("3-rpr"), grid, store=tmp_path / "map.zarr")
+    for name in ("file", "folder", "map.zarr"):
+        with pytest.raises(InputError, match="where nothing is yet"):
+            rs.stiffness_map(rs.load("3-rpr"), grid, store=tmp_path / name)
+    with pytest.raises(InputError, match="begun by robostiff"):
+        rs.stiffness_map(rs.load("3-rpr"), grid, store=tmp_path / "folder", resume=True)
+    with pytest.raises(InputError, match="existing folder"):
+        rs.stiffness_map(rs.load("3-rpr"), grid, store=tmp_path / "missing" / "map.zarr")
+    assert (tmp_path / "file").read_text() == "precious"

@@ -1,0 +1,20 @@
+"""The benchmark of derivations runs, and all its routes give the same matrix."""
+
+import subprocess
+import sys
+
+from tests.project.shown_output import ROOT
+
+
+def test_all_routes_agree_on_one_joint():
+    script = ROOT / "benchmarks/derivations.py"
+    run = subprocess.run(
+        [sys.executable, script, "--quick", "--joints", "1", "--limit", "60"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "robostiff.analytic" in run.stdout
+    assert run.stdout.count("canonical") >= 9
+    assert "WRONG" not in run.stdout
+    assert "no answer" not in run.stdout

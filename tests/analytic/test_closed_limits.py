@@ -1,0 +1,80 @@
+"""Closed forms that grow: refused in time, given on request, interrupted at once."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import sympy as sp
+
+from robostiff.analytic import Closed, FormulaTooLargeError, Steps, derive_chain
+from robostiff.errors import InputError
+
+FULL = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
+INTERRUPTED = """
+import sympy as sp
+from robostiff.analytic import Closed, derive_chain
+from tests.analytic.test_closed_limits import FULL, general
+print("started", flush=True)
+derive_chain(FULL, general(3), Closed(limit=10**9))
+"""
+
+
+def general(number):
+    """Joints whose axis e and place r are symbols, J = (e x r, e), eq. (17)."""
+    joints = {}
+    for k in range(number):
+        e = sp.Matrix(sp.symbols(f"e{k}x e{k}y e{k}z"))
+        r = sp.Matrix(sp.symbols(f"r{k}x r{k}y r{k}z"))
+        joints[f"j{k}"] = [*e.cross(r), *e]
+    return joints
+
+
+def test_one_general_joint_has_a_closed_form():
+    derivation = derive_chain(FULL, general(1))
+    e, r = sp.symbols("e0x e0y e0z"), sp.symbols("r0x r0y r0z")
+    values = dict(zip([*e, *r], [2, -3, 5, 7, 1, -4], strict=True))
+    values |= {FULL[i, j]: 11 * (i == j) + (i + 2 * j) % 5 for i in range(6) for j in range(i, 6)}
+    K0 = FULL.xreplace({symbol: sp.Integer(value) for symbol, value in values.items()})
+    J = sp.Matrix([entry.subs(values) for entry in general(1)["j0"]])
+    expected = K0 - K0 * J * J.T * K0 / (J.T * K0 * J)[0]
+    assert derivation.substituted(values) == expected.as_immutable()
+
+
+@pytest.mark.parametrize("number", [2, 5])
+def test_more_general_joints_are_refused_and_the_steps_offered(number):
+    with pytest.raises(FormulaTooLargeError, match=r"form=Steps\(\), or raise Closed\(limit"):
+        derive_chain(FULL, general(number))
+    assert len(derive_chain(FULL, general(number), Steps()).definitions) <= 28 * number
+
+
+def test_two_general_joints_are_given_on_request():
+    # Only the last stage is looked at, and not written: that takes seconds and 400 MB.
+    sparse = sp.diag(*sp.symbols("k1:7"))
+    derivation = derive_chain(sparse, general(2), Closed(limit=500_000))
+    stepped = derive_chain(sparse, general(2), Steps())
+    values = {symbol: sp.Integer(3 + 2 * i) for i, symbol in enumerate(derivation.symbols)}
+    assert derivation.substituted(values) == stepped.substituted(values)
+
+
+def test_an_indefinite_matrix_is_refused():
+    K = sp.Matrix([[0, 1, 0], [1, 0, 0], [0, 0, 1]])
+    with pytest.raises(InputError, match="positive semidefinite"):
+        derive_chain(K, {"slide": [1, 0, 0]})
+
+
+def test_interruption_is_heard():
+    process = subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTED],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "started\n"
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, complaint = process.communicate(timeout=3)
+    assert "KeyboardInterrupt" in complaint
+    assert process.returncode == -signal.SIGINT

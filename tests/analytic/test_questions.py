@@ -1,0 +1,128 @@
+"""Ranks, free motions and decoupling as formulas."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from robostiff.analytic import (
+    canonical,
+    decoupling_conditions,
+    fixed_point_formula,
+    free_motion_formulas,
+    rank_formula,
+    snapshot_formula,
+)
+from tests.analytic.formulas import (
+    CASE_A,
+    CASE_B,
+    K11,
+    L_A,
+    L_B,
+    R,
+    cubic_platform,
+    h,
+    r,
+    stewart,
+    three_puu,
+)
+
+APEX = h * r / (R - r)
+
+
+def rank_at(K, values):
+    M = np.array(K.evalf(30, subs=values), dtype=float)
+    return np.linalg.matrix_rank(M, tol=1e-9 * max(np.abs(M).max(), 1e-9))
+
+
+@pytest.fixture(scope="module")
+def case_a():
+    return stewart(*CASE_A, L_A)
+
+
+@pytest.fixture(scope="module")
+def case_b():
+    return stewart(*CASE_B, L_B)
+
+
+def test_case_a_has_rank_3_but_where_it_is_flat(case_a):
+    formula = rank_formula(case_a)
+    assert formula.rank == 3
+    assert set(formula.exceptions) == {K11, h}
+    assert formula.common_minor == K11**3 * h**2
+    values = {K11: 2, R: 5, r: 2, h: 3}
+    assert rank_at(case_a, values) == 3
+    assert rank_at(case_a, {**values, h: 0}) < 3
+    # No exception: neither a vertical prism nor a pointed platform loses rank.
+    assert rank_at(case_a, {**values, r: 5}) == 3
+    assert rank_at(case_a, {**values, r: 0}) == 3
+
+
+def test_case_a_turns_freely_about_its_apex(case_a):
+    """Three rotations; about the apex the reference point moves by turn x (0 - apex)."""
+    motions = free_motion_formulas(case_a)
+    assert len(motions) == 3
+    for axis, motion in enumerate(motions):
+        turn = sp.eye(3)[:, axis]
+        expected = sp.Matrix.vstack(turn.cross(-sp.Matrix([0, 0, APEX])), turn)
+        assert canonical(motion - expected) == sp.ImmutableMatrix(sp.zeros(6, 1))
+        assert canonical(case_a * motion) == sp.ImmutableMatrix(sp.zeros(6, 1))
+    assert canonical(fixed_point_formula(case_a)) == canonical(sp.Matrix([0, 0, APEX]))
+
+
+def test_case_b_has_full_rank_and_its_determinant_has_the_exceptions(case_b):
+    formula = rank_formula(case_b)
+    assert formula.rank == 6
+    assert set(formula.exceptions) == {K11, R, h, r}
+    ratio = canonical(sp.Matrix([case_b.det(method="berkowitz") / formula.common_minor]))[0]
+    assert sp.numer(sp.together(ratio)).is_number
+    assert free_motion_formulas(case_b) == ()
+    assert fixed_point_formula(case_b) is None
+
+
+@pytest.mark.parametrize("symbol", [R, r, h])
+def test_case_b_loses_rank_at_each_exception(case_b, symbol):
+    values = {K11: 2, R: 5, r: 2, h: 3}
+    assert rank_at(case_b, values) == 6
+    assert rank_at(case_b, {**values, symbol: 0}) < 6
+
+
+def test_case_b_decouples_at_twice_the_radius(case_a, case_b):
+    assert set(decoupling_conditions(case_b)) == {K11, h, r, R - 2 * r}
+    assert canonical(case_b.subs(R, 2 * r)[:3, 3:]) == sp.ImmutableMatrix(sp.zeros(3))
+    assert R - r in decoupling_conditions(case_a)
+
+
+def test_decoupled_as_it_is_and_never_at_once():
+    a, b, k = sp.symbols("a b k")
+    assert decoupling_conditions(snapshot_formula(cubic_platform()).K) == (0,)
+    assert decoupling_conditions(sp.Matrix([[k, 0, a], [0, k, b], [a, b, k]])) == ()
+
+
+def test_3_puu_translates_only_against_stiffness():
+    """Its three rods leave no motion free: each stops a turn as well."""
+    K = snapshot_formula(three_puu()).K
+    formula = rank_formula(K)
+    values = {s: sp.Rational(7 + i, 5) for i, s in enumerate(sorted(K.free_symbols, key=str))}
+    assert formula.rank == rank_at(K, values)
+    assert len(free_motion_formulas(K)) == 6 - formula.rank
+
+
+def test_a_rank_drops_where_a_difference_vanishes():
+    a, b = sp.symbols("a b")
+    formula = rank_formula(sp.diag((b - a) ** 2, 1, 0))
+    assert formula.rank == 2
+    assert formula.exceptions == (a - b,)
+    assert rank_formula(sp.zeros(3)).common_minor == 1
+
+
+def test_a_hinge_has_no_single_fixed_point_in_space():
+    k = sp.Symbol("k")
+    hinge = sp.diag(k, k, k, k, k, 0)
+    assert fixed_point_formula(hinge) is None
+    planar = sp.diag(k, k, 0)
+    assert fixed_point_formula(planar) == sp.ImmutableMatrix([0, 0])
+
+
+def test_a_sliding_platform_has_no_fixed_point():
+    k = sp.Symbol("k")
+    assert fixed_point_formula(sp.diag(0, k, k)) is None

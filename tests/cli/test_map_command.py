@@ -1,0 +1,143 @@
+"""``robostiff map`` as a user types it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["map", *arguments])
+
+
+GRID = ("3-rpr", "--x", "-20 mm, 20 mm, 5", "--rz", "0 10 deg 3")
+
+
+def test_a_grid_with_units():
+    outcome = run(*GRID, "-o", "map.nc")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "3-rpr: 15 poses (x 5 x rz 3) in map.nc" in outcome.stdout
+    assert "reachable: 15 (100 %)" in outcome.stdout
+    with xarray.open_dataset("map.nc") as found:
+        np.testing.assert_allclose(found.x, [-0.02, -0.01, 0, 0.01, 0.02], atol=1e-17)
+        np.testing.assert_allclose(found.rz, np.radians([0, 5, 10]))
+        x, rz = float(found.x[1]), float(found.rz[2])
+        y = found.attrs["home_pose"][1]
+        K = rs.stiffness(rs.load("3-rpr"), [x, y, rz]).K
+        np.testing.assert_allclose(found.rotational_stiffness[1, 2, 0], K[2, 2], rtol=1e-6)
+
+
+@pytest.mark.parametrize("output", ["map.zarr", "map.nc", "map.csv"])
+def test_three_files_say_the_same(output):
+    outcome = run(*GRID, "--json", "-o", output)
+    facts = json.loads(outcome.stdout)
+    assert facts["dimensions"] == {"x": 5, "rz": 3}
+    assert facts["poses"] == facts["poses_computed"] == facts["poses_reachable"] == 15
+    assert facts["statuses"] == {"ok": 15}
+    low, high, unit = facts["ranges"]["translational_stiffness"]
+    assert 0 < low < high
+    assert unit == "N/m"
+    again = run(*GRID, "-o", output)
+    assert again.exit_code == 2
+    assert "a path where nothing is yet" in again.stderr
+
+
+def test_poses_from_a_file_and_a_load():
+    Path("path.csv").write_text("time, z [mm]\n0, 900\n1, 910\n")
+    arguments = ("--quantity", "deflection", "--wrench", "0 0 -1 kN 0 0 0", "-o", "bent.csv")
+    outcome = run("hexapod", "--poses", "path.csv", *arguments)
+    assert outcome.exit_code == 0, outcome.stderr
+    lines = Path("bent.csv").read_text().splitlines()
+    row = dict(zip(lines[0].split(","), lines[2].split(","), strict=True))
+    bent = rs.deflection(rs.load("hexapod"), [0, 0, 0.91, 0, 0, 0], [0, 0, -1000, 0, 0, 0])
+    assert float(row["displacement_dz [m]"]) == pytest.approx(bent.twist[2], rel=1e-6)
+    assert float(row["time [s]"]) == 1
+
+
+def test_joints_random_poses_and_other_options():
+    arguments = ("--random", "50", "--seed", "3", "--joint", "elbow -90 deg 90 deg")
+    more = ("--quantity", "indices", "--length", "500 mm", "--threads", "1", "-o", "map.zarr")
+    outcome = run("two-link-arm", *arguments, *more)
+    assert outcome.exit_code == 0, outcome.stderr
+    found = xarray.open_zarr("map.zarr", consolidated=False)
+    assert found.attrs["characteristic_length"] == 0.5
+    assert found.elbow.shape == (50,)
+    assert abs(found.elbow).max() <= np.pi / 2
+    again = run("two-link-arm", *arguments, *more, "--resume")
+    assert again.exit_code == 0
+    assert again.stdout == outcome.stdout
+
+
+def test_standard_output_takes_csv_alone():
+    to_file, to_screen = run(*GRID, "-o", "map.csv"), run(*GRID, "-o", "-")
+    assert to_file.exit_code == to_screen.exit_code == 0
+    assert to_screen.stdout == Path("map.csv").read_text()
+    assert to_screen.stderr == ""
+
+
+def test_a_map_out_of_reach_ends_with_status_one():
+    outcome = run("3-puu", "--x", "5 6 3", "-o", "map.csv")
+    assert outcome.exit_code == 1
+    assert "status: unreachable 3" in outcome.stdout
+
+
+BAD = {
+    ("3-rpr", "-o", "map.nc"): 'write --x "-100 mm 100 mm 21"',
+    (*GRID, "-o", "map.txt"): "or - for CSV on standard output; write -o map.zarr",
+    (*GRID, "-o", "missing/map.nc"): "existing folder",
+    (*GRID, "-o", "map.nc", "--resume"): "no other can be resumed",
+    (*GRID, "-o", "map.nc", "--quantity", "stifness"): "did you mean stiffness?",
+    (*GRID, "-o", "map.nc", "--quantity", "deflection"): "wrench of deflection: got 'none'",
+    (*GRID, "-o", "map.nc", "--threads", "1", "--workers", "1"): "one of them",
+    (*GRID, "-o", "map.nc", "--poses", "a.csv"): "no --x, --joint or --random",
+    (*GRID, "-o", "map.nc", "--joint", "q 0 1 2"): "joints pose serial arms",
+    (*GRID, "-o", "map.nc", "--random", "10"): "--x: got 3 numbers, expected 2: start stop",
+    ("3-rpr", "--x", "0 1", "-o", "map.nc"): "--x: got 2 numbers, expected 3: start stop count",
+    ("3-rpr", "--x", "0 1 kg 3", "-o", "map.nc"): "expected a length",
+    ("3-rpr", "--x", "0 1 2.5", "-o", "map.nc"): "count of x: got 2.5, expected a whole number",
+    ("3-rpr", "--poses", "none.csv", "-o", "map.nc"): "expected a CSV file",
+    ("two-link-arm", "--joint", "wrist 0 1 2", "-o", "map.nc"): "a joint (shoulder, elbow)",
+    ("3-rpr", "--z", "0 1 3", "-o", "map.nc"): "some of x, y, rz",
+}
+
+
+@pytest.mark.parametrize(("arguments", "message"), BAD.items(), ids=lambda item: str(item)[-40:])
+def test_bad_input_ends_with_a_message_and_status_two(arguments, message, tmp_path):
+    outcome = run(*arguments)
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+    assert outcome.stderr.startswith("robostiff: error: ")
+    assert outcome.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_snapshot_cannot_be_mapped():
+    snapshot = Path(__file__).parent.parent / "cases" / "data" / "a01_cantilever_x.json"
+    outcome = run(str(snapshot), "--x", "0 1 2", "-o", "map.nc")
+    assert outcome.exit_code == 2
+    assert "frozen at its own pose" in outcome.stderr
+
+
+def test_without_the_extra_the_message_names_it():
+    code = (
+        "import sys; sys.modules['xarray'] = None; sys.modules['h5netcdf'] = None\n"
+        "sys.argv = ['robostiff', 'map', '3-rpr', '--x', '0 0.1 2', '-o', 'map.csv']\n"
+        "from robostiff.cli.main import main; main()"
+    )
+    command = [sys.executable, "-c", code]
+    finished = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert finished.returncode == 2
+    assert "pip install 'robostiff[maps]'" in finished.stderr

@@ -1,0 +1,76 @@
+"""Expressions in exact arithmetic: no float on the way, the same values, bounded work."""
+
+import pytest
+import sympy as sp
+
+from robostiff.errors import InputError
+from robostiff.io.expression import Parameters, exact_mathematics, parse
+from robostiff.io.units import UNIT_WORDS, exact_quantity, exponents, make_quantity, make_unit
+
+ENVIRONMENT = {"R": make_quantity(sp.Symbol("R", positive=True), make_unit({"m": 1}))}
+
+
+def exact(text):
+    return parse(text).evaluate(ENVIRONMENT, exact_mathematics()).magnitude
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.25 mm", sp.Rational(1, 4000)),
+        ("0.1 + 0.2", sp.Rational(3, 10)),
+        ("cos(120 deg)", -sp.Rational(1, 2)),
+        ("sqrt(2)^2", 2),
+        ("2*pi", 2 * sp.pi),
+        ("1e8 N/m / (4 kN/mm)", 25),
+        ("2 kN/mm^2", 2 * 10**9),
+        ("R*sin(30 deg) + 10 mm", ENVIRONMENT["R"].magnitude / 2 + sp.Rational(1, 100)),
+        ("hypot(R, R)", sp.sqrt(2) * ENVIRONMENT["R"].magnitude),
+        ("atan2(1, 1)", sp.pi / 4),
+        ("max(3 mm, 2 mm)", sp.Rational(3, 1000)),
+        ("1e-400", 0),
+    ],
+)
+def test_value_is_exact(text, value):
+    assert exact(text) == value
+
+
+@pytest.mark.parametrize("word", UNIT_WORDS)
+@pytest.mark.parametrize("power", [1, -2])
+def test_exact_unit_is_the_unit(word, power):
+    unit = make_unit({word: power})
+    floats, exactly = make_quantity(1.0, unit), exact_quantity(sp.Integer(1), unit)
+    assert float(exactly.magnitude) == pytest.approx(floats.magnitude, rel=4e-16)
+    assert exponents(exactly) == exponents(floats)
+
+
+def test_dimensions_are_checked_as_ever():
+    with pytest.raises(InputError, match="one dimension to add"):
+        exact("R + 1 N")
+    with pytest.raises(InputError, match="an angle"):
+        exact("cos(R)")
+
+
+@pytest.mark.parametrize("text", ["1/0", "0/0", "sqrt(0-1)", "asin(2)", "0^-1"])
+def test_what_is_no_real_number_is_refused(text):
+    with pytest.raises(InputError, match="finite real result"):
+        exact(text)
+
+
+@pytest.mark.parametrize("text", ["((0.1^64)^64)^64", "((3/7)^60)^60"])
+def test_huge_fractions_are_refused_at_once(text):
+    with pytest.raises(InputError, match="written out"):
+        exact(text)
+
+
+def test_symbol_in_an_exponent_of_a_quantity_with_a_unit_is_refused():
+    environment = {**ENVIRONMENT, "n": make_quantity(sp.Symbol("n", positive=True))}
+    with pytest.raises(InputError, match="a known number as exponent"):
+        parse("R^n").evaluate(environment, exact_mathematics())
+
+
+def test_parameters_follow_symbols_exactly():
+    definitions = {"h": "2*R + 1 mm", "R": "300 mm", "n": 0.1}
+    values = Parameters(definitions, ENVIRONMENT, exact_mathematics()).values
+    assert values["h"].magnitude == 2 * ENVIRONMENT["R"].magnitude + sp.Rational(1, 1000)
+    assert values["n"].magnitude == sp.Rational(1, 10)

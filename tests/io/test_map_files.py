@@ -1,0 +1,130 @@
+"""Poses from CSV; maps as NetCDF and CSV, and back."""
+
+import csv
+
+import numpy as np
+import pytest
+import xarray
+
+import robostiff as rs
+from robostiff import Axis, Grid, PoseList, Quantity
+from robostiff.errors import FileError, InputError
+from robostiff.io.map_files import read_poses, write_map_csv, write_map_netcdf
+
+
+@pytest.fixture(scope="module")
+def found():
+    return rs.stiffness_map(
+        rs.load("3-puu"),
+        Grid(x=Axis(-0.9, 0.9, 4), z=Axis(0.2, 0.3, 2)),
+        list(Quantity),
+        wrench=[10, 0, -20, 0, 1, 0],
+    )
+
+
+def test_netcdf_keeps_everything(found, tmp_path):
+    write_map_netcdf(found, tmp_path / "map.nc")
+    with xarray.open_dataset(tmp_path / "map.nc") as again:
+        xarray.testing.assert_equal(again.load(), found)
+        for name in found.variables:
+            assert again[name].dtype == found[name].dtype or found[name].dtype.kind == "U"
+            assert set(again[name].attrs) == set(found[name].attrs)
+        assert again.status.attrs["flag_masks"].dtype == again.status.dtype
+        assert again.attrs["statuses"] == found.attrs["statuses"]
+    assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
+
+
+def test_csv_keeps_every_digit(found, tmp_path):
+    write_map_csv(found, tmp_path / "map.csv")
+    with (tmp_path / "map.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 8
+    for i, row in enumerate(rows):
+        at = {"x": i // 2, "z": i % 2}
+        assert float(row["x [m]"]) == float(found.x[i // 2])
+        K = found.K.isel(at)
+        for unit, entry in (("N/m", ("Fx", "dz")), ("N m/rad", ("Mz", "rz"))):
+            text = row[f"K_{entry[0]}_{entry[1]} [{unit}]"]
+            value = float(K.sel(row=entry[0], column=entry[1]))
+            assert text == "" if np.isnan(value) else float(text) == value
+        text = row.get("actuator_force_leg2/slide [N]", "")
+        assert int(row["rank"]) == int(found["rank"].isel(at))
+        reachable = int(found.status.isel(at)) & 64 == 0
+        assert ("unreachable" in row["status"]) == (not reachable)
+        text = row["translational_stiffness_1 [N/m]"]
+        assert (text != "") == reachable
+        if reachable:
+            value = found.translational_stiffness.isel(at).values[0]
+            assert np.float32(text) == value
+    assert {"ok"} < {row["status"] for row in rows}
+
+
+def written(tmp_path, text):
+    path = tmp_path / "poses.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_units_comments_and_time_of_a_trajectory(tmp_path):
+    text = "# path of today\n\ntime [ms]; x [mm]; rz (deg)\n0; 10; 0\n# half way\n500;20;90\n"
+    poses = read_poses(rs.load("hexapod"), written(tmp_path, text))
+    assert isinstance(poses, PoseList)
+    assert poses.names == ("x", "rz")
+    np.testing.assert_allclose(
+        poses.values((slice(None),)), [[0.01, 0.02], [0, np.pi / 2]], rtol=1e-14
+    )
+    parameter = poses.parameter()
+    assert parameter is not None
+    assert parameter[:2] == ("time", "s")
+    np.testing.assert_allclose(parameter[2], [0, 0.5])
+
+
+def test_columns_may_be_joints(tmp_path):
+    poses = read_poses(rs.load("two-link-arm"), written(tmp_path, "s,elbow [deg]\n0,180\n1,90\n"))
+    np.testing.assert_allclose(poses.values((slice(None),)), [[np.pi, np.pi / 2]])
+    parameter = poses.parameter()
+    assert parameter is not None
+    assert parameter[:2] == ("s", "m")
+
+
+def test_a_mark_of_byte_order_is_no_name(tmp_path):
+    assert read_poses(rs.load("hexapod"), written(tmp_path, "\ufeffx\r\n1\r\n")).names == ("x",)
+
+
+BAD = {
+    "x, q\n1, 2\n": (1, 4, "one of x, y, z"),
+    "x, x\n1, 2\n": (1, 4, "each name once"),
+    "x [kg]\n1\n": (1, 1, "a length"),
+    "rz, x [mn]\n1, 2\n": (1, 5, "unknown unit"),
+    "x, time [h]\n1, 2\n": (1, 4, "s, ms or min"),
+    "x, y\n1, 2\n3\n": (3, 1, "got '1 fields'"),
+    "x, y\n1, 2\n3, four\n": (3, 4, "y: value: got 'four'"),
+    "x, y\n1, 2\n\n3,\n": (4, 3, "got 'nothing'"),
+    "x; y\n1,5; 2\n": (2, 1, "with a point"),
+    "x, y\n1, nan\n": (2, 4, "finite"),
+    "x, y\n1e300, 2\n": (2, 1, "up to 1e30"),
+    "time\n1\n": (1, 1, "at least one"),
+    "time, s, x\n1, 2, 3\n": (1, 1, "one of them"),
+}
+
+
+@pytest.mark.parametrize(("text", "expected"), BAD.items(), ids=[repr(text) for text in BAD])
+def test_errors_name_line_and_column(text, expected, tmp_path):
+    path = written(tmp_path, text)
+    line, column, message = expected
+    with pytest.raises(FileError) as caught:
+        read_poses(rs.load("hexapod"), path)
+    assert (caught.value.location.line, caught.value.location.column) == (line, column)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith(f"{path}:{line}:{column}: ")
+
+
+@pytest.mark.parametrize("text", ["", "x\n", "# x\n1\n"])
+def test_a_file_without_poses(text, tmp_path):
+    with pytest.raises(FileError, match="no pose"):
+        read_poses(rs.load("hexapod"), written(tmp_path, text))
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(InputError, match="a CSV file"):
+        read_poses(rs.load("hexapod"), tmp_path / "poses.csv")

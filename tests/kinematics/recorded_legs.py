@@ -1,0 +1,188 @@
+"""Recorded legs, evaluated at the samples of their record, beside legs computed in floats."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.elasticity import Elasticity
+from robostiff.kinematics import PostureFinder, leg_compliance, passive_jacobian
+from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg
+from robostiff.model import (
+    ALL_COORDINATES,
+    Chain,
+    Element,
+    Leg,
+    Passive,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Robot,
+)
+from robostiff.record import Entry, Record
+from robostiff.spatial import Frame
+from tests.generators.elements import random_transform
+from tests.generators.legs import LegCase, platform_at, six
+
+SIX = tuple(coordinate.value for coordinate in ALL_COORDINATES)
+
+
+def built_leg(elements: Sequence[Element], seed: int = 0) -> LegCase:
+    """A leg of some elements, somewhere and at any angle."""
+    rng = np.random.default_rng(seed)
+    chain = Chain(tuple(elements))
+    base, attachment = (Frame.of(random_transform(rng, shift)) for shift in (0.5, 0.2))
+    leg = Leg("leg", base, chain, attachment)
+    return LegCase(leg, six(platform_at(leg, chain.home)))
+
+
+def recording(samples: dict[str, np.ndarray]) -> Record:
+    """A record of inputs with their samples (N,)."""
+    return Record({name: own.tolist() for name, own in samples.items()})
+
+
+def recorded_pose(
+    poses: np.ndarray, free: Sequence[str] = SIX, parameters: dict[str, np.ndarray] | None = None
+) -> tuple[Record, FormulaPose]:
+    """A pose whose free coordinates are inputs, the samples the poses (N, 6)."""
+    samples = {name: poses[:, SIX.index(name)] for name in free}
+    record = recording({**(parameters or {}), **samples})
+    coordinates = [
+        record.input(name) if name in free else float(poses[0, i]) for i, name in enumerate(SIX)
+    ]
+    return record, FormulaPose.of_coordinates(np.array(coordinates, dtype=object))
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A leg recorded and in floats, at the same poses.
+
+    Attributes
+    ----------
+    record : Record
+    formula : PlacedFormula
+    recorded, computed : list of PlacedLeg
+        One a pose.
+    reached : (N,) array
+        Where the leg in floats meets the platform.
+    q : (N, size) array
+        Its coordinates.
+    """
+
+    record: Record
+    formula: PlacedFormula
+    recorded: list[PlacedLeg]
+    computed: list[PlacedLeg]
+    reached: np.ndarray
+    q: np.ndarray
+
+    @property
+    def largest_gap(self) -> np.ndarray:
+        """Of the recorded leg (N,)."""
+        gaps = [_sample(x, len(self.q)) for x in self.formula.gap]
+        return np.max([np.zeros(len(self.q)), *gaps], axis=0)
+
+    @property
+    def long_enough(self) -> np.ndarray:
+        """Where all beams of the recorded leg have a length (N,)."""
+        lengths = [_sample(x, len(self.q)) for x in self.formula.lengths]
+        return np.min([np.ones(len(self.q)), *lengths], axis=0) > 0
+
+
+def pair_of(case: LegCase, poses: np.ndarray) -> Pair:
+    """A leg of its own at poses (N, 6)."""
+    record, pose = recorded_pose(poses)
+    return pairs_of(case.robot, poses, record, pose)[0]
+
+
+def pairs_of(robot: Robot, poses: np.ndarray, record: Record, pose: FormulaPose) -> list[Pair]:
+    """All legs of a robot at poses (N, 6)."""
+    finder = PostureFinder(robot)
+    posture = finder.find(poses)
+    pairs = []
+    for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
+        formula = place_leg(leg, pose, solver)
+        snapshots = [posture.snapshot.one(k).legs[i] for k in range(len(poses))]
+        shift, turn = posture.shift_gaps[:, i], posture.turn_gaps[:, i]
+        reached = (shift <= 1e-7 * posture.length) & (turn <= 1e-7)
+        recorded = at_samples(formula.leg, len(poses))
+        q = posture.coordinates[i]
+        pairs.append(Pair(record, formula, recorded, snapshots, reached, q))
+    return pairs
+
+
+def at_samples(leg: PlacedLeg, count: int) -> list[PlacedLeg]:
+    """A recorded leg in floats, at each sample of its record."""
+    values = [_values_of(element, count) for element in leg.elements]
+    end = _samples(leg.end, count)
+    return [
+        PlacedLeg(leg.name, tuple(element[k] for element in values), end[k]) for k in range(count)
+    ]
+
+
+def difference(a: PlacedLeg, b: PlacedLeg, at: np.ndarray | None = None) -> float:
+    """How far two legs differ, in compliance of all of it, and in the span of J_q."""
+    at = b.end if at is None else at
+    C, C_other = leg_compliance(a, at), leg_compliance(b, at)
+    span, span_other = (_projector(passive_jacobian(leg, at)[0]) for leg in (a, b))
+    apart = np.abs(C - C_other).max() / np.abs(C_other).max()
+    return float(max(apart, np.abs(span - span_other).max()))
+
+
+def cost_of(record: Record, formulas: Iterable[PlacedFormula], pose: FormulaPose) -> int:
+    """What the placement of legs takes beside the rotation of the platform, in additions."""
+    wanted: set[int] = set()
+    for formula in formulas:
+        for element in formula.leg.elements:
+            wanted |= {x.step for x in _entries(element)}
+        wanted |= {x.step for x in formula.gap}
+    shared = {x.step for x in pose.R.flat if isinstance(x, Entry)}
+    return record.cost(wanted | shared) - record.cost(shared)
+
+
+def _entries(element: PlacedFreedom | PlacedSpring) -> list[Entry]:
+    arrays = [element.point]
+    if isinstance(element, PlacedFreedom):
+        arrays.append(element.axis)
+    else:
+        arrays += [element.rotation, element.elasticity.compliance]
+    return [x for array in arrays for x in array.flat if isinstance(x, Entry)]
+
+
+def _values_of(element: PlacedFreedom | PlacedSpring, count: int) -> list[Any]:
+    point = _samples(element.point, count)
+    if isinstance(element, PlacedFreedom):
+        axis, role = _samples(element.axis, count), element.role
+        roles = [role] * count
+        if not isinstance(role, Passive) and isinstance(role.stiffness, Entry):
+            roles = [replace(role, stiffness=float(k)) for k in role.stiffness.sample]
+        return [
+            replace(element, point=p, axis=e, role=own)
+            for p, e, own in zip(point, axis, roles, strict=True)
+        ]
+    rotation = _samples(element.rotation, count)
+    C, freedoms = _samples(element.elasticity.compliance, count), element.elasticity.freedoms
+    return [
+        replace(element, point=p, rotation=R, elasticity=Elasticity(own, freedoms))
+        for p, R, own in zip(point, rotation, C, strict=True)
+    ]
+
+
+def _samples(a: np.ndarray, count: int) -> np.ndarray:
+    out = np.empty((count, *a.shape))
+    for place in np.ndindex(a.shape):
+        out[(slice(None), *place)] = _sample(a[place], count)
+    return out
+
+
+def _sample(x: Any, count: int) -> np.ndarray:
+    return x.sample if isinstance(x, Entry) else np.full(count, float(x))
+
+
+def _projector(J: np.ndarray) -> np.ndarray:
+    U, s, _ = np.linalg.svd(J, full_matrices=False)
+    basis = U[:, s > 1e-9]
+    return basis @ basis.T

@@ -1,0 +1,176 @@
+"""The two ways of a universal joint: when the choice is recorded, and when it need not be."""
+
+import numpy as np
+import pytest
+
+from robostiff.elasticity import Elasticity
+from robostiff.kinematics import leg_compliance
+from robostiff.kinematics.closure.skeleton import Cluster, skeleton_of
+from robostiff.kinematics.formula import place
+from robostiff.kinematics.formula.choice import Choice, choice_of
+from robostiff.kinematics.formula.half_turn import half_turn_matters
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Element,
+    Joint,
+    Link,
+    Locked,
+    beam_link,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+)
+from robostiff.record import Operation
+from tests.generators.elements import BAR, ROD, STEEL
+from tests.generators.legs import DRIVE, FREE, LegCase, near_home
+from tests.kinematics.recorded_legs import Pair, built_leg, difference, pair_of
+
+UP = np.array([0.0, 0.0, 1.0])
+FLAT_BAR = beam_link(0.3 * UP, STEEL, BAR, y_axis=np.array([1.0, 0, 0]))
+OBLIQUE_BAR = beam_link(0.3 * UP, STEEL, BAR, y_axis=np.array([1.0, 2.0, 0]))
+BENT = (
+    beam_link(np.array([0.1, 0.0, 0.2]), STEEL, ROD),
+    beam_link(np.array([-0.1, 0.0, 0.2]), STEEL, ROD),
+)
+_SQUARE = 1e-4 * np.random.default_rng(0).normal(size=(6, 6))
+ANY_SPRING = Link(np.zeros(3), Elasticity(_SQUARE @ _SQUARE.T), np.eye(3))
+SLIDING_SPRING = Link(
+    np.zeros(3),
+    Elasticity(np.diag([0, 1e-8, 1e-8, 0, 0, 0]), np.array([[1.0, 0, 0, 0, 0, 0]]).T),
+    np.eye(3),
+)
+TILTED_SPRING = Link(
+    np.zeros(3),
+    Elasticity(np.zeros((6, 6)), np.array([[1.0, 0, 1.0, 0, 0, 0]]).T),
+    np.eye(3),
+)
+HINGE_ACROSS = revolute([1, 0, 0], Locked(1e4))
+HINGE_OBLIQUE = revolute([1, 0, 1], Locked(1e4))
+
+RIGHT_ANGLED = universal([1, 0, 0], [0, 1, 0], FREE, home=[0.2, -0.3])
+SKEWED = universal([1, 0.4, 0.3], [0.2, 1, 0.3], FREE, home=[0.2, -0.3])
+
+
+def ups(joint: Joint, rod: tuple[Element, ...], last: Joint) -> LegCase:
+    """A strut with some rod."""
+    return built_leg([joint, *rod, prismatic(UP, DRIVE, home=[0.4]), last])
+
+
+def choice_for(case: LegCase) -> Choice:
+    skeleton = skeleton_of(case.leg.chain)
+    A, B = skeleton.parts[0], skeleton.parts[-1]
+    assert isinstance(A, Cluster)
+    assert isinstance(B, Cluster)
+    return choice_of(case.leg.chain, A, B, UP, None)
+
+
+def far_poses(case: LegCase) -> np.ndarray:
+    """Poses on both sides of where the nearer way changes."""
+    rng = np.random.default_rng(0)
+    return np.array([case.pose_at(near_home(case, rng, 2.0)) for _ in range(16)])
+
+
+def agrees(pair: Pair) -> bool:
+    both = zip(pair.recorded, pair.computed, pair.reached, strict=True)
+    return all(difference(a, b) <= 1e-10 for a, b, reached in both if reached)
+
+
+@pytest.mark.parametrize(
+    ("rod", "matters"),
+    [
+        ((FLAT_BAR,), False),
+        ((OBLIQUE_BAR,), False),
+        ((FLAT_BAR, OBLIQUE_BAR), False),
+        ((FLAT_BAR, SLIDING_SPRING), False),
+        ((FLAT_BAR, HINGE_ACROSS), False),
+        ((FLAT_BAR, HINGE_OBLIQUE), True),
+        ((FLAT_BAR, TILTED_SPRING), True),
+        ((ANY_SPRING,), True),
+        (BENT, True),
+    ],
+)
+def test_a_half_turn_matters_to_a_rod_without_its_symmetry(rod: tuple[Element, ...], matters: bool):
+    size = sum(isinstance(element, Joint) for element in rod)
+    chain = Chain((*rod, spherical(FREE)))
+    assert half_turn_matters(chain, (0, size), np.zeros(3), UP) is matters
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        ups(RIGHT_ANGLED, (FLAT_BAR, ANY_SPRING), spherical(FREE)),
+        ups(RIGHT_ANGLED, BENT, spherical(FREE)),
+        ups(RIGHT_ANGLED, (OBLIQUE_BAR, HINGE_OBLIQUE), spherical(FREE)),
+        ups(SKEWED, (FLAT_BAR,), spherical(FREE)),
+        ups(SKEWED, BENT, spherical(FREE)),
+        ups(spherical(FREE), BENT, universal([1, 0.2, 0], [0, 1, 0.3], FREE)),
+        ups(spherical(FREE), (ANY_SPRING,), universal([1, 0, 0], [0, 1, 0], FREE)),
+    ],
+)
+def test_where_it_matters_the_way_nearer_to_home_is_recorded(
+    case: LegCase, monkeypatch: pytest.MonkeyPatch
+):
+    poses = far_poses(case)
+    pair = pair_of(case, poses)
+    assert pair.reached.sum() >= 8
+    assert agrees(pair)
+    made = choice_for(case)
+    assert made.first or made.second
+    # and one way for all poses would be wrong
+    fixed = Choice(first=False, second=False, spin=True)
+    monkeypatch.setattr(place, "choice_of", lambda *_: fixed)
+    assert not agrees(pair_of(case, poses))
+
+
+@pytest.mark.parametrize("rod", [(FLAT_BAR,), (OBLIQUE_BAR, HINGE_ACROSS)])
+@pytest.mark.parametrize(
+    ("first", "last"),
+    [
+        (RIGHT_ANGLED, spherical(FREE)),
+        (RIGHT_ANGLED, universal([1, 1, 0], [-1, 1, 0], FREE)),
+        (spherical(FREE), universal([1, 1, 0], [-1, 1, 0], FREE)),
+    ],
+)
+def test_where_it_does_not_matter_nothing_is_selected(
+    rod: tuple[Element, ...], first: Joint, last: Joint
+):
+    case = ups(first, rod, last)
+    pair = pair_of(case, far_poses(case))
+    assert agrees(pair)
+    used = {operation for operation, _, _ in pair.record.operations}
+    assert Operation.GREATER not in used
+
+
+def test_an_oblique_axis_at_the_far_end_asks_for_a_choice():
+    oblique = universal([1, 0, 0.5], [0, 1, 0], FREE)
+    assert choice_for(ups(RIGHT_ANGLED, (FLAT_BAR,), oblique)).first
+    assert not choice_for(ups(RIGHT_ANGLED, (FLAT_BAR,), spherical(FREE))).first
+
+
+def test_limits_ask_for_a_choice():
+    limited = universal([1, 0, 0], [0, 1, 0], Actuated(1e3, limits=(-1.0, 1.0)))
+    assert choice_for(ups(limited, (FLAT_BAR,), spherical(FREE))).first
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_spin_of_a_rod_between_two_balls_is_free(seed: int):
+    """Only a force along the rod passes, and meets the same compliance however the rod is spun."""
+    case = ups(spherical(FREE), (*BENT, FLAT_BAR), spherical(FREE))
+    rng = np.random.default_rng(seed)
+    poses = np.array([case.pose_at(near_home(case, rng, 0.5)) for _ in range(4)])
+    pair = pair_of(case, poses)
+    for recorded, computed in zip(pair.recorded, pair.computed, strict=True):
+        A = next(recorded.freedoms).point
+        d = (computed.end - A) / np.linalg.norm(computed.end - A)
+        along = np.concatenate([d, np.zeros(3)])
+        # a force along the rod, about A
+        one, other = (along @ leg_compliance(leg, A) @ along for leg in (recorded, computed))
+        assert np.isclose(one, other, rtol=1e-10, atol=0)
+
+
+def test_the_spin_counts_where_a_ball_is_driven():
+    case = ups(spherical(Actuated(1e3)), (OBLIQUE_BAR,), spherical(FREE))
+    assert choice_for(case).spin
+    assert agrees(pair_of(case, far_poses(case)))

@@ -1,0 +1,90 @@
+"""Frames: a group under composition, the same as SciPy's rigid transforms, exact with formulas."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from robostiff.errors import InputError
+from robostiff.model import Rigid
+from robostiff.spatial import Frame
+
+a, L = sp.Symbol("a", real=True), sp.Symbol("L", positive=True)
+
+
+def random_transform(rng: np.random.Generator) -> RigidTransform:
+    return RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
+
+
+def same(first: Frame, second: Frame, tolerance: float = 1e-14) -> bool:
+    return bool(
+        np.abs(first.R - second.R).max() < tolerance
+        and np.abs(first.p - second.p).max() < 10 * tolerance
+    )
+
+
+def turned_about_z(angle: sp.Expr, x: sp.Expr) -> Frame:
+    c, s = sp.cos(angle), sp.sin(angle)
+    return Frame([[c, -s, 0], [s, c, 0], [0, 0, 1]], [x, 0, 0.5])  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_composition_is_that_of_rigid_transforms(seed):
+    rng = np.random.default_rng(seed)
+    S, T = random_transform(rng), random_transform(rng)
+    assert same(Frame.of(S) @ Frame.of(T), Frame.of(S * T))
+    assert same(Frame.of(S).inverse, Frame.of(S.inv()))
+
+
+def test_composition_is_associative_with_identity_and_inverse():
+    rng = np.random.default_rng(3)
+    A, B, C = (Frame.of(random_transform(rng)) for _ in range(3))
+    assert same((A @ B) @ C, A @ (B @ C))
+    assert same(A @ Frame.identity(), A)
+    assert same(A @ A.inverse, Frame.identity())
+    assert same(A.inverse @ A, Frame.identity())
+
+
+def test_round_trip_with_rigid_transform():
+    T = random_transform(np.random.default_rng(4))
+    frame = Frame.of(T)
+    np.testing.assert_allclose(frame.rigid_transform.as_matrix(), T.as_matrix(), atol=1e-15)
+    assert Frame.of(frame) is frame
+    assert isinstance(Rigid(T).transform, Frame)  # pyright: ignore[reportArgumentType]
+
+
+def test_formulas_compose_exactly():
+    quarter = turned_about_z(sp.pi / 2, L)
+    whole = quarter @ quarter @ quarter @ quarter
+    assert (whole.R == np.eye(3, dtype=int)).all()
+    assert whole.p.tolist() == [0, 0, 2]
+    back = turned_about_z(a, L).inverse @ turned_about_z(a, L)
+    assert all(sp.simplify(entry) == 0 for entry in back.p)
+
+
+def test_no_float_enters_a_formula():
+    moved = Frame.identity() @ Frame(np.eye(3), [L, 0.25, 0])  # pyright: ignore[reportArgumentType]
+    assert moved.p.tolist() == [L, sp.Rational(1, 4), 0]
+    assert not any(sp.sympify(entry).has(sp.Float) for entry in (*moved.R.flat, *moved.p))
+
+
+@pytest.mark.parametrize(
+    ("R", "p", "words"),
+    [
+        (np.diag([1.0, 1.0, 2.0]), np.zeros(3), "columns of unit length"),
+        (np.diag([1.0, 1.0, -1.0]), np.zeros(3), "right-handed"),
+        (np.eye(2), np.zeros(3), "shape"),
+        (np.eye(3), np.array([0.0, np.nan, 0.0]), "finite"),
+        (np.eye(3), [L, sp.oo, 0], "finite"),
+    ],
+)
+def test_what_is_no_frame_is_refused(R, p, words):
+    with pytest.raises(InputError, match=words):
+        Frame(R, p)
+
+
+def test_batch_of_transforms_and_formulas_for_scipy_are_refused():
+    with pytest.raises(InputError, match="one RigidTransform"):
+        Frame.of(RigidTransform.identity(2))
+    with pytest.raises(InputError, match="formulas"):
+        _ = turned_about_z(a, L).rigid_transform
