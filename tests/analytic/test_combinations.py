@@ -134,6 +134,13 @@ def test_what_occurs_once_gets_no_name():
     assert name_combinations(sp.diag(x + y, x + z, 1)).definitions == ()
 
 
+@pytest.mark.parametrize("name", FORMULAS)
+def test_no_entry_gets_longer(name):
+    K = sp.ImmutableMatrix(FORMULAS[name])
+    for before, after in zip(K, name_combinations(K).matrix, strict=True):
+        assert after.count_ops() <= before.count_ops()
+
+
 def test_one_sum_for_each_leg_is_kept_apart():
     """A sum of long fractions is not brought over one denominator."""
     x, y, z, k = sp.symbols("x y z k", positive=True)

@@ -174,3 +174,27 @@ def test_the_spin_counts_where_a_ball_is_driven():
     case = ups(spherical(Actuated(1e3)), (OBLIQUE_BAR,), spherical(FREE))
     assert choice_for(case).spin
     assert agrees(pair_of(case, far_poses(case)))
+
+
+@pytest.mark.parametrize("at_near_end", [True, False])
+def test_springs_between_the_two_axes_of_a_joint(at_near_end: bool):
+    """Two revolute joints through one point are a universal joint, whatever lies between."""
+    two = (revolute([1, 0, 0], FREE, home=[0.2]), ANY_SPRING, revolute([0, 1, 0], FREE))
+    slide = prismatic(UP, DRIVE, home=[0.6])
+    ball = spherical(FREE)
+    elements = (*two, slide, FLAT_BAR, ball) if at_near_end else (ball, slide, FLAT_BAR, *two)
+    case = built_leg(elements)
+    pair = pair_of(case, far_poses(case))
+    assert pair.reached.all()
+    assert agrees(pair)
+
+
+@pytest.mark.parametrize("lock_stiffness", [None, 1e4])
+def test_locked_joints_stay_at_home(lock_stiffness: float | None):
+    lock = revolute([1, 2, 0], Locked(lock_stiffness), home=[0.1])
+    axes = (revolute([1, 0, 0], FREE), lock, revolute([0, 1, 0], FREE))
+    slide = prismatic(UP, DRIVE, home=[0.6])
+    case = built_leg([*axes, slide, FLAT_BAR, lock, spherical(FREE)])
+    pair = pair_of(case, far_poses(case))
+    assert pair.reached.sum() >= 8
+    assert agrees(pair)

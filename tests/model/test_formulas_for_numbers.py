@@ -118,9 +118,12 @@ def test_robot_built_of_symbols_computes_with_values():
             rs.beam_link([length, 0, 0], STEEL, rs.circle(0.02)),
         )
         leg = rs.Leg(
-            "arm", rs.Frame(np.eye(3), [0, length, 0]), rs.Chain(elements), rs.Frame.identity()
+            "arm",
+            rs.Frame(np.eye(3), np.array([0, length, 0])),
+            rs.Chain(elements),
+            rs.Frame.identity(),
         )
-        return rs.Robot("arm", (leg,), coordinates=(), reference_point=[0, 0, length])
+        return rs.Robot("arm", (leg,), coordinates=(), reference_point=np.array([0, 0, length]))
 
     symbolic, numbers = arm(L, k, q), arm(0.4, 1e5, 0.3)
     assert [str(symbol) for symbol in symbolic.symbols] == ["L", "k", "q"]

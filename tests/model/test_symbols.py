@@ -2,6 +2,7 @@
 
 import pickle
 from dataclasses import fields, is_dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,10 @@ from robostiff.robots import robot_file
 from robostiff.spatial import exact_number
 
 NAMES = [name for name in rs.shipped_robots() if "\nparameters:" in robot_file(name).read_text()]
+
+
+def load(*arguments, **options) -> Any:
+    return rs.load(*arguments, **options)
 
 
 def entries(robot):
@@ -39,8 +44,8 @@ def arrays(part):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_all_parameters_as_symbols_give_the_numbers_back(name):
-    numbers = rs.load(name)
-    symbolic = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    numbers = load(name)
+    symbolic = load(name, symbols=rs.ALL_PARAMETERS)
     back = symbolic.numeric
     assert symbolic.symbols
     assert not back.symbols
@@ -56,13 +61,13 @@ def test_all_parameters_as_symbols_give_the_numbers_back(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_symbolic_robot_is_exact(name):
-    for entry in entries(rs.load(name, symbols=rs.ALL_PARAMETERS)):
+    for entry in entries(load(name, symbols=rs.ALL_PARAMETERS)):
         assert isinstance(entry, sp.Expr)
         assert not entry.has(sp.Float)
 
 
 def test_symbols_have_the_names_and_signs_of_their_parameters():
-    robot = rs.load("gough-stewart-b", {"h": "750 mm"}, symbols=("h", "R"))
+    robot = load("gough-stewart-b", {"h": "750 mm"}, symbols=("h", "R"))
     assert robot.symbols == (sp.Symbol("R", positive=True), sp.Symbol("h", positive=True))
     assert robot.nominal == {"h": 0.75, "R": 0.5}
     assert robot.home.p.tolist() == [0, 0, sp.Symbol("h", positive=True)]
@@ -74,7 +79,7 @@ def test_symbols_have_the_names_and_signs_of_their_parameters():
 def test_parameter_that_is_not_positive_is_only_real(tmp_path):
     file = tmp_path / "arm.yaml"
     file.write_text(MODEL)
-    robot = rs.load(file, symbols=("z", "twice"))
+    robot = load(file, symbols=("z", "twice"))
     assert robot.symbols == (sp.Symbol("twice", positive=True), sp.Symbol("z", real=True))
     assert robot.nominal == {"z": 0.0, "twice": 0.6}
 
@@ -83,15 +88,15 @@ def test_computed_parameter_follows_or_is_kept(tmp_path):
     file = tmp_path / "arm.yaml"
     file.write_text(MODEL)
     L, twice = sp.Symbol("L", positive=True), sp.Symbol("twice", positive=True)
-    assert rs.load(file, symbols=("L",)).legs[0].base.p[0] == 2 * L
-    assert rs.load(file, symbols=("L", "twice")).legs[0].base.p[0] == twice
-    everything = rs.load(file, symbols=rs.ALL_PARAMETERS)
+    assert load(file, symbols=("L",)).legs[0].base.p[0] == 2 * L
+    assert load(file, symbols=("L", "twice")).legs[0].base.p[0] == twice
+    everything = load(file, symbols=rs.ALL_PARAMETERS)
     assert [str(symbol) for symbol in everything.symbols] == ["L", "k", "z"]
 
 
 def test_limits_stay_numbers_and_closed_coordinates_are_kept():
-    numbers = rs.load("hexapod")
-    robot = rs.load("hexapod", symbols=rs.ALL_PARAMETERS)
+    numbers = load("hexapod")
+    robot = load("hexapod", symbols=rs.ALL_PARAMETERS)
     role = next(role for role in robot.legs[0].chain.roles if isinstance(role, Actuated))
     assert role.limits == (0.08, 0.6)
     assert role.stiffness == sp.Symbol("k_screw", positive=True)
@@ -99,7 +104,7 @@ def test_limits_stay_numbers_and_closed_coordinates_are_kept():
 
 
 def test_substituting_some_keeps_the_rest_exact():
-    robot = rs.load("gough-stewart-b", symbols=("R", "r", "h"))
+    robot = load("gough-stewart-b", symbols=("R", "r", "h"))
     r = sp.Symbol("r", positive=True)
     one = robot.substituted({"R": 2 * r, "h": 0.7})
     assert one.symbols == (r,)
@@ -112,14 +117,14 @@ def test_substituting_some_keeps_the_rest_exact():
 
 
 def test_robot_of_exact_numbers_is_computed_like_one_of_floats():
-    robot = rs.load("3-rrr")
+    robot = load("3-rrr")
     exact = with_entries(robot, exact_number)
     assert exact.has_formulas
     np.testing.assert_array_equal(rs.stiffness(exact).K, rs.stiffness(robot).K)
 
 
 def test_robot_of_floats_is_itself():
-    robot = rs.load("3-rrr")
+    robot = load("3-rrr")
     assert robot.symbols == ()
     assert robot.numeric is robot
     assert robot.in_floats is robot
@@ -136,32 +141,33 @@ def test_entries_of_another_kind_are_left_alone():
         __neg__ = __add__ = __radd__ = __rsub__ = __sub__
 
     # Symbols become such entries, numbers stay floats.
-    other = with_entries(
-        rs.load("hexapod", symbols=("R", "cylinder", "k_screw")),
+    other: Any = with_entries(
+        load("hexapod", symbols=("R", "cylinder", "k_screw")),
         lambda entry: float(entry) if entry.is_number else Entry(),
     )
     assert isinstance(other.legs[0].base.p[0], Entry)
-    assert isinstance(other.legs[0].chain.elements[2].beams[0].fixed, Entry)
-    assert isinstance(other.legs[0].chain.elements[2].role.stiffness, Entry)
+    telescope: Any = other.legs[0].chain.elements[2]
+    assert isinstance(telescope.beams[0].fixed, Entry)
+    assert isinstance(telescope.role.stiffness, Entry)
     assert other.legs[0].attachment.p.dtype == float
     assert other.legs[0].base.p[2] == 0.0
     assert isinstance(other.legs[0].base.p[2], float)
 
 
 def test_with_entries_reaches_every_part():
-    robot = rs.load("hexapod")
+    robot = load("hexapod")
     assert entries(with_entries(robot, lambda entry: entry)) == entries(robot)
     assert all(type(entry) is float for entry in entries(robot))
 
 
 def test_symbolic_robot_can_be_pickled():
-    robot = rs.load("planar-link", symbols=("L",))
+    robot = load("planar-link", symbols=("L",))
     assert pickle.loads(pickle.dumps(robot)).symbols == robot.symbols  # noqa: S301
 
 
 @pytest.mark.parametrize("question", [rs.stiffness, rs.find_posture, rs.compliance])
 def test_question_of_numbers_names_the_symbols(question):
-    robot = rs.load("gough-stewart-b", symbols=("R", "h"))
+    robot = load("gough-stewart-b", symbols=("R", "h"))
     with pytest.raises(rs.InputError, match=r"without a number: R, h.*robot.substituted"):
         question(robot)
 
@@ -176,7 +182,7 @@ def test_question_of_numbers_names_the_symbols(question):
 )
 def test_unknown_symbol_is_refused(symbols, words):
     with pytest.raises(rs.InputError, match=words):
-        rs.load("gough-stewart-b", symbols=symbols)
+        load("gough-stewart-b", symbols=symbols)
 
 
 @pytest.mark.parametrize(
@@ -190,11 +196,11 @@ def test_unknown_symbol_is_refused(symbols, words):
 )
 def test_value_that_a_symbol_cannot_have_is_refused(values, words):
     with pytest.raises(rs.InputError, match=words):
-        rs.load("gough-stewart-b", symbols=("R", "h")).substituted(values)
+        load("gough-stewart-b", symbols=("R", "h")).substituted(values)
 
 
 def test_formula_without_a_real_value_is_refused():
-    robot = rs.load("tripteron", symbols=rs.ALL_PARAMETERS)
+    robot = load("tripteron", symbols=rs.ALL_PARAMETERS)
     with pytest.raises(rs.InputError, match="real finite number"):
         robot.substituted({"l": 0.1, "d": 1.0, "e": 0.1, "k": 1e7})
 
@@ -211,14 +217,14 @@ def test_file_is_checked_by_its_numbers_first(tmp_path):
     file = tmp_path / "arm.yaml"
     file.write_text(MODEL.replace("[L, 0, 0]", "[L, 0, k]"))
     with pytest.raises(FileError, match="a length"):
-        rs.load(file, symbols=rs.ALL_PARAMETERS)
+        load(file, symbols=rs.ALL_PARAMETERS)
 
 
 def test_snapshot_has_no_symbols(tmp_path):
     file = tmp_path / "snapshot.yaml"
     file.write_text("{}")
     with pytest.raises(rs.InputError):
-        rs.load(file, symbols=("L",))
+        load(file, symbols=("L",))
 
 
 MODEL = """

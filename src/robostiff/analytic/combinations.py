@@ -54,7 +54,7 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
     Linear combinations are called d_a, d_b, ..., or k_a where stiffnesses are added; the roots of
     positive quadratic forms L_a, ..., so that L_a^2 stands for the form; anything else p_a, ...
     Each is a factor of entries or of their denominators. Entries that are too long to be factored,
-    or not of exact arithmetic, stay as they are.
+    or not of exact arithmetic, stay as they are; so does a matrix that would not become shorter.
 
     Parameters
     ----------
@@ -76,24 +76,35 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
     d_a*h*k/L_a**2
     """
     K = sp.ImmutableMatrix(K)
-    entries = list(K)
+    entries, unchanged = list(K), NamedCombinations(K, ())
     if not _is_manageable(entries):
-        return NamedCombinations(K, ())
+        return unchanged
     try:
         field = ExactField(entries)
         written = {entry: _summands(field, entry) for entry in dict.fromkeys(entries)}
     except InputError:
-        return NamedCombinations(K, ())
+        return unchanged
     if any(len(base) > _MOST_TERMS for s in written.values() for p in s for base, _ in p.powers):
-        return NamedCombinations(K, ())
+        return unchanged
     names = CombinationNames(field, {*taken, *(symbol.name for symbol in K.free_symbols)})
     for base in _recurring(field, K, written):
         names.give(base)
     if not names.definitions:
-        return NamedCombinations(K, ())
-    shown = {entry: names.sum_of(products) for entry, products in written.items()}
+        return unchanged
+    shown = {entry: _shorter(names.sum_of(written[entry]), entry) for entry in written}
     named = sp.ImmutableMatrix(K.rows, K.cols, [shown[entry] for entry in entries])
-    return NamedCombinations(named, _used(named, names.definitions))
+    definitions = _used(named, names.definitions)
+    after = _operations([*named, *(definition.expression for definition in definitions)])
+    return NamedCombinations(named, definitions) if after < _operations(K) else unchanged
+
+
+def _operations(expressions: Iterable[Any]) -> int:
+    return sum(int(expression.count_ops()) for expression in expressions)
+
+
+def _shorter(named: Any, entry: Any) -> Any:
+    """An entry in names, unless multiplying it out made it longer than it was."""
+    return named if int(named.count_ops()) <= int(entry.count_ops()) else entry
 
 
 def _is_manageable(entries: list[Any]) -> bool:

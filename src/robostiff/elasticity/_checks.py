@@ -7,7 +7,7 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from robostiff.errors import InputError
 from robostiff.spatial.formula import is_above, is_formula, is_possible
@@ -28,7 +28,7 @@ def positive_number(subject: str, value: Any, unit: str, hint: str | None = None
     return float(value)
 
 
-def positive_numbers(subject: str, values: ArrayLike, unit: str) -> Any:
+def positive_numbers(subject: str, values: Any, unit: str) -> Any:
     """The values `(...)` as floats; InputError that names the first one not finite and positive.
 
     One formula stays as it is.
@@ -72,7 +72,7 @@ def poisson_ratio_of_isotropic(value: Any) -> Any:
 
 
 def finite_array(
-    subject: str, values: ArrayLike, shape: tuple[int, ...], expected: str
+    subject: str, values: Any, shape: tuple[int, ...], expected: str
 ) -> NDArray[np.float64]:
     """The values as floats of that shape; InputError if they are not, or not all finite."""
     array = as_array(values)
@@ -91,7 +91,7 @@ def _is_sympy_float(value: Any) -> bool:
     return getattr(value, "is_Float", False) and math.isfinite(value)
 
 
-def as_array(values: ArrayLike) -> np.ndarray:
+def as_array(values: Any) -> np.ndarray:
     """As NumPy reads them; nested lists of unequal lengths become an array of objects."""
     try:
         return np.asarray(values)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from robostiff.elasticity._checks import as_array, finite_array, positive_number
 from robostiff.errors import InputError
 from robostiff.spatial.formula import (
+    Entries,
     exact_array,
     exact_number,
     formula_array,
@@ -96,7 +97,7 @@ def actuator_compliance(stiffness: Any) -> Any:
     return 1 / positive_number("stiffness of the actuator", stiffness, "N/m or N m/rad")
 
 
-def translational_spring(stiffness: Any, axis: ArrayLike) -> Elasticity:
+def translational_spring(stiffness: Any, axis: Entries) -> Elasticity:
     """Spring that gives way along one axis and is rigid otherwise: ``C[:3, :3] = u u^T / k``.
 
     Parameters
@@ -120,7 +121,7 @@ def translational_spring(stiffness: Any, axis: ArrayLike) -> Elasticity:
     return _spring_along(k, axis, slice(0, 3))
 
 
-def rotational_spring(stiffness: Any, axis: ArrayLike) -> Elasticity:
+def rotational_spring(stiffness: Any, axis: Entries) -> Elasticity:
     """Spring that gives way about one axis through its point: ``C[3:, 3:] = u u^T / k``.
 
     Parameters
@@ -144,7 +145,7 @@ def rotational_spring(stiffness: Any, axis: ArrayLike) -> Elasticity:
     return _spring_along(k, axis, slice(3, 6))
 
 
-def _spring_along(stiffness: Any, axis: ArrayLike, rows: slice) -> Elasticity:
+def _spring_along(stiffness: Any, axis: Entries, rows: slice) -> Elasticity:
     u = _unit(exact_array(as_array(axis)) if is_formula(stiffness) else axis)
     k = exact_number(stiffness) if u.dtype == object else stiffness
     compliance = np.zeros((6, 6), dtype=u.dtype)
@@ -152,7 +153,7 @@ def _spring_along(stiffness: Any, axis: ArrayLike, rows: slice) -> Elasticity:
     return Elasticity(compliance)
 
 
-def _unit(axis: ArrayLike) -> NDArray:
+def _unit(axis: Entries) -> NDArray:
     subject, expected = "axis of the spring", "three numbers, not all zero"
     formulas = formula_array(axis)
     if formulas is not None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from robostiff.elasticity._checks import finite_array
 from robostiff.elasticity._formula_matrix import inverse_of_formulas, symmetric_formulas
@@ -19,10 +21,10 @@ from robostiff.elasticity._spring_matrix import (
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
 from robostiff.spatial import block_rotation, move_compliance, rotate_stiffness, twist_transport
-from robostiff.spatial.formula import exact_arrays, formula_array
+from robostiff.spatial.formula import Entries, exact_arrays, formula_array
 
 
-def elasticity_from_stiffness(stiffness: ArrayLike) -> Elasticity:
+def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     """Spring of a 6x6 stiffness K: ``compliance = K^-1``, or ``K^+`` with ``freedoms = null(K)``.
 
     Parameters
@@ -76,7 +78,7 @@ def elasticity_from_stiffness(stiffness: ArrayLike) -> Elasticity:
     return Elasticity((compliance + compliance.T) / 2, freedoms)
 
 
-def elasticity_from_compliance(compliance: ArrayLike) -> Elasticity:
+def elasticity_from_compliance(compliance: Any) -> Elasticity:
     """Spring of a 6x6 compliance C; directions of zero compliance are rigid.
 
     Parameters
@@ -114,7 +116,7 @@ def elasticity_from_compliance(compliance: ArrayLike) -> Elasticity:
     return Elasticity(C)
 
 
-def moved(elasticity: Elasticity, rotation: ArrayLike, offset: ArrayLike) -> Elasticity:
+def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elasticity:
     """The same spring, told in the axes and about the point of the element that holds it.
 
     ``C = J B C_spring B^T J^T`` and ``freedoms = J B freedoms_spring``, with ``B = diag(R, R)`` and
@@ -205,7 +207,7 @@ def _leading_rows(basis: Matrix) -> NDArray[np.intp]:
     return np.sort(rows)
 
 
-def _checked_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
+def _checked_rotation(rotation: Entries) -> NDArray[np.float64]:
     expected = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
     R = finite_array("rotation of the spring", rotation, (3, 3), expected)
     error = float(np.abs(R.T @ R - np.eye(3)).max())

@@ -44,7 +44,7 @@ class Turn:
 
         Examples
         --------
-        >>> Turn(0, 1).about(np.array([0, 0, 1])).tolist()
+        >>> Turn(0, 1).about(np.array([0, 0, 1])).astype(int).tolist()
         [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
         """
         c, s = self.cosine, self.sine

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robostiff.elasticity import (
     BeamTheory,
@@ -20,6 +19,7 @@ from robostiff.model.checks import axis_across, unit_vector, vector3
 from robostiff.model.entries import formulas
 from robostiff.model.link import Link
 from robostiff.spatial.formula import (
+    Entries,
     exact_array,
     exact_arrays,
     is_formula,
@@ -29,7 +29,7 @@ from robostiff.spatial.formula import (
 )
 
 
-def beam_axes(to: ArrayLike, y_axis: ArrayLike | None) -> np.ndarray:
+def beam_axes(to: Entries, y_axis: Entries | None) -> np.ndarray:
     """Axes of a beam that runs along `to`: x along it, y across it towards `y_axis`, z = x x y.
 
     Parameters
@@ -83,11 +83,11 @@ def _axes_of_formulas(x: np.ndarray, to: np.ndarray, start: np.ndarray, y_axis: 
 
 
 def beam_link(
-    to: ArrayLike,
+    to: Entries,
     material: Material,
     section: CrossSection,
     *,
-    y_axis: ArrayLike | None = None,
+    y_axis: Entries | None = None,
     theory: BeamTheory | None = None,
     name: str = "beam",
 ) -> Link:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -33,6 +34,7 @@ class Operation(Enum):
     GREATER = "greater"  # 1 where the first is greater than the second, else 0
 
 
+_DIGITS = 2**36
 _SAME = 1e-12  # of a value: rounding at the samples
 
 #: The operations on floats and arrays of them.
@@ -102,6 +104,7 @@ class Record:
         self._samples = np.empty((64, self.count))
         self.names: dict[int, str] = {}
         self._known: dict[tuple[Operation, Any, Any], int] = {}
+        self._by_value: dict[tuple[int, int], list[int]] = {}
         for name, values in samples.items():
             self._append((Operation.INPUT, name, None), values)
 
@@ -166,14 +169,28 @@ class Record:
         for number in (1, -1):
             if np.all(np.abs(own - number) <= _SAME):
                 return number
-        earlier = self._samples[: value.step]
-        allowed = _SAME * np.abs(own)
-        for sign in (1, -1):
-            alike = np.flatnonzero(np.all(np.abs(earlier - sign * own) <= allowed, axis=1))
-            if alike.size:
-                simpler = self.at(int(alike[0]))
-                return simpler if sign == 1 else -simpler
-        return value
+        alike = self._first_alike(value.step)
+        if alike is None:
+            return value
+        simpler = self.at(alike)
+        return simpler if self._samples[alike, 0] * own[0] > 0 else -simpler
+
+    def _first_alike(self, step: int) -> int | None:
+        """The first step with the same values up to one sign, before this one."""
+        own = self._samples[step]
+        exponent, digits = _leading_digits(own[0])
+        found = [
+            earlier
+            for k in (digits - 1, digits, digits + 1)
+            for earlier in self._by_value.get((exponent, k), ())
+            if earlier < step
+        ]
+        for earlier in sorted(found):
+            other = self._samples[earlier]
+            sign = 1.0 if other[0] * own[0] > 0 else -1.0
+            if np.all(np.abs(other - sign * own) <= _SAME * np.abs(own)):
+                return earlier
+        return None
 
     def at(self, step: int) -> Any:
         """The entry of a step; a number stays a number."""
@@ -211,7 +228,16 @@ class Record:
         self.operations.append(key)
         self._samples[step] = sample
         self._known[key] = step
+        self._by_value.setdefault(_leading_digits(sample[0]), []).append(step)
         return step
+
+
+def _leading_digits(x: float) -> tuple[int, int]:
+    """Exponent and some ten digits of a size, to find steps of nearly the same value."""
+    if not math.isfinite(x):
+        return 0, 0
+    mantissa, exponent = math.frexp(abs(x))
+    return exponent, int(mantissa * _DIGITS)
 
 
 _SYMMETRIC = {Operation.ADD, Operation.MULTIPLY, Operation.LEAST}

@@ -12,6 +12,7 @@ from robostiff.model import PlacedLeg
 from robostiff.record import Entry, Record
 from robostiff.recorded.elimination import Column, made_conjugate, transmitted_by
 from robostiff.recorded.working_frame import (
+    LocalLeg,
     WorkingFrame,
     energy_of,
     local_leg,
@@ -19,6 +20,9 @@ from robostiff.recorded.working_frame import (
     working_frames,
 )
 from robostiff.spatial import Space
+
+# Working frames that are tried in full: those from which the leg looks simplest.
+_PROMISING = 4
 
 
 @dataclass(frozen=True)
@@ -75,15 +79,19 @@ class LegRecorder:
         InputError
             When a transmitted wrench meets no compliance.
         """
-        frames = list(self._frames(leg))
+        frames = self._frames(leg)
         if frame is not None:
-            return self._in_frame(leg, frames[frame], frame)
-        tried = [self._in_frame(leg, own, i) for i, own in enumerate(frames)]
+            local = local_leg(leg, frames[frame], self.record, self.length)
+            return self._in_frame(leg, local, frames[frame], frame)
+        seen = [local_leg(leg, own, self.record, self.length) for own in frames]
+        promising = sorted(range(len(frames)), key=lambda i: seen[i].entries)[:_PROMISING]
+        tried = [self._in_frame(leg, seen[i], frames[i], i) for i in promising]
         return min(tried, key=self._cost)
 
-    def _in_frame(self, leg: PlacedLeg, frame: WorkingFrame, number: int) -> RecordedLeg:
+    def _in_frame(
+        self, leg: PlacedLeg, local: LocalLeg, frame: WorkingFrame, number: int
+    ) -> RecordedLeg:
         rows = self.space.rows
-        local = local_leg(leg, frame, self.record, self.length)
         twists = [[twist[row] for row in rows] for twist in local.twists]
         transmitted = transmitted_by(twists, len(rows), self.length)
         energy = energy_of(local, transmitted.wrenches, rows)

@@ -56,6 +56,14 @@ class LocalLeg:
     springs: list[LocalSpring]
     drives: list[tuple[Column, Any]]
 
+    @property
+    def entries(self) -> int:
+        """How much of it is no number: the less, the shorter its record."""
+        seen = [x for twist in self.twists for x in twist]
+        seen += [x for spring in self.springs for x in (*spring.R.flat, *spring.p)]
+        seen += [x for twist, _ in self.drives for x in twist]
+        return sum(isinstance(x, Entry) for x in seen)
+
 
 def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float) -> LocalLeg:
     """A leg in a working frame; what is 0 or 1 there at all poses becomes a number."""

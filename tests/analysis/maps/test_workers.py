@@ -23,7 +23,10 @@ def alone():
 def test_a_killed_worker_is_survived(tmp_path, alone):
     killed = []
     cluster: Any = LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address="localhost:0",
+        silence_logs=logging.CRITICAL,
     )
     with cluster, Client(cluster) as client:
         pids_by_worker: Any = client.run(os.getpid)

@@ -151,7 +151,7 @@ def dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
             "n_workers": workers,
             "threads_per_worker": 1,
             "processes": True,
-            "dashboard_address": None,
+            "dashboard_address": "localhost:0",  # any free port: several maps may run at once
             "silence_logs": logging.CRITICAL,
         }
         with LocalCluster(**own) as cluster, Client(cluster, set_as_default=False) as client:

@@ -57,7 +57,7 @@ class Parameters:
     ----------
     definitions : mapping of str to (str or float)
         Texts are expressions, which may use other parameters in any order.
-    overrides : mapping of str to (str or float), optional
+    overrides : mapping of str to (str, float or quantity), optional
         Other definitions for some of them. What is overridden keeps its dimension; a bare number
         takes the SI unit of what it replaces.
     mathematics : Mathematics
@@ -82,7 +82,7 @@ class Parameters:
     """
 
     definitions: Mapping[str, str | float]
-    overrides: Mapping[str, str | float] = field(default_factory=dict)
+    overrides: Mapping[str, Any] = field(default_factory=dict)
     mathematics: Mathematics = field(default=FLOATS, repr=False, compare=False)
     values: dict[str, Quantity] = field(init=False, repr=False, compare=False)
 

@@ -77,6 +77,8 @@ class _Site:
     zero : PlacedChain
         At zero coordinates in its own base frame, locked joints at home.
     base, platform : Body
+    pose : FormulaPose
+        Of the platform.
     """
 
     leg: Leg
@@ -84,6 +86,7 @@ class _Site:
     zero: PlacedChain
     base: Body
     platform: Body
+    pose: FormulaPose
 
     @classmethod
     def of(cls, leg: Leg, pose: FormulaPose, twin: Leg) -> _Site:
@@ -97,7 +100,7 @@ class _Site:
         platform = Body(
             tidied(R_platform), tidied_point(p_platform), tidied(pose.R), tidied_point(pose.p)
         )
-        return cls(leg, twin, zero, base, platform)
+        return cls(leg, twin, zero, base, platform, pose)
 
     def strut(self, form: Strut) -> PlacedFormula:
         A, B, place = self._own(form.A), self._own(form.B), form.slide.place
@@ -186,6 +189,7 @@ class _Site:
             gap=(*closing, *reaching),
             lengths=tuple(x for x in layout.lengths(leg.chain) if isinstance(x, Entry)),
             coordinate=lambda place: layout.coordinate(zero, place),
+            platform=self.pose,
         )
 
     def _own(self, cluster: Cluster) -> Cluster:

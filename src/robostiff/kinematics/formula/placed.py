@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from robostiff.kinematics.formula.pose import FormulaPose
 from robostiff.model import PlacedLeg
 
 
@@ -24,9 +25,12 @@ class PlacedFormula:
         Lengths of the telescopes' beams that must be positive [m].
     coordinate : callable
         Records the leg coordinate of a place in the coordinate vector [m, rad].
+    platform : FormulaPose
+        Where the leg holds the platform.
     """
 
     leg: PlacedLeg
     gap: tuple[Any, ...]
     lengths: tuple[Any, ...]
     coordinate: Callable[[int], Any]
+    platform: FormulaPose

@@ -61,6 +61,11 @@ class RodEnds:
     side: np.ndarray
     choice: Choice
 
+    @property
+    def turned_by_second(self) -> bool:
+        """Whether the joint at the far end turns the rod about itself."""
+        return not self.B.is_ball and (self.spin is not None or self.A.is_ball)
+
 
 @dataclass(frozen=True)
 class PlacedRod:
@@ -87,30 +92,10 @@ def placed_rod(ends: RodEnds) -> PlacedRod:
     """Turn a rod so that it points from A to B and its joints meet the platform."""
     A, B = ends.A, ends.B
     bodies: dict[int, Body] = {}
-    misses: list[Any] = []
-    out_of_reach: list[Any] = []
-    taken_up_by_B = not B.is_ball and (ends.spin is not None or A.is_ball)
-    if A.is_ball:
-        rod = _shortest(ends, exactly=ends.choice.spin or taken_up_by_B)
-    elif len(A.axes) == 1:
-        a = ends.near.direction(A.axes[0])
-        rod = _body(ends, (ends.along, ends.d), (A.axes[0], a))
-        misses.append(_square(a @ ends.d - constant_cosine(A.axes[0], ends.along)))
-    else:
-        gimbal, rod, missing = _pointed(ends)
+    rod, gimbal, misses, lacks = _at_first(ends)
+    if gimbal is not None:
         bodies[A.places[0] + 1] = gimbal
-        out_of_reach.append(missing)
-    far = rod
-    e = ends.platform.direction(B.axes[-1])
-    if taken_up_by_B:
-        if len(B.axes) == 1:
-            far = _body(ends, (ends.along, ends.d), (B.axes[0], e))
-            misses.append(_square(e @ ends.d - constant_cosine(B.axes[0], ends.along)))
-        else:
-            far, missing = _taken_up(ends, rod, e)
-            out_of_reach.append(missing)
-    elif not B.is_ball:
-        misses += _missed(ends, rod)
+    far, more_misses, more_lacks = _at_second(ends, rod)
     if A.is_ball and ends.spin is None:
         rod = far
     bodies[A.places[-1] + 1] = rod
@@ -118,15 +103,49 @@ def placed_rod(ends: RodEnds) -> PlacedRod:
         bodies[ends.spin + 1] = far.at(B.point, ends.B_now)
     bodies[B.places[0]] = far.at(B.point, ends.B_now)
     if len(B.axes) == 2:
-        first = far.direction(B.axes[0])
-        zero, now = (B.point, B.axes[1], B.axes[0]), (ends.B_now, e, first)
-        bodies[B.places[1]] = body_of_directions(zero, now)
+        first, last = far.direction(B.axes[0]), ends.platform.direction(B.axes[1])
+        zero, now = (B.point, B.axes[1], B.axes[0]), (ends.B_now, last, first)
+        bodies[B.places[0] + 1] = body_of_directions(zero, now)
     bodies[B.places[-1] + 1] = ends.platform
     ball_axes: dict[int, np.ndarray] = {}
     for cluster, body in ((A, rod), (B, far)):
         if cluster.is_ball:
             ball_axes |= {p: body.R[:, i] for i, p in enumerate(cluster.places)}
-    return PlacedRod(bodies, ball_axes, misses, out_of_reach)
+    return PlacedRod(bodies, ball_axes, misses + more_misses, lacks + more_lacks)
+
+
+def _at_first(ends: RodEnds) -> tuple[Body, Body | None, list[Any], list[Any]]:
+    """The rod as joint A points it, what lies between two axes, misses and lacks."""
+    A = ends.A
+    if A.is_ball:
+        return _shortest(ends), None, [], []
+    if len(A.axes) == 1:
+        a = ends.near.direction(A.axes[0])
+        rod, misses = _about_one(ends, A.axes[0], a)
+        return rod, None, misses, []
+    gimbal, rod, lack = _pointed(ends)
+    return rod, gimbal, [], [lack]
+
+
+def _at_second(ends: RodEnds, rod: Body) -> tuple[Body, list[Any], list[Any]]:
+    """The rod at joint B, which may turn it about itself, misses and lacks."""
+    B = ends.B
+    if B.is_ball:
+        return rod, [], []
+    if not ends.turned_by_second:
+        return rod, _missed(ends, rod), []
+    e = ends.platform.direction(B.axes[-1])
+    if len(B.axes) == 1:
+        far, misses = _about_one(ends, B.axes[0], e)
+        return far, misses, []
+    far, lack = _taken_up(ends, rod, e)
+    return far, [], [lack]
+
+
+def _about_one(ends: RodEnds, axis: np.ndarray, now: np.ndarray) -> tuple[Body, list[Any]]:
+    """The rod that one axis carries, and how far the axis is from its angle to the rod."""
+    missed = _square(now @ ends.d - constant_cosine(axis, ends.along))
+    return _body(ends, (ends.along, ends.d), (axis, now)), [missed]
 
 
 def _pointed(ends: RodEnds) -> tuple[Body, Body, Any]:
@@ -177,10 +196,10 @@ def _missed(ends: RodEnds, rod: Body) -> list[Any]:
     return [_square(x) for x in on_rod - e]
 
 
-def _shortest(ends: RodEnds, *, exactly: bool) -> Body:
+def _shortest(ends: RodEnds) -> Body:
     """The rod after the shortest turn from zero coordinates, or from a coordinate axis nearby."""
     sides0 = (ends.side, cross(ends.along, ends.side))
-    if exactly:
+    if ends.choice.spin or ends.turned_by_second:
         start = ends.near.direction(ends.along)
         sides = tuple(ends.near.direction(side) for side in sides0)
     else:
