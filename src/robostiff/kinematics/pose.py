@@ -115,7 +115,8 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
     coordinates = np.tile(home, (len(rows), 1))
     chosen = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
     coordinates[:, chosen] = rows
-    return _request(batch, coordinates, tuple(k for k in range(6) if k not in chosen))
+    open_ = tuple(k for k in robot.space.rows if k not in chosen)
+    return _request(batch, coordinates, open_)
 
 
 def _check_plane(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:

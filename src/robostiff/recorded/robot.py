@@ -45,10 +45,11 @@ class RecordedRobot:
     K : dict of (row, column) to entries or numbers
         Upper triangle [N/m, N, N m].
     margins : tuple of entries
-        Safety of everything that the record took for granted: pivots, closure, positive lengths. A
-        pose where one of them is near zero needs another way.
+        Safety of everything that the record took for granted: pivots, closure. A pose where one of
+        them is near zero needs another way.
     reach : tuple of entries
-        Negative where a leg is too short or too long.
+        Negative where a leg is too short or too long: what stands below the square roots of its
+        closure, and the lengths of its telescopes, as parts of what they are at the samples.
     limits : tuple of entries
         Negative where an actuator is beyond its limits.
     """
@@ -162,10 +163,8 @@ def assembled(
         leg = recorder.leg(own.leg, frames.get(shape))
         frames[shape] = leg.frame
         legs.append(leg)
-    margins = []
-    for own in placed:
-        margins += [1 - gap * (1 / _GAP) for gap in own.gap]
-        margins += [_as_part(value) for value in own.lengths if isinstance(value, Entry)]
+    margins = [1 - gap * (1 / _GAP) for own in placed for gap in own.gap]
+    lengths = [_as_part(x) for own in placed for x in own.lengths if isinstance(x, Entry)]
     K = stiffness_entries(legs, robot.space.size)
     return RecordedRobot(
         name=robot.name,
@@ -175,7 +174,7 @@ def assembled(
         legs=tuple(legs),
         K=K,
         margins=tuple(margins),
-        reach=tuple(_radicands(record, K)),
+        reach=(*lengths, *_radicands(record, K)),
         limits=tuple(_limits(robot, placed)),
     )
 
