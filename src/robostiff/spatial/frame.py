@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -86,7 +87,7 @@ class Frame:
         R, p = exact_arrays(self.R, self.p)
         return Frame(R.T, -(R.T @ p))
 
-    @property
+    @cached_property
     def rigid_transform(self) -> RigidTransform:
         """The same for SciPy.
 
