@@ -18,20 +18,44 @@ from robostiff.version import __version__
 
 _HOMES = {
     "robostiff.analysis": (
+        "CompiledAnswer",
+        "CompiledRobot",
         "Deflection",
         "RobotStiffness",
+        "compile",
         "compliance",
         "deflection",
         "stiffness",
+        "verify",
     ),
     "robostiff.analysis.maps": (
         "Axis",
+        "Batched",
+        "Compiled",
         "Grid",
         "PoseList",
         "Quantity",
         "RandomPoses",
         "Threads",
         "stiffness_map",
+    ),
+    "robostiff.compiled": (
+        "Backend",
+        "ComplianceMatrix",
+        "DeflectionUnder",
+        "Derivative",
+        "NoMachineCodeWarning",
+        "PrincipalStiffness",
+        "StiffnessMatrix",
+        "WorstDeflection",
+    ),
+    "robostiff.analytic": (
+        "AtCoordinates",
+        "AtHome",
+        "AtSymbols",
+        "Closed",
+        "RobotDerivation",
+        "Steps",
     ),
     "robostiff.errors": (
         "FileError",
@@ -68,6 +92,7 @@ _HOMES = {
         "load",
         "shipped_robots",
     ),
+    "robostiff.robots.derivation": ("derive",),
     "robostiff.elastostatics": (
         "Block",
         "IndexRules",
@@ -94,6 +119,7 @@ _HOMES = {
         "tube",
     ),
     "robostiff.io.model_file": ("ALL_PARAMETERS",),
+    "robostiff.network": ("Network",),
     "robostiff.spatial": ("Frame",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
@@ -101,11 +127,23 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 __all__ = [
     "ALL_PARAMETERS",
     "Actuated",
+    "AtCoordinates",
+    "AtHome",
+    "AtSymbols",
     "Axis",
+    "Backend",
+    "Batched",
     "Block",
     "Chain",
+    "Closed",
+    "Compiled",
+    "CompiledAnswer",
+    "CompiledRobot",
+    "ComplianceMatrix",
     "CrossSection",
     "Deflection",
+    "DeflectionUnder",
+    "Derivative",
     "Elasticity",
     "Elbow",
     "EulerBernoulli",
@@ -119,33 +157,42 @@ __all__ = [
     "Link",
     "Locked",
     "Material",
+    "Network",
     "NoAnswerError",
+    "NoMachineCodeWarning",
     "Passive",
     "PoseList",
+    "PrincipalStiffness",
     "Quantity",
     "RandomPoses",
     "Recursive",
     "Rigid",
     "RobostiffError",
     "Robot",
+    "RobotDerivation",
     "RobotStiffness",
     "SaddlePoint",
     "Snapshot",
     "Status",
+    "Steps",
+    "StiffnessMatrix",
     "Telescope",
     "TelescopicBeam",
     "Threads",
     "Timoshenko",
     "Tolerance",
+    "WorstDeflection",
     "WrenchBasis",
     "__version__",
     "beam_link",
     "box",
     "chain_stiffness",
     "circle",
+    "compile",
     "compliance",
     "cylindrical",
     "deflection",
+    "derive",
     "find_posture",
     "i_section",
     "load",
@@ -162,24 +209,49 @@ __all__ = [
     "translational_spring",
     "tube",
     "universal",
+    "verify",
 ]
 
 if TYPE_CHECKING:
     from robostiff.analysis import (
+        CompiledAnswer,
+        CompiledRobot,
         Deflection,
         RobotStiffness,
+        compile,
         compliance,
         deflection,
         stiffness,
+        verify,
     )
     from robostiff.analysis.maps import (
         Axis,
+        Batched,
+        Compiled,
         Grid,
         PoseList,
         Quantity,
         RandomPoses,
         Threads,
         stiffness_map,
+    )
+    from robostiff.analytic import (
+        AtCoordinates,
+        AtHome,
+        AtSymbols,
+        Closed,
+        RobotDerivation,
+        Steps,
+    )
+    from robostiff.compiled import (
+        Backend,
+        ComplianceMatrix,
+        DeflectionUnder,
+        Derivative,
+        NoMachineCodeWarning,
+        PrincipalStiffness,
+        StiffnessMatrix,
+        WorstDeflection,
     )
     from robostiff.elasticity import (
         CrossSection,
@@ -240,9 +312,15 @@ if TYPE_CHECKING:
         spherical,
         universal,
     )
+    from robostiff.network import (
+        Network,
+    )
     from robostiff.robots import (
         load,
         shipped_robots,
+    )
+    from robostiff.robots.derivation import (
+        derive,
     )
     from robostiff.spatial import (
         Frame,

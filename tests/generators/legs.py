@@ -118,6 +118,7 @@ def _unit(rng: np.random.Generator) -> np.ndarray:
 STRUTS = ("UPS", "SPS", "UPU", "UCU", "SPU")
 RODS = ("PUU", "PUS", "PSU", "RUU", "RUS", "RSU")
 PLANAR = ("RPR", "RRR", "PRR")
+SLIDING = ("PRRR", "CRR")
 
 
 def random_leg(kind: str, seed: int) -> LegCase:
@@ -125,6 +126,8 @@ def random_leg(kind: str, seed: int) -> LegCase:
     rng = np.random.default_rng([seed, *kind.encode()])
     if kind in PLANAR:
         elements = _planar_elements(kind, rng)
+    elif kind in SLIDING:
+        elements = _sliding_elements(kind, rng)
     elif kind in STRUTS:
         along = _unit(rng)
         elements = [_joint(kind[0], rng, along)]
@@ -151,7 +154,7 @@ def random_leg(kind: str, seed: int) -> LegCase:
     if kind not in PLANAR:
         elements.insert(0, Rigid(random_transform(rng, 0.2)))
     # something elastic somewhere, whatever the leg is made of
-    if kind[1] == "C":
+    if kind == "UCU":
         elements.append(beam_link(0.05 * _unit(rng), STEEL, ROD))
     leg = Leg(kind, random_transform(rng), Chain(tuple(elements)), random_transform(rng, 0.2))
     return LegCase(leg, six(platform_at(leg, leg.chain.home)))
@@ -183,6 +186,26 @@ def _planar_elements(kind: str, rng: np.random.Generator) -> list[Element]:
         beam_link(in_plane(0.7), STEEL, ROD),
         revolute(z, FREE, home=a[1:2]),
     ]
+
+
+def _sliding_elements(kind: str, rng: np.random.Generator) -> list[Element]:
+    """A slide along the axes of three parallel turns."""
+    e = _unit(rng)
+    home = rng.uniform(-0.6, 0.6, 4).tolist()
+
+    def link(size: float) -> Element:
+        across = np.cross(e, _unit(rng))
+        return beam_link(
+            size * across / np.linalg.norm(across) + rng.uniform(-0.2, 0.2) * e, STEEL, ROD
+        )
+
+    first = (
+        [random_slider(rng, e, rng.uniform(0.3, 0.6)), revolute(e, FREE, home=home[1:2])]
+        if kind == "PRRR"
+        else [cylindrical(e, FREE, home=home[:2])]
+    )
+    turn = [revolute(e, FREE, home=[h]) for h in home[2:]]
+    return [*first, link(0.4), turn[0], link(0.7), turn[1]]
 
 
 def near_home(case: LegCase, rng: np.random.Generator, size: float) -> np.ndarray:

@@ -277,7 +277,7 @@ WRONG = {
     "graph": (
         '"legs"',
         '"graph"',
-        "3:2: graph: graph snapshots are not read by this version; describe the robot by legs",
+        "3:2: graph: a graph, and not legs; read it with load or read_network",
     ),
     "graph and legs": (
         '"legs"',

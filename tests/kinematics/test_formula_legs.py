@@ -21,7 +21,17 @@ from robostiff.model import (
     universal,
 )
 from tests.generators.elements import ROD, STEEL
-from tests.generators.legs import DRIVE, FREE, PLANAR, RODS, STRUTS, LegCase, near_home, random_leg
+from tests.generators.legs import (
+    DRIVE,
+    FREE,
+    PLANAR,
+    RODS,
+    SLIDING,
+    STRUTS,
+    LegCase,
+    near_home,
+    random_leg,
+)
 from tests.kinematics.recorded_legs import (
     SIX,
     Pair,
@@ -80,13 +90,13 @@ def random_pair(kind: str, seed: int) -> Pair:
     return pair_of(case, poses_around(case, np.random.default_rng(seed)))
 
 
-@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR)
+@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_same_as_in_floats(kind: str, seed: int):
     assert check(random_pair(kind, seed)) >= 1
 
 
-@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR)
+@pytest.mark.parametrize("kind", STRUTS + RODS + PLANAR + SLIDING)
 def test_the_gap_vanishes_where_the_leg_closes_and_only_there(kind: str):
     reached = []
     for seed in SEEDS:

@@ -76,7 +76,7 @@ def test_legs_decide_the_other_coordinates(name):
     np.testing.assert_allclose(posture.pose, poses, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", sorted(set(PARALLEL) - {"tripteron"}))
+@pytest.mark.parametrize("name", PARALLEL)
 def test_closed_form_and_newton_agree(name):
     finder = PostureFinder(shipped(name))
     poses = random_poses(name, finder)
@@ -89,10 +89,6 @@ def test_closed_form_and_newton_agree(name):
         turns = np.abs(difference) > np.pi  # the same angle, a turn further
         difference[turns] -= 2 * np.pi * np.sign(difference[turns])
         assert np.abs(difference).max() < 1e-9
-
-
-def test_tripteron_has_no_closed_form():
-    assert all(solver.closed_form is None for solver in PostureFinder(shipped("tripteron")).solvers)
 
 
 @pytest.mark.parametrize("name", ARMS)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.analysis.guarded_values import values_of
+from robostiff.analysis.kernel_inputs import KernelInputs
+from robostiff.analysis.parameter_values import ParameterValues, with_parameters
+from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.compiled import (
     Backend,
@@ -19,24 +23,34 @@ from robostiff.compiled import (
     rows_of,
     unpacked,
 )
-from robostiff.elastostatics import Status
+from robostiff.elastostatics import Status, Tolerance
+from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
-from robostiff.model import Robot
+from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Entry
 from robostiff.recorded import (
+    SHORT,
     RecordedRobot,
+    parameter_samples,
     record_at_joints,
     record_at_pose,
     sample_postures,
 )
 
-# Margins of the recorded pivots below which a pose is computed again. The record loses about as
-# many digits as a margin has zeros, so that six of sixteen leave ten.
-_SAFE = 1e-6
-# A leg shorter by this part of itself is certainly out of reach.
-_OUT_OF_REACH = -1e-9
+# Losses of the recorded pivots above which a pose is computed again; their squares are summed. The
+# record loses about as many digits as a loss has, and several one after the other more. Stiffness
+# falls with the square of the wrenches that hold it: of those, at most a hundredth is lost.
+_SAFE = 1e4**2
+_OUT_OF_REACH = -1e-3  # of `RecordedRobot.reach`: certainly out of reach
+# An actuator nearer to a limit than this part of its range is looked at again.
+_AT_LIMIT = 1e-9
+# Generic poses must keep away from the tolerances that decide, by what poses may differ.
+_STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
 _AGREEMENT = 1e-9
+# A gap between eigenvalues, as a part of them, below which their derivatives are rounding.
+_APART = 1e-7
+_FREE = 1e-6  # of the largest size: what rounding leaves of zero
 
 
 @dataclass(frozen=True)
@@ -73,6 +87,7 @@ class CompiledRobot:
     Attributes
     ----------
     robot : Robot
+        Its symbols are the parameters of the kernel.
     kernel : Kernel
     takes_joints : bool
         Whether the inputs of the kernel are leg coordinates; platform poses are then closed by
@@ -93,7 +108,18 @@ class CompiledRobot:
     status: Status
     verified: bool
 
-    def evaluate(self, pose: Pose, *, threads: int = 1) -> CompiledAnswer:
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """What may differ from pose to pose beside the coordinates."""
+        return tuple(str(symbol) for symbol in self.robot.symbols)
+
+    def evaluate(
+        self,
+        pose: Pose,
+        *,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        threads: int = 1,
+    ) -> CompiledAnswer:
         """Outputs, status and rank at many poses.
 
         Parameters
@@ -101,14 +127,40 @@ class CompiledRobot:
         pose : (N, n) array or JointCoordinates
             The robot's free pose coordinates, one pose a row [m, rad]; joint coordinates for a
             serial arm. Fastest where equal coordinates of all poses lie side by side in memory.
+        parameters : mapping of str to a number or (N,) array, optional
+            Values of parameters, in SI units; nominal where left out.
         threads : int
 
         Raises
         ------
         InputError
-            When the poses do not fit the robot.
+            When the poses or the parameters do not fit the robot.
         """
-        rows, out_of_reach = self._inputs(pose)
+        answer, values = self._attempt(pose, parameters, threads)
+        for robot, rows in values.groups(answer.guarded):
+            self._compute_again(robot, pose, rows, answer)
+        return answer
+
+    def attempt(
+        self,
+        pose: Pose,
+        *,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        threads: int = 1,
+    ) -> CompiledAnswer:
+        """As `evaluate`, but poses that are ``guarded`` are left to the caller.
+
+        What stands there in the answer must not be used.
+        """
+        return self._attempt(pose, parameters, threads)[0]
+
+    def _attempt(
+        self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
+    ) -> tuple[CompiledAnswer, ParameterValues]:
+        inputs = self._inputs
+        given = inputs.checked(pose)
+        parameter_values = ParameterValues.of(self.robot, parameters, len(given))
+        rows, out_of_reach = inputs.rows(pose, given, parameter_values)
         results = self.kernel.evaluate(rows, threads=threads)
         values, start = {}, 0
         for output in self.kernel.outputs:
@@ -126,34 +178,20 @@ class CompiledRobot:
             out_of_reach = out_of_reach | (checks["reach"] < _OUT_OF_REACH)
         status[out_of_reach], rank[out_of_reach] = int(Status.UNREACHABLE), -1
         guarded &= ~out_of_reach
-        for array in values.values():
+        # Eigenvalues have no derivatives where two of them meet.
+        meet = ~(checks["gap"] > _APART) & ~out_of_reach if "gap" in checks else None
+        for output in self.kernel.outputs:
+            array = values[output.name]
             array[out_of_reach] = np.nan
-        answer = CompiledAnswer(values, status, rank, guarded)
-        if np.any(guarded):
-            self._compute_again(pose, answer)
-        return answer
+            if isinstance(output, Derivative) and meet is not None:
+                array[meet] = np.nan
+                status[meet] |= np.uint8(Status.ILL_CONDITIONED)
+        return CompiledAnswer(values, status, rank, guarded), parameter_values
 
-    def _inputs(self, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of kernel inputs, and which poses are known to be out of reach."""
-        if isinstance(pose, JointCoordinates):
-            q = np.asarray(pose.values, dtype=float)
-            self._check_shape(q, self.robot.legs[0].chain.size if self.takes_joints else -1)
-            return np.ascontiguousarray(q.T), np.zeros(len(q), dtype=bool)
-        given = np.asarray(pose, dtype=float)
-        self._check_shape(given, len(self.robot.coordinates))
-        if not self.takes_joints:
-            return np.ascontiguousarray(given.T), np.zeros(len(given), dtype=bool)
-        posture = PostureFinder(self.robot).find(given)
-        rows = np.concatenate([q.T for q in posture.coordinates])
-        return np.ascontiguousarray(rows), ~posture.reached
-
-    def _check_shape(self, given: np.ndarray, count: int) -> None:
-        if given.ndim != 2 or given.shape[1] != count or not np.isfinite(given).all():
-            raise InputError(
-                f"poses of {self.robot.name!r}",
-                got=given.shape,
-                expected=f"finite numbers (N, {count}), one pose a row",
-            )
+    @property
+    def _inputs(self) -> KernelInputs:
+        joints = len(self.kernel.inputs) - len(self.robot.symbols) if self.takes_joints else 0
+        return KernelInputs(self.robot, joints)
 
     @property
     def _open(self) -> bool:
@@ -163,25 +201,33 @@ class CompiledRobot:
     def _guarded(self, checks: dict[str, np.ndarray], count: int) -> np.ndarray:
         if not self.verified:
             return np.ones(count, dtype=bool)
-        guarded = ~np.isfinite(checks["trace"]) if "trace" in checks else np.zeros(count, bool)
-        for name in {"margin", "rank", "reach"} & checks.keys():
-            guarded |= ~(checks[name] > _SAFE)
+        guarded = ~np.isfinite(checks["trace"])
+        for name in {"loss", "rank"} & checks.keys():
+            guarded |= ~(checks[name] < _SAFE)
+        if "reach" in checks:
+            guarded |= ~(checks["reach"] > SHORT)
+        if "limits" in checks:
+            guarded |= ~(np.abs(checks["limits"]) > _AT_LIMIT)
         return guarded
 
-    def _compute_again(self, pose: Pose, answer: CompiledAnswer) -> None:
-        rows = answer.guarded
+    def _compute_again(
+        self, robot: Robot, pose: Pose, rows: np.ndarray, answer: CompiledAnswer
+    ) -> None:
         given = (
             JointCoordinates(np.asarray(pose.values)[rows])
             if isinstance(pose, JointCoordinates)
             else np.asarray(pose)[rows]
         )
-        result = stiffness(self.robot, given)
+        result = stiffness(robot, given)
         answer.status_codes[rows] = result.status_codes
         answer.rank[rows] = result.rank
         for output in self.kernel.outputs:
             if isinstance(output, Derivative):
-                # There is no second way to a derivative: the digits lost are told instead.
+                # There is no second way to a derivative: the digits lost are told instead. Where
+                # the rank is another, K jumps.
                 answer.status_codes[rows] |= np.uint8(Status.ILL_CONDITIONED)
+                jumps = ~result.answered | (result.rank != self.rank)
+                answer.values[output.name][rows[jumps]] = np.nan
                 continue
             answer.values[output.name][rows] = values_of(output, result)
 
@@ -190,6 +236,7 @@ def compile_robot(
     robot: Robot,
     outputs: Sequence[Output] = (StiffnessMatrix(),),
     *,
+    parameters: Sequence[str] = (),
     backend: Backend = Backend.BEST,
 ) -> CompiledRobot:
     """Record the stiffness of a robot once, for evaluation at millions of poses.
@@ -201,16 +248,21 @@ def compile_robot(
     Parameters
     ----------
     robot : Robot
+        Symbols that are no parameters take their nominal values.
     outputs : sequence of Output
         ``StiffnessMatrix()``, ``ComplianceMatrix()``, ``DeflectionUnder(wrench)``,
-        ``PrincipalStiffness()``, ``Derivative(output, "x")``.
+        ``PrincipalStiffness()``, ``WorstDeflection()``, ``Derivative(output, "x")``.
+    parameters : sequence of str
+        Names of symbols that stay open, to be given with the poses. Working modes are those of
+        the nominal values.
     backend : Backend
         ``Backend.MACHINE``, ``Backend.ARRAYS``, or the ``BEST`` there is.
 
     Raises
     ------
     InputError
-        When the robot is rigid in some direction, or its home is no generic place.
+        When the robot is rigid in some direction, its home is no generic place, or a parameter is
+        no symbol of it.
     NoAnswerError
         When an output has no answer at any pose, as the compliance of a platform with free motions.
 
@@ -223,14 +275,57 @@ def compile_robot(
     >>> answer = fast.evaluate(poses)
     >>> bool(np.allclose(answer.values["K"][0], rs.stiffness(robot, poses[0]).K, rtol=1e-9))
     True
+    >>> robot = rs.load("gough-stewart-b", symbols=("R", "k"))
+    >>> fast = rs.compile(robot, [rs.PrincipalStiffness()], parameters=("R",))
+    >>> answer = fast.evaluate(poses, parameters={"R": np.linspace(0.4, 0.6, 1000)})
+    >>> answer.values["principal_stiffness"].shape
+    (1000, 6)
     """
-    finder = PostureFinder(robot)
+    outputs = _checked_outputs(outputs)
+    robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
+    robot = _within_its_space(robot)
+    finder = PostureFinder(robot.numeric)
     recorded, takes_joints = _recorded(robot, finder)
+    for output in outputs:
+        _check_derivative(output, robot, takes_joints)
     kernel = kernel_of(recorded, outputs, backend)
     compiled = CompiledRobot(
         robot, kernel, takes_joints, recorded.factors.rank, recorded.status, verified=True
     )
     return replace(compiled, verified=_agrees(recorded, robot, finder))
+
+
+def _within_its_space(robot: Robot) -> Robot:
+    """The robot without the coordinates that leave its plane, which are those of home."""
+    inside = [ALL_COORDINATES[row] for row in robot.space.rows]
+    return replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
+
+
+def _checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
+    kinds = "StiffnessMatrix(), PrincipalStiffness()"
+    if not isinstance(outputs, Sequence) or not outputs:
+        raise InputError(
+            "outputs to compile", got=outputs, expected="several", hint=f"write [{kinds}]"
+        )
+    for output in outputs:
+        if isinstance(output, type) or not isinstance(output, Output):
+            raise InputError("output to compile", got=output, expected=f"such as {kinds}")
+    names = [output.name for output in outputs]
+    if len(set(names)) < len(names):
+        raise InputError("outputs to compile", got=names, expected="each name once")
+    return tuple(outputs)
+
+
+def _check_derivative(output: Output, robot: Robot, takes_joints: bool) -> None:
+    """Raise where the inputs of the kernel cannot change one at a time."""
+    by_joints = robot.is_serial and robot.home is None
+    if isinstance(output, Derivative) and takes_joints and not by_joints:
+        raise InputError(
+            f"derivative by {output.by}",
+            got=f"{robot.name!r}, whose legs are closed by iteration",
+            expected="a robot whose legs have a closed form",
+            hint="take differences of rs.stiffness at two poses instead",
+        )
 
 
 def _recorded(robot: Robot, finder: PostureFinder) -> tuple[RecordedRobot, bool]:
@@ -246,22 +341,42 @@ def _recorded(robot: Robot, finder: PostureFinder) -> tuple[RecordedRobot, bool]
 
 def _misses(recorded: RecordedRobot) -> bool:
     """Whether a leg misses the platform at generic poses: the open coordinates must give way."""
-    return any(np.any(m.sample < 0) for m in recorded.margins if isinstance(m, Entry))
+    return any(np.any(part.sample < 0) for part in recorded.reach if isinstance(part, Entry))
 
 
 def _agrees(recorded: RecordedRobot, robot: Robot, finder: PostureFinder) -> bool:
     """Whether record and wrench basis form tell the same at the samples."""
-    posture = sample_postures(robot, finder)
+    posture = sample_postures(finder.robot, finder)
+    parameters = ParameterValues(robot, np.array(list(parameter_samples(robot).values())))
     by_joints = robot.is_serial and robot.home is None
-    pose = JointCoordinates(posture.coordinates[0]) if by_joints else posture.pose
-    result = stiffness(robot, pose)
+    told = [ALL_COORDINATES.index(c) for c in robot.coordinates] if robot.symbols else slice(None)
+    for other, rows in parameters.groups(np.ones(len(posture.pose), dtype=bool)):
+        pose = (
+            JointCoordinates(posture.coordinates[0][rows])
+            if by_joints
+            else posture.pose[rows][:, told]
+        )
+        if not _agrees_at(recorded, stiffness(other, pose, tolerance=_STRICT), rows):
+            return False
+    return True
+
+
+def _sizes(result: RobotStiffness, length: float) -> np.ndarray:
+    """Sizes by which the entries of K are judged, sqrt(K_ii), those of free motions not zero."""
+    scale = scaling(np.array(length), result.space)
+    size = np.sqrt(np.einsum("...ii->...i", result.K)) / scale
+    return np.maximum(size, _FREE * size.max(axis=-1, keepdims=True)) * scale
+
+
+def _agrees_at(recorded: RecordedRobot, result: RobotStiffness, rows: np.ndarray) -> bool:
+    """Whether record and wrench basis form tell the same at some of the samples."""
     if np.any(result.rank != recorded.factors.rank):
         return False
     if np.any(result.status_codes & ~np.uint8(Status.BEYOND_LIMITS) != int(recorded.status)):
         return False
-    size = np.sqrt(np.einsum("...ii->...i", result.K))
+    size = _sizes(result, recorded.length)
     for (i, j), entry in recorded.K.items():
-        own = entry.sample if isinstance(entry, Entry) else float(entry)
+        own = entry.sample[rows] if isinstance(entry, Entry) else float(entry)
         if np.any(np.abs(own - result.K[:, i, j]) > _AGREEMENT * size[:, i] * size[:, j]):
             return False
     return True

@@ -13,6 +13,7 @@ from robostiff.elastostatics import CartesianStiffness, Status, Tolerance, scali
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture, freedom_twist
 from robostiff.model import Actuated, PlacedFreedom, PlacedLeg, PlacedSpring, Robot, Snapshot
+from robostiff.network import Network
 from robostiff.spatial import Space, as_floats, move_twist, move_wrench
 
 _DEFAULT_TOLERANCE = Tolerance()
@@ -148,7 +149,7 @@ class Deflection:
 
 
 def deflection(
-    robot: Robot | Snapshot,
+    robot: Robot | Snapshot | Network,
     pose: Pose = None,
     wrench: ArrayLike = (),
     *,
@@ -184,6 +185,13 @@ def deflection(
     >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
     (-2.161, 0.167)
     """
+    if isinstance(robot, Network):
+        raise InputError(
+            "robot of a deflection",
+            got=f"network {robot.name!r}",
+            expected="a Robot or a Snapshot: they have legs whose parts share the load",
+            hint="multiply the wrench by compliance(network)",
+        )
     answer = stiffness(robot, pose, at=at, tolerance=tolerance)
     if answer.batch_shape:
         raise InputError(

@@ -11,6 +11,7 @@ from robostiff.compiled import (
     Output,
     PrincipalStiffness,
     StiffnessMatrix,
+    WorstDeflection,
 )
 from robostiff.errors import InputError
 
@@ -32,6 +33,13 @@ def values_of(output: Output, result: RobotStiffness) -> np.ndarray:
             return _inverse(K, result.rank)
         case DeflectionUnder():
             return _inverse(K, result.rank) @ np.array(output.wrench)
+        case WorstDeflection():
+            d = result.space.translations
+            C = _inverse(K, result.rank)[:, :d, :d]
+            worst = np.full(len(C), np.nan)
+            known = np.isfinite(C[:, 0, 0])
+            worst[known] = np.linalg.eigvalsh(C[known])[:, -1]
+            return worst
         case PrincipalStiffness():
             values = np.full((len(K), n), np.nan)
             rows = result.answered

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
+from robostiff.analysis.structural_analysis import StructuralAnalysis
 from robostiff.elastostatics import CartesianStiffness, Form, RankDecision, Status
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space, move_compliance, move_stiffness, move_twist, move_wrench
@@ -31,7 +32,7 @@ class RobotStiffness:
         Each leg about `origin`.
     passive_joint_names : tuple of str
         ``leg/joint`` of every passive freedom.
-    method : Form
+    method : Form or StructuralAnalysis
     complaints : tuple of str
         What keeps a single pose from being reached or allowed.
     serial_compliance : (..., n, n) array or None
@@ -47,7 +48,7 @@ class RobotStiffness:
     about_reference: CartesianStiffness
     legs: tuple[CartesianStiffness, ...]
     passive_joint_names: tuple[str, ...]
-    method: Form
+    method: Form | StructuralAnalysis
     complaints: tuple[str, ...]
     serial_compliance: np.ndarray | None
     origin: np.ndarray

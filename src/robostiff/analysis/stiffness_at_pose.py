@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.planar import check_compliance_in_plane, check_passive_in_plane
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import (
@@ -24,6 +25,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Pose, Posture, PostureFinder, leg_compliance, passive_jacobian
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
 from robostiff.spatial import Space, as_floats
 
 _DEFAULT_METHOD = WrenchBasis()
@@ -58,7 +60,7 @@ class SnapshotStiffness:
 
 
 def stiffness(
-    robot: Robot | Snapshot,
+    robot: Robot | Snapshot | Network,
     pose: Pose = None,
     *,
     method: Form = _DEFAULT_METHOD,
@@ -72,14 +74,14 @@ def stiffness(
 
     Parameters
     ----------
-    robot : Robot or Snapshot
+    robot : Robot, Snapshot or Network
     pose : RigidTransform, array, JointCoordinates or None
         Platform pose; coordinates (..., 6) as x, y, z [m] and rotation vector [rad], or the free
         coordinates of the robot, the others following from the legs; joint coordinates for a serial
-        arm; None for home. A snapshot has its own pose.
+        arm; None for home. A snapshot and a network have their own pose.
     method : Form
         ``WrenchBasis()`` (default), ``Block()``, ``Recursive()``, ``SaddlePoint()``,
-        ``IndexRules()``.
+        ``IndexRules()``. A network is solved as a whole, without any of them.
     at : (3,) or (..., 3) array, optional
         Point of the platform about which the matrix is given, in world coordinates [m]; the robot's
         reference point when left out.
@@ -104,14 +106,17 @@ def stiffness(
     rotation about x through (0, 0, 2) m
     """
     _check_arguments(robot, method, tolerance)
+    if isinstance(robot, Snapshot | Network) and pose is not None:
+        kind = "network" if isinstance(robot, Network) else "snapshot"
+        raise InputError(
+            f"pose of {kind} {robot.name!r}",
+            got=pose,
+            expected=f"none: a {kind} is frozen at its own pose",
+            hint="describe the robot in a model file to move it",
+        )
+    if isinstance(robot, Network):
+        return _about(_of_network(robot, method, tolerance), at)
     if isinstance(robot, Snapshot):
-        if pose is not None:
-            raise InputError(
-                f"pose of snapshot {robot.name!r}",
-                got=pose,
-                expected="none: a snapshot is frozen at its own pose",
-                hint="describe the robot in a model file to move it",
-            )
         solved = solve_snapshot(robot, method, tolerance)
         result = RobotStiffness(
             name=robot.name,
@@ -139,7 +144,7 @@ def stiffness(
 
 
 def compliance(
-    robot: Robot | Snapshot,
+    robot: Robot | Snapshot | Network,
     pose: Pose = None,
     *,
     at: ArrayLike | None = None,
@@ -194,6 +199,16 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     )
 
 
+def _of_network(network: Network, method: Form, tolerance: Tolerance) -> RobotStiffness:
+    if method != _DEFAULT_METHOD:
+        raise InputError(
+            f"method for network {network.name!r}",
+            got=method.name,
+            expected="none: forms of K_C are of legs, and a network is solved as a whole",
+        )
+    return network_stiffness(network, tolerance)
+
+
 def _origin(snapshot: Snapshot, length: np.ndarray) -> np.ndarray:
     """Where to compute: at the reference point, or amid the legs where that is far away."""
     reference, centre = snapshot.reference_point, snapshot.centre
@@ -204,9 +219,12 @@ def _origin(snapshot: Snapshot, length: np.ndarray) -> np.ndarray:
 
 
 def _check_arguments(robot: Any, method: Any, tolerance: Any) -> None:
-    if not isinstance(robot, Robot | Snapshot):
+    if not isinstance(robot, Robot | Snapshot | Network):
         raise InputError(
-            "robot", got=robot, expected="a Robot or a Snapshot", hint='write load("hexapod")'
+            "robot",
+            got=robot,
+            expected="a Robot, a Snapshot or a Network",
+            hint='write load("hexapod")',
         )
     if isinstance(method, type) or not isinstance(method, Form):
         name = method.__name__ if isinstance(method, type) else "WrenchBasis"

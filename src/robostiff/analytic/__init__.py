@@ -26,10 +26,16 @@ from robostiff.analytic.questions import (
     free_motion_formulas,
     rank_formula,
 )
+from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
+from robostiff.analytic.robot_formula import derive_robot
+from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
 from robostiff.analytic.spectrum import Eigenvalue, Eigenvalues, Part, Unsolved
 
 __all__ = [
+    "AtCoordinates",
+    "AtHome",
+    "AtSymbols",
     "Closed",
     "Definition",
     "Derivation",
@@ -38,9 +44,11 @@ __all__ = [
     "Eigenvalues",
     "ExactField",
     "FormulaTooLargeError",
+    "LegDerivation",
     "NamedCombinations",
     "Part",
     "RankFormula",
+    "RobotDerivation",
     "SnapshotFormula",
     "Stage",
     "Steps",
@@ -49,6 +57,7 @@ __all__ = [
     "decoupling_conditions",
     "derivative_formula",
     "derive_chain",
+    "derive_robot",
     "differentiate",
     "eigenvalue_formulas",
     "fixed_point_formula",

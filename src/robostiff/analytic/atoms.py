@@ -20,7 +20,7 @@ class Atoms:
     angles : tuple of SymPy expressions
         Arguments of sines and cosines.
     symbols : tuple of sympy.Symbol
-        Those that occur outside of angles.
+        Those that occur outside of angles, and pi.
     """
 
     roots: tuple[Any, ...]
@@ -61,7 +61,8 @@ def atoms_of(expressions: Iterable[Any]) -> Atoms:
     seen: set[Any] = set()
     while pending:
         expression = pending.pop()
-        if expression.is_Symbol:
+        # pi is transcendental: nothing that is rational in it vanishes unless it always does.
+        if expression.is_Symbol or expression is sp.pi:
             symbols.add(expression)
             continue
         if expression in seen:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.field import ExactField
 from robostiff.record import Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {
@@ -22,13 +25,16 @@ _FUNCTIONS: dict[Operation, Any] = {
     Operation.COSINE: sp.cos,
     Operation.ARC_COSINE: sp.acos,
     Operation.ARC_TANGENT: sp.atan2,
-    Operation.LEAST: sp.Min,
-    Operation.GREATER: lambda a, b: sp.Piecewise((1, a > b), (0, True)),
 }
+
+# Operations of a radicand that may be multiplied out to see whether it becomes shorter.
+_MULTIPLIED_OUT = 200
 
 
 class ClosedReading:
     """Writes entries of a record as expressions of its inputs alone.
+
+    Where the record decides between two, the way of its samples is taken.
 
     Parameters
     ----------
@@ -65,7 +71,16 @@ class ClosedReading:
             return self.symbols[a]
         if operation is Operation.NUMBER:
             return exact(a)
+        a, b, *_ = [*self.record.arguments(step), None]
+        if operation in (Operation.LEAST, Operation.GREATER):
+            # A formula has one branch: that of the samples, which lie around the nominal values.
+            is_greater = bool(np.mean(self.record.sample(a) - self.record.sample(b)) > 0)
+            if operation is Operation.GREATER:
+                return sp.Integer(is_greater)
+            return known[b if is_greater else a]
         arguments = [known[argument] for argument in self.record.arguments(step)]
+        if operation is Operation.SQUARE_ROOT:
+            return sp.sqrt(_shorter(arguments[0]))
         return _FUNCTIONS[operation](*arguments)
 
 
@@ -105,31 +120,80 @@ class StepReading:
             # A square uses its argument once, as a reader sees it.
             uses.update(set(record.arguments(step)))
         reading = ClosedReading(record, symbols)
+        given: set[str] = set()
         taken = {*record.inputs, *record.names.values()}
         count = 0
         self._known: dict[int, sp.Expr] = {}
         definitions = []
         for step in steps:
             expression = reading.written(step, self._known)
-            name = record.names.get(step)
-            if name is None and uses[step] > 1 and not _is_plain(record, step):
+            name = _identifier(record.names.get(step), taken, given)
+            if name is None and uses[step] > 1 and not _is_trivial(expression):
                 count, name = _free_name(count, taken)
-            if name is not None and not _is_plain(record, step):
+            if name is not None and not _is_trivial(expression):
                 symbol = sp.Symbol(name, real=True)
                 definitions.append(Definition(symbol, expression))
                 expression = symbol
             self._known[step] = expression
-        self.definitions = tuple(definitions)
+        self.definitions = _used(definitions, [self._known[step] for step in wanted])
 
     def __call__(self, value: Any) -> sp.Expr:
         """The expression of an entry or number that was among the results."""
         return self._known[value.step] if isinstance(value, Entry) else exact(value)
 
 
+def _shorter(radicand: sp.Expr) -> sp.Expr:
+    """What stands under a root, multiplied out where that is no longer."""
+    if radicand.count_ops() > _MULTIPLIED_OUT or radicand.has(sp.sin, sp.cos):
+        return radicand
+    field = ExactField([radicand])
+    plain = field.expression(field.element(radicand))
+    return plain if plain.count_ops() <= radicand.count_ops() else radicand
+
+
+def written_size(record: Record, results: Iterable[Any]) -> int:
+    """Operations of the longest result, written out without names.
+
+    Examples
+    --------
+    >>> x = Record({"x": [3.0]}).input("x")
+    >>> square = (x + 1) * (x + 1)
+    >>> written_size(x.record, [square])
+    7
+    """
+    wanted = [value.step for value in results if isinstance(value, Entry)]
+    sizes: dict[int, int] = {}
+    for step in record.needed(wanted):
+        sizes[step] = 1 + sum(sizes[argument] for argument in record.arguments(step))
+    return max((sizes[step] for step in wanted), default=0)
+
+
 def exact(number: Any) -> sp.Expr:
     """A number as SymPy has it; a float as the decimal that it prints as."""
     written = sp.sympify(number)
     return sp.nsimplify(written, rational=True) if written.has(sp.Float) else written
+
+
+def _used(definitions: list[Definition], results: Iterable[sp.Expr]) -> tuple[Definition, ...]:
+    """The definitions that results need: a way that is not taken leaves others without a use."""
+    wanted = {symbol for result in results for symbol in result.free_symbols}
+    kept = []
+    for definition in reversed(definitions):
+        if definition.symbol in wanted:
+            kept.append(definition)
+            wanted |= definition.expression.free_symbols
+    return tuple(reversed(kept))
+
+
+def _identifier(name: str | None, taken: set[str], given: set[str]) -> str | None:
+    """The name of a step without blanks and the like, given once."""
+    if name is None:
+        return None
+    plain = re.sub(r"\W", "_", name)
+    while plain in given or (plain != name and plain in taken):
+        plain += "_"
+    given.add(plain)
+    return plain
 
 
 def _free_name(count: int, taken: set[str]) -> tuple[int, str]:
@@ -139,9 +203,6 @@ def _free_name(count: int, taken: set[str]) -> tuple[int, str]:
     return count, f"t_{count}"
 
 
-def _is_plain(record: Record, step: int) -> bool:
-    """Whether a step is not worth a name: an input, a number, or the negative of one."""
-    operation, a, _ = record.operations[step]
-    if operation is Operation.NEGATE:
-        return _is_plain(record, a)
-    return operation in (Operation.INPUT, Operation.NUMBER)
+def _is_trivial(expression: sp.Expr) -> bool:
+    """Whether an expression is not worth a name: a symbol, a number, or the negative of one."""
+    return bool((-expression).is_Symbol or expression.is_Symbol or expression.is_number)

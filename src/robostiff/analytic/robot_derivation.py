@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
 
@@ -24,9 +25,9 @@ class LegDerivation:
         Its elastic parts and drives.
     wrenches : tuple of sympy.ImmutableMatrix
         The wrenches (n x 1) that its passive joints transmit, about the reference point, world
-        axes; conjugate to one another. Empty in closed form.
+        axes; conjugate to one another, of any length.
     compliances : tuple of sympy.Expr
-        What each of them meets: K_leg = sum of w w^T / c. Empty in closed form.
+        What each of them meets: K_leg = sum of w w^T / c.
     K : sympy.ImmutableMatrix or None
         Stiffness (n x n) about the reference point, world axes; None in steps.
     definitions : tuple of Definition
@@ -52,7 +53,14 @@ class RobotDerivation(Derivation):
     legs : tuple of LegDerivation
     where : str
         The pose, in words.
+    coordinates : tuple of str
+        Names of the symbols that tell the pose.
     """
 
     legs: tuple[LegDerivation, ...] = ()
     where: str = ""
+    coordinates: tuple[str, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        own = (self.name, self.K0, self.stages, self.K, self.definitions, None)
+        return RobotDerivation, (*own, self.legs, self.where, self.coordinates)

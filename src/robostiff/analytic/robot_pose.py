@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,8 +12,11 @@ import sympy as sp
 
 from robostiff.errors import InputError
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.model import ALL_COORDINATES, Coordinate, Robot
+from robostiff.model import ALL_COORDINATES, Coordinate, Motion, Robot
 from robostiff.record import cosine, sine
+from robostiff.spatial import exact_number
+
+_A_QUARTER = 1e-9  # of a degree: rounding of a float
 
 #: Names of the symbols of a general pose: a point, and turns about x, then y, then z.
 SYMBOL_NAMES = {
@@ -36,6 +40,7 @@ class AtSymbols:
 
     The point is (x, y, z); the rotation is Rz(gamma) Ry(beta) Rx(alpha), turns about the world's x,
     y and z one after the other. A serial arm has its joint coordinates q1, q2 and so on instead.
+    A coordinate that has the name of a parameter gets a P behind it, such as alpha_P.
     """
 
 
@@ -62,25 +67,35 @@ def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | 
     Raises
     ------
     InputError
-        When a name is no coordinate of the robot, or a parameter has the name of a coordinate.
+        When a name is no coordinate of the robot, or a value is no finite number or formula.
     """
     if isinstance(pose, AtHome):
         return None
     names = coordinate_names(robot)
     if isinstance(pose, AtSymbols):
-        taken = {str(symbol) for symbol in robot.symbols} & set(names)
-        if taken:
-            raise InputError(
-                "pose of symbols",
-                got=f"a parameter {min(taken)} of the robot {robot.name!r}",
-                expected="another name for the parameter, as the coordinate has this one",
-                hint=f"substitute it first: robot.substituted({{{min(taken)!r}: ...}})",
-            )
-        return {name: sp.Symbol(name, real=True) for name in names}
+        taken = {str(symbol) for symbol in robot.symbols}
+        return {name: sp.Symbol(_free_name(name, taken), real=True) for name in names}
     for name in pose.values:
         if name not in names:
             raise InputError(f"coordinate of {robot.name!r}", got=name, expected=", ".join(names))
-    return {name: sp.nsimplify(value, rational=True) for name, value in pose.values.items()}
+    return {name: _exact(robot, name, value) for name, value in pose.values.items()}
+
+
+def exact_angle(angle: Any) -> Any:
+    """An angle [rad] as an exact number: multiples of a quarter of a degree as parts of pi.
+
+    Examples
+    --------
+    >>> exact_angle(math.radians(20)), exact_angle(0.4)
+    (pi/9, 2/5)
+    """
+    exact = sp.nsimplify(exact_number(angle), rational=True)
+    if not exact.is_Rational:
+        return exact
+    quarters = float(exact) * 720 / math.pi
+    if abs(quarters - round(quarters)) < _A_QUARTER:
+        return sp.Rational(round(quarters), 720) * sp.pi
+    return exact
 
 
 def coordinate_names(robot: Robot) -> tuple[str, ...]:
@@ -88,6 +103,23 @@ def coordinate_names(robot: Robot) -> tuple[str, ...]:
     if posed_by_joints(robot):
         return tuple(f"q{i + 1}" for i in range(robot.legs[0].chain.size))
     return tuple(SYMBOL_NAMES[c] for c in robot.coordinates)
+
+
+def _exact(robot: Robot, name: str, value: Any) -> Any:
+    if name in ("x", "y", "z"):
+        return sp.nsimplify(exact_number(value), rational=True)
+    if posed_by_joints(robot):
+        freedom = robot.legs[0].chain.freedoms[int(name.removeprefix("q")) - 1]
+        if freedom.motion is Motion.TRANSLATION:
+            return sp.nsimplify(exact_number(value), rational=True)
+    return exact_angle(value)
+
+
+def _free_name(name: str, taken: Collection[str]) -> str:
+    """A coordinate with the name of a parameter is told apart by a P, of the platform."""
+    while name in taken:
+        name = f"{name}_P"
+    return name
 
 
 def posed_by_joints(robot: Robot) -> bool:

@@ -13,6 +13,7 @@ import typer
 from robostiff.analysis import RobotStiffness, deflection, stiffness
 from robostiff.cli import tables
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.network_facts import network_facts
 from robostiff.elastostatics import (
     Block,
     Form,
@@ -32,6 +33,7 @@ from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.kinematics import JointCoordinates, Pose
 from robostiff.model import Actuated, Coordinate, Joint, Motion, Passive, Robot, Snapshot
+from robostiff.network import Network
 from robostiff.robots import describe, load, shipped_robots
 from robostiff.spatial import Space
 
@@ -65,7 +67,10 @@ def list_robots(as_json: bool) -> int:
 def check_robot(source: str, settings: Sequence[str], as_json: bool) -> int:
     """Print what a robot consists of; reading it is the check."""
     robot = load(source, parameters_from(settings))
-    facts = _snapshot_facts(robot) if isinstance(robot, Snapshot) else _robot_facts(robot)
+    if isinstance(robot, Network):
+        facts = {**network_facts(robot), "home": _home_facts(stiffness(robot))}
+    else:
+        facts = _snapshot_facts(robot) if isinstance(robot, Snapshot) else _robot_facts(robot)
     if as_json:
         _print_json(facts)
     else:
@@ -79,7 +84,7 @@ def print_stiffness(
     """Print K at a pose."""
     form = _method(method)
     robot = load(source, parameters_from(settings))
-    result = stiffness(robot, _pose(robot, place), method=form, at=_at(place))
+    result = stiffness(robot, pose_from(robot, place), method=form, at=_at(place))
     if as_json:
         _print_json(stiffness_data(result))
     elif tables.on_terminal():
@@ -95,7 +100,7 @@ def print_deflection(
     """Print the deflection under a load."""
     robot = load(source, parameters_from(settings))
     F = wrench_from(wrench, robot.space)
-    result = deflection(robot, _pose(robot, place), F, at=_at(place))
+    result = deflection(robot, pose_from(robot, place), F, at=_at(place))
     if as_json:
         _print_json(deflection_data(result))
     elif tables.on_terminal():
@@ -139,15 +144,17 @@ _POSE_DIMENSIONS = {
 }
 
 
-def _pose(robot: Robot | Snapshot, place: Place) -> Pose:
+def pose_from(robot: Robot | Snapshot | Network, place: Place) -> Pose:
+    """Where the robot stands."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
-    if isinstance(robot, Snapshot):
+    if isinstance(robot, Snapshot | Network):
+        kind = "network" if isinstance(robot, Network) else "snapshot"
         if place.pose is not None or place.joints is not None:
             raise InputError(
                 "--pose" if place.pose is not None else "--joints",
                 got=place.pose or place.joints,
-                expected="none: a snapshot is frozen at its own pose",
+                expected=f"none: a {kind} is frozen at its own pose",
                 hint="describe the robot in a model file to move it",
             )
         return None

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from robostiff.analysis.maps import (
+    Batched,
     Quantity,
     Threads,
     stiffness_map,
@@ -52,6 +53,7 @@ class Run:
     workers: int | None
     threads: int | None
     scheduler: str | None
+    batched: bool = False
 
 
 def make_map(source: str, asked: Asked, run: Run, settings: Sequence[str], as_json: bool) -> int:
@@ -78,6 +80,7 @@ def make_map(source: str, asked: Asked, run: Run, settings: Sequence[str], as_js
                 [_quantity(name) for name in asked.quantities] or [Quantity.PRINCIPAL_STIFFNESS],
                 wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
                 characteristic_length=_length(asked.length),
+                method=Batched() if run.batched else None,
                 store=output if in_store else None,
                 resume=run.resume,
                 workers=run.workers,

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from robostiff.cli import derive_options
 from robostiff.cli import map_options as options
 from robostiff.cli.failure import reported
 from robostiff.version import __version__
@@ -161,6 +162,27 @@ def deflection(
     return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_)
 
 
+@app.command()
+@reported
+def verify(
+    robot: RobotArgument,
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Compute the stiffness matrix by every method there is, and tell whether they agree.
+
+    Example: robostiff verify gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"
+
+    Exit status: 0 when the methods agree, 1 when they do not, 2 for bad input.
+    """
+    from robostiff.cli.commands import Place
+    from robostiff.cli.commands_verify import print_verification
+
+    return print_verification(robot, Place(pose, joints, None), set_ or [], json_)
+
+
 @app.command("map")
 @reported
 def map_(
@@ -183,6 +205,7 @@ def map_(
     workers: options.WorkersOption = None,
     threads: options.ThreadsOption = None,
     scheduler: options.SchedulerOption = None,
+    batched: options.BatchedOption = False,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -214,8 +237,48 @@ def map_(
         wrench,
         length,
     )
-    run = Run(output, resume, workers, threads, scheduler)
+    run = Run(output, resume, workers, threads, scheduler, batched)
     return make_map(robot, asked, run, set_ or [], json_)
+
+
+@app.command()
+@reported
+def derive(
+    robot: RobotArgument,
+    pose: derive_options.PoseOption = "home",
+    symbols: derive_options.SymbolsOption = "all",
+    set_: SetOption = None,
+    steps: derive_options.StepsOption = False,
+    closed: derive_options.ClosedOption = False,
+    limit: derive_options.LimitOption = None,
+    format_: derive_options.FormatOption = None,
+    output: derive_options.OutputOption = None,
+    derivative: derive_options.DerivativeOption = None,
+    rank: derive_options.RankOption = False,
+    free_motions: derive_options.FreeMotionsOption = False,
+    eigenvalues: derive_options.EigenvaluesOption = False,
+) -> int:
+    """Write the stiffness matrix of a robot as a formula: to read, to publish, or to run.
+
+    Examples
+    --------
+    robostiff derive gough-stewart-b
+
+    robostiff derive gough-stewart-a --rank --free-motions --eigenvalues
+
+    robostiff derive 3-rpr --pose symbolic --steps -o stiffness.pdf
+
+    robostiff derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py
+
+    Exit status: 0 for a formula, 2 for bad input or a formula beyond the limit, 130 when
+    interrupted.
+    """
+    from robostiff.cli.commands_derive import Formula, Sheet, print_formula
+    from robostiff.cli.derive_questions import Questions
+
+    asked = Formula(pose, symbols, steps, closed, limit, derivative)
+    questions = Questions(rank, free_motions, eigenvalues)
+    return print_formula(robot, asked, Sheet(format_, output), questions, set_ or [])
 
 
 def main() -> None:

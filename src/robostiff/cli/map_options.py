@@ -101,3 +101,11 @@ SchedulerOption = Annotated[
         help="A Dask scheduler, such as tcp://host:8786; its workers must see FILE.zarr.",
     ),
 ]
+BatchedOption = Annotated[
+    bool,
+    typer.Option(
+        "--batched",
+        help="Compute every pose as 'stiffness' does, without a kernel; large maps have one "
+        "otherwise.",
+    ),
+]

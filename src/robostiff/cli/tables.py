@@ -57,6 +57,10 @@ def print_facts(facts: Mapping[str, Any]) -> None:
                 f"{leg['actuated_freedoms']} actuated"
             )
         )
+    if facts["kind"] == "network":
+        counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
+        words = (f"{facts[key]} {key.replace('_', ' ')}" for key in counted)
+        console.print(Text(", ".join(words)))
     home = facts["home"]
     console.print(Text(f"at home: rank {home['rank']}, status {home['status']}"))
     for motion in home["free_motions"]:

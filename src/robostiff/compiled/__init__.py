@@ -1,7 +1,7 @@
 """Records of robots turned into kernels: SIMD machine code, or NumPy in chunks."""
 
 from robostiff.compiled.arrays import ArrayCode
-from robostiff.compiled.kernel import Backend, Kernel, kernel_of
+from robostiff.compiled.kernel import Backend, Kernel, NoMachineCodeWarning, kernel_of
 from robostiff.compiled.machine import MachineCode, machine_code_is_available
 from robostiff.compiled.outputs import (
     ComplianceMatrix,
@@ -10,6 +10,7 @@ from robostiff.compiled.outputs import (
     Output,
     PrincipalStiffness,
     StiffnessMatrix,
+    WorstDeflection,
     rows_of,
     unpacked,
     upper_triangle,
@@ -23,9 +24,11 @@ __all__ = [
     "Derivative",
     "Kernel",
     "MachineCode",
+    "NoMachineCodeWarning",
     "Output",
     "PrincipalStiffness",
     "StiffnessMatrix",
+    "WorstDeflection",
     "kernel_of",
     "machine_code_is_available",
     "rows_of",

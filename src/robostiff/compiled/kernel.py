@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import reduce
 
 import numpy as np
 
 from robostiff.compiled.arrays import ArrayCode
 from robostiff.compiled.machine import MachineCode, machine_code_is_available, machine_threads
-from robostiff.compiled.outputs import Output
+from robostiff.compiled.outputs import Derivative, Output
 from robostiff.errors import InputError
-from robostiff.record import Program
+from robostiff.record import Program, least
 from robostiff.recorded import RecordedRobot
 from robostiff.spatial import Space
 
 
 class Backend(Enum):
-    """How a record is run: as machine code, or by NumPy in chunks. ``BEST`` is what is there."""
+    """How a record is run: by ``MACHINE`` code, by NumPy on ``ARRAYS``, or the ``BEST`` there is.
+
+    Machine code is some ten times faster, and needs heyoka.
+    """
 
     BEST = "best"
     MACHINE = "machine"
     ARRAYS = "arrays"
+
+
+class NoMachineCodeWarning(RuntimeWarning):
+    """The compiler of machine code is not installed: NumPy does the same, some ten times slower."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +44,11 @@ class Kernel:
     Attributes
     ----------
     inputs : tuple of str
-        What the rows of the coordinates are.
+        What its rows of inputs are: coordinates [m, rad], then parameters.
     outputs : tuple of Output
     checks : tuple of str
-        See `RecordedRobot.checks`.
+        See `RecordedRobot.checks`; and ``gap``, the smallest part by which eigenvalues are apart,
+        where their derivatives are asked for.
     space : Space
     code : MachineCode or ArrayCode
         Its results are the rows of all outputs one after the other, then a row for each check.
@@ -63,14 +73,15 @@ class Kernel:
     def evaluate(
         self, inputs: np.ndarray, out: np.ndarray | None = None, *, threads: int = 1
     ) -> np.ndarray:
-        """Rows of results at rows of coordinates.
+        """Rows of results at rows of inputs.
 
         Parameters
         ----------
         inputs : (n_inputs, N) array
-            Equal coordinates of all poses side by side [m, rad].
+            Equal coordinates of all poses side by side [m, rad]; rows of C-contiguous float64 are
+            read where they are.
         out : (rows, N) array, optional
-            Filled and returned when given.
+            Filled and returned when given; C-contiguous float64.
         threads : int
 
         Raises
@@ -129,6 +140,9 @@ def kernel_of(
     """
     entries = [entry for output in outputs for entry in output.recorded(recorded)]
     checks = {name: x for name, x in recorded.checks.items() if check_rank or name != "rank"}
+    gaps = [gap for x in outputs if isinstance(x, Derivative) for gap in x.gaps(recorded)]
+    if gaps:
+        checks["gap"] = reduce(least, gaps)
     program = Program.of(recorded.record, [*entries, *checks.values()])
     return Kernel(
         inputs=recorded.record.inputs,
@@ -140,14 +154,25 @@ def kernel_of(
 
 
 def _code(program: Program, backend: Backend) -> MachineCode | ArrayCode:
-    available = machine_code_is_available()
-    if backend is Backend.MACHINE and not available:
+    if not isinstance(backend, Backend):
+        raise InputError(
+            "backend", got=backend, expected=", ".join(str(member) for member in Backend)
+        )
+    if backend is Backend.ARRAYS:
+        return ArrayCode(program)
+    if machine_code_is_available():
+        return MachineCode(program)
+    if backend is Backend.MACHINE:
         raise InputError(
             "backend of the kernel",
-            got="machine",
+            got="machine code",
             expected="heyoka to be installed",
-            hint="pip install 'robostiff[compiled]', or use Backend.ARRAYS",
+            hint="write pip install heyoka, or Backend.ARRAYS",
         )
-    if backend is Backend.ARRAYS or not available:
-        return ArrayCode(program)
-    return MachineCode(program)
+    # Warnings of one line of code are shown once.
+    warnings.warn(
+        "heyoka is not installed: NumPy runs the record, some ten times slower than machine code",
+        NoMachineCodeWarning,
+        stacklevel=1,
+    )
+    return ArrayCode(program)

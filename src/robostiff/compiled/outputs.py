@@ -5,17 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from itertools import pairwise
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.record import derivatives
+from robostiff.record import Entry, derivatives
 from robostiff.recorded import RecordedRobot, eigenvalues, inverse_entries
 from robostiff.spatial import Space, as_floats
 
 
+_MEET = 1e-9  # a gap at which eigenvalues are the same
+
+
+@runtime_checkable
 class Output(Protocol):
     """A quantity that a kernel computes, one row of numbers for each of its entries."""
 
@@ -110,11 +115,50 @@ class DeflectionUnder:
 
         Raises
         ------
+        InputError
+            When the wrench has not as many entries as K.
         NoAnswerError
             When the platform has free motions at every pose.
         """
+        self.shape(robot.space)
         _require_full_rank(robot, "deflection")
         return robot.factors.solved(list(self.wrench))
+
+
+@dataclass(frozen=True)
+class WorstDeflection:
+    """Largest displacement of the reference point per unit force, over all directions [m/N].
+
+    The largest eigenvalue of the displacement-force block of K^-1: no moment acts, and the platform
+    may turn.
+    """
+
+    name = "worst_deflection"
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """()."""
+        return ()
+
+    def recorded(self, robot: RecordedRobot) -> list[Any]:
+        """The largest eigenvalue.
+
+        Raises
+        ------
+        NoAnswerError
+            When the platform has free motions at every pose.
+        """
+        return self._all(robot)[-1:]
+
+    def gaps(self, robot: RecordedRobot) -> list[Any]:
+        """Between the largest two eigenvalues, as a part of them all."""
+        values = self._all(robot)
+        return [(values[-1] - values[-2]) / sum(values[1:], values[0])]
+
+    def _all(self, robot: RecordedRobot) -> list[Any]:
+        _require_full_rank(robot, "worst deflection")
+        inverse = inverse_entries(robot.factors)
+        d = range(robot.space.translations)
+        return eigenvalues([[inverse[min(i, j), max(i, j)] for j in d] for i in d])
 
 
 @dataclass(frozen=True)
@@ -133,13 +177,21 @@ class PrincipalStiffness:
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
         """Eigenvalues of both blocks."""
+        return [value for block in self._blocks(robot) for value in block]
+
+    def gaps(self, robot: RecordedRobot) -> list[Any]:
+        """Between neighbours in a block, as a part of all eigenvalues of the block."""
+        return [
+            (high - low) / sum(block[1:], block[0])
+            for block in self._blocks(robot)
+            for low, high in pairwise(block)
+        ]
+
+    def _blocks(self, robot: RecordedRobot) -> list[list[Any]]:
         n, d = robot.space.size, robot.space.translations
         return [
-            value
+            eigenvalues([[robot.K[min(i, j), max(i, j)] for j in block] for i in block])
             for block in (range(d), range(d, n))
-            for value in eigenvalues(
-                [[robot.K[min(i, j), max(i, j)] for j in block] for i in block]
-            )
         ]
 
 
@@ -167,8 +219,26 @@ class Derivative:
         return self.of.shape(space)
 
     def recorded(self, robot: RecordedRobot) -> list[Any]:
-        """Rates of the entries."""
+        """Rates of the entries.
+
+        Raises
+        ------
+        InputError
+            When there is no such input.
+        NoAnswerError
+            When eigenvalues meet at every pose: they have no derivatives there.
+        """
+        for gap in self.gaps(robot):
+            if not isinstance(gap, Entry) or np.all(np.abs(gap.sample) < _MEET):
+                raise NoAnswerError(
+                    f"no {self.name} of {robot.name!r}: eigenvalues meet at every pose"
+                )
         return derivatives(robot.record, self.of.recorded(robot), self.by)
+
+    def gaps(self, robot: RecordedRobot) -> list[Any]:
+        """Of eigenvalues: how far they are apart, as parts."""
+        own = getattr(self.of, "gaps", None)
+        return [] if own is None else own(robot)
 
 
 def rows_of(shape: tuple[int, ...]) -> int:

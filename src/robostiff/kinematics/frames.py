@@ -162,8 +162,8 @@ class _Walk:
 def telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticity:
     """Elasticity of a beam of a telescope at lengths (...) [m], or at one recorded length."""
     usable: Any = length.item() if length.dtype == object else length
-    if not is_formula(usable):
+    if not is_formula(usable) or getattr(usable, "is_positive", None) is False:
         # Out of reach, a length may be negative: a status answers, but the others must go on.
-        usable = np.maximum(usable, np.finfo(float).tiny ** 0.25)
+        usable = np.maximum(np.asarray(usable, dtype=float), np.finfo(float).tiny ** 0.25)
     C = beam_compliance(usable, beam.material, beam.section, beam.theory)
     return Elasticity(poses_side_by_side(C, 2))

@@ -27,6 +27,8 @@ from robostiff.spatial import as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
 _REACHED = 1e-7
+# Where the legs may move the platform themselves, they do not stop at what counts as reached.
+_MET = 1e-12
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,11 @@ class Posture:
     def reached(self) -> np.ndarray:
         """Which poses all legs reach (N,)."""
         return np.all(self._closed & self._long_enough, axis=-1)
+
+    def meets(self, tolerance: float) -> np.ndarray:
+        """Where all legs meet the platform within a part of the robot's length (N,)."""
+        met = (self.shift_gaps <= tolerance * self.length) & (self.turn_gaps <= tolerance)
+        return np.all(met, axis=-1)
 
     @property
     def within_limits(self) -> np.ndarray:
@@ -189,7 +196,7 @@ class PostureFinder:
         pose = request.coordinates
         q = [solver.solve(pose, request.R) for solver in self.solvers]
         posture = self._posture(request.batch, pose, request.R, q)
-        missed = ~posture.reached
+        missed = ~(posture.reached & posture.meets(_MET))
         if not request.open or not np.any(missed):
             return posture
         task = NewtonTask(self.robot.legs, request.open, self.length)

@@ -6,12 +6,20 @@ and the sum over the legs, on recorded entries.
 
 from robostiff.recorded.factor import Factors, factors_of, inverse_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
+from robostiff.recorded.parameters import parameter_samples
 from robostiff.recorded.principal import eigenvalues
-from robostiff.recorded.robot import RecordedRobot, assembled, record_at_joints, record_at_pose
+from robostiff.recorded.robot import (
+    SHORT,
+    RecordedRobot,
+    assembled,
+    record_at_joints,
+    record_at_pose,
+)
 from robostiff.recorded.samples import sample_postures
 from robostiff.recorded.symbols import entry_reader
 
 __all__ = [
+    "SHORT",
     "Factors",
     "LegRecorder",
     "RecordedLeg",
@@ -21,6 +29,7 @@ __all__ = [
     "entry_reader",
     "factors_of",
     "inverse_entries",
+    "parameter_samples",
     "record_at_joints",
     "record_at_pose",
     "sample_postures",

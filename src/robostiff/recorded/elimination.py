@@ -15,6 +15,7 @@ from robostiff.record import Entry, is_number, is_zero
 Column = list[Any]
 
 _LOST = 1e-9  # a joint nearer than this to those before is redundant, as in `Tolerance`
+_FEW_DIGITS = 0.01  # a pivot of drives loses but half as many digits as its square says
 _RIGID = 1e-13  # of a compliance: what is left of it is rounding
 
 
@@ -26,15 +27,15 @@ class Transmitted:
     ----------
     wrenches : list of Column
         Basis W of null(J_q^T).
-    margins : list of entries or numbers
-        How safe the recorded pivots are: 1 and above for the pose at hand as for the samples,
-        towards 0 where one of them vanishes.
+    losses : list of entries or numbers
+        Of each recorded pivot: 1 where it is as safe as it can be, towards infinity where it
+        vanishes.
     redundant : tuple of bool
         Which joints add no freedom to those before.
     """
 
     wrenches: list[Column]
-    margins: list[Any]
+    losses: list[Any]
     redundant: tuple[bool, ...]
 
 
@@ -47,13 +48,13 @@ class Conjugate:
     wrenches : list of Column
     mu : list of entries or numbers
         Compliance that each meets.
-    margins : list of entries or numbers
-        Part of the compliance of the wrench as it came that is left, 0 to 1: the digits lost.
+    losses : list of entries or numbers
+        By how much mu is smaller than the compliance of the wrench as it came: the digits lost.
     """
 
     wrenches: list[Column]
     mu: list[Any]
-    margins: list[Any]
+    losses: list[Any]
 
 
 def transmitted_by(twists: Sequence[Column], size: int, length: float) -> Transmitted:
@@ -74,7 +75,7 @@ def transmitted_by(twists: Sequence[Column], size: int, length: float) -> Transm
     turns = size // 2 if size == 6 else 2
     scale = [1.0] * turns + [length] * (size - turns)
     wrenches: list[Column] = [[int(i == k) for i in range(size)] for k in range(size)]
-    margins: list[Any] = []
+    losses: list[Any] = []
     redundant = []
     for twist in twists:
         drives = [dot(w, twist) for w in wrenches]
@@ -91,7 +92,7 @@ def transmitted_by(twists: Sequence[Column], size: int, length: float) -> Transm
         pivot = min(active, key=lambda i: _awkwardness(drives[i], safety[i], wrenches[i]))
         taken, drive = wrenches[pivot], drives[pivot]
         if isinstance(drive, Entry):
-            margins.append(_relative_square(drive, safety[pivot]))
+            losses.append(_loss_of_square(drive, safety[pivot]))
         remaining = []
         for i, w in enumerate(wrenches):
             if i == pivot:
@@ -101,7 +102,7 @@ def transmitted_by(twists: Sequence[Column], size: int, length: float) -> Transm
                 w if is_zero(factor) else [a - factor * b for a, b in zip(w, taken, strict=True)]
             )
         wrenches = remaining
-    return Transmitted(wrenches, margins, tuple(redundant))
+    return Transmitted(wrenches, losses, tuple(redundant))
 
 
 def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str) -> Conjugate:
@@ -126,7 +127,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     first = [_least(M[i][i]) for i in range(n)]
     done: list[Column] = []
     mu: list[Any] = []
-    margins: list[Any] = []
+    losses: list[Any] = []
     start = [M[i][i] for i in range(n)]
     open_ = list(range(n))
     while open_:
@@ -141,10 +142,8 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
             )
         open_.remove(pivot)
         own = M[pivot][pivot]
-        if own is not start[pivot]:
-            ratio = own / start[pivot]
-            if isinstance(ratio, Entry):
-                margins.append(ratio)
+        if isinstance(own, Entry) and own is not start[pivot]:
+            losses.append(start[pivot] / own)
         mu.append(own)
         done.append(left[pivot])
         for i in open_:
@@ -156,7 +155,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
             for j in open_:
                 if j >= i:
                     M[i][j] = M[j][i] = M[i][j] - factor * M[pivot][j]
-    return Conjugate(done, mu, margins)
+    return Conjugate(done, mu, losses)
 
 
 def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
@@ -166,6 +165,11 @@ def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
         if not (is_zero(x) or is_zero(y)):
             total = total + x * y
     return total
+
+
+def usual_size(value: Entry) -> float:
+    """Size of an entry, the mean over the samples."""
+    return float(np.mean(np.abs(value.sample)))
 
 
 def _least(value: Any) -> float:
@@ -193,7 +197,8 @@ def _coupling(row: Sequence[Any], i: int, part: float) -> tuple[bool, int, float
     return part < 1e-4, coupled, -part
 
 
-def _relative_square(drive: Entry, safety: float) -> Any:
-    """Square of a pivot against its square at the samples, times how safe it was there."""
+def _loss_of_square(drive: Entry, safety: float) -> Any:
+    """Square of a pivot at the samples over its square, the more the less safe it was there."""
     usual = float(np.mean(drive.sample**2))
-    return drive * drive * (safety**2 / usual)
+    by = drive.reciprocal()
+    return by * by * (_FEW_DIGITS * usual / safety**2)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.record import Entry, is_zero
+from robostiff.recorded.elimination import usual_size
 
 _LOST = 1e-11  # of a diagonal entry: what is left of it is rounding
 
@@ -26,15 +27,15 @@ class Factors:
         l of each pivot; 1 at the pivot, 0 at those before.
     d : list of entries or numbers
     pivots : list of int
-    margins : list of entries or numbers
-        Part of the diagonal entry that is left as pivot, 0 to 1.
+    losses : list of entries or numbers
+        By how much each pivot is smaller than its diagonal entry, and than that at the samples.
     size : int
     """
 
     columns: list[list[Any]]
     d: list[Any]
     pivots: list[int]
-    margins: list[Any]
+    losses: list[Any]
     size: int
 
     @property
@@ -67,12 +68,12 @@ def factors_of(K: Upper, size: int) -> Factors:
     """Symmetric elimination of K, the largest part left of a diagonal entry first.
 
     The order is chosen at the samples once for all poses; a pivot that vanishes elsewhere shows in
-    its margin.
+    its loss.
     """
     left = [[K[min(i, j), max(i, j)] for j in range(size)] for i in range(size)]
     diagonal = [left[i][i] for i in range(size)]
     first = [_least(x) for x in diagonal]
-    columns, d, pivots, margins = [], [], [], []
+    columns, d, pivots, losses = [], [], [], []
     open_ = list(range(size))
     while open_:
         part = {i: _least(left[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
@@ -81,9 +82,10 @@ def factors_of(K: Upper, size: int) -> Factors:
             break
         open_.remove(pivot)
         own = left[pivot][pivot]
-        ratio = own / diagonal[pivot]
-        if isinstance(ratio, Entry):
-            margins.append(ratio)
+        if isinstance(own, Entry):
+            losses.append(_usual(diagonal[pivot]) / own)
+            if own is not diagonal[pivot]:
+                losses.append(diagonal[pivot] / own)
         column: list[Any] = [0] * size
         column[pivot] = 1
         for i in open_:
@@ -95,7 +97,7 @@ def factors_of(K: Upper, size: int) -> Factors:
         columns.append(column)
         d.append(own)
         pivots.append(pivot)
-    return Factors(columns, d, pivots, margins, size)
+    return Factors(columns, d, pivots, losses, size)
 
 
 def inverse_entries(factors: Factors) -> dict[tuple[int, int], Any]:
@@ -106,6 +108,10 @@ def inverse_entries(factors: Factors) -> dict[tuple[int, int], Any]:
         for i in range(j + 1):
             inverse[i, j] = column[i]
     return inverse
+
+
+def _usual(value: Any) -> float:
+    return usual_size(value) if isinstance(value, Entry) else float(value)
 
 
 def _least(value: Any) -> float:

@@ -10,7 +10,15 @@ import numpy as np
 
 from robostiff.model import PlacedLeg
 from robostiff.record import Entry, Record
-from robostiff.recorded.elimination import Column, made_conjugate, transmitted_by
+from robostiff.recorded.bounds import lower_bound
+from robostiff.recorded.elimination import (
+    Column,
+    Conjugate,
+    made_conjugate,
+    transmitted_by,
+    usual_size,
+)
+from robostiff.recorded.rigidity import compliance_ratio
 from robostiff.recorded.working_frame import (
     LocalLeg,
     WorkingFrame,
@@ -23,6 +31,11 @@ from robostiff.spatial import Space
 
 # Working frames that are tried in full: those from which the leg looks simplest.
 _PROMISING = 4
+# A compliance below this part of the whole is watched the more closely, so that a loss of 1e4 stays
+# above the ratio of 1e-10 at which `Tolerance` doubts.
+_NEARLY_RIGID = 1e-4
+# Part of its usual size that a compliance must never fall below for it not to be watched.
+_ENOUGH = 1e-4
 
 
 @dataclass(frozen=True)
@@ -36,8 +49,8 @@ class RecordedLeg:
         World axes, about the reference point; conjugate to one another.
     mu : list of entries or numbers
         Compliance that each wrench meets [m/N, rad/(N m)].
-    margins : list of entries or numbers
-        How safe the recorded pivots are; towards 0 the digits are lost.
+    losses : list of entries or numbers
+        Of the recorded pivots; large where digits are lost, or a wrench is nearly rigid.
     redundant : tuple of bool
         Of the passive joints.
     frame : int
@@ -47,7 +60,7 @@ class RecordedLeg:
     name: str
     wrenches: list[Column]
     mu: list[Any]
-    margins: list[Any]
+    losses: list[Any]
     redundant: tuple[bool, ...]
     frame: int
 
@@ -100,21 +113,36 @@ class LegRecorder:
             name=leg.name,
             wrenches=[to_world(w, frame, self.reference, rows) for w in conjugate.wrenches],
             mu=conjugate.mu,
-            margins=[*transmitted.margins, *conjugate.margins],
+            losses=[*transmitted.losses, *conjugate.losses, *self._near_rigid(local, conjugate)],
             redundant=transmitted.redundant,
             frame=number,
         )
+
+    def _near_rigid(self, local: LocalLeg, conjugate: Conjugate) -> list[Any]:
+        """By how much the wrenches are nearer to rigid than at the samples."""
+        ratio = compliance_ratio(local, conjugate, self.space.rows, self.length, self.record.count)
+        doubt = max(1.0, _NEARLY_RIGID / ratio)
+        entries = [mu for mu in conjugate.mu if isinstance(mu, Entry)]
+        return [
+            doubt * usual_size(mu) / mu
+            for mu in entries
+            if lower_bound(self.record, mu.step) < _ENOUGH * doubt * usual_size(mu)
+        ]
 
     def _frames(self, leg: PlacedLeg) -> list[WorkingFrame]:
         world = WorkingFrame(np.eye(3, dtype=int).astype(object), self.reference)
         frames = list(working_frames(leg, world))
         if self.space is Space.PLANAR:
-            frames = [own for own in frames if _keeps_the_plane(own, self.record)]
+            frames = [
+                WorkingFrame(own.R, np.array([*own.p[:2], self.reference[2]], dtype=object))
+                for own in frames
+                if _keeps_the_plane(own, self.record)
+            ]
         return frames
 
     def _cost(self, leg: RecordedLeg) -> int:
         return self.record.cost(
-            x.step for x in _flat(stiffness_entries([leg], len(self.space.rows)), leg.margins)
+            x.step for x in _flat(stiffness_entries([leg], len(self.space.rows)), leg.losses)
         )
 
 
@@ -129,8 +157,8 @@ def stiffness_entries(legs: Sequence[RecordedLeg], size: int) -> dict[tuple[int,
     return K
 
 
-def _flat(K: dict[tuple[int, int], Any], margins: Sequence[Any]) -> list[Entry]:
-    return [x for x in (*K.values(), *margins) if isinstance(x, Entry)]
+def _flat(K: dict[tuple[int, int], Any], losses: Sequence[Any]) -> list[Entry]:
+    return [x for x in (*K.values(), *losses) if isinstance(x, Entry)]
 
 
 def _keeps_the_plane(frame: WorkingFrame, record: Record) -> bool:

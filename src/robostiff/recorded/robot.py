@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -19,14 +20,24 @@ from robostiff.kinematics.formula import (
 )
 from robostiff.model import ALL_COORDINATES, Actuated, Robot
 from robostiff.record import Entry, Operation, Record, least
+from robostiff.recorded.bounds import lower_bound
 from robostiff.recorded.factor import Factors, factors_of
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
+from robostiff.recorded.parameters import (
+    coordinates_at_home,
+    parameter_samples,
+    sample_coordinates,
+    with_inputs,
+)
 from robostiff.recorded.samples import sample_postures
 from robostiff.spatial import Space
 
-# Squared miss of a leg's end at the platform, as a part of its size, beyond which a closure is not
-# taken for granted: the numerical form decides at 1e-7.
-_GAP = 1e-15
+# Part of `reach` below which a pose is looked at again, and the squared miss of a leg's end, as a
+# part of its size, beyond which its closure is: the numerical form decides at a miss of 1e-7.
+SHORT = 1e-5
+_CLOSED = SHORT + 1e-15
+# A choice is looked at again when it is nearer than 1e-7 of its usual size, a loss of 1e4.
+_CHOSEN = 1e-10
 
 
 @dataclass(frozen=True)
@@ -44,12 +55,11 @@ class RecordedRobot:
     legs : tuple of RecordedLeg
     K : dict of (row, column) to entries or numbers
         Upper triangle [N/m, N, N m].
-    margins : tuple of entries
-        Safety of everything that the record took for granted: pivots, closure. A pose where one of
-        them is near zero needs another way.
     reach : tuple of entries
-        Negative where a leg is too short or too long: what stands below the square roots of its
-        closure, and the lengths of its telescopes, as parts of what they are at the samples.
+        Negative where a leg does not close: what stands below the square roots of its closure and
+        the lengths of its telescopes, as parts of what they are at the samples, and what is missed.
+    choices : tuple of entries
+        What a leg chooses one of two ways by; large where both are as good.
     limits : tuple of entries
         Negative where an actuator is beyond its limits.
     """
@@ -60,8 +70,8 @@ class RecordedRobot:
     length: float
     legs: tuple[RecordedLeg, ...]
     K: dict[tuple[int, int], Any]
-    margins: tuple[Any, ...]
     reach: tuple[Any, ...]
+    choices: tuple[Any, ...]
     limits: tuple[Any, ...]
 
     @cached_property
@@ -81,16 +91,18 @@ class RecordedRobot:
 
     @cached_property
     def checks(self) -> dict[str, Any]:
-        """What must be looked at before an answer is trusted, each at a general pose positive.
+        """What must be looked at before an answer is trusted.
 
-        ``margin``, the smallest of all margins of the matrix; ``rank``, that of its rank; ``trace``
-        of K, not a number where any part of it is none; ``reach`` and ``limits``, the smallest.
+        ``loss``, the sum of the squares of all losses of the matrix, and ``rank``, of its rank: a
+        sum stays large, or is no number, if any part of it is. ``trace`` of K, no number where any
+        part of K is none. ``reach`` and ``limits``, the smallest of theirs, positive where all is
+        well.
         """
         size = self.space.size
-        margins = [*self.margins, *(m for leg in self.legs for m in leg.margins)]
+        losses = [*self.choices, *(loss for leg in self.legs for loss in leg.losses)]
         checks = {
-            "margin": _smallest(margins),
-            "rank": _smallest(self.factors.margins),
+            "loss": _sum_of_squares(losses),
+            "rank": _sum_of_squares(self.factors.losses),
             "trace": sum((self.K[i, i] for i in range(1, size)), self.K[0, 0]),
             "reach": _smallest(self.reach),
             "limits": _smallest(self.limits),
@@ -104,20 +116,22 @@ def record_at_pose(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     Parameters
     ----------
     robot : Robot
-        Of numbers.
+        Its symbols, which have nominal values, are inputs as well.
     finder : PostureFinder
-        Of the same robot.
+        Of the same robot in numbers.
 
     Raises
     ------
     InputError
         When a leg has no closed form, or home has no room around it.
     """
-    samples = sample_postures(robot, finder).pose
+    samples = sample_postures(finder.robot, finder).pose
     names = [c.value for c in robot.coordinates]
     places = [ALL_COORDINATES.index(c) for c in robot.coordinates]
-    record = Record({name: samples[:, k] for name, k in zip(names, places, strict=True)})
-    six: list[Any] = finder.home_pose.tolist()
+    coordinates = {name: samples[:, k] for name, k in zip(names, places, strict=True)}
+    record = Record({**coordinates, **parameter_samples(robot)})
+    robot = with_inputs(robot, record)
+    six: list[Any] = coordinates_at_home(robot, finder)
     for name, k in zip(names, places, strict=True):
         six[k] = record.input(name)
     pose = FormulaPose.of_coordinates(np.array(six, dtype=object))
@@ -130,14 +144,16 @@ def record_at_pose(robot: Robot, finder: PostureFinder) -> RecordedRobot:
 def record_at_joints(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     """Record a robot at coordinates of all its legs, a serial arm at those of its joints.
 
-    The inputs are named ``leg/0``, ``leg/1`` and so on, or ``q0``, ``q1`` for a serial arm.
+    The inputs are named ``leg/0``, ``leg/1`` and so on, or ``q0``, ``q1`` for a serial arm; then
+    come the symbols of the robot.
     """
-    samples = sample_postures(robot, finder).coordinates
+    samples = sample_coordinates(robot, finder)
     inputs: dict[str, Any] = {}
     for leg, own in zip(robot.legs, samples, strict=True):
         start = "q" if robot.is_serial else f"{leg.name}/"
         inputs.update({f"{start}{i}": own[:, i] for i in range(leg.chain.size)})
-    record = Record(inputs)
+    record = Record({**inputs, **parameter_samples(robot)})
+    robot = with_inputs(robot, record)
     waiting = iter(record.inputs)
     placed = []
     for leg in robot.legs:
@@ -163,7 +179,7 @@ def assembled(
         leg = recorder.leg(own.leg, frames.get(shape))
         frames[shape] = leg.frame
         legs.append(leg)
-    margins = [1 - gap * (1 / _GAP) for own in placed for gap in own.gap]
+    gaps = [_CLOSED - gap for own in placed for gap in own.gap]
     lengths = [_as_part(x) for own in placed for x in own.lengths if isinstance(x, Entry)]
     K = stiffness_entries(legs, robot.space.size)
     return RecordedRobot(
@@ -173,8 +189,8 @@ def assembled(
         length=length,
         legs=tuple(legs),
         K=K,
-        margins=tuple(margins),
-        reach=(*lengths, *_radicands(record, K)),
+        reach=(*lengths, *gaps, *_radicands(record, K)),
+        choices=tuple(_choices(record, K)),
         limits=tuple(_limits(robot, placed)),
     )
 
@@ -196,18 +212,21 @@ def _radicands(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
     found = {}
     for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
         operation, below, _ = record.operations[step]
-        if operation is Operation.SQUARE_ROOT and not _is_sum_of_squares(record, below):
+        if operation is Operation.SQUARE_ROOT and lower_bound(record, below) < 0:
             found[below] = _as_part(Entry(record, below))
     return list(found.values())
 
 
-def _is_sum_of_squares(record: Record, step: int) -> bool:
-    operation, a, b = record.operations[step]
-    if operation is Operation.ADD:
-        return _is_sum_of_squares(record, a) and _is_sum_of_squares(record, b)
-    if operation is Operation.NUMBER:
-        return bool(a >= 0)
-    return operation is Operation.MULTIPLY and a == b
+def _choices(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
+    """Losses of the comparisons by which the legs choose a way."""
+    found = []
+    for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
+        operation, a, b = record.operations[step]
+        if operation is Operation.GREATER:
+            apart = record.at(a) - record.at(b)
+            by = apart.reciprocal()
+            found.append(by * by * (_CHOSEN * float(np.mean(apart.sample**2))))
+    return found
 
 
 def _shape(leg: Any) -> tuple[Any, ...]:
@@ -221,6 +240,12 @@ def _shape(leg: Any) -> tuple[Any, ...]:
 def _as_part(value: Entry) -> Any:
     """A positive entry against its mean over the samples."""
     return value * (1 / float(np.mean(value.sample)))
+
+
+def _sum_of_squares(values: Sequence[Any]) -> Any:
+    entries = {value.step: value for value in values if isinstance(value, Entry)}
+    squares = [value * value for value in entries.values()]
+    return reduce(add, squares) if squares else None
 
 
 def _smallest(values: Sequence[Any]) -> Any:

@@ -8,7 +8,7 @@ from operator import add, mul
 from typing import Any
 
 from robostiff.errors import InputError
-from robostiff.record import Record, arc_tangent, cosine, reciprocal, sine, square_root
+from robostiff.record import Record, arc_cosine, arc_tangent, cosine, reciprocal, sine, square_root
 
 
 def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
@@ -56,7 +56,7 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
             raise InputError(
                 "formula",
                 got=str(expression),
-                expected="sums, products, powers, square roots, sin, cos, tan, atan2",
+                expected="sums, products, powers, square roots, sin, cos, tan and their inverses",
             )
         return combine(*arguments)
 
@@ -70,6 +70,9 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "cos": cosine,
     "tan": lambda angle: sine(angle) * reciprocal(cosine(angle)),
     "atan2": arc_tangent,
+    "atan": lambda slope: arc_tangent(slope, 1),
+    "acos": arc_cosine,
+    "asin": lambda y: arc_tangent(y, square_root(1 - y * y)),
 }
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from robostiff.io.document import Document
     from robostiff.io.model_file.symbols import Symbols
     from robostiff.model import Robot, Snapshot
+    from robostiff.network import Network
 
 __all__ = ["RobotInfo", "describe", "load", "robot_file", "shipped_robots"]
 
@@ -99,14 +100,14 @@ def load(
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
-) -> Robot | Snapshot:
+) -> Robot | Snapshot | Network:
     """A robot by its name, or from a model file or a snapshot file.
 
     Parameters
     ----------
     name_or_path : str or path
         A name of `shipped_robots`, or a file: a model (YAML with ``robostiff: 1``) or a snapshot
-        (JSON or YAML); ``-`` for standard input.
+        (JSON or YAML, by legs or as a graph); ``-`` for standard input.
     parameters : mapping of str to (str or float), optional
         Other values for some of the model's parameters, such as ``{"h": "750 mm"}``.
     symbols : iterable of str, or ALL_PARAMETERS
@@ -115,7 +116,7 @@ def load(
 
     Returns
     -------
-    Robot or Snapshot
+    Robot, Snapshot or Network
 
     Raises
     ------
@@ -147,9 +148,9 @@ def load(
             got=dict(parameters) if parameters else symbols,
             expected="none: this is a snapshot, frozen at one pose, and not a model",
         )
-    from robostiff.io.snapshot import snapshot_from_document
+    from robostiff.io.snapshot import is_graph, network_from_document, snapshot_from_document
 
-    return snapshot_from_document(document)
+    return network_from_document(document) if is_graph(document) else snapshot_from_document(document)
 
 
 def _is_snapshot(document: Document) -> bool:

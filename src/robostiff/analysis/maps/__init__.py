@@ -2,6 +2,7 @@
 
 from robostiff.analysis.maps.grid import Axis, Grid
 from robostiff.analysis.maps.map import stiffness_map
+from robostiff.analysis.maps.method import Batched, Compiled
 from robostiff.analysis.maps.pose_list import PoseList
 from robostiff.analysis.maps.progress import Progress
 from robostiff.analysis.maps.quantities import Quantity
@@ -10,6 +11,8 @@ from robostiff.analysis.maps.run import Threads
 
 __all__ = [
     "Axis",
+    "Batched",
+    "Compiled",
     "Grid",
     "PoseList",
     "Progress",

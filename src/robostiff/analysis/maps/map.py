@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.maps.dataset import MapArrays, open_map
 from robostiff.analysis.maps.extra import maps_extra
 from robostiff.analysis.maps.job import Selection
+from robostiff.analysis.maps.method import Method
 from robostiff.analysis.maps.new_store import (
     already_there,
     check_identity,
@@ -46,6 +47,7 @@ def stiffness_map(
     wrench: ArrayLike | None = None,
     characteristic_length: float | None = None,
     where: Selection | None = None,
+    method: Method | None = None,
     store: str | os.PathLike[str] | None = None,
     resume: bool = False,
     workers: int | None = None,
@@ -68,6 +70,10 @@ def stiffness_map(
     where : callable, optional
         Takes a mapping of coordinates to arrays, one entry a pose, and tells which poses to compute
         (array of bool); the others get the status ``excluded``.
+    method : Compiled or Batched, optional
+        ``Compiled()`` records the robot once as a kernel and runs that at all poses, millions a
+        second; ``Batched()`` goes the way of `stiffness`, and computes everything. When left out,
+        large maps are compiled where a kernel has what they ask for.
     store : path, optional
         Where to write the map as Zarr, block by block; it may be larger than memory. Without it the
         map is made in memory.
@@ -102,7 +108,9 @@ def stiffness_map(
     >>> int(found["rank"].sel(x=0.1, rz=0.2))
     6
     """
-    request = checked_request(robot, poses, quantities, wrench, characteristic_length, where)
+    request = checked_request(
+        robot, poses, quantities, wrench, characteristic_length, where, method
+    )
     threads = _threads(workers, scheduler)
     with maps_extra():
         import xarray  # noqa: F401

@@ -11,21 +11,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.maps.evaluator import BatchedEvaluator
+from robostiff.analysis.maps.compiled_evaluator import CompiledEvaluator
+from robostiff.analysis.maps.evaluator import BatchedEvaluator, Evaluator
 from robostiff.analysis.maps.fingerprint import fingerprint
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
+from robostiff.analysis.maps.method import Batched, Compiled, Method
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import as_floats
 from robostiff.version import __version__
 
 _MEMORY_SHARE = 0.8
 _SAMPLED_BLOCKS = 16
+# A kernel takes about a second to make, in which the batched form computes some 10^5 poses.
+_WORTH_COMPILING = 50_000
 
 
 @dataclass(frozen=True)
@@ -66,8 +70,9 @@ def checked_request(
     wrench: ArrayLike | None,
     characteristic_length: float | None,
     where: Selection | None,
+    method: Method | None = None,
 ) -> MapRequest:
-    """The map that is asked for.
+    """The map that is asked for; the one place that chooses who computes it.
 
     Raises
     ------
@@ -99,7 +104,8 @@ def checked_request(
     F = _wrench(robot, wanted, wrench)
     length = _length(robot, characteristic_length)
     columns = pose_columns(robot, poses.names)
-    evaluator = BatchedEvaluator(robot, columns, wanted, F, length)
+    batched = BatchedEvaluator(robot, columns, wanted, F, length)
+    evaluator = _evaluator(batched, method, math.prod(poses.shape))
     job = MapJob(evaluator, columns, poses, where)
     coordinate_arrays(job)
     settings = {"quantities": wanted, "wrench": F, "length": length}
@@ -120,6 +126,20 @@ def check_memory(job: MapJob) -> None:
             expected=f"at most {_MEMORY_SHARE * memory / 2**30:.3g} GiB on this machine",
             hint='write it to disk: store="map.zarr" (-o map.zarr)',
         )
+
+
+def _evaluator(batched: BatchedEvaluator, method: Method | None, count: int) -> Evaluator:
+    """The kernel where it is worth its making and knows the way, unless a method is asked for."""
+    if isinstance(method, Compiled):
+        return CompiledEvaluator.of(batched, method.backend)
+    if method is not None and not isinstance(method, Batched):
+        raise InputError("method of a map", got=method, expected="Compiled() or Batched()")
+    if method is None and count >= _WORTH_COMPILING:
+        try:
+            return CompiledEvaluator.of(batched, Compiled().backend)
+        except (InputError, NoAnswerError):
+            pass  # a rigid robot, free motions everywhere, a quantity that no kernel has
+    return batched
 
 
 def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:

@@ -16,13 +16,17 @@ from robostiff.analytic.export.outline import (
     outline,
 )
 from robostiff.analytic.export.readable import factored_matrix, readable_matrix
+from robostiff.analytic.export.robot_outline import robot_outline
+from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.errors import InputError
 
 
 def outline_of(derivation: Derivation | Derivative) -> tuple[Block, ...]:
-    """The blocks of an exported derivation or derivative."""
+    """The blocks of an exported derivation, of that of a robot, or of a derivative."""
     if isinstance(derivation, Derivative):
         return derivative_outline(derivation)
+    if isinstance(derivation, RobotDerivation):
+        return robot_outline(derivation)
     return outline(derivation)
 
 

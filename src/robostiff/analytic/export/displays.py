@@ -17,6 +17,7 @@ from robostiff.analytic.export.outline import (
     MatrixEquation,
     Recursion,
     Same,
+    WrenchSum,
 )
 
 # Between two columns of a matrix, and around it [widths of a letter].
@@ -42,6 +43,8 @@ class MathLanguage:
         Of two written expressions.
     transposed : str
         What follows a transposed matrix.
+    total : str
+        A sum over all.
     """
 
     breaks: Breaks
@@ -50,6 +53,7 @@ class MathLanguage:
     matrix: Callable[[list[list[str]]], str]
     fraction: Callable[[str, str], str]
     transposed: str
+    total: str
 
 
 @dataclass(frozen=True)
@@ -73,13 +77,15 @@ Display = tuple[Row, ...]
 
 
 def displays(
-    block: Equations | MatrixEquation | Recursion | Same, language: MathLanguage, room: float
+    block: Equations | MatrixEquation | Recursion | Same | WrenchSum,
+    language: MathLanguage,
+    room: float,
 ) -> list[Display]:
     """Write a block as displayed formulas, each of one or more equations below one another.
 
     Parameters
     ----------
-    block : Equations, MatrixEquation, Recursion or Same
+    block : Equations, MatrixEquation, Recursion, Same or WrenchSum
     language : MathLanguage
     room : float
         Width of the page in widths of a letter.
@@ -97,6 +103,10 @@ def displays(
             above = f"{named(u)} {named(u)}{language.transposed}"
             change = language.fraction(above, language.name(mu))
             return [(Row(named(after), (f"{named(before)} - {change}",)),)]
+        case WrenchSum(result):
+            w = language.matrix_name("w")
+            part = language.fraction(f"{w} {w}{language.transposed}", language.name("c"))
+            return [(Row(named(result), (f"{language.total} {part}",)),)]
         case Same(left, right):
             return [(Row(named(left), (named(right),)),)]
 

@@ -103,4 +103,5 @@ LATEX = MathLanguage(
     matrix=_matrix,
     fraction=lambda above, below: f"\\frac{{{above}}}{{{below}}}",
     transposed=r"^{\mathsf{T}}",
+    total="\\sum",
 )

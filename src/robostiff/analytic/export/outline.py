@@ -84,13 +84,20 @@ class Same:
 
 
 @dataclass(frozen=True)
+class WrenchSum:
+    """``result = sum of w w^T / c`` over the transmitted wrenches."""
+
+    result: MatrixName
+
+
+@dataclass(frozen=True)
 class Nomenclature:
     """Names and what they stand for; several names that mean the same are listed together."""
 
     rows: tuple[tuple[tuple[MatrixName | str, ...], str], ...]
 
 
-Block = Heading | Words | Equations | MatrixEquation | Recursion | Same | Nomenclature
+Block = Heading | Words | Equations | MatrixEquation | Recursion | Same | WrenchSum | Nomenclature
 
 
 def outline(derivation: Derivation) -> tuple[Block, ...]:
@@ -104,10 +111,10 @@ def outline(derivation: Derivation) -> tuple[Block, ...]:
     ['Heading', 'Words', 'Heading', 'MatrixEquation', 'Nomenclature']
     """
     names = Names(derivation)
-    blocks: list[Block] = [Heading(_title(derivation), level=1), Words(_summary(derivation))]
+    blocks: list[Block] = [Heading(title_of(derivation), level=1), Words(_summary(derivation))]
     first, last = _unstaged(derivation)
     if first:
-        blocks += [Heading("Definitions"), _equations(first)]
+        blocks += [Heading("Definitions"), equations(first)]
     if derivation.stages:
         blocks += [Heading("Start: stiffness without passive joints")]
         blocks += _stiffness(derivation.K0, names.stiffness(0), names)
@@ -116,13 +123,14 @@ def outline(derivation: Derivation) -> tuple[Block, ...]:
         blocks += _stage(stage, number, is_result, names)
     blocks.append(Heading("Result"))
     if last:
-        blocks.append(_equations(last))
+        blocks.append(equations(last))
     blocks += _result(derivation, names)
     blocks.append(_nomenclature(derivation, names))
     return tuple(blocks)
 
 
-def _title(derivation: Derivation) -> str:
+def title_of(derivation: Derivation) -> str:
+    """Title of a derivation."""
     name = " ".join(derivation.name.split())
     return "Cartesian stiffness matrix" + (f" {name}" if name else "")
 
@@ -142,7 +150,7 @@ def _stage(stage: Stage, number: int, is_result: bool, names: Names) -> list[Blo
     blocks: list[Block] = [Heading(f"Joint {number}: {stage.joint}"), Words(f"{stage.rule}.")]
     blocks.append(_vector(stage.J, J, names))
     if stage.definitions:
-        blocks.append(_equations(stage.definitions))
+        blocks.append(equations(stage.definitions))
     blocks.append(_vector(stage.u, u, names))
     if stage.mu != sp.Symbol(mu):
         blocks.append(Equations(((mu, readable(stage.mu)),)))
@@ -161,29 +169,39 @@ def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> list[Bl
     count = operations(K)
     if count > LONGEST_STAGE:
         return [Words(f"{name.name} takes {count} operations and is not written out.")]
-    return [_matrix(K, name, names)]
+    return [stiffness_equation(K, name, names)]
 
 
 def _result(derivation: Derivation, names: Names) -> list[Block]:
     """The matrix, below what recurs in it where it is a closed form."""
     if not derivation.is_closed:
-        return [_matrix(derivation.K, names.result, names)]
+        return [stiffness_equation(derivation.K, names.result, names)]
     named = name_combinations(derivation.K, names.given)
-    blocks: list[Block] = [_equations(named.definitions)] if named.definitions else []
-    return [*blocks, _matrix(named.matrix, names.result, names)]
+    blocks: list[Block] = [equations(named.definitions)] if named.definitions else []
+    return [*blocks, stiffness_equation(named.matrix, names.result, names)]
 
 
-def _matrix(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> MatrixEquation:
+def stiffness_equation(
+    K: sp.ImmutableMatrix, name: MatrixName, names: Names
+) -> MatrixEquation:
+    """``name = factor * matrix`` of a stiffness matrix."""
     factor, rest = factored_matrix(K)
     return MatrixEquation(name, factor, rest, readable_matrix(K), names.entries_of(name))
 
 
 def _vector(column: sp.ImmutableMatrix, name: MatrixName, names: Names) -> MatrixEquation:
-    row = readable_matrix(column).T
-    return MatrixEquation(name, sp.Integer(1), row, row, names.entries_of(name))
+    return matrix_equation(name, readable_matrix(column).T, names.entries_of(name))
 
 
-def _equations(definitions: Iterable[Definition]) -> Equations:
+def matrix_equation(
+    name: MatrixName, matrix: sp.ImmutableMatrix, entry_name: Callable[[int, int], str]
+) -> MatrixEquation:
+    """``name = matrix`` without a common factor in front."""
+    return MatrixEquation(name, sp.Integer(1), matrix, matrix, entry_name)
+
+
+def equations(definitions: Iterable[Definition]) -> Equations:
+    """Definitions as equations."""
     return Equations(tuple((d.symbol.name, d.expression) for d in definitions))
 
 

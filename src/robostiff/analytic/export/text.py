@@ -19,6 +19,7 @@ from robostiff.analytic.export.outline import (
     Recursion,
     Same,
     Words,
+    WrenchSum,
 )
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
@@ -87,6 +88,8 @@ def _written(block: Block, width: int) -> list[str]:
             lines = [f"{after.name} = {before.name} - {u.name} {u.name}^T / {mu}"]
         case Same(left, right):
             lines = [f"{left.name} = {right.name}"]
+        case WrenchSum(result):
+            lines = [f"{result.name} = sum of w w^T / c"]
         case Nomenclature(named):
             lines = _nomenclature(named, width)
     return lines

@@ -191,4 +191,5 @@ TYPST = MathLanguage(
     matrix=_matrix,
     fraction=lambda above, below: f"frac({above}, {below})",
     transposed="^sans(upright(T))",
+    total="sum",
 )

@@ -18,14 +18,17 @@ from robostiff.elasticity import (
     elasticity_from_stiffness,
 )
 from robostiff.io.snapshot.format import (
+    BeamData,
     BeamPart,
     ElementPart,
     PassivePart,
+    Spring6Data,
     Spring6Part,
     SpringPart,
 )
+from robostiff.io.snapshot.graph_format import FreedomPart
 from robostiff.io.snapshot.place import Place
-from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedSpring, beam_axes
+from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedSpring, Role, beam_axes
 from robostiff.model.checks import rotation_matrix, unit_vector
 
 
@@ -38,22 +41,30 @@ def placed(element: ElementPart, name: str, place: Place) -> PlacedFreedom | Pla
         When a direction, matrix or length makes no sense, at the key that has it.
     """
     if isinstance(element, BeamPart):
-        return _beam(element, name, place)
+        return placed_beam(element, name, place)
     if isinstance(element, Spring6Part):
-        return _spring6(element, name, place)
+        return placed_spring6(element, name, place)
     return _freedom(element, name, place)
 
 
 def _freedom(element: PassivePart | SpringPart, name: str, place: Place) -> PlacedFreedom:
+    role = Passive() if isinstance(element, PassivePart) else Actuated(stiffness=element.k)
+    return placed_freedom(element, role, name, place)
+
+
+def placed_freedom(
+    element: PassivePart | SpringPart | FreedomPart, role: Role, name: str, place: Place
+) -> PlacedFreedom:
+    """A joint about or along an axis in the world."""
     with place.at("axis").to_blame():
         axis = _direction("axis", element.axis)
-    role = Passive() if isinstance(element, PassivePart) else Actuated(stiffness=element.k)
     return PlacedFreedom(
         name, Motion(element.kind), np.array(element.point, dtype=float), axis, role
     )
 
 
-def _beam(element: BeamPart, name: str, place: Place) -> PlacedSpring:
+def placed_beam(element: BeamData, name: str, place: Place) -> PlacedSpring:
+    """A beam in the world, about its end."""
     end = np.array(element.end, dtype=float)
     along = end - np.array(element.start, dtype=float)
     if not along.any():
@@ -84,7 +95,8 @@ def _beam(element: BeamPart, name: str, place: Place) -> PlacedSpring:
     return PlacedSpring(name, end, rotation, Elasticity(compliance))
 
 
-def _spring6(element: Spring6Part, name: str, place: Place) -> PlacedSpring:
+def placed_spring6(element: Spring6Data, name: str, place: Place) -> PlacedSpring:
+    """A spring in the world, from its matrix."""
     with place.at("rotation").to_blame():
         rotation = rotation_matrix("rotation", element.rotation)
     if element.K is not None:

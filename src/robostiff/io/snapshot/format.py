@@ -6,7 +6,7 @@ settled where the robot is built.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -56,12 +56,11 @@ class SpringPart(Chained):
     k: Positive = Field(description="the stiffness, N m/rad for R and N/m for P")
 
 
-class BeamPart(Chained):
-    """A straight flexible link of constant cross-section."""
+class BeamData(Part):
+    """Where a beam runs, and what it is made of."""
 
-    type: Literal["beam"]
-    start: Vector = Field(description="the end towards the base [m]")
-    end: Vector = Field(description="the end towards the platform [m]")
+    start: Vector = Field(description="the end towards the base, or at node a [m]")
+    end: Vector = Field(description="the end towards the platform, or at node b [m]")
     y_axis: Vector = Field(
         description="the direction of the section's y axis; its part along the beam does not matter"
     )
@@ -79,7 +78,7 @@ class BeamPart(Chained):
     )
 
     @model_validator(mode="after")
-    def _both_shear_factors(self) -> BeamPart:
+    def _both_shear_factors(self) -> Self:
         factors = {"shear_factor_y": self.shear_factor_y, "shear_factor_z": self.shear_factor_z}
         given = [key for key, factor in factors.items() if factor is not None]
         if len(given) == 1:
@@ -91,8 +90,14 @@ class BeamPart(Chained):
         return self
 
 
-class Spring6Part(Chained):
-    """An elastic part given by its 6 x 6 matrix, about a point and in axes of its own."""
+class BeamPart(Chained, BeamData):
+    """A straight flexible link of constant cross-section."""
+
+    type: Literal["beam"]
+
+
+class Spring6Data(Part):
+    """A 6 x 6 matrix about a point and in axes of its own."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -103,7 +108,6 @@ class Spring6Part(Chained):
         }
     )
 
-    type: Literal["spring6"]
     point: Vector = Field(description="the point about which the matrix is given [m]")
     rotation: Matrix3 = Field(description="the rotation matrix whose columns are the spring's axes")
     K: Matrix6 | None = Field(None, description="the stiffness, wrench for a twist [N/m, N, N m]")
@@ -113,7 +117,7 @@ class Spring6Part(Chained):
     )
 
     @model_validator(mode="after")
-    def _one_matrix(self) -> Spring6Part:
+    def _one_matrix(self) -> Self:
         if (self.K is None) == (self.compliance is None):
             raise InputError(
                 "matrix of the spring",
@@ -121,6 +125,12 @@ class Spring6Part(Chained):
                 expected="one of K and compliance",
             )
         return self
+
+
+class Spring6Part(Chained, Spring6Data):
+    """An elastic part given by its 6 x 6 matrix, about a point and in axes of its own."""
+
+    type: Literal["spring6"]
 
 
 ElementPart = Annotated[
@@ -139,8 +149,8 @@ class LegPart(Part):
     note: Informative = None
 
 
-class SnapshotFile(Part):
-    """A robot frozen at a pose: world axes, metres, newtons and radians."""
+class FileHead(Part):
+    """What every snapshot file may say, by legs or as a graph."""
 
     name: Name = Field(description="the name of the robot")
     description: str = Field("", description="a line about it")
@@ -148,7 +158,6 @@ class SnapshotFile(Part):
         description="the point of the platform about which stiffness is given [m]"
     )
     planar: bool = Field(False, description="true for a robot that moves in the x-y plane alone")
-    legs: list[LegPart] = Field(min_length=1, description="the chains that hold the platform")
     schema_: str | None = Field(None, alias="$schema", description="for editors, not read")
     units: str | None = Field(None, description="for people, not read: units are always SI")
     frame: str | None = Field(None, description="for people, not read: axes are the world's")
@@ -158,3 +167,9 @@ class SnapshotFile(Part):
     peers: Informative = None
     note: Informative = None
     notes: Informative = None
+
+
+class SnapshotFile(FileHead):
+    """A robot frozen at a pose: world axes, metres, newtons and radians."""
+
+    legs: list[LegPart] = Field(min_length=1, description="the chains that hold the platform")

@@ -74,7 +74,7 @@ def snapshot_from_document(document: Document) -> Snapshot:
     _refuse_graph(document)
     file = validate(SnapshotFile, document)
     place = Place(document)
-    _refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
+    refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
     legs = tuple(_leg(leg, place.at("legs", i)) for i, leg in enumerate(file.legs))
     space = Space.PLANAR if file.planar else Space.SPATIAL
     snapshot = Snapshot(
@@ -102,6 +102,19 @@ def is_snapshot(document: Document) -> bool:
     return "reference_point" in data or "graph" in data or _has_placed_leg(data.get("legs"))
 
 
+def is_graph(document: Document) -> bool:
+    """Whether a snapshot is told as a graph of nodes, rather than by legs.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> is_graph(parse_document("{name: frame, reference_point: [0, 0, 1], graph: {}}"))
+    True
+    """
+    data = document.data
+    return isinstance(data, dict) and "graph" in data and "legs" not in data
+
+
 def _has_placed_leg(legs: object) -> bool:
     return isinstance(legs, list) and any(
         isinstance(leg, dict) and "chain" in leg and "end" in leg for leg in legs
@@ -109,19 +122,18 @@ def _has_placed_leg(legs: object) -> bool:
 
 
 def _refuse_graph(document: Document) -> None:
-    data = document.data
-    if isinstance(data, dict) and "graph" in data and "legs" not in data:
+    if is_graph(document):
         raise FileError(
             document.key_location(["graph"]),
-            "graph snapshots are not read by this version",
-            hint="describe the robot by legs",
+            "a graph, and not legs",
+            hint="read it with load or read_network",
         )
 
 
 def _leg(part: LegPart, place: Place) -> PlacedLeg:
     chain = place.at("chain")
     given = [element.name for element in part.chain if element.name is not None]
-    _refuse_twins(given, chain, "element", [i for i, e in enumerate(part.chain) if e.name])
+    refuse_twins(given, chain, "element", [i for i, e in enumerate(part.chain) if e.name])
     names = _names(part)
     elements = tuple(
         placed(element, name, chain.at(i))
@@ -150,9 +162,21 @@ def _names(part: LegPart) -> list[str]:
     return names
 
 
-def _refuse_twins(
+def refuse_twins(
     names: Sequence[str], place: Place, what: str, numbers: Sequence[int] | None = None
 ) -> None:
+    """Raise a FileError at the second of two elements of one name.
+
+    Parameters
+    ----------
+    names : sequence of str
+    place : Place
+        Of the list that the named parts are in.
+    what : str
+        They are, in words.
+    numbers : sequence of int, optional
+        Their numbers in the list, where some have no name.
+    """
     for i, name in enumerate(names):
         if name in names[:i]:
             step = numbers[i] if numbers is not None else i

@@ -7,7 +7,8 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from robostiff.io.snapshot.format import SnapshotFile
+from robostiff.io.snapshot.format import FileHead, SnapshotFile
+from robostiff.io.snapshot.graph_format import NetworkFile
 
 
 class _WithoutFieldTitles(GenerateJsonSchema):
@@ -28,12 +29,25 @@ def snapshot_schema() -> dict[str, Any]:
     >>> snapshot_schema()["required"]
     ['name', 'reference_point', 'legs']
     """
-    schema = SnapshotFile.model_json_schema(schema_generator=_WithoutFieldTitles)
-    return {
-        "$schema": GenerateJsonSchema.schema_dialect,
-        **schema,
-        "title": "robostiff snapshot",
-    }
+    return _schema(SnapshotFile, "robostiff snapshot")
+
+
+def network_schema() -> dict[str, Any]:
+    """JSON schema (draft 2020-12) of the snapshot file in its graph form.
+
+    It knows keys, types and shapes; `read_network` also checks what the numbers and names mean.
+
+    Examples
+    --------
+    >>> network_schema()["required"]
+    ['name', 'reference_point', 'graph']
+    """
+    return _schema(NetworkFile, "robostiff network")
+
+
+def _schema(file: type[FileHead], title: str) -> dict[str, Any]:
+    schema = file.model_json_schema(schema_generator=_WithoutFieldTitles)
+    return {"$schema": GenerateJsonSchema.schema_dialect, **schema, "title": title}
 
 
 def schema_text() -> str:

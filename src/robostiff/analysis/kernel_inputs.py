@@ -1,0 +1,89 @@
+"""Poses as rows of inputs of a kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from robostiff.analysis.parameter_values import ParameterValues
+from robostiff.errors import InputError
+from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
+from robostiff.model import Robot
+from robostiff.spatial import as_floats
+
+_OTHERWISE = "rs.stiffness takes poses in other ways, all six coordinates among them"
+
+
+@dataclass(frozen=True)
+class KernelInputs:
+    """Rows that a kernel takes, made from poses.
+
+    Attributes
+    ----------
+    robot : Robot
+        Its symbols are the parameters of the kernel.
+    joints : int
+        How many leg coordinates the kernel takes; 0 where it takes pose coordinates.
+    """
+
+    robot: Robot
+    joints: int
+
+    def checked(self, pose: Pose) -> np.ndarray:
+        """The numbers of poses (N, n).
+
+        Raises
+        ------
+        InputError
+            When they are not as the kernel takes them.
+        """
+        subject = f"poses of {self.robot.name!r}"
+        by_joints = isinstance(pose, JointCoordinates) and self.robot.is_serial and self.joints > 0
+        expected = self._joints_in_words if by_joints else self._pose_in_words
+        if isinstance(pose, JointCoordinates):
+            if not by_joints:
+                raise InputError(
+                    subject, got="joint coordinates", expected=expected, hint=_OTHERWISE
+                )
+            given = as_floats(subject, pose.values, expected)
+        elif pose is None or isinstance(pose, RigidTransform):
+            got = "none" if pose is None else "a rigid transform"
+            raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
+        else:
+            given = as_floats(subject, pose, expected)
+        count = self.joints if by_joints else len(self.robot.coordinates)
+        if given.ndim != 2 or given.shape[1] != count or count == 0:
+            raise InputError(
+                subject, got=f"shape {given.shape}", expected=expected, hint=_OTHERWISE
+            )
+        return given
+
+    def rows(
+        self, pose: Pose, given: np.ndarray, values: ParameterValues
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of inputs (n, N), and which poses are known to be out of reach (N,)."""
+        missed = np.zeros(len(given), dtype=bool)
+        if not self.joints or isinstance(pose, JointCoordinates):
+            rows = given.T
+        else:
+            rows = np.empty((self.joints, len(given)))
+            for robot, own in values.groups(~missed):
+                posture = PostureFinder(robot).find(given[own])
+                rows[:, own] = np.concatenate([q.T for q in posture.coordinates])
+                missed[own] = ~posture.reached
+        if len(values.rows):
+            rows = np.concatenate([rows, values.rows])
+        return np.ascontiguousarray(rows), missed
+
+    @property
+    def _joints_in_words(self) -> str:
+        return f"joint coordinates (N, {self.joints}), one pose a row"
+
+    @property
+    def _pose_in_words(self) -> str:
+        names = [coordinate.value for coordinate in self.robot.coordinates]
+        if not names:
+            return f"JointCoordinates of an array (N, {self.joints})"
+        return f"an array (N, {len(names)}): {' '.join(names)}, one pose a row"

@@ -1,0 +1,193 @@
+"""One stiffness matrix by every method there is, and whether they agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from robostiff.analysis.matrix_distance import matrix_distance
+from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.stiffness_at_pose import stiffness
+from robostiff.elastostatics import (
+    Block,
+    Form,
+    IndexRules,
+    Recursive,
+    SaddlePoint,
+    Status,
+    Tolerance,
+    WrenchBasis,
+)
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Pose, find_posture
+from robostiff.model import Robot, Snapshot
+from robostiff.network import Network, energy_stiffness, network_of_snapshot
+
+_FORMS: tuple[Form, ...] = (SaddlePoint(), Block(), Recursive(), IndexRules())
+_DEFAULT_TOLERANCE = Tolerance()
+_AGREEMENT = 1e-9
+
+
+class Outcome(Enum):
+    """What the comparison with one method says."""
+
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    DOUBTFUL = "doubtful"
+    DOES_NOT_HOLD = "does not hold"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One method beside the reference.
+
+    Attributes
+    ----------
+    method : str
+    outcome : Outcome
+        DOUBTFUL differs, but says itself that few digits hold.
+    distance : float or None
+        Largest difference in units of its block; None without two matrices.
+    rank : int or None
+        None where the method decides none.
+    reason : str
+        Why it does not hold, or how it differs.
+    """
+
+    method: str
+    outcome: Outcome
+    distance: float | None
+    rank: int | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The stiffness of a robot at a pose by several methods.
+
+    Attributes
+    ----------
+    reference : RobotStiffness
+        With what the others are compared: the wrench basis form, or the network.
+    comparisons : tuple of Comparison
+    agreement : float
+        Distance up to which matrices agree.
+    """
+
+    reference: RobotStiffness
+    comparisons: tuple[Comparison, ...]
+    agreement: float
+
+    @property
+    def agree(self) -> bool:
+        """Whether no method differs, and at least one other holds."""
+        outcomes = {comparison.outcome for comparison in self.comparisons}
+        return Outcome.AGREES in outcomes and Outcome.DIFFERS not in outcomes
+
+
+def verify(
+    robot: Robot | Snapshot | Network,
+    pose: Pose = None,
+    *,
+    agreement: float = _AGREEMENT,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> Verification:
+    """Compare the stiffness at a pose by every form of K_C, as a network, and by least energy.
+
+    The forms share the compliance and the joints of each leg; the network and the energy share
+    neither, only where joints and springs are. Agreement shows that the matrix follows from the
+    robot as described, not that the description is right.
+
+    Parameters
+    ----------
+    robot : Robot, Snapshot or Network
+        Of a network only the two methods for networks hold.
+    pose : as for `stiffness`
+        One pose.
+    agreement : float
+        Distance up to which matrices agree, in units of the largest entry of each block.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    Verification
+
+    Raises
+    ------
+    InputError
+        When several poses are given, or `agreement` is not between 0 and 1.
+    NoAnswerError
+        When the pose is out of reach.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> checked = verify(rs.load("hexapod"))
+    >>> checked.agree, [comparison.method for comparison in checked.comparisons][-2:]
+    (True, ['network', 'energy'])
+    """
+    if not 0 < agreement < 1:
+        raise InputError("agreement", got=agreement, expected="a number between 0 and 1")
+    reference = stiffness(robot, pose, tolerance=tolerance)
+    if reference.batch_shape:
+        raise InputError(
+            "pose of a verification",
+            got=f"{int(np.prod(reference.batch_shape))} poses",
+            expected="one pose",
+        )
+    if Status.UNREACHABLE in reference.status:
+        raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
+    if isinstance(robot, Network):
+        network, others = robot, ()
+    else:
+        others = tuple(stiffness(robot, pose, method=form, tolerance=tolerance) for form in _FORMS)
+        snapshot = (
+            robot if isinstance(robot, Snapshot) else find_posture(robot, pose).snapshot.one(0)
+        )
+        network = network_of_snapshot(snapshot)
+        others = (*others, network_stiffness(network, tolerance))
+    comparisons = [_compared(reference, other, agreement) for other in others]
+    comparisons.append(_energy(reference, network, agreement, tolerance))
+    return Verification(reference, tuple(comparisons), agreement)
+
+
+def _compared(reference: RobotStiffness, other: RobotStiffness, agreement: float) -> Comparison:
+    name, rank = other.method.name, int(other.rank)
+    if Status.FORM_DOES_NOT_HOLD in other.status:
+        reason = other.about_reference.reason
+        return Comparison(name, Outcome.DOES_NOT_HOLD, None, None, reason)
+    rigid, other_rigid = (Status.RIGID_DIRECTION in r.status for r in (reference, other))
+    if rigid or other_rigid:
+        outcome = Outcome.AGREES if rigid and other_rigid else Outcome.DIFFERS
+        return Comparison(name, outcome, None, rank, "a rigid direction" if other_rigid else "")
+    distance = _distance(other.K, reference)
+    reason = "" if rank == reference.rank else f"rank {rank}, and not {int(reference.rank)}"
+    agrees = distance <= agreement and not reason
+    doubtful = Status.ILL_CONDITIONED in other.status | reference.status
+    differs = Outcome.DOUBTFUL if doubtful else Outcome.DIFFERS
+    return Comparison(name, Outcome.AGREES if agrees else differs, distance, rank, reason)
+
+
+def _energy(
+    reference: RobotStiffness, network: Network, agreement: float, tolerance: Tolerance
+) -> Comparison:
+    rigid = Status.RIGID_DIRECTION in reference.status
+    try:
+        K = energy_stiffness(network, tolerance)
+    except NoAnswerError as error:
+        outcome = Outcome.AGREES if rigid else Outcome.DIFFERS
+        return Comparison("energy", outcome, None, None, str(error))
+    if rigid:
+        return Comparison("energy", Outcome.DIFFERS, None, None, "no rigid direction")
+    distance = _distance(K, reference)
+    doubtful = Status.ILL_CONDITIONED in reference.status
+    differs = Outcome.DOUBTFUL if doubtful else Outcome.DIFFERS
+    outcome = Outcome.AGREES if distance <= agreement else differs
+    return Comparison("energy", outcome, distance, None, "")
+
+
+def _distance(K: np.ndarray, reference: RobotStiffness) -> float:
+    return matrix_distance(K, reference.K, float(reference.about_reference.length))

@@ -1,0 +1,203 @@
+"""A robot on recorded entries, placed at a pose: its closure as formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.robot_pose import (
+    PoseFormula,
+    coordinate_expressions,
+    exact_angle,
+    platform_pose,
+    posed_by_joints,
+)
+from robostiff.errors import InputError
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.formula import (
+    FormulaPose,
+    PlacedFormula,
+    place_leg,
+    place_leg_at_joints,
+)
+from robostiff.model import Leg, Motion, Robot, with_entries
+from robostiff.record import Entry, Record
+from robostiff.recorded import entry_reader
+from robostiff.spatial import exact_number
+
+_SAMPLES = 5
+_SPREAD = 0.03  # of the nominal values, for the samples
+_SEED = 2011
+
+
+@dataclass(frozen=True)
+class PlacedRobot:
+    """A robot on recorded entries, placed at its pose.
+
+    Attributes
+    ----------
+    robot : Robot
+        As it was given.
+    entries : Robot
+        The same on entries of the record.
+    where : str
+        The pose, in words.
+    coordinates : tuple of str
+        Names of the symbols that tell the pose.
+    record : Record
+    symbols : dict of names to SymPy symbols
+        One for each input of the record.
+    platform : FormulaPose
+    legs : tuple of PlacedFormula
+    length : float
+        Characteristic length [m].
+    """
+
+    robot: Robot
+    entries: Robot
+    where: str
+    coordinates: tuple[str, ...]
+    record: Record
+    symbols: dict[str, sp.Symbol]
+    platform: FormulaPose
+    legs: tuple[PlacedFormula, ...]
+    length: float
+
+    @property
+    def reference(self) -> np.ndarray:
+        """Reference point in the world (3,)."""
+        point = np.array(self.entries.reference_point, dtype=object)
+        return self.platform.p + self.platform.R @ point
+
+
+def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
+    """Close all legs of a robot in formulas.
+
+    Symbols are entries of a record whose samples lie around the nominal values; the working modes
+    of the legs are those of home.
+
+    Parameters
+    ----------
+    robot : Robot
+    pose : AtHome, AtSymbols or AtCoordinates
+
+    Raises
+    ------
+    InputError
+        When a symbol has no nominal value, or a leg has no closed form away from home.
+    """
+    twin = robot.numeric
+    finder = PostureFinder(twin)
+    told = coordinate_expressions(robot, pose)
+    symbols = {symbol.name: symbol for symbol in robot.symbols}
+    for expression in (told or {}).values():
+        symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
+    record = Record(_samples(symbols, told, twin, finder))
+    read = entry_reader(record, exact=True)
+    entries = with_entries(with_entries(robot, exact_number), read)
+    coordinates = None if told is None else {name: read(value) for name, value in told.items()}
+    if posed_by_joints(robot):
+        q = _joint_coordinates(entries.legs[0], coordinates, record)
+        legs: tuple[PlacedFormula, ...] = (place_leg_at_joints(entries.legs[0], q),)
+        platform = legs[0].platform
+    else:
+        home = FormulaPose(*_home_frame(entries))
+        platform = platform_pose(home, coordinates)
+        legs = tuple(
+            _closed_leg(leg, platform, solver, at_home=told is None)
+            for leg, solver in zip(entries.legs, finder.solvers, strict=True)
+        )
+    return PlacedRobot(
+        robot=robot,
+        entries=entries,
+        where=_in_words(told),
+        coordinates=tuple(str(v) for v in (told or {}).values() if v.is_Symbol),
+        record=record,
+        symbols=symbols,
+        platform=platform,
+        legs=legs,
+        length=finder.length,
+    )
+
+
+def _joint_coordinates(
+    leg: Leg, coordinates: Mapping[str, Any] | None, record: Record
+) -> np.ndarray:
+    """Coordinates of a serial arm: those that are told, the others at home."""
+    told = coordinates or {}
+    q = np.array(leg.chain.home, dtype=object)
+    for i, freedom in enumerate(leg.chain.freedoms):
+        value = told.get(f"q{i + 1}", q[i])
+        if freedom.motion is Motion.ROTATION and not isinstance(value, Entry):
+            value = exact_angle(value)
+            # A cosine that is no root of numbers is a step of its own, or numbers would explode.
+            if sp.cos(value).has(sp.cos, sp.sin):
+                value = Entry(record, record.number(value))
+        q[i] = value
+    return q
+
+
+def _home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
+    if entries.home is None:
+        raise InputError(
+            f"home pose of {entries.name!r}", expected="a pose of the platform, or a serial arm"
+        )
+    return np.array(entries.home.R, dtype=object), np.array(entries.home.p, dtype=object)
+
+
+def _closed_leg(
+    leg: Leg, platform: FormulaPose, solver: LegSolver, *, at_home: bool
+) -> PlacedFormula:
+    if solver.closed_form is not None:
+        return place_leg(leg, platform, solver)
+    if at_home:
+        return place_leg_at_joints(leg, np.array(leg.chain.home, dtype=object))
+    raise InputError(
+        f"closure of leg {leg.name!r}",
+        got="a leg without a closed form",
+        expected="a strut, or a rod on a slide or a crank, away from home",
+        hint="derive it at home, where its joints have the coordinates of the model",
+    )
+
+
+def _samples(
+    symbols: Mapping[str, sp.Symbol],
+    told: Mapping[str, Any] | None,
+    twin: Robot,
+    finder: PostureFinder,
+) -> dict[str, Sequence[float]]:
+    """Values of the symbols around the nominal ones, and of pose symbols around home."""
+    random = np.random.default_rng(_SEED)
+    at_home = _home_values(twin, finder)
+    # A coordinate may be told by a symbol of another name.
+    nominal = {
+        str(value): at_home[name] for name, value in (told or {}).items() if value.is_Symbol
+    }
+    nominal |= twin.nominal
+    samples: dict[str, Sequence[float]] = {}
+    for name in symbols:
+        value = float(nominal.get(name, 1.0))
+        spread = _SPREAD * (abs(value) if value else 1.0)
+        samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
+    return samples
+
+
+def _home_values(twin: Robot, finder: PostureFinder) -> dict[str, float]:
+    if posed_by_joints(twin):
+        home = twin.legs[0].chain.home
+        return {f"q{i + 1}": float(q) for i, q in enumerate(home)}
+    x, y, z = finder.home_pose[:3].tolist()
+    return {"x": x, "y": y, "z": z, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
+
+
+def _in_words(told: Mapping[str, Any] | None) -> str:
+    if told is None:
+        return "in the home configuration"
+    return "at " + ", ".join(
+        name if str(value) == name else f"{name} = {value}" for name, value in told.items()
+    )

@@ -1,0 +1,69 @@
+"""What ``robostiff verify`` does."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+
+from robostiff.analysis.verification import Comparison, Verification, verify
+from robostiff.cli.commands import Place, parameters_from, pose_from
+from robostiff.cli.failure import BAD_STATUS
+from robostiff.io.results.text import about
+from robostiff.robots import load
+from robostiff.version import __version__
+
+
+def print_verification(source: str, place: Place, settings: Sequence[str], as_json: bool) -> int:
+    """Print how far the methods are from one another at a pose; 1 when they disagree."""
+    robot = load(source, parameters_from(settings))
+    result = verify(robot, pose_from(robot, place))
+    typer.echo(json.dumps(_data(result), indent=1) if as_json else _text(result))
+    return 0 if result.agree else BAD_STATUS
+
+
+def _text(result: Verification) -> str:
+    reference = result.reference
+    lines = [
+        f"{reference.name}, {about(reference)}",
+        f"status: {reference.status}, rank {int(reference.rank)} of {reference.space.size}",
+        f"compared with: {reference.method.name}, {reference.method.equation}",
+        "",
+        f"{'method':<14}{'distance':>10}  outcome",
+    ]
+    lines += [_line(comparison) for comparison in result.comparisons]
+    verdict = "agree" if result.agree else "DISAGREE"
+    lines += ["", f"methods {verdict} (largest distance allowed {result.agreement:g})"]
+    return "\n".join(lines)
+
+
+def _line(comparison: Comparison) -> str:
+    distance = "-" if comparison.distance is None else f"{comparison.distance:.1e}"
+    reason = f": {comparison.reason}" if comparison.reason else ""
+    return f"{comparison.method:<14}{distance:>10}  {comparison.outcome.value}{reason}"
+
+
+def _data(result: Verification) -> dict[str, Any]:
+    reference = result.reference
+    return {
+        "robot": reference.name,
+        "pose": None if reference.pose is None else reference.pose.tolist(),
+        "status": str(reference.status),
+        "rank": int(reference.rank),
+        "compared_with": reference.method.name,
+        "comparisons": [
+            {
+                "method": c.method,
+                "outcome": c.outcome.value,
+                "distance": c.distance,
+                "rank": c.rank,
+                "reason": c.reason,
+            }
+            for c in result.comparisons
+        ],
+        "agreement": result.agreement,
+        "agree": result.agree,
+        "robostiff": __version__,
+    }

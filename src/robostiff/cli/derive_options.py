@@ -1,0 +1,69 @@
+"""Options of ``robostiff derive``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+FORMATS = ("text", "latex", "pdf", "md", "json", "python", "c")
+
+PoseOption = Annotated[
+    str,
+    typer.Option(
+        "--pose",
+        metavar="POSE",
+        help="home; symbolic, a general pose in symbols; or coordinates with units, such as "
+        "'x=100 mm, gamma=10 deg' (q1, q2 ... of a serial arm). Those left out stay at home.",
+    ),
+]
+SymbolsOption = Annotated[
+    str,
+    typer.Option(
+        "--symbols",
+        metavar="NAMES",
+        help="Parameters that are symbols, such as R,r,h; all; or none. The others are numbers.",
+    ),
+]
+StepsOption = Annotated[
+    bool, typer.Option("--steps", help="Named steps, which never explode; away from home always.")
+]
+ClosedOption = Annotated[
+    bool, typer.Option("--closed", help="One expression an entry; at home when left out.")
+]
+LimitOption = Annotated[
+    int | None,
+    typer.Option(
+        "--limit", metavar="TERMS", min=1, help="Most terms of an entry of a closed form."
+    ),
+]
+FormatOption = Annotated[
+    str | None,
+    typer.Option(
+        "--format",
+        metavar="NAME",
+        help=f"{', '.join(FORMATS)}; that of the file's name, or text, when left out.",
+    ),
+]
+OutputOption = Annotated[
+    str | None,
+    typer.Option(
+        "-o", "--output", metavar="FILE", help="A new file in place of standard output."
+    ),
+]
+DerivativeOption = Annotated[
+    str | None,
+    typer.Option("--derivative", metavar="SYMBOL", help="dK by a symbol in place of K."),
+]
+RankOption = Annotated[
+    bool, typer.Option("--rank", help="Tell the rank of K and where it drops, in place of K.")
+]
+FreeMotionsOption = Annotated[
+    bool, typer.Option("--free-motions", help="Tell the free motions, in place of K.")
+]
+EigenvaluesOption = Annotated[
+    bool,
+    typer.Option(
+        "--eigenvalues", help="Tell the principal stiffnesses in translation and in rotation."
+    ),
+]

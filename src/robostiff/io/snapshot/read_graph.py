@@ -1,0 +1,189 @@
+"""Snapshot files in their graph form: rigid bodies, and beams, springs and joints between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from robostiff.io.document import Document, read_document
+from robostiff.io.snapshot.elements import placed_beam, placed_freedom, placed_spring6
+from robostiff.io.snapshot.graph_format import (
+    BeamBetween,
+    BetweenPart,
+    GraphPart,
+    JointBetween,
+    NetworkFile,
+    SpringBetween,
+)
+from robostiff.io.snapshot.place import Place
+from robostiff.io.snapshot.read import refuse_twins
+from robostiff.io.suggest import did_you_mean, listing
+from robostiff.io.validation import validate
+from robostiff.model import Actuated, Passive
+from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
+from robostiff.network.connection import check_fits
+from robostiff.spatial import Space
+
+Between = TypeVar("Between", bound=BetweenPart)
+
+
+def read_network(source: Path | str) -> Network:
+    """Read a snapshot file in its graph form, JSON or YAML.
+
+    Parameters
+    ----------
+    source : path or str
+        The file; ``-`` for standard input.
+
+    Returns
+    -------
+    Network
+
+    Raises
+    ------
+    FileError
+        When the file cannot be used; it names line, column and path.
+    """
+    return network_from_document(read_document(source))
+
+
+def network_from_document(document: Document) -> Network:
+    """A network, as a document tells it.
+
+    Parameters
+    ----------
+    document : Document
+
+    Returns
+    -------
+    Network
+
+    Raises
+    ------
+    FileError
+        When the document is no graph, or not one that makes sense.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> text = '''
+    ... name: sliding table
+    ... reference_point: [0, 0, 0]
+    ... graph:
+    ...   nodes: {bed: [0, 0, 0], table: [0, 0, 0.1]}
+    ...   fixed: [bed]
+    ...   platform: table
+    ...   joints:
+    ...     - {a: bed, b: table, dofs: [{kind: P, point: [0, 0, 0], axis: [1, 0, 0], k: 2.0e+6}]}
+    ... '''
+    >>> network_from_document(parse_document(text)).joints[0].name
+    'joint1'
+    """
+    file = validate(NetworkFile, document)
+    graph, place = file.graph, Place(document).at("graph")
+    _check_nodes(graph, place)
+    space = Space.PLANAR if file.planar else Space.SPATIAL
+    beams = [
+        _beam(part, name, place.at("beams", i), space)
+        for i, (part, name) in enumerate(_named(graph.beams, "beam", place.at("beams")))
+    ]
+    springs = [
+        _spring(part, name, place.at("springs", i), space)
+        for i, (part, name) in enumerate(_named(graph.springs, "spring", place.at("springs")))
+    ]
+    joints = [
+        _joint(part, name, place.at("joints", i), space)
+        for i, (part, name) in enumerate(_named(graph.joints, "joint", place.at("joints")))
+    ]
+    elastic = beams or springs or any(f.stiffness for j in joints for f in j.freedoms)
+    if not elastic:
+        raise place.error(
+            f"network {file.name} without compliance",
+            expected="at least one beam, spring or joint motion with a stiffness k",
+            hint="rigid parts and passive joints alone have no stiffness matrix",
+        )
+    return Network(
+        file.name,
+        tuple(Node(name, np.array(point, dtype=float)) for name, point in graph.nodes.items()),
+        tuple(graph.fixed),
+        graph.platform,
+        np.array(file.reference_point, dtype=float),
+        tuple(beams),
+        tuple(springs),
+        tuple(joints),
+        space,
+        file.description,
+    )
+
+
+def _check_nodes(graph: GraphPart, place: Place) -> None:
+    for i, name in enumerate(graph.fixed):
+        _check_known(name, graph, place.at("fixed", i))
+    _check_known(graph.platform, graph, place.at("platform"))
+    if graph.platform in graph.fixed:
+        raise place.at("platform").error(
+            "platform", got=graph.platform, expected="a node that is not fixed"
+        )
+    lists = {"beams": graph.beams, "springs": graph.springs, "joints": graph.joints}
+    for key, parts in lists.items():
+        for i, part in enumerate(parts):
+            _check_known(part.a, graph, place.at(key, i, "a"))
+            _check_known(part.b, graph, place.at(key, i, "b"))
+            if part.a == part.b:
+                raise place.at(key, i, "b").error(
+                    "node b", got=part.b, expected="a node other than a"
+                )
+
+
+def _check_known(name: str, graph: GraphPart, place: Place) -> None:
+    if name not in graph.nodes:
+        raise place.error(
+            "node",
+            got=name,
+            expected=f"one of the nodes: {listing(list(graph.nodes))}",
+            hint=did_you_mean(name, graph.nodes),
+        )
+
+
+def _named(parts: Sequence[Between], kind: str, place: Place) -> list[tuple[Between, str]]:
+    """Elements with their names; one without a name gets its kind and the next free number."""
+    given = [part.name for part in parts if part.name is not None]
+    refuse_twins(given, place, kind, [i for i, part in enumerate(parts) if part.name])
+    numbered = (f"{kind}{i}" for i in range(1, 2 * len(parts) + 1))
+    free = (name for name in numbered if name not in given)
+    return [(part, part.name if part.name is not None else next(free)) for part in parts]
+
+
+def _beam(part: BeamBetween, name: str, place: Place, space: Space) -> BeamElement:
+    spring = placed_beam(part, name, place)
+    start = np.array(part.start, dtype=float)
+    compliance = spring.elasticity.compliance
+    beam = BeamElement(name, part.a, part.b, start, spring.point, spring.rotation, compliance)
+    with place.to_blame():
+        check_fits(beam, space)
+    return beam
+
+
+def _spring(part: SpringBetween, name: str, place: Place, space: Space) -> SpringElement:
+    placed = placed_spring6(part, name, place)
+    spring = SpringElement(
+        name, part.a, part.b, placed.point, placed.rotation, placed.elasticity
+    )
+    with place.to_blame():
+        check_fits(spring, space)
+    return spring
+
+
+def _joint(part: JointBetween, name: str, place: Place, space: Space) -> JointElement:
+    freedoms = []
+    for i, freedom in enumerate(part.dofs):
+        role = Passive() if freedom.k is None else Actuated(stiffness=freedom.k)
+        freedoms.append(
+            placed_freedom(freedom, role, f"dof{i + 1}", place.at("dofs", i))
+        )
+        with place.at("dofs", i, "axis").to_blame():
+            check_fits(JointElement(name, part.a, part.b, (freedoms[-1],)), space)
+    return JointElement(name, part.a, part.b, tuple(freedoms))

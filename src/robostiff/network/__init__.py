@@ -1,0 +1,34 @@
+"""Networks: bodies, beams, springs and joints connected in any way, solved as one system.
+
+Matrix structural analysis: loops inside legs, flexible platforms, bridges between legs. Nothing is
+taken from the forms of K_C, so that a network is also a check of them (`network_of_snapshot`).
+"""
+
+from robostiff.network.beam_matrix import beam_stiffness_12
+from robostiff.network.compliance import compliance_between
+from robostiff.network.condensation import NetworkStiffness, condense
+from robostiff.network.elements import (
+    BeamElement,
+    JointElement,
+    Node,
+    SpringElement,
+    beam_between,
+)
+from robostiff.network.energy import energy_stiffness
+from robostiff.network.network import Network
+from robostiff.network.snapshot_network import network_of_snapshot
+
+__all__ = [
+    "BeamElement",
+    "JointElement",
+    "Network",
+    "NetworkStiffness",
+    "Node",
+    "SpringElement",
+    "beam_between",
+    "beam_stiffness_12",
+    "compliance_between",
+    "condense",
+    "energy_stiffness",
+    "network_of_snapshot",
+]

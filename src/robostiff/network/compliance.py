@@ -1,0 +1,107 @@
+"""Compliance between any points of a network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.elastostatics import Status, Tolerance
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.network.equations import Equations, equations_of
+from robostiff.network.mobility import mobility
+from robostiff.network.network import Network
+from robostiff.network.redundancy import redundancy
+from robostiff.network.saddle_point import saddle_point_system
+from robostiff.spatial import as_floats
+
+_DEFAULT_TOLERANCE = Tolerance()
+# Steps of refinement above this part of the answer mean that few digits hold.
+_SETTLED = 1e-8
+
+
+def compliance_between(
+    network: Network,
+    points: Sequence[tuple[str, ArrayLike]],
+    *,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> np.ndarray:
+    """Compliance between points of a network: all their twists for wrenches at any of them.
+
+    Parameters
+    ----------
+    network : Network
+    points : sequence of (str, (3,) array)
+        N points in the world [m], each with the name of the node that carries it.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    (n N, n N) array
+        Block (i, j) is the twist of point i for a wrench at point j [m/N, 1/N, rad/(N m)], n = 6 or
+        3 in the plane. Symmetric (Maxwell and Betti), and zero where rigid.
+
+    Raises
+    ------
+    InputError
+        When a node is not there, or a point is no point.
+    NoAnswerError
+        When a point can move without meeting stiffness, or rounding leaves few digits.
+
+    Examples
+    --------
+    The middle and the tip of a rod of 1 m:
+
+    >>> from robostiff.elasticity import circle, material
+    >>> from robostiff.network import Node, beam_between
+    >>> a, b, c = (Node(name, np.array([x, 0, 0])) for name, x in zip("abc", (0, 0.5, 1.0)))
+    >>> rods = [beam_between(*ends, material("steel"), circle(0.02)) for ends in ((a, b), (b, c))]
+    >>> network = Network("rod", (a, b, c), ("a",), "c", c.point, beams=tuple(rods))
+    >>> C = compliance_between(network, [("b", b.point), ("c", c.point)])
+    >>> float(round(C[7, 7] / C[1, 1], 9)), float(round(C[1, 7] / C[1, 1], 9))
+    (8.0, 2.5)
+    """
+    places = [_checked(network, node, point) for node, point in points]
+    if not places:
+        raise InputError("points", got=points, expected="at least one (node, [x, y, z])")
+    equations = equations_of(network, tolerance)
+    n = equations.size
+    able = mobility(equations, platform_fixed=False)
+    braced = redundancy(equations, platform_fixed=False)
+    transports = [equations.transport(node, point) for node, point in places]
+    for mechanism in able.mechanisms:
+        for (node, point), D in zip(places, transports, strict=True):
+            if node in mechanism.nodes:
+                motion = D @ mechanism.motions[mechanism.nodes.index(node)]
+                if np.abs(motion).max() > tolerance.independence:
+                    raise NoAnswerError(
+                        f"no compliance at {point.tolist()} of node {node!r}: "
+                        f"{Status.FREE_MOTIONS.advice[0]}"
+                    )
+    system = saddle_point_system(equations, set(network.fixed), able, braced)
+    loads = np.zeros((system.size, n * len(places)))
+    for i, ((node, _), D) in enumerate(zip(places, transports, strict=True)):
+        loads[system.rows_of[node], n * i : n * (i + 1)] = D.T
+    x, step = system.solve(loads)
+    if step > _SETTLED:
+        raise NoAnswerError(f"no compliance: {Status.ILL_CONDITIONED.advice[0]}")
+    C = loads.T @ x
+    return _unscaled(0.5 * (C + C.T), equations, len(places))
+
+
+def _unscaled(C: np.ndarray, equations: Equations, points: int) -> np.ndarray:
+    s = np.tile(equations.scale, points)
+    return C / (np.outer(s, s) * equations.stiffness)
+
+
+def _checked(network: Network, node: str, point: ArrayLike) -> tuple[str, np.ndarray]:
+    names = [known.name for known in network.nodes]
+    if node not in names:
+        raise InputError(
+            "node of a point", got=node, expected=f"the name of a node: {', '.join(names[:12])}"
+        )
+    place = as_floats(f"point of node {node!r}", point, "three numbers x y z [m]")
+    if place.shape != (3,):
+        raise InputError(f"point of node {node!r}", got=point, expected="three numbers x y z [m]")
+    return node, place

@@ -1,0 +1,165 @@
+"""Beams, springs and joints alike: which relative motions they resist, and how softly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.elastostatics import Tolerance, transmitted_wrenches
+from robostiff.errors import InputError
+from robostiff.kinematics import freedom_twist
+from robostiff.network.elements import BeamElement, Element, JointElement, SpringElement
+from robostiff.network.planar import check_in_plane
+from robostiff.spatial import Space, block_rotation, rotate_stiffness
+
+_SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A beam, spring or joint: it carries W f, and gives way by d with ``W^T d = S f``.
+
+    d is the motion of node b against node a.
+
+    Attributes
+    ----------
+    name, a, b : str
+    point : (3,) array
+        About which all of it is told [m].
+    W : (n, m) array
+        Orthonormal transmitted wrenches in scaled coordinates.
+    S : (m, m) array
+        Scaled compliance that they meet; rows and columns of rigid ones are exactly 0.
+    freedoms : (n, q) array
+        Unit twists of the passive freedoms, scaled.
+    freedom_names : tuple of str
+        ``connection/freedom``.
+    """
+
+    name: str
+    a: str
+    b: str
+    point: np.ndarray
+    W: np.ndarray
+    S: np.ndarray
+    freedoms: np.ndarray
+    freedom_names: tuple[str, ...]
+
+    @property
+    def is_full(self) -> bool:
+        """Whether it resists every relative motion."""
+        return self.W.shape[1] == self.W.shape[0]
+
+    @property
+    def rigid(self) -> np.ndarray:
+        """Which of the transmitted wrenches meet no compliance (m,)."""
+        return ~np.any(self.S, axis=0)
+
+
+def connection_of(
+    element: Element,
+    of_node: np.ndarray,
+    scale: np.ndarray,
+    space: Space,
+    tolerance: Tolerance,
+) -> Connection:
+    """What an element resists; `scale` turns twists into lengths.
+
+    Parameters
+    ----------
+    element : BeamElement, SpringElement or JointElement
+    of_node : (3,) array
+        A point of node a: slides and welds have no point of their own [m].
+    scale : (n,) array
+    space : Space
+    tolerance : Tolerance
+
+    Raises
+    ------
+    InputError
+        When an element of a planar network leaves the plane, or a compliance is negative.
+    """
+    if isinstance(element, BeamElement):
+        return beam_connection(element, scale, space)
+    if isinstance(element, SpringElement):
+        return spring_connection(element, scale, space, tolerance)
+    at = of_node if element.point is None else element.point
+    return joint_connection(element, at, scale, space, tolerance)
+
+
+def check_fits(element: Element, space: Space) -> None:
+    """Raise an InputError unless an element can be part of a network in this space."""
+    connection_of(element, np.zeros(3), np.ones(space.size), space, Tolerance())
+
+
+def spring_connection(
+    spring: SpringElement, scale: np.ndarray, space: Space, tolerance: Tolerance
+) -> Connection:
+    """Connection of a spring; `scale` turns twists into lengths."""
+    rows = list(space.rows)
+    C = rotate_stiffness(spring.elasticity.compliance, spring.rotation)
+    J = block_rotation(spring.rotation) @ spring.elasticity.freedoms
+    check_in_plane(spring.name, C, J, space)
+    C, J = C[np.ix_(rows, rows)], J[rows]
+    names = tuple(f"{spring.name}/freedom {i + 1}" for i in range(J.shape[1]))
+    return _connection(spring, spring.point, C, J, names, scale, tolerance)
+
+
+def beam_connection(beam: BeamElement, scale: np.ndarray, space: Space) -> Connection:
+    """Connection of a beam: its end against where its start would carry it."""
+    rows = list(space.rows)
+    C = rotate_stiffness(beam.tip_compliance, beam.rotation)
+    check_in_plane(beam.name, C, np.zeros((6, 0)), space)
+    C = C[np.ix_(rows, rows)] * np.outer(scale, scale)
+    n = space.size
+    return Connection(beam.name, beam.a, beam.b, beam.end, np.eye(n), C, np.zeros((n, 0)), ())
+
+
+def joint_connection(
+    joint: JointElement,
+    at: np.ndarray,
+    scale: np.ndarray,
+    space: Space,
+    tolerance: Tolerance,
+) -> Connection:
+    """Connection of a joint about the point `at`; `scale` turns twists into lengths."""
+    rows = list(space.rows)
+    C, passive, names = np.zeros((6, 6)), [], []
+    for freedom in joint.freedoms:
+        twist = freedom_twist(freedom, at)
+        if freedom.is_passive:
+            passive.append(twist)
+            names.append(f"{joint.name}/{freedom.name}")
+        elif freedom.stiffness is not None:
+            C = C + np.outer(twist, twist) / freedom.stiffness
+    J = np.array(passive).T.reshape(6, len(passive))
+    check_in_plane(joint.name, C, J, space)
+    return _connection(joint, at, C[np.ix_(rows, rows)], J[rows], tuple(names), scale, tolerance)
+
+
+def _connection(
+    element: SpringElement | JointElement,
+    point: np.ndarray,
+    C: np.ndarray,
+    J: np.ndarray,
+    names: tuple[str, ...],
+    scale: np.ndarray,
+    tolerance: Tolerance,
+) -> Connection:
+    C, J = C * np.outer(scale, scale), J * scale[:, None]
+    J = J / np.linalg.norm(J, axis=0)
+    W, _ = transmitted_wrenches(J, tolerance.independence)
+    S = W.T @ C @ W
+    S = 0.5 * (S + S.T)
+    values, modes = np.linalg.eigh(S)
+    if np.any(values < -_SYMMETRY * np.trace(C)):
+        raise InputError(
+            f"compliance of {element.name!r}", got=C, expected="a positive semidefinite matrix"
+        )
+    rigid = values <= tolerance.rigidity * np.trace(C)
+    if np.any(rigid):  # else as it is: a change of basis would cost the stiff directions digits
+        W = W @ modes
+        S = modes.T @ S @ modes
+        S[rigid, :] = S[:, rigid] = 0.0
+    return Connection(element.name, element.a, element.b, point, W, S, J, names)

@@ -1,0 +1,167 @@
+"""What a network is made of: rigid bodies, and the beams, springs and joints between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.elasticity import (
+    BeamTheory,
+    CrossSection,
+    Elasticity,
+    EulerBernoulli,
+    Material,
+    beam_compliance,
+)
+from robostiff.errors import InputError
+from robostiff.model import Motion, PlacedFreedom, beam_axes
+from robostiff.model.checks import vector3
+
+_DEFAULT_THEORY = EulerBernoulli()
+
+
+@dataclass(frozen=True)
+class Node:
+    """A rigid body, with six displacements about its own point.
+
+    Attributes
+    ----------
+    name : str
+        Unique in the network.
+    point : (3,) array
+        World coordinates [m].
+    """
+
+    name: str
+    point: np.ndarray
+
+
+@dataclass(frozen=True)
+class BeamElement:
+    """A straight beam whose ends are rigidly attached to two nodes.
+
+    Attributes
+    ----------
+    name, a, b : str
+        Its own name, and the nodes that hold its start and its end.
+    start, end : (3,) arrays
+        World coordinates [m].
+    rotation : (3, 3) array
+        Columns: the beam's axes, x from start to end, y and z principal.
+    tip_compliance : (6, 6) array
+        Of the end with the start clamped, in the beam's axes [m/N, rad/N, rad/(N m)].
+    """
+
+    name: str
+    a: str
+    b: str
+    start: np.ndarray
+    end: np.ndarray
+    rotation: np.ndarray
+    tip_compliance: np.ndarray
+
+    @property
+    def length(self) -> float:
+        """From start to end [m]."""
+        return float(np.linalg.norm(self.end - self.start))
+
+
+@dataclass(frozen=True)
+class SpringElement:
+    """An elastic part between two nodes that sits at one point.
+
+    Attributes
+    ----------
+    name, a, b : str
+    point : (3,) array
+        About which the elasticity is given [m].
+    rotation : (3, 3) array
+        Columns: the spring's axes.
+    elasticity : Elasticity
+        Of node b against node a. A zero compliance is a rigid connection.
+    """
+
+    name: str
+    a: str
+    b: str
+    point: np.ndarray
+    rotation: np.ndarray
+    elasticity: Elasticity
+
+
+@dataclass(frozen=True)
+class JointElement:
+    """A joint between two nodes; without freedoms it is a weld.
+
+    Attributes
+    ----------
+    name, a, b : str
+    freedoms : tuple of PlacedFreedom
+        Passive ones move without resistance, those with a stiffness as springs, all others not.
+    """
+
+    name: str
+    a: str
+    b: str
+    freedoms: tuple[PlacedFreedom, ...] = ()
+
+    @property
+    def point(self) -> np.ndarray | None:
+        """Mean of the points about which it turns (3,) [m]; None for slides and welds."""
+        turns = [f.point for f in self.freedoms if f.motion is Motion.ROTATION]
+        return np.mean(turns, axis=0) if turns else None
+
+
+Element = BeamElement | SpringElement | JointElement
+
+
+def beam_between(
+    a: Node,
+    b: Node,
+    material: Material,
+    section: CrossSection,
+    *,
+    y_axis: ArrayLike | None = None,
+    theory: BeamTheory = _DEFAULT_THEORY,
+    name: str = "beam",
+) -> BeamElement:
+    """Beam from the point of node a to the point of node b.
+
+    Parameters
+    ----------
+    a, b : Node
+        At different points.
+    material : Material
+    section : CrossSection
+    y_axis : (3,) array, optional
+        Direction of the section's y axis; any direction across when left out.
+    theory : BeamTheory
+        `EulerBernoulli()`, the default, or `Timoshenko()`.
+    name : str
+
+    Raises
+    ------
+    InputError
+        When the nodes are at one point, or `y_axis` runs along the beam.
+
+    Examples
+    --------
+    >>> from robostiff.elasticity import circle, material
+    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([0, 0, 2.0]))
+    >>> beam_between(wall, tip, material("steel"), circle(0.02)).length
+    2.0
+    """
+    start, end = vector3("start of the beam", a.point), vector3("end of the beam", b.point)
+    along = end - start
+    length = float(np.linalg.norm(along))
+    if length == 0.0:
+        raise InputError(
+            f"beam {name!r} from {a.name!r} to {b.name!r}",
+            got="two nodes at one point",
+            expected="nodes at different points",
+        )
+    rotation = beam_axes(along, None if y_axis is None else np.asarray(y_axis, dtype=float))
+    tip_compliance = beam_compliance(length, material, section, theory)
+    return BeamElement(name, a.name, b.name, start, end, rotation, tip_compliance)

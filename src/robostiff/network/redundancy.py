@@ -1,0 +1,120 @@
+"""Constraints that depend on one another: rigid parts that brace one another without load."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from robostiff.network.connection import Connection
+from robostiff.network.equations import Equations
+from robostiff.network.null_space import null_spaces, pinning_coordinates
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """Dependent constraints of a network with some nodes fixed.
+
+    Attributes
+    ----------
+    dropped : dict
+        For each connection by its number, which of its wrenches can be left out because the others
+        say the same.
+    on_platform : (n, k) array
+        Wrenches on the fixed platform that rigid parts alone carry to the ground, scaled.
+    doubtful : bool
+    """
+
+    dropped: dict[int, list[int]]
+    on_platform: np.ndarray
+    doubtful: bool
+
+
+def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
+    """Dependent constraints, with the platform free or fixed beside the fixed nodes.
+
+    Constraints along a tree are independent; only rigid parts that close a loop, or lead from one
+    fixed body to another, are looked at.
+    """
+    network, n = equations.network, equations.size
+    still = {*network.fixed, *([network.platform] if platform_fixed else [])}
+    dropped: dict[int, list[int]] = defaultdict(list)
+    on_platform, doubtful = [np.zeros((n, 0))], False
+    for nodes, numbers in _loops(equations, still):
+        column = {name: i for i, name in enumerate(nodes)}
+        places = [(k, int(j)) for k in numbers for j in np.flatnonzero(_rigid(equations, k))]
+        A, A_p = np.zeros((len(places), n * len(nodes))), np.zeros((len(places), n))
+        row = 0
+        for k in numbers:
+            c = equations.connections[k]
+            R = c.W[:, c.rigid].T
+            rows = slice(row, row := row + len(R))
+            for name, sign in ((c.a, -1), (c.b, 1)):
+                wrenches = sign * R @ equations.transport(name, c.point)
+                if name in column:
+                    A[rows, n * column[name] : n * (column[name] + 1)] += wrenches
+                elif name == network.platform:
+                    A_p[rows] += wrenches
+        spaces = null_spaces(A, equations.tolerance)
+        doubtful |= spaces.doubtful
+        on_platform.append(A_p.T @ spaces.left)
+        for place in pinning_coordinates(spaces.left):
+            number, wrench = places[place]
+            dropped[number].append(wrench)
+    return Redundancy(dict(dropped), np.hstack(on_platform), doubtful)
+
+
+def _rigid(equations: Equations, number: int) -> np.ndarray:
+    return equations.connections[number].rigid
+
+
+def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[int]]]:
+    """Free bodies and connections with rigid wrenches, without branches that end in the air."""
+    edges = {k: c for k, c in enumerate(equations.connections) if c.rigid.any()}
+    at: dict[str, set[int]] = defaultdict(set)
+    for k, c in edges.items():
+        for name in (c.a, c.b):
+            if name not in still:
+                at[name].add(k)
+    leaves = [name for name, numbers in at.items() if len(numbers) == 1]
+    while leaves:
+        name = leaves.pop()
+        if len(at[name]) != 1:
+            continue
+        (k,) = at[name]
+        for end in _free_ends(edges.pop(k), still):
+            at[end].discard(k)
+            if len(at[end]) == 1:
+                leaves.append(end)
+    return _connected([name for name, numbers in at.items() if numbers], edges, still)
+
+
+def _free_ends(connection: Connection, still: set[str]) -> list[str]:
+    return [name for name in (connection.a, connection.b) if name not in still]
+
+
+def _connected(
+    nodes: list[str], edges: dict[int, Connection], still: set[str]
+) -> list[tuple[list[str], list[int]]]:
+    index = {name: i for i, name in enumerate(nodes)}
+    pairs = [
+        (index[c.a], index[c.b]) for c in edges.values() if len(_free_ends(c, still)) == 2
+    ]
+    rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(nodes), len(nodes)))
+    labels = connected_components(graph, directed=False)[1]
+    parts: list[tuple[list[str], list[int]]] = [
+        ([], []) for _ in range(max(labels, default=-1) + 1)
+    ]
+    for name, i in index.items():
+        parts[labels[i]][0].append(name)
+    for k, c in edges.items():
+        ends = _free_ends(c, still)
+        if ends:
+            parts[labels[index[ends[0]]]][1].append(k)
+        else:
+            parts.append(([], [k]))
+    return parts

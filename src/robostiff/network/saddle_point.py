@@ -1,0 +1,136 @@
+"""The saddle-point system of a network, assembled, freed of what is dependent, and factorised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import SuperLU, splu
+
+from robostiff.elastostatics import Status
+from robostiff.errors import NoAnswerError
+from robostiff.network.equations import Equations
+from robostiff.network.mobility import Mobility
+from robostiff.network.redundancy import Redundancy
+
+_REFINEMENTS = 2
+
+
+@dataclass(frozen=True)
+class SaddlePointSystem:
+    """``[[0, A^T], [A, -S]] [x; f] = [F; 0]`` of all bodies, and how to solve it.
+
+    A holds the transmitted wrenches of beams, springs and joints, S their compliance (0 where
+    rigid), x displacements and f the sizes of the wrenches; all scaled. With the wrenches as
+    unknowns the rows of A are geometry alone, so that refinement reaches full accuracy; condensed
+    to displacements, a long chain of beams would lose all digits.
+
+    Attributes
+    ----------
+    size : int
+        Number of displacements and wrenches, those that are not kept among them.
+    matrix : sparse (size, size) array
+        Of all bodies, the fixed ones and the platform among them.
+    kept : (m,) array of int
+        Rows and columns that are solved for: free, and independent of one another.
+    rows_of : dict
+        The displacements of each node.
+    regular : sparse (m, m) array
+        What is kept of the matrix.
+    lu : SuperLU or None
+        Its factors; None where nothing is kept.
+    """
+
+    size: int
+    matrix: csc_array
+    kept: np.ndarray
+    rows_of: dict[str, np.ndarray]
+    regular: csc_array
+    lu: SuperLU | None
+
+    def solve(self, right: np.ndarray) -> tuple[np.ndarray, float]:
+        """Displacements and wrenches (size, k) for right sides (size, k), 0 where not kept.
+
+        Iterative refinement; the second answer is the size of its last step as a part of the whole.
+        """
+        solution = np.zeros(right.shape)
+        if self.lu is None:
+            return solution, 0.0
+        b = right[self.kept]
+        part, step = np.zeros(b.shape), np.zeros(b.shape)
+        for _ in range(1 + _REFINEMENTS):
+            step = self.lu.solve(b - self.regular @ part)
+            part = part + step
+        solution[self.kept] = part
+        whole = np.abs(part).max(initial=np.finfo(float).tiny)
+        return solution, float(np.abs(step).max(initial=0.0) / whole)
+
+
+def saddle_point_system(
+    equations: Equations, still: set[str], mobility: Mobility, redundancy: Redundancy
+) -> SaddlePointSystem:
+    """Assemble and factorise.
+
+    Mechanisms are held at as many coordinates as they have, and dependent constraints left out:
+    neither changes what the platform feels. What is left is regular.
+
+    Parameters
+    ----------
+    equations : Equations
+    still : set of str
+        Nodes whose displacement is given.
+    mobility, redundancy
+        Of the network with these nodes fixed.
+
+    Raises
+    ------
+    NoAnswerError
+        When rounding makes the rest singular all the same: parts that differ in softness by more
+        than all digits.
+    """
+    nodes = [node.name for node in equations.network.nodes]
+    n = equations.size
+    rows_of = {name: np.arange(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
+    wrench_rows, size = [], n * len(nodes)
+    for c in equations.connections:
+        wrench_rows.append(np.arange(size, size := size + c.W.shape[1]))
+    matrix = _assembled(equations, rows_of, wrench_rows, size)
+    lost = [rows_of[name] for name in still]
+    for mechanism in mobility.mechanisms:
+        rows = np.concatenate([rows_of[name] for name in mechanism.nodes])
+        lost.append(rows[mechanism.pins])
+    lost += [wrench_rows[k][numbers] for k, numbers in redundancy.dropped.items()]
+    kept = np.setdiff1d(np.arange(size), np.concatenate(lost))
+    regular = matrix[kept][:, kept].tocsc()
+    try:
+        lu = splu(regular) if kept.size else None
+    except RuntimeError:  # an exact zero for a pivot
+        raise NoAnswerError(
+            f"no stiffness of network {equations.network.name!r}: "
+            f"{Status.ILL_CONDITIONED.advice[0]}"
+        ) from None
+    return SaddlePointSystem(size, matrix, kept, rows_of, regular, lu)
+
+
+def _assembled(
+    equations: Equations,
+    rows_of: dict[str, np.ndarray],
+    wrench_rows: list[np.ndarray],
+    size: int,
+) -> csc_array:
+    rows, columns, values = [], [], []
+
+    def add(block: np.ndarray, at: np.ndarray, beside: np.ndarray) -> None:
+        rows.append(np.repeat(at, len(beside)))
+        columns.append(np.tile(beside, len(at)))
+        values.append(block.ravel())
+
+    for c, own in zip(equations.connections, wrench_rows, strict=True):
+        add(-c.S, own, own)
+        for name, sign in ((c.a, -1), (c.b, 1)):
+            A = sign * c.W.T @ equations.transport(name, c.point)
+            add(A, own, rows_of[name])
+            add(A.T, rows_of[name], own)
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return coo_array(entries, shape=(size, size)).tocsc()

@@ -1,0 +1,99 @@
+"""The stiffness of any robot as a formula, by its name, its file, or as an object."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robostiff.analytic import (
+    Closed,
+    RobotDerivation,
+    Steps,
+    derive_robot,
+)
+from robostiff.errors import InputError
+from robostiff.io.model_file import ALL_PARAMETERS
+from robostiff.model import Robot
+from robostiff.robots import load
+
+if TYPE_CHECKING:
+    from robostiff.analytic.robot_pose import PoseFormula
+    from robostiff.io.model_file.symbols import Symbols
+
+
+def derive(
+    robot: Robot | str | Path,
+    *,
+    symbols: Symbols | None = None,
+    pose: PoseFormula | None = None,
+    form: Closed | Steps | None = None,
+) -> RobotDerivation:
+    """Stiffness matrix of a robot as a formula, eq. (12), about its reference point, world axes.
+
+    The legs are closed in formulas, in the working modes of home, and each leg transmits wrenches
+    w that meet compliances c: K = sum of w w^T / c.
+
+    Parameters
+    ----------
+    robot : Robot, str or Path
+        A robot, with or without symbols; or a name of `shipped_robots` or a model file.
+    symbols : iterable of str, or ALL_PARAMETERS
+        Parameters of the model file that are symbols of the formula; all of them when left out.
+        For a name or file alone: a `Robot` brings its own.
+    pose : AtHome, AtSymbols or AtCoordinates
+        Where: at home (when left out), at a general pose that is told by symbols, or at given
+        coordinates.
+    form : Closed or Steps
+        One expression an entry, or named steps, which never explode. Closed at home and steps
+        elsewhere when left out.
+
+    Returns
+    -------
+    RobotDerivation
+        With K, the legs, and the definitions of named steps. `robostiff.analytic.export` writes it
+        as text, LaTeX, Markdown, PDF, JSON, Python and C.
+
+    Raises
+    ------
+    InputError
+        When there is no such robot, a leg has no closed form away from home, or a leg is rigid.
+    FormulaTooLargeError
+        When a closed form would exceed its limit.
+
+    Examples
+    --------
+    Eq. (28), case B of the paper, and the same platform at a general pose:
+
+    >>> derivation = derive("gough-stewart-b")
+    >>> derivation.K[2, 2]
+    6*h**2*k/(R**2 - R*r + h**2 + r**2)
+    >>> from robostiff.analytic import AtSymbols
+    >>> general = derive("gough-stewart-b", pose=AtSymbols())
+    >>> general.where
+    'at x, y, z, alpha, beta, gamma'
+    """
+    if isinstance(robot, Robot):
+        if symbols is not None:
+            raise InputError(
+                "symbols of a formula",
+                got=f"names beside the loaded robot {robot.name!r}",
+                expected="a robot that was loaded with its symbols",
+                hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
+            )
+        return derive_robot(robot, pose, form)
+    if not isinstance(robot, str | Path):
+        raise InputError(
+            "robot of a formula",
+            got=type(robot).__name__,
+            expected="a Robot, the name of a shipped robot, or a model file",
+            hint="a snapshot of formulas is derived by robostiff.analytic.snapshot_formula",
+        )
+    loaded = load(robot, symbols=ALL_PARAMETERS if symbols is None else symbols)
+    if not isinstance(loaded, Robot):
+        raise InputError(
+            "robot of a formula",
+            got=str(robot),
+            expected="a model, whose parameters can be symbols",
+            hint="a snapshot holds the numbers of one pose; describe the robot in a model file",
+        )
+    return derive_robot(loaded, pose, form)

@@ -1,0 +1,31 @@
+"""Robots to compile, and poses around home."""
+
+import numpy as np
+
+import robostiff as rs
+from robostiff.kinematics import Pose
+from robostiff.kinematics.pose import home_coordinates
+from robostiff.model import ALL_COORDINATES
+
+
+def model(name: str, *symbols: str) -> rs.Robot:
+    robot = rs.load(name, symbols=symbols) if symbols else rs.load(name)
+    assert isinstance(robot, rs.Robot)
+    return robot
+
+
+def around_home(robot: rs.Robot, count: int, spread: float = 0.05, seed: int = 7) -> Pose:
+    """Poses (count, n) by the robot's own coordinates, or by the joints of an arm."""
+    random, twin = np.random.default_rng(seed), robot.numeric
+    if robot.is_serial and robot.home is None:
+        home = twin.legs[0].chain.home
+        return rs.JointCoordinates(home + random.uniform(-spread, spread, (count, home.size)))
+    told = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
+    home = home_coordinates(twin)[told]
+    return home + random.uniform(-spread, spread, (count, len(told)))
+
+
+def row(pose: Pose, i: int) -> Pose:
+    if isinstance(pose, rs.JointCoordinates):
+        return rs.JointCoordinates(np.asarray(pose.values)[i])
+    return np.asarray(pose)[i]

@@ -1,0 +1,163 @@
+"""Machine code and NumPy: the same answers, in any number of threads, in given arrays."""
+
+import importlib.util
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+import robostiff as rs
+from robostiff.compiled import ArrayCode, MachineCode
+from tests.analysis.kernels.cases import around_home, model
+
+BACKENDS = [rs.Backend.ARRAYS, rs.Backend.MACHINE]
+
+
+@pytest.fixture
+def no_heyoka(monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "heyoka" else find(name)
+    )
+
+
+@pytest.mark.parametrize("name", ["hexapod", "3-rrr", "six-joint-arm"])
+def test_both_backends_say_the_same(name):
+    robot = model(name)
+    outputs = [rs.StiffnessMatrix(), rs.PrincipalStiffness()]
+    pose = around_home(robot, 50)
+    one, two = (rs.compile(robot, outputs, backend=b).evaluate(pose) for b in BACKENDS)
+    np.testing.assert_array_equal(one.status_codes, two.status_codes)
+    np.testing.assert_array_equal(one.rank, two.rank)
+    for key, values in one.values.items():
+        size = np.nanmax(np.abs(values), initial=1.0)
+        np.testing.assert_allclose(values, two.values[key], rtol=1e-9, atol=1e-12 * size)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_threads_change_no_bit(backend):
+    robot = model("hexapod")
+    compiled = rs.compile(robot, [rs.PrincipalStiffness()], backend=backend)
+    pose = around_home(robot, 30_001)
+    one, two = (compiled.evaluate(pose, threads=n) for n in (1, 2))
+    name = rs.PrincipalStiffness.name
+    np.testing.assert_array_equal(one.values[name], two.values[name])
+    np.testing.assert_array_equal(one.status_codes, two.status_codes)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_raw_kernel_fills_arrays_of_the_caller(backend):
+    robot = model("3-rpr")
+    kernel = rs.compile(robot, backend=backend).kernel
+    pose = np.asarray(around_home(robot, 10))
+    inputs = np.ascontiguousarray(pose.T)
+    out = np.full((kernel.rows, 10), np.nan)
+    assert kernel.evaluate(inputs, out) is out
+    K = rs.stiffness(robot, pose).K
+    for r, (i, j) in enumerate([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]):
+        np.testing.assert_allclose(out[r], K[:, i, j], rtol=1e-9, atol=1e-9 * np.abs(K).max())
+    np.testing.assert_array_equal(kernel.evaluate(inputs), out)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_pickled_kernels_are_the_same_kernels(backend):
+    robot = model("3-rrr")
+    compiled = rs.compile(robot, backend=backend)
+    pose = around_home(robot, 9)
+    other = pickle.loads(pickle.dumps(compiled))  # noqa: S301
+    np.testing.assert_array_equal(
+        other.evaluate(pose).values["K"], compiled.evaluate(pose).values["K"]
+    )
+
+
+def test_without_heyoka_numpy_serves_and_says_so(no_heyoka):
+    robot = model("3-rpr")
+    with pytest.warns(rs.NoMachineCodeWarning, match="some ten times slower"):
+        compiled = rs.compile(robot)
+    assert isinstance(compiled.kernel.code, ArrayCode)
+    pose = around_home(robot, 3)
+    np.testing.assert_allclose(
+        compiled.evaluate(pose).values["K"], rs.stiffness(robot, pose).K, rtol=1e-9, atol=1e-3
+    )
+
+
+def test_the_warning_comes_once(no_heyoka):
+    robot = model("3-rpr")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        rs.compile(robot)
+        rs.compile(robot)
+    assert [w.category for w in caught] == [rs.NoMachineCodeWarning]
+
+
+def test_who_asks_for_arrays_is_not_warned(no_heyoka):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        rs.compile(model("3-rpr"), backend=rs.Backend.ARRAYS)
+
+
+def test_who_asks_for_machine_code_is_told_what_to_install(no_heyoka):
+    with pytest.raises(rs.InputError, match="write pip install heyoka"):
+        rs.compile(model("3-rpr"), backend=rs.Backend.MACHINE)
+
+
+def test_the_best_backend_is_machine_code_where_it_is_there():
+    assert isinstance(rs.compile(model("3-rpr")).kernel.code, MachineCode)
+
+
+POSES = {
+    "one pose": ([0, 0, 0.9, 0, 0, 0], r"\(N, 6\): x y z rx ry rz, one pose a row"),
+    "a short row": ([[0, 0, 0.9]], r"\(N, 6\)"),
+    "not a number": ([[0, 0, np.nan, 0, 0, 0]], "got"),
+    "joints": (rs.JointCoordinates(np.zeros((1, 6))), "rs.stiffness takes poses in other ways"),
+    "a transform": (RigidTransform.identity(), "rs.stiffness takes poses in other ways"),
+    "home": (None, "rs.stiffness takes poses in other ways"),
+}
+
+
+@pytest.mark.parametrize(("pose", "message"), POSES.values(), ids=POSES.keys())
+def test_other_poses_are_refused_with_the_way_to_go(pose, message):
+    with pytest.raises(rs.InputError, match=message):
+        rs.compile(model("hexapod"), backend=rs.Backend.ARRAYS).evaluate(pose)
+
+
+def test_all_six_coordinates_of_a_robot_with_three_are_refused():
+    compiled = rs.compile(model("3-puu"), backend=rs.Backend.ARRAYS)
+    with pytest.raises(rs.InputError, match=r"\(N, 3\): x y z, one pose a row; rs.stiffness"):
+        compiled.evaluate(np.zeros((2, 6)))
+
+
+def test_an_arm_is_posed_by_joints_or_by_poses():
+    robot = model("six-joint-arm")
+    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
+    joints = around_home(robot, 4)
+    pose = rs.find_posture(robot, joints).pose
+    K = rs.stiffness(robot, pose).K
+    np.testing.assert_allclose(
+        compiled.evaluate(pose).values["K"], K, rtol=1e-9, atol=1e-9 * np.abs(K).max()
+    )
+    with pytest.raises(rs.InputError, match=r"joint coordinates \(N, 6\)"):
+        compiled.evaluate(rs.JointCoordinates(np.zeros((2, 5))))
+
+
+OUTPUTS = {
+    "none": ([], "several"),
+    "a class": ([rs.StiffnessMatrix], "such as StiffnessMatrix"),
+    "a word": (["K"], "such as StiffnessMatrix"),
+    "twice": ([rs.StiffnessMatrix(), rs.StiffnessMatrix()], "each name once"),
+    "strange coordinate": ([rs.Derivative(rs.StiffnessMatrix(), "q")], "x, y, z, rx, ry, rz"),
+    "short wrench": ([rs.DeflectionUnder([1, 2, 3])], "6 numbers"),
+}
+
+
+@pytest.mark.parametrize(("outputs", "message"), OUTPUTS.values(), ids=OUTPUTS.keys())
+def test_outputs_that_make_no_sense_are_refused(outputs, message):
+    with pytest.raises(rs.InputError, match=message):
+        rs.compile(model("hexapod"), outputs)
+
+
+def test_a_backend_is_an_object():
+    with pytest.raises(rs.InputError, match=r"Backend\.MACHINE"):
+        rs.compile(model("3-rpr"), backend="machine")  # pyright: ignore[reportArgumentType]

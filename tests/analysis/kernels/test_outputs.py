@@ -1,0 +1,147 @@
+"""Outputs of kernels against the matrices of `stiffness`, and derivatives against differences."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from tests.analysis.kernels.cases import around_home, model
+
+FULL_RANK = ["hexapod", "3-puu", "3-rpr-beams", "3-rrr", "two-link-arm"]
+BACKENDS = [rs.Backend.ARRAYS, rs.Backend.MACHINE]
+
+
+def wrench_of(robot):
+    return np.arange(1.0, robot.space.size + 1) * 10
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("name", FULL_RANK)
+def test_every_output_is_what_it_is_by_definition(name, backend):
+    robot = model(name)
+    d, F = robot.space.translations, wrench_of(robot)
+    compiled = rs.compile(
+        robot,
+        [
+            rs.StiffnessMatrix(),
+            rs.ComplianceMatrix(),
+            rs.DeflectionUnder(F),
+            rs.PrincipalStiffness(),
+            rs.WorstDeflection(),
+        ],
+        backend=backend,
+    )
+    pose = around_home(robot, 20)
+    found = compiled.evaluate(pose).values
+    K = rs.stiffness(robot, pose).K
+    C = np.linalg.inv(K)
+    scale = np.sqrt(np.einsum("nii->ni", K))
+    own = scale[:, :, None] * scale[:, None, :]
+    assert np.all(np.abs(found["K"] - K) <= 1e-11 * own)
+    assert np.all(np.abs(found["compliance"] - C) <= 1e-8 * np.abs(C).max((1, 2))[:, None, None])
+    np.testing.assert_allclose(found["deflection"], C @ F, rtol=1e-6, atol=1e-14)
+    principal = found["principal_stiffness"]
+    for part, block in ((principal[:, :d], K[:, :d, :d]), (principal[:, d:], K[:, d:, d:])):
+        expected = np.linalg.eigvalsh(block)
+        assert np.all(np.abs(part - expected) <= 1e-11 * expected[:, -1:])
+    np.testing.assert_allclose(
+        found["worst_deflection"], np.linalg.eigvalsh(C[:, :d, :d])[:, -1], rtol=1e-9
+    )
+
+
+def differences(robot, pose, column, step, quantity):
+    up, down = np.array(pose), np.array(pose)
+    up[:, column] += step
+    down[:, column] -= step
+    return (quantity(rs.stiffness(robot, up).K) - quantity(rs.stiffness(robot, down).K)) / (
+        2 * step
+    )
+
+
+def stiffness_itself(K):
+    return K
+
+
+def principal(K):
+    d = 3 if K.shape[-1] == 6 else 2
+    parts = [np.linalg.eigvalsh(K[:, :d, :d]), np.linalg.eigvalsh(K[:, d:, d:])]
+    return np.concatenate(parts, axis=-1)
+
+
+def worst(K):
+    return np.linalg.eigvalsh(np.linalg.inv(K)[:, :3, :3])[:, -1]
+
+
+@pytest.mark.parametrize(
+    ("output", "quantity"),
+    [
+        (rs.StiffnessMatrix(), stiffness_itself),
+        (rs.ComplianceMatrix(), np.linalg.inv),
+        (rs.DeflectionUnder([10, 20, 30, 4, 5, 6]), lambda K: np.linalg.inv(K)
+         @ np.array([10.0, 20, 30, 4, 5, 6])),
+        (rs.PrincipalStiffness(), principal),
+        (rs.WorstDeflection(), worst),
+    ],
+    ids=lambda x: getattr(x, "name", ""),
+)  # fmt: skip
+@pytest.mark.parametrize(("name", "by"), [("hexapod", "y"), ("hexapod", "rx"), ("3-puu", "x")])
+def test_derivatives_are_limits_of_differences(name, by, output, quantity):
+    robot = model(name)
+    names = [coordinate.value for coordinate in robot.coordinates]
+    rate = rs.Derivative(output, by)
+    compiled = rs.compile(robot, [rate], backend=rs.Backend.ARRAYS)
+    pose = np.asarray(around_home(robot, 8, seed=3))
+    found = compiled.evaluate(pose).values[rate.name]
+    expected = differences(robot, pose, names.index(by), 2e-5, quantity)
+    size = np.abs(quantity(rs.stiffness(robot, pose).K))
+    allowed = 1e-6 * np.abs(expected) + 1e-6 * size.max()
+    assert np.all(np.abs(found - expected) <= allowed)
+
+
+def test_second_derivatives_are_derivatives_of_derivatives():
+    robot = model("3-rpr")
+    first = rs.Derivative(rs.StiffnessMatrix(), "x")
+    second = rs.Derivative(first, "rz")
+    assert second.name == "ddK/dx/drz"
+    compiled = rs.compile(robot, [first, second], backend=rs.Backend.ARRAYS)
+    pose = np.asarray(around_home(robot, 5))
+    turn = np.array([0, 0, 1e-5])
+    up, down = (compiled.evaluate(pose + s * turn).values[first.name] for s in (1, -1))
+    expected = (up - down) / 2e-5
+    found = compiled.evaluate(pose).values[second.name]
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_derivatives_that_are_none_are_told_by_the_status(backend):
+    rate = rs.Derivative(rs.PrincipalStiffness(), "x")
+    compiled = rs.compile(model("hexapod"), [rate], backend=backend)
+    # At home two pairs of eigenvalues meet; then a general pose, and one out of reach.
+    poses = np.array([[0, 0, 0.9, 0, 0, 0], [0.05, 0.02, 0.9, 0.1, 0.05, 0], [0, 0, 0.1, 0, 0, 0]])
+    answer = compiled.evaluate(poses)
+    assert list(map(rs.Status, answer.status_codes.tolist())) == [
+        rs.Status.ILL_CONDITIONED,
+        rs.Status.OK,
+        rs.Status.UNREACHABLE,
+    ]
+    finite = np.isfinite(answer.values[rate.name]).all(axis=1)
+    np.testing.assert_array_equal(finite, [False, True, False])
+
+
+def test_derivatives_of_K_are_none_where_the_rank_changes():
+    rate = rs.Derivative(rs.StiffnessMatrix(), "x")
+    robot = model("gough-stewart-a")
+    compiled = rs.compile(robot, [rate, rs.StiffnessMatrix()], backend=rs.Backend.ARRAYS)
+    poses = np.array([[0, 0, 0.8, 0, 0, 0], [0.05, 0.02, 0.8, 0.1, 0.05, 0]])
+    answer = compiled.evaluate(poses)
+    assert rs.Status.ILL_CONDITIONED in rs.Status(int(answer.status_codes[0]))
+    assert np.isnan(answer.values[rate.name][0]).all()
+    assert np.isfinite(answer.values["K"][0]).all()
+    assert np.isfinite(answer.values[rate.name][1]).all()
+
+
+@pytest.mark.parametrize(
+    "output", [rs.ComplianceMatrix(), rs.WorstDeflection(), rs.DeflectionUnder([1] * 6)]
+)
+def test_what_free_motions_forbid_is_said_when_compiling(output):
+    with pytest.raises(rs.NoAnswerError, match="free motions at every pose"):
+        rs.compile(model("gough-stewart-a"), [output])

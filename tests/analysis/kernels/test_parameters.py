@@ -1,0 +1,138 @@
+"""Parameters as inputs of kernels: each value gives the robot that has it."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analytic import AtCoordinates, Steps, derive_robot, differentiate
+from tests.analysis.kernels.cases import around_home, model, row
+
+ROBOTS = {
+    "hexapod": ("R", "alpha", "k_screw", "cylinder"),
+    "3-puu": ("R", "l", "r"),
+    "3-rrr": ("l1", "l2", "k"),
+    "gough-stewart-a": ("R", "k"),
+    "tripteron": ("d", "l"),
+    "two-link-arm": ("l1", "b"),
+    "planar-link": ("L",),
+}
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_value_a_pose_is_a_robot_a_pose(name):
+    robot = model(name, *ROBOTS[name])
+    compiled = rs.compile(robot, parameters=ROBOTS[name], backend=rs.Backend.ARRAYS)
+    assert compiled.verified
+    pose, random = around_home(robot, 6), np.random.default_rng(1)
+    values = {n: robot.nominal[n] * random.uniform(0.9, 1.1, 6) for n in ROBOTS[name]}
+    answer = compiled.evaluate(pose, parameters=values)
+    for i in range(6):
+        own = robot.substituted({n: float(v[i]) for n, v in values.items()})
+        one = rs.stiffness(own, row(pose, i))
+        assert (answer.rank[i], answer.status_codes[i]) == (one.rank, int(one.status))
+        np.testing.assert_allclose(
+            answer.values["K"][i], one.K, rtol=1e-9, atol=1e-11 * np.abs(one.K).max()
+        )
+
+
+def test_left_out_parameters_are_nominal_and_other_symbols_stay_so():
+    robot = model("gough-stewart-b", "R", "r", "k")
+    compiled = rs.compile(robot, parameters=("R", "r"))
+    assert compiled.parameters == ("R", "r")
+    assert compiled.kernel.inputs[6:] == ("R", "r")
+    pose = around_home(robot, 4)
+    nominal, given = compiled.evaluate(pose), compiled.evaluate(pose, parameters={"r": 0.25})
+    plain = model("gough-stewart-b")
+    np.testing.assert_allclose(nominal.values["K"], rs.stiffness(plain, pose).K, rtol=1e-9, atol=1)
+    other = robot.substituted({"R": 0.5, "r": 0.25, "k": 1e8})
+    np.testing.assert_allclose(given.values["K"], rs.stiffness(other, pose).K, rtol=1e-9, atol=1)
+
+
+def test_guarded_poses_are_computed_with_their_own_values():
+    robot = model("gough-stewart-a", "R", "k")
+    compiled = rs.compile(robot, parameters=("R", "k"), backend=rs.Backend.ARRAYS)
+    pose = np.zeros((4, 6))  # the platform in the base plane: the legs' forces lie in it
+    pose[[0, 3]] = [[0.05, 0.02, 0.8, 0, 0.1, 0], [0.02, 0.05, 0.75, 0.1, 0, 0]]
+    values = {"R": np.array([0.5, 0.5, 0.55, 0.5]), "k": np.array([1e8, 1e8, 2e8, 3e8])}
+    answer = compiled.evaluate(pose, parameters=values)
+    assert list(answer.guarded) == [False, True, True, False]
+    for i in range(4):
+        own = robot.substituted({n: float(v[i]) for n, v in values.items()})
+        one = rs.stiffness(own, pose[i])
+        assert answer.rank[i] == one.rank
+        np.testing.assert_allclose(
+            answer.values["K"][i], one.K, rtol=1e-9, atol=1e-9 * np.abs(one.K).max()
+        )
+
+
+@pytest.mark.parametrize("by", ["R", "k"])
+def test_derivatives_by_parameters_are_those_of_the_formula(by):
+    robot = model("gough-stewart-b", "R", "r", "k")
+    rate = rs.Derivative(rs.StiffnessMatrix(), by)
+    compiled = rs.compile(robot, [rate], parameters=("R", "k"))
+    found = compiled.evaluate(np.array([[0.03, -0.02, 0.7, 0, 0, 0]]))
+    symbol = next(s for s in robot.symbols if str(s) == by)
+    place = AtCoordinates({"x": 0.03, "y": -0.02, "z": 0.7})
+    derived = differentiate(derive_robot(robot, place, Steps()), symbol)
+    dK = np.array(
+        derived.substituted({s: robot.nominal[str(s)] for s in robot.symbols})[1].evalf(),
+        dtype=float,
+    )
+    np.testing.assert_allclose(
+        found.values[rate.name][0], dK, rtol=1e-9, atol=1e-11 * np.abs(dK).max()
+    )
+
+
+@pytest.mark.parametrize(("name", "by"), [("3-rrr", "l2"), ("tripteron", "l"), ("hexapod", "R")])
+def test_derivatives_by_parameters_are_limits_of_differences(name, by):
+    robot = model(name, by)
+    rate = rs.Derivative(rs.StiffnessMatrix(), by)
+    compiled = rs.compile(robot, [rate], parameters=(by,), backend=rs.Backend.ARRAYS)
+    pose = around_home(robot, 5)
+    value, step = robot.nominal[by], 1e-5 * robot.nominal[by]
+    up, down = (rs.stiffness(robot.substituted({by: value + s}), pose).K for s in (step, -step))
+    expected = (up - down) / (2 * step)
+    np.testing.assert_allclose(
+        compiled.evaluate(pose).values[rate.name],
+        expected,
+        rtol=1e-6,
+        atol=1e-7 * np.abs(expected).max(),
+    )
+
+
+def test_a_compiled_robot_with_parameters_travels():
+    compiled = rs.compile(model("3-rpr-beams"))
+    other = pickle.loads(pickle.dumps(compiled))  # noqa: S301
+    pose = around_home(compiled.robot, 3)
+    np.testing.assert_array_equal(
+        other.evaluate(pose).values["K"], compiled.evaluate(pose).values["K"]
+    )
+    with_R = rs.compile(model("hexapod", "R"), parameters=("R",), backend=rs.Backend.ARRAYS)
+    again = pickle.loads(pickle.dumps(with_R))  # noqa: S301
+    pose = around_home(with_R.robot, 3)
+    np.testing.assert_array_equal(
+        again.evaluate(pose, parameters={"R": 0.55}).values["K"],
+        with_R.evaluate(pose, parameters={"R": 0.55}).values["K"],
+    )
+
+
+SYMBOLS = ("R", "r")
+MISUSES = {
+    "no symbol": (("k",), {}, r"a symbol: R, r; write rs.load\(..., symbols=\(\"k\",\)\)"),
+    "one name": ("R", {}, r"write \('R',\)"),
+    "not compiled": (("R",), {"r": 1}, r"expected R; write rs.compile\(robot, parameters=\(\"r\""),
+    "too many values": (("R",), {"R": [1, 2]}, "a finite number, or 3 of them"),
+    "a word": (("R",), {"R": "long"}, "a finite number"),
+    "below zero": (("R",), {"R": -0.5}, "positive"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("names", "values", "message"), MISUSES.values(), ids=MISUSES.keys())
+def test_misuse_tells_what_to_write(names, values, message):
+    robot = model("gough-stewart-b", *SYMBOLS)
+    with pytest.raises(rs.InputError, match=message):
+        rs.compile(robot, parameters=names, backend=rs.Backend.ARRAYS).evaluate(
+            around_home(robot, 3), parameters=values
+        )

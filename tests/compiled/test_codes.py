@@ -1,0 +1,194 @@
+"""NumPy in chunks, machine code and one operation after the other give the same numbers."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robostiff.compiled.arrays import ArrayCode
+from robostiff.compiled.machine import MachineCode, machine_code_is_available, machine_threads
+from robostiff.record import (
+    Program,
+    Record,
+    arc_cosine,
+    arc_tangent,
+    cosine,
+    greater,
+    least,
+    reciprocal,
+    sine,
+    square_root,
+)
+
+NAMES = ("x", "y", "z")
+needs_compiler = pytest.mark.skipif(
+    not machine_code_is_available(), reason="heyoka is not installed"
+)
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> Program:
+    """Random operations on three inputs, of moderate values where the inputs are."""
+    record = Record({name: [0.3 + 0.2 * i, 0.8 - 0.1 * i] for i, name in enumerate(NAMES)})
+    known: list[Any] = [record.input(name) for name in NAMES]
+    one = [
+        sine,
+        cosine,
+        lambda a: -a,
+        lambda a: square_root(a * a + 0.5),
+        lambda a: reciprocal(a * a + 0.7),
+        lambda a: arc_cosine(sine(a) * 0.9),
+        lambda a: a * 0.5,
+        lambda a: 1.25 - a,
+    ]
+    two = [
+        lambda a, b: a + b,
+        lambda a, b: a - b,
+        lambda a, b: sine(a) * b,
+        lambda a, b: a / (b * b + 1.5),
+        least,
+        arc_tangent,
+        lambda a, b: greater(a, b) + a,
+    ]
+    for _ in range(draw(st.integers(1, 40))):
+        a = known[draw(st.integers(0, len(known) - 1))]
+        b = known[draw(st.integers(0, len(known) - 1))]
+        made = (
+            draw(st.sampled_from(one))(a)
+            if draw(st.booleans())
+            else draw(st.sampled_from(two))(a, b)
+        )
+        known.append(made)
+    count = draw(st.integers(1, 6))
+    places = draw(st.lists(st.integers(0, len(known) - 1), min_size=count, max_size=count))
+    return Program.of(record, [*(known[i] for i in places), 2.5])
+
+
+def evaluated(code: ArrayCode | MachineCode, inputs: np.ndarray) -> np.ndarray:
+    outputs = np.full((len(code.program.outputs), inputs.shape[1]), np.nan)
+    code.evaluate(inputs, outputs)
+    return outputs
+
+
+def plainly(program: Program, inputs: np.ndarray) -> np.ndarray:
+    rows = program.evaluated(dict(zip(program.inputs, inputs, strict=True)))
+    return np.array([np.broadcast_to(row, inputs.shape[1]) for row in rows], dtype=float)
+
+
+@settings(max_examples=150, deadline=None)
+@given(programs())
+def test_arrays_as_one_after_the_other(program: Program):
+    inputs = np.random.default_rng(0).uniform(-1, 1, (3, 7))
+    before = inputs.copy()
+    assert np.array_equal(evaluated(ArrayCode(program), inputs), plainly(program, inputs))
+    assert np.array_equal(inputs, before)
+
+
+@needs_compiler
+@settings(max_examples=12, deadline=None)
+@given(programs())
+def test_machine_code_as_arrays(program: Program):
+    inputs = np.random.default_rng(1).uniform(-1, 1, (3, 11))
+    machine, arrays = (evaluated(kind(program), inputs) for kind in (MachineCode, ArrayCode))
+    # a comparison may fall the other way where both sides are equal but for rounding
+    same = np.isclose(machine, arrays, rtol=1e-12, atol=1e-12)
+    assert same.mean() > 0.9
+    if not any(step.operation.value in ("greater", "min", "atan2") for step in program.steps):
+        assert same.all()
+
+
+def everything() -> Program:
+    record = Record({"x": [0.3], "y": [0.6], "z": [0.9]})
+    x, y, z = (record.input(name) for name in NAMES)
+    return Program.of(
+        record,
+        [
+            x + y * z - 2,
+            x / y,
+            square_root(x * x + y),
+            sine(x) * cosine(y),
+            arc_cosine(x),
+            arc_tangent(x, -z),
+            least(x, y),
+            greater(z, y),
+            -x,
+            x,
+            4.0,
+        ],
+    )
+
+
+@pytest.mark.parametrize("kind", [ArrayCode, pytest.param(MachineCode, marks=needs_compiler)])
+def test_every_operation(kind: type):
+    inputs = np.random.default_rng(2).uniform(0.1, 0.9, (3, 37))
+    program = everything()
+    assert np.allclose(evaluated(kind(program), inputs), plainly(program, inputs), rtol=1e-14)
+
+
+@pytest.mark.parametrize("kind", [ArrayCode, pytest.param(MachineCode, marks=needs_compiler)])
+@pytest.mark.parametrize("count", [0, 1, 3, 8191, 8192, 8193, 20000])
+def test_any_number_of_poses(kind: type, count: int):
+    inputs = np.random.default_rng(3).uniform(0.1, 0.9, (3, count))
+    program = everything()
+    assert np.allclose(evaluated(kind(program), inputs), plainly(program, inputs), rtol=1e-14)
+
+
+def test_threads_give_the_same_bits():
+    inputs = np.random.default_rng(4).uniform(0.1, 0.9, (3, 50_001))
+    code = ArrayCode(everything())
+    alone, together = (np.empty((11, 50_001)) for _ in range(2))
+    code.evaluate(inputs, alone, threads=1)
+    code.evaluate(inputs, together, threads=3)
+    assert np.array_equal(alone, together)
+
+
+@needs_compiler
+def test_threads_of_machine_code_give_the_same_bits():
+    inputs = np.random.default_rng(4).uniform(0.1, 0.9, (3, 50_001))
+    code = MachineCode(everything())
+    with machine_threads(1):
+        alone = evaluated(code, inputs)
+    with machine_threads(2):
+        assert np.array_equal(evaluated(code, inputs), alone)
+
+
+@needs_compiler
+def test_the_number_of_threads_is_put_back():
+    import heyoka as hy
+
+    before = hy.get_nthreads()
+    with pytest.raises(ValueError, match="stop"), machine_threads(before + 1):
+        raise ValueError("stop")
+    assert hy.get_nthreads() == before
+
+
+@needs_compiler
+def test_one_input():
+    record = Record({"x": [0.3]})
+    code = MachineCode(Program.of(record, [record.input("x") * 2]))
+    assert np.array_equal(evaluated(code, np.array([[1.0, 2.0]])), [[2.0, 4.0]])
+
+
+@pytest.mark.parametrize("kind", [ArrayCode, pytest.param(MachineCode, marks=needs_compiler)])
+def test_pickled(kind: type):
+    inputs = np.random.default_rng(5).uniform(0.1, 0.9, (3, 10))
+    code = kind(everything())
+    first = evaluated(code, inputs)  # compiled by now
+    again = pickle.loads(pickle.dumps(code))  # noqa: S301
+    assert np.array_equal(evaluated(again, inputs), first)
+    assert again == code
+
+
+def test_few_rows_are_held():
+    """A chain of operations needs one row, however long it is."""
+    record = Record({"x": [0.3]})
+    y: Any = record.input("x")
+    for k in range(50):
+        y = sine(y) + k
+    code = ArrayCode(Program.of(record, [y]))
+    assert code._rows == 1

@@ -1,0 +1,150 @@
+"""Compiled robots against `stiffness`: same status, same rank, same K, wherever the pose is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robostiff.analysis import stiffness
+from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
+from robostiff.compiled import Backend
+from robostiff.compiled.machine import machine_code_is_available
+from robostiff.elastostatics import Status
+from robostiff.kinematics import find_posture
+from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.robots import load
+from tests.compiled.agreement import agreement
+from tests.generators.kernel_robots import ALL_ROBOTS, flat_struts, robot_called, thin_legs
+from tests.generators.machines import five_bar, tripod
+from tests.generators.planted_poses import PoseSpace
+
+BACKENDS = [Backend.ARRAYS, *([Backend.MACHINE] if machine_code_is_available() else [])]
+#: Their unreachable poses are followed by Newton's method, which takes its time.
+OPEN = ("RPS tripod", "PRS tripod", "3-UPU", "3-puu", "tripteron", "3-rpr-beams")
+#: Not trusted: so far from generic poses are they that every pose is computed in full.
+ILL_CONDITIONED = ("thin legs",)
+
+
+def compiled_with(robot: Robot, backend: Backend) -> CompiledRobot:
+    return compile_robot(robot, backend=backend)
+
+
+@pytest.mark.parametrize("name", ALL_ROBOTS)
+def test_random_and_planted_poses(name: str):
+    robot = robot_called(name)
+    space, rng = PoseSpace(robot), np.random.default_rng(11)
+    few = name in OPEN
+    sizes = (0.1, 0.3) if few else (0.2, 0.6, 1.5)
+    rows = [space.drawn(rng, 60 if few else 400, size) for size in sizes]
+    rows = np.concatenate([space.planted(rng, lines=2 if few else 6), *rows])
+    for backend in BACKENDS:
+        compiled = compiled_with(robot, backend)
+        assert compiled.verified == (name not in ILL_CONDITIONED)
+        found = agreement(compiled, space, rows)
+        assert found.status.size == 0
+        assert found.rank.size == 0
+        assert found.K.max() <= 1e-9
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_one_row_of_all_wrenches_vanishes(backend: Backend):
+    """Legs nearly parallel hold the platform across them by next to nothing."""
+    robot = flat_struts()
+    space, rng = PoseSpace(robot), np.random.default_rng(0)
+    rows = space.home + 10.0 ** rng.uniform(-8, -3, (4000, 1)) * rng.uniform(-1, 1, (4000, 3))
+    found = agreement(compiled_with(robot, backend), space, rows)
+    codes = stiffness(robot, rows).status_codes
+    assert np.count_nonzero(codes & int(Status.ILL_CONDITIONED)) > 100
+    assert found.status.size == found.rank.size == 0
+    assert found.K.max() <= 1e-9
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_poses_out_of_reach_are_told_at_once(backend: Backend):
+    robot = load("3-rrr")
+    assert isinstance(robot, Robot)
+    space, rng = PoseSpace(robot), np.random.default_rng(1)
+    rows = space.drawn(rng, 3000, 3.0)
+    answer = compiled_with(robot, backend).evaluate(rows)
+    lost = answer.status_codes == int(Status.UNREACHABLE)
+    assert 500 < np.count_nonzero(lost) < 2900
+    assert np.count_nonzero(answer.guarded & lost) < 30
+    assert (answer.rank[lost] == -1).all()
+    assert np.isnan(answer.values["K"][lost]).all()
+    assert np.isfinite(answer.values["K"][~lost]).all()
+    assert np.array_equal(answer.status_codes, stiffness(robot, rows).status_codes)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_exactly_singular_poses_are_computed_again(backend: Backend):
+    """At home the legs of case A meet in one point: rank 3, though 5 elsewhere."""
+    robot = load("gough-stewart-a")
+    assert isinstance(robot, Robot)
+    compiled = compiled_with(robot, backend)
+    home = PoseSpace(robot).home
+    answer = compiled.evaluate(np.array([home, home + [0.01, 0.02, 0, 0.05, 0.03, 0.1]]))
+    assert answer.guarded.tolist() == [True, False]
+    assert answer.rank.tolist() == [3, 5]
+    assert answer.guarded_share == 0.5
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_actuators_at_their_limits(backend: Backend):
+    robot = robot_called("six-joint-arm")
+    compiled = compiled_with(robot, backend)
+    space = PoseSpace(robot)
+    roles = robot.legs[0].chain.roles
+    rows, expected = [], []
+    for i, role in enumerate(roles):
+        limits = getattr(role, "limits", None)
+        if limits is None:
+            continue
+        for limit, outwards in zip(limits, (-1, 1), strict=True):
+            for by in (0.0, 1e-15, -1e-15, 1e-12, -1e-12, 1e-3, -1e-3):
+                q = space.home.copy()
+                q[i] = limit + outwards * by
+                rows.append(q)
+                expected.append(q[i] < limits[0] or q[i] > limits[1])
+    assert rows
+    answer = compiled.evaluate(space.pose(np.array(rows)))
+    assert ((answer.status_codes & int(Status.BEYOND_LIMITS)) != 0).tolist() == expected
+
+
+def test_a_robot_far_from_generic_is_computed_in_full():
+    robot = thin_legs()
+    answer = compile_robot(robot).evaluate(np.tile(PoseSpace(robot).home, (3, 1)))
+    assert answer.guarded.all()
+
+
+def test_a_planar_robot_takes_the_coordinates_of_its_plane():
+    robot = five_bar()
+    assert robot.coordinates == ALL_COORDINATES
+    answer = compile_robot(robot).evaluate(np.array([[0.05, 0.8, 0.1]]))
+    expected = stiffness(robot, [0.05, 0.8, 0, 0, 0, 0.1]).K
+    assert np.abs(answer.values["K"][0] - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+def test_no_poses():
+    robot = load("gough-stewart-b")
+    assert isinstance(robot, Robot)
+    answer = compile_robot(robot).evaluate(np.empty((0, 6)))
+    assert answer.values["K"].shape == (0, 6, 6)
+    assert answer.guarded_share == 0.0
+
+
+def test_coordinates_that_the_legs_decide_are_met_to_the_last_digits():
+    """A platform that misses its legs by less than what counts as reached is moved on to them."""
+    poses = np.array([[0.50129927, 0.00086437, 0.0006468]])
+    posture = find_posture(tripod(), poses)
+    assert posture.shift_gaps.max() <= 1e-12
+    assert np.abs(posture.pose[0, :2]).max() > 1e-10
+
+
+def test_working_frames_of_a_planar_robot_at_several_heights():
+    """Links stacked above one another are no reason to distrust a record."""
+    robot = load("3-rrr")
+    assert isinstance(robot, Robot)
+    raised = replace(robot, reference_point=np.array([0.01, 0.02, 0.3]))
+    assert compile_robot(raised).verified

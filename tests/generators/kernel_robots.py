@@ -1,0 +1,228 @@
+"""Robots that try a compiled robot hard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from robostiff.elasticity import circle
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Coordinate,
+    Elbow,
+    Element,
+    Joint,
+    JointKind,
+    Leg,
+    Rigid,
+    Robot,
+    Telescope,
+    TelescopicBeam,
+    beam_axes,
+    beam_link,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+)
+from robostiff.robots import load, shipped_robots
+from robostiff.spatial import Space
+from tests.generators.elements import BAR, ROD, STEEL, shift_by
+from tests.generators.machines import (
+    DRIVE,
+    FREE,
+    X,
+    Y,
+    Z,
+    case_a,
+    case_b,
+    elbow_arm,
+    five_bar,
+    tripod,
+    turned,
+)
+
+BASE_ANGLES = (-10, 10, 110, 130, 230, 250)
+PLATFORM_ANGLES = (-50, 50, 70, 170, 190, 290)
+TRANSLATIONS = (Coordinate.X, Coordinate.Y, Coordinate.Z)
+IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
+
+
+def rod_hexapod(kind: str, elbow: Elbow = Elbow.HOME) -> Robot:
+    """Six legs RUS with cranks, or PUS with vertical slides."""
+    legs = []
+    for i, (phi, psi) in enumerate(
+        zip(np.radians(BASE_ANGLES), np.radians(PLATFORM_ANGLES), strict=True)
+    ):
+        A = 0.5 * np.array([np.cos(phi), np.sin(phi), 0])
+        B = 0.25 * np.array([np.cos(psi), np.sin(psi), 0])
+        drive: list[Element] = (
+            [revolute(Y, Actuated(1e5), home=[0.2]), beam_link(0.2 * X, STEEL, BAR, y_axis=Y)]
+            if kind == "RUS"
+            else [prismatic(Z, DRIVE, home=[0.1])]
+        )
+        rod = beam_link([0, 0, 0.7], STEEL, ROD)
+        chain = Chain((*drive, universal(X, Y, FREE), rod, spherical(FREE)))
+        base = turned(np.array([0, 0, phi]), A)
+        legs.append(Leg(f"leg{i}", base, chain, shift_by(*B), elbow))
+    return Robot(kind, tuple(legs), home=shift_by(0, 0, 0.65))
+
+
+def sps_hexapod() -> Robot:
+    """A hexapod whose legs may spin about themselves."""
+    robot = case_b()
+    return replace(
+        robot, name="SPS", legs=tuple(_with_first(leg, spherical(FREE)) for leg in robot.legs)
+    )
+
+
+def translational_upu() -> Robot:
+    """Three legs UPU whose outer axes stay parallel: a platform that does not turn."""
+    legs = []
+    for i in range(3):
+        angle = 2 * np.pi * i / 3 + 0.2
+        turn = np.array([0, 0, angle])
+        radial = np.array([np.cos(angle), np.sin(angle), 0])
+        beam = TelescopicBeam(STEEL, ROD, share=1.0)
+        telescope = Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
+        chain = Chain((universal(Y, X, FREE), telescope, universal(X, Y, FREE)))
+        base, home = turned(turn, 0.5 * radial), turned(turn, 0.2 * radial)
+        legs.append(Leg(f"leg{i}", base, chain, home))
+    return Robot("3-UPU", tuple(legs), home=shift_by(0, 0, 0.6), coordinates=TRANSLATIONS)
+
+
+def rigid_cranks() -> Robot:
+    """A planar 3-RRR of rigid links: near a dead point its elastic motors hold it rigidly."""
+    legs = []
+    for i in range(3):
+        angle = 2 * np.pi * i / 3
+        turn = np.array([0, 0, angle + np.pi])
+        radial = np.array([np.cos(angle), np.sin(angle), 0])
+        link = Rigid(shift_by(0.35, 0, 0))
+        chain = Chain(
+            (
+                revolute(Z, Actuated(2e4), home=[0.9]),
+                link,
+                revolute(Z, FREE, home=[-1.5]),
+                link,
+                revolute(Z, FREE),
+            )
+        )
+        home = shift_by(*(0.1 * radial))
+        legs.append(Leg(f"leg{i}", turned(turn, 0.5 * radial), chain, home, Elbow.PLUS))
+    return _planar("rigid cranks", legs, shift_by(0, 0, 0))
+
+
+def flat_struts() -> Robot:
+    """A planar 3-RPR whose legs are all parallel at home, which says nothing of other poses."""
+    legs = []
+    for i, (a, b, h) in enumerate(((-0.4, -0.4, 0.0), (0.1, 0.1, 0.15), (0.5, 0.5, -0.1))):
+        chain = Chain((revolute(Z, FREE), prismatic(Y, DRIVE, home=[0.6]), revolute(Z, FREE)))
+        legs.append(Leg(f"leg{i}", shift_by(a, 0, 0), chain, shift_by(b, h, 0)))
+    return _planar("flat struts", legs, shift_by(0, 0.6, 0))
+
+
+def stiff_and_soft() -> Robot:
+    """A hexapod whose actuators differ by ten decades."""
+    robot = case_b()
+    sizes = 10.0 ** np.linspace(2, 12, 6)
+    legs = []
+    for leg, k in zip(robot.legs, sizes, strict=True):
+        elements = [
+            replace(e, role=Actuated(float(k))) if isinstance(e, Telescope) else e
+            for e in leg.chain.elements
+        ]
+        legs.append(replace(leg, chain=Chain(tuple(elements))))
+    return replace(robot, name="stiff and soft", legs=tuple(legs))
+
+
+def thin_legs() -> Robot:
+    """A hexapod of wires: bending gives way ten million times as easily as pulling."""
+    legs = []
+    for leg in case_b().legs:
+        elements: list[Element] = []
+        for e in leg.chain.elements:
+            if isinstance(e, Telescope):
+                wire = TelescopicBeam(STEEL, circle(0.0004), share=1.0)
+                elements.append(replace(e, beams=(wire,), role=Actuated()))
+            else:
+                elements.append(e)
+        legs.append(replace(leg, chain=Chain(tuple(elements))))
+    return Robot("thin legs", tuple(legs), home=shift_by(0, 0, 0.6))
+
+
+def skewed_hexapod() -> Robot:
+    """A hexapod whose universal joints have axes that are not square, and bars for legs."""
+    robot = case_b()
+    legs = []
+    for leg in robot.legs:
+        beam = TelescopicBeam(STEEL, BAR, share=1.0)
+        telescope = Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
+        joint = universal([1, 0.2, 0.1], [0, 1, 0.1], FREE)
+        legs.append(replace(leg, chain=Chain((joint, telescope, spherical(FREE)))))
+    return replace(robot, name="skewed", legs=tuple(legs))
+
+
+def _planar(name: str, legs: list[Leg], home: RigidTransform) -> Robot:
+    return Robot(name, tuple(legs), home=home, coordinates=IN_PLANE, space=Space.PLANAR)
+
+
+def _with_first(leg: Leg, joint: Joint) -> Leg:
+    _, *others = leg.chain.elements
+    return replace(leg, chain=Chain((joint, *others)))
+
+
+def drives_only_arm() -> Robot:
+    """A serial arm of rigid links and elastic drives, singular wherever an axis is lost."""
+    return elbow_arm(elastic_links=False)
+
+
+def spherical_joint_arm() -> Robot:
+    """A serial arm with a passive joint in its middle."""
+    arm = elbow_arm()
+    elements = [
+        replace(e, role=FREE)
+        if isinstance(e, Joint) and e.kind is JointKind.REVOLUTE and e.name == "j5"
+        else e
+        for e in arm.legs[0].chain.elements
+    ]
+    leg = replace(arm.legs[0], chain=Chain(tuple(elements)))
+    return replace(arm, name="arm with a free joint", legs=(leg,))
+
+
+HAND_MADE: dict[str, Callable[[], Robot]] = {
+    "case a": case_a,
+    "case b with limits": lambda: case_b(limits=(0.45, 0.9)),
+    "SPS": sps_hexapod,
+    "3-UPU": translational_upu,
+    "RUS": lambda: rod_hexapod("RUS"),
+    "PUS": lambda: rod_hexapod("PUS", Elbow.MINUS),
+    "RPS tripod": tripod,
+    "PRS tripod": lambda: tripod("PRS"),
+    "five-bar": lambda: replace(five_bar(), coordinates=IN_PLANE),
+    "rigid cranks": rigid_cranks,
+    "flat struts": flat_struts,
+    "stiff and soft": stiff_and_soft,
+    "thin legs": thin_legs,
+    "skewed": skewed_hexapod,
+    "elbow arm": elbow_arm,
+    "drives only": drives_only_arm,
+    "free joint": spherical_joint_arm,
+}
+
+
+def robot_called(name: str) -> Robot:
+    """A hand-made or a shipped robot."""
+    if name in HAND_MADE:
+        return HAND_MADE[name]()
+    robot = load(name)
+    if not isinstance(robot, Robot):
+        raise TypeError(name)
+    return robot
+
+
+ALL_ROBOTS = (*HAND_MADE, *shipped_robots())

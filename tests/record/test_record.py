@@ -1,0 +1,193 @@
+"""Records: equal operations once, zeros and ones without a trace, identities found by value."""
+
+import numpy as np
+import pytest
+
+from robostiff import InputError
+from robostiff.record import (
+    Entry,
+    Operation,
+    Program,
+    Record,
+    arc_cosine,
+    arc_tangent,
+    cosine,
+    greater,
+    least,
+    reciprocal,
+    sine,
+    square_root,
+)
+
+
+@pytest.fixture
+def record() -> Record:
+    return Record({"x": [0.3, 0.7], "y": [1.1, 0.4]})
+
+
+def inputs(record: Record) -> tuple[Entry, Entry]:
+    return record.input("x"), record.input("y")
+
+
+def test_equal_operations_are_written_once(record: Record):
+    x, y = inputs(record)
+    assert (x * y).step == (y * x).step
+    assert (x + y).step == (y + x).step
+    assert (x - y).step != (y - x).step
+    assert least(x, y).step == least(y, x).step
+    size = record.size
+    _ = sine(x) * sine(x) + y * x
+    after = record.size
+    _ = sine(x) * sine(x) + y * x
+    assert after > size
+    assert record.size == after
+
+
+def test_zeros_and_ones_leave_no_trace(record: Record):
+    x, y = inputs(record)
+    size = record.size
+    for nothing in (0 * x, x - x, x * 0.0, 0 * (x / 1)):
+        assert nothing == 0
+        assert not isinstance(nothing, Entry)
+    for same in (x + 0, 0 + x, x - 0, 1 * x, x * 1.0, x / 1, x**1):
+        assert same.step == x.step
+    assert x / x == 1
+    assert x**0 == 1
+    assert record.size == size
+    minus = -x
+    assert (-minus).step == x.step
+    assert (-(x - y)).step == (y - x).step
+    assert (1 / (1 / x)).step == x.step
+
+
+def test_signs_travel_outwards(record: Record):
+    x, y = inputs(record)
+    assert ((-x) * y).step == (-(x * y)).step
+    assert ((-x) * (-y)).step == (x * y).step
+    assert (x + -y).step == (x - y).step
+    assert (x - -y).step == (x + y).step
+    assert (-x - y).step == (-(x + y)).step
+    assert (1 / -x).step == (-(1 / x)).step
+    assert sine(-x).step == (-sine(x)).step
+    assert cosine(-x).step == cosine(x).step
+
+
+def test_numbers_gather_in_products(record: Record):
+    x, _ = inputs(record)
+    assert (2 * x * 3.0).step == (6.0 * x).step
+    assert ((x / 4) * 4).step == x.step
+
+
+def test_roots_of_squares(record: Record):
+    x, _ = inputs(record)
+    assert square_root(x * x).step == x.step
+    assert square_root((-x) * (-x)).step == x.step
+    below = x - 1
+    assert np.allclose(square_root(below * below).sample, 1 - x.sample)
+    mixed = x - 0.5  # of either sign at the samples
+    assert np.allclose(square_root(mixed * mixed).sample, np.abs(mixed.sample))
+    root = square_root(x)
+    assert (root * root).step == x.step
+
+
+def test_powers(record: Record):
+    x, _ = inputs(record)
+    for n in (-3, -1, 2, 5):
+        assert np.allclose((x**n).sample, x.sample**n)
+    with pytest.raises(InputError, match="power of an entry"):
+        x**0.5
+
+
+def test_samples_follow_numpy(record: Record):
+    x, y = inputs(record)
+    a, b = x.sample, y.sample
+    pairs = [
+        (x + y, a + b),
+        (2 - x, 2 - a),
+        (x / y, a / b),
+        (3 / y, 3 / b),
+        (square_root(x), np.sqrt(a)),
+        (arc_cosine(x), np.arccos(a)),
+        (arc_tangent(x, -y), np.arctan2(a, -b)),
+        (least(x, 0.5), np.minimum(a, 0.5)),
+        (greater(x, y), a > b),
+        (reciprocal(x), 1 / a),
+    ]
+    for entry, value in pairs:
+        assert np.allclose(entry.sample, value, rtol=1e-15)
+
+
+def test_entries_work_in_arrays(record: Record):
+    x, y = inputs(record)
+    A = np.array([[x, 2], [0, y]], dtype=object)
+    product = A @ A
+    assert np.allclose(product[0, 1].sample, 2 * (x.sample + y.sample))
+    assert product[1, 0] == 0
+
+
+def test_identities_are_settled_by_value(record: Record):
+    x, y = inputs(record)
+    one = sine(x) * sine(x) + cosine(x) * cosine(x)
+    assert record.settled(one) == 1
+    assert record.settled(-one) == -1
+    assert record.settled(one - 1) == 0
+    twice = sine(x) * cosine(x) * 2
+    again = sine(x + x)
+    assert record.settled(again).step == twice.step
+    assert record.settled(-1 * again).sample == pytest.approx(-twice.sample)
+    other = sine(x + y)
+    assert record.settled(other).step == other.step
+
+
+def test_what_vanishes_is_judged_by_its_size(record: Record):
+    x, _ = inputs(record)
+    small = x * 1e-11
+    assert record.settled(small).step == small.step
+    assert record.settled(small, scale=100.0) == 0
+
+
+def test_one_sample_that_agrees_is_not_enough():
+    record = Record({"x": [0.5, 0.7]})
+    x = record.input("x")
+    again = x + x - 0.5  # equal to x at 0.5 only
+    assert record.settled(again).step == again.step
+
+
+def test_samples_must_be_as_many_for_each_input():
+    with pytest.raises(InputError, match="samples of the inputs"):
+        Record({"x": [1.0], "y": [1.0, 2.0]})
+
+
+def test_only_needed_steps_are_in_a_program(record: Record):
+    x, y = inputs(record)
+    _ = cosine(y) + 1
+    program = Program.of(record, [x * 2, 7])
+    assert program.operations == 1
+    assert program.inputs == ("x", "y")
+    assert program.evaluated({"x": 3.0, "y": 0.0}) == [6.0, 7.0]
+
+
+def test_inputs_that_are_outputs(record: Record):
+    x, _ = inputs(record)
+    program = Program.of(record, [x, x])
+    assert program.evaluated({"x": 3.0, "y": 0.0}) == [3.0, 3.0]
+
+
+def test_exact_numbers_stay_exact_if_asked():
+    sp = pytest.importorskip("sympy")
+    record = Record({"x": [2.0]})
+    third = record.input("x") * sp.Rational(1, 3)
+    exact, floats = (Program.of(record, [third], exact=exact) for exact in (True, False))
+    table = {Operation.MULTIPLY: lambda a, b: a * b}
+    assert exact.evaluated({"x": sp.Integer(2)}, table) == [sp.Rational(2, 3)]
+    (number,) = [s.number for s in floats.steps if s.operation is Operation.NUMBER]
+    assert isinstance(number, float)
+
+
+def test_names_are_for_readers_only(record: Record):
+    x, y = inputs(record)
+    size = (x * y).named("area")
+    program = Program.of(record, [size + 1])
+    assert [step.name for step in program.steps if step.operation is Operation.MULTIPLY] == ["area"]
+    assert x.named("other").step == x.step
+    assert "x" not in record.names.values()
