@@ -61,6 +61,7 @@ bench: $(STAMP)-test
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/derivations.py
 	$(BIN)/python benchmarks/map_overhead.py
+	$(BIN)/python benchmarks/kernels.py
 
 clean:
 	rm -rf $(VENV) docs/_build build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis

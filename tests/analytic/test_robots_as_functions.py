@@ -66,7 +66,7 @@ def test_the_exported_function_at_a_general_pose_agrees_with_the_numerical_form(
             pose[3:] = rotation_vector(*angles)
             expected = rs.stiffness(numeric, pose)
         assert not expected.status.is_bad
-        known = {n: v for n, v in zip(coordinates, told.values(), strict=True)} | values
+        known = dict(zip(coordinates, told.values(), strict=True)) | values
         wanted = {symbol.name: known[symbol.name] for symbol in derivation.symbols}
         K = function(**wanted)
         assert np.max(np.abs(K - expected.K)) < 1e-12 * np.max(np.abs(expected.K))

@@ -81,6 +81,19 @@ def test_joints_random_poses_and_other_options():
     assert again.stdout == outcome.stdout
 
 
+def test_large_maps_have_a_kernel_unless_asked_otherwise():
+    many = ("3-rpr", "--x", "-20 mm, 20 mm, 300", "--y", "-20 mm, 20 mm, 200", "-o", "map.zarr")
+    assert run(*many).exit_code == 0
+    assert xarray.open_zarr("map.zarr", consolidated=False).attrs["method"].startswith("compiled")
+    assert run(*GRID, "--batched", "-o", "other.zarr").exit_code == 0
+    assert (
+        xarray.open_zarr("other.zarr", consolidated=False).attrs["method"]
+        == "wrench-basis, batched"
+    )
+    # Another method is another map.
+    assert run(*many, "--batched", "--resume").exit_code == 2
+
+
 def test_standard_output_takes_csv_alone():
     to_file, to_screen = run(*GRID, "-o", "map.csv"), run(*GRID, "-o", "-")
     assert to_file.exit_code == to_screen.exit_code == 0

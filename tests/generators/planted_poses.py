@@ -38,6 +38,10 @@ class PoseSpace:
         shifts = rng.uniform(-1, 1, (count, self.home.size)) * self.step
         return self.home + size * shifts * rng.uniform(0, 1, (count, 1))
 
+    def near_home(self, rng: np.random.Generator) -> np.ndarray:
+        """Home, and 1e-3 to 1e-12 away from it."""
+        return np.concatenate([self.home[None], *self._around(self.home[None], rng)])
+
     def planted(self, rng: np.random.Generator, lines: int = 12) -> np.ndarray:
         """Coordinates on singularities and limits found along lines from home, and near them."""
         towards = self.home + rng.normal(size=(lines, self.home.size)) * self.step
@@ -45,10 +49,10 @@ class PoseSpace:
         for status in (Status.UNREACHABLE, Status.BEYOND_LIMITS):
             found.append(self._where_it_begins(towards, status))
         found.append(self._most_singular(towards))
-        places = np.concatenate([*found, self._special()])
+        places = np.concatenate([*found, self.round_values()])
         return np.concatenate([places, *(self._around(places, rng))])
 
-    def _special(self) -> np.ndarray:
+    def round_values(self) -> np.ndarray:
         """Home with some coordinates at round values."""
         rows = []
         for k, step in enumerate(self.step):

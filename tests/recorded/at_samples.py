@@ -15,7 +15,7 @@ def sample(x: Any, k: int) -> float:
     return float(x.sample[k]) if isinstance(x, Entry) else float(x)
 
 
-def samples(column: Sequence[Any], k: int) -> np.ndarray:
+def samples(column: Sequence[Any] | np.ndarray, k: int) -> np.ndarray:
     """A column at a sample."""
     return np.array([sample(x, k) for x in column])
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.guarded_values import values_of
 from robostiff.analysis.kernel_inputs import KernelInputs
 from robostiff.analysis.parameter_values import ParameterValues, with_parameters
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.record_agreement import agrees
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.compiled import (
     Backend,
@@ -23,8 +23,7 @@ from robostiff.compiled import (
     rows_of,
     unpacked,
 )
-from robostiff.elastostatics import Status, Tolerance
-from robostiff.elastostatics.tolerance import scaling
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
 from robostiff.model import ALL_COORDINATES, Robot
@@ -32,10 +31,8 @@ from robostiff.record import Entry
 from robostiff.recorded import (
     SHORT,
     RecordedRobot,
-    parameter_samples,
     record_at_joints,
     record_at_pose,
-    sample_postures,
 )
 
 # Losses of the recorded pivots above which a pose is computed again; their squares are summed. The
@@ -45,12 +42,8 @@ _SAFE = 1e4**2
 _OUT_OF_REACH = -1e-3  # of `RecordedRobot.reach`: certainly out of reach
 # An actuator nearer to a limit than this part of its range is looked at again.
 _AT_LIMIT = 1e-9
-# Generic poses must keep away from the tolerances that decide, by what poses may differ.
-_STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
-_AGREEMENT = 1e-9
 # A gap between eigenvalues, as a part of them, below which their derivatives are rounding.
 _APART = 1e-7
-_FREE = 1e-6  # of the largest size: what rounding leaves of zero
 
 
 @dataclass(frozen=True)
@@ -174,7 +167,7 @@ class CompiledRobot:
         if "limits" in checks:
             status |= np.where(checks["limits"] < 0, np.uint8(Status.BEYOND_LIMITS), np.uint8(0))
         guarded = self._guarded(checks, rows.shape[1])
-        if "reach" in checks and not self._open:
+        if "reach" in checks:
             out_of_reach = out_of_reach | (checks["reach"] < _OUT_OF_REACH)
         status[out_of_reach], rank[out_of_reach] = int(Status.UNREACHABLE), -1
         guarded &= ~out_of_reach
@@ -192,11 +185,6 @@ class CompiledRobot:
     def _inputs(self) -> KernelInputs:
         joints = len(self.kernel.inputs) - len(self.robot.symbols) if self.takes_joints else 0
         return KernelInputs(self.robot, joints)
-
-    @property
-    def _open(self) -> bool:
-        """Whether the legs decide some pose coordinates, which may bring a leg back into reach."""
-        return len(self.robot.coordinates) < len(self.robot.space.rows)
 
     def _guarded(self, checks: dict[str, np.ndarray], count: int) -> np.ndarray:
         if not self.verified:
@@ -273,7 +261,8 @@ def compile_robot(
     >>> fast = rs.compile(robot)
     >>> poses = np.zeros((1000, 6)) + [0, 0, 0.5, 0, 0, 0.1]
     >>> answer = fast.evaluate(poses)
-    >>> bool(np.allclose(answer.values["K"][0], rs.stiffness(robot, poses[0]).K, rtol=1e-9))
+    >>> K = rs.stiffness(robot, poses[0]).K
+    >>> bool(np.allclose(answer.values["K"][0], K, rtol=1e-9, atol=1e-9 * K.max()))
     True
     >>> robot = rs.load("gough-stewart-b", symbols=("R", "k"))
     >>> fast = rs.compile(robot, [rs.PrincipalStiffness()], parameters=("R",))
@@ -292,7 +281,7 @@ def compile_robot(
     compiled = CompiledRobot(
         robot, kernel, takes_joints, recorded.factors.rank, recorded.status, verified=True
     )
-    return replace(compiled, verified=_agrees(recorded, robot, finder))
+    return replace(compiled, verified=agrees(recorded, compiled._inputs, finder))
 
 
 def _within_its_space(robot: Robot) -> Robot:
@@ -342,41 +331,3 @@ def _recorded(robot: Robot, finder: PostureFinder) -> tuple[RecordedRobot, bool]
 def _misses(recorded: RecordedRobot) -> bool:
     """Whether a leg misses the platform at generic poses: the open coordinates must give way."""
     return any(np.any(part.sample < 0) for part in recorded.reach if isinstance(part, Entry))
-
-
-def _agrees(recorded: RecordedRobot, robot: Robot, finder: PostureFinder) -> bool:
-    """Whether record and wrench basis form tell the same at the samples."""
-    posture = sample_postures(finder.robot, finder)
-    parameters = ParameterValues(robot, np.array(list(parameter_samples(robot).values())))
-    by_joints = robot.is_serial and robot.home is None
-    told = [ALL_COORDINATES.index(c) for c in robot.coordinates] if robot.symbols else slice(None)
-    for other, rows in parameters.groups(np.ones(len(posture.pose), dtype=bool)):
-        pose = (
-            JointCoordinates(posture.coordinates[0][rows])
-            if by_joints
-            else posture.pose[rows][:, told]
-        )
-        if not _agrees_at(recorded, stiffness(other, pose, tolerance=_STRICT), rows):
-            return False
-    return True
-
-
-def _sizes(result: RobotStiffness, length: float) -> np.ndarray:
-    """Sizes by which the entries of K are judged, sqrt(K_ii), those of free motions not zero."""
-    scale = scaling(np.array(length), result.space)
-    size = np.sqrt(np.einsum("...ii->...i", result.K)) / scale
-    return np.maximum(size, _FREE * size.max(axis=-1, keepdims=True)) * scale
-
-
-def _agrees_at(recorded: RecordedRobot, result: RobotStiffness, rows: np.ndarray) -> bool:
-    """Whether record and wrench basis form tell the same at some of the samples."""
-    if np.any(result.rank != recorded.factors.rank):
-        return False
-    if np.any(result.status_codes & ~np.uint8(Status.BEYOND_LIMITS) != int(recorded.status)):
-        return False
-    size = _sizes(result, recorded.length)
-    for (i, j), entry in recorded.K.items():
-        own = entry.sample[rows] if isinstance(entry, Entry) else float(entry)
-        if np.any(np.abs(own - result.K[:, i, j]) > _AGREEMENT * size[:, i] * size[:, j]):
-            return False
-    return True

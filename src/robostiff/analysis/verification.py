@@ -19,7 +19,6 @@ from robostiff.elastostatics import (
     SaddlePoint,
     Status,
     Tolerance,
-    WrenchBasis,
 )
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture

@@ -9,11 +9,15 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.element import Element
+from robostiff.analytic.factors import factored
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.products import FormulaTooLargeError
 
 # Pairs of terms that a product may have for each term of the limit, before like terms are added.
 _PAIRS_A_TERM = 20
+
+# Terms of a fraction that is factored: longer ones would take long, and would not be read.
+_FACTORED = 100
 
 #: Entries (i, j) of a symmetric matrix, i <= j.
 Upper = dict[tuple[int, int], Element]
@@ -82,11 +86,9 @@ def closed_sum(
         for place, entry in K.items():
             total[place] = _added(total.get(place, []), entry)
         written.append(_matrix(field, {place: [entry] for place, entry in K.items()}, n))
-        wrenches.append(tuple(sp.ImmutableMatrix(list(map(field.expression, w))) for w in own))
-        compliances.append(tuple(map(field.expression, met)))
-    return ClosedSum(
-        _matrix(field, total, n), tuple(written), tuple(wrenches), tuple(compliances)
-    )
+        wrenches.append(tuple(sp.ImmutableMatrix([_expression(field, x) for x in w]) for w in own))
+        compliances.append(tuple(_expression(field, c) for c in met))
+    return ClosedSum(_matrix(field, total, n), tuple(written), tuple(wrenches), tuple(compliances))
 
 
 def _sum(
@@ -95,9 +97,9 @@ def _sum(
     K = {(i, j): field.zero for i in range(n) for j in range(i, n)}
     for w, c in zip(wrenches, met, strict=True):
         scaled = [x if x.is_zero else x / c for x in w]
-        for i, j in K:
+        for (i, j), so_far in K.items():
             if not (w[i].is_zero or w[j].is_zero):
-                K[i, j] = _within(K[i, j] + _product(scaled[i], w[j], limit), limit)
+                K[i, j] = _within(so_far + _product(scaled[i], w[j], limit), limit)
     return K
 
 
@@ -143,7 +145,15 @@ def _matrix(
     field: ExactField, upper: dict[tuple[int, int], list[Element]], n: int
 ) -> sp.ImmutableMatrix:
     written = {
-        place: sp.Add(*(field.expression(fraction) for fraction in fractions))
+        place: sp.Add(*(_expression(field, fraction) for fraction in fractions))
         for place, fractions in upper.items()
     }
     return sp.ImmutableMatrix(n, n, lambda i, j: written[min(i, j), max(i, j)])
+
+
+def _expression(field: ExactField, element: Element) -> sp.Expr:
+    """A fraction, its numerator and denominator factored where they are short."""
+    if element.terms > _FACTORED:
+        return field.expression(element)
+    above: Any = factored(field, element.num)
+    return above / factored(field, element.den)

@@ -27,6 +27,9 @@ _FUNCTIONS: dict[Operation, Any] = {
     Operation.ARC_TANGENT: sp.atan2,
 }
 
+# Operations of a number that is written where it is used.
+_SHORT = 4
+
 # Operations of a radicand that may be multiplied out to see whether it becomes shorter.
 _MULTIPLIED_OUT = 200
 
@@ -204,5 +207,7 @@ def _free_name(count: int, taken: set[str]) -> tuple[int, str]:
 
 
 def _is_trivial(expression: sp.Expr) -> bool:
-    """Whether an expression is not worth a name: a symbol, a number, or the negative of one."""
-    return bool((-expression).is_Symbol or expression.is_Symbol or expression.is_number)
+    """Whether an expression is not worth a name: a symbol or its negative, or a short number."""
+    if expression.is_number:
+        return int(expression.count_ops()) <= _SHORT
+    return bool(expression.is_Symbol or (-expression).is_Symbol)

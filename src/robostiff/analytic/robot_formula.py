@@ -79,9 +79,7 @@ def derive_robot(
     if not isinstance(form, Closed | Steps):
         raise InputError("form of a formula", got=form, expected="Closed() or Steps()")
     placed = place_robot(robot, pose)
-    recorded = assembled(
-        placed.entries, placed.record, placed.platform, placed.legs, placed.length
-    )
+    recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
     if isinstance(form, Closed):
         return _closed(placed, recorded, form.limit)
     return _in_steps(placed, recorded)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,16 +91,17 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     InputError
         When a symbol has no nominal value, or a leg has no closed form away from home.
     """
-    twin = robot.numeric
-    finder = PostureFinder(twin)
+    finder = PostureFinder(robot.numeric)
     told = coordinate_expressions(robot, pose)
     symbols = {symbol.name: symbol for symbol in robot.symbols}
     for expression in (told or {}).values():
         symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
-    record = Record(_samples(symbols, told, twin, finder))
+    record = Record(_samples(symbols, told, robot, finder))
     read = entry_reader(record, exact=True)
     entries = with_entries(with_entries(robot, exact_number), read)
-    coordinates = None if told is None else {name: read(value) for name, value in told.items()}
+    coordinates = None
+    if told is not None:
+        coordinates = {name: _as_step(read(value), record) for name, value in told.items()}
     if posed_by_joints(robot):
         q = _joint_coordinates(entries.legs[0], coordinates, record)
         legs: tuple[PlacedFormula, ...] = (place_leg_at_joints(entries.legs[0], q),)
@@ -134,12 +135,16 @@ def _joint_coordinates(
     for i, freedom in enumerate(leg.chain.freedoms):
         value = told.get(f"q{i + 1}", q[i])
         if freedom.motion is Motion.ROTATION and not isinstance(value, Entry):
-            value = exact_angle(value)
-            # A cosine that is no root of numbers is a step of its own, or numbers would explode.
-            if sp.cos(value).has(sp.cos, sp.sin):
-                value = Entry(record, record.number(value))
+            value = _as_step(exact_angle(value), record)
         q[i] = value
     return q
+
+
+def _as_step(value: Any, record: Record) -> Any:
+    """An angle whose cosine is no root of numbers as a step: exact numbers would explode."""
+    if isinstance(value, Entry) or not sp.cos(value).has(sp.cos, sp.sin):
+        return value
+    return Entry(record, record.number(value))
 
 
 def _home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
@@ -168,26 +173,26 @@ def _closed_leg(
 def _samples(
     symbols: Mapping[str, sp.Symbol],
     told: Mapping[str, Any] | None,
-    twin: Robot,
+    robot: Robot,
     finder: PostureFinder,
-) -> dict[str, Sequence[float]]:
+) -> dict[str, Any]:
     """Values of the symbols around the nominal ones, and of pose symbols around home."""
     random = np.random.default_rng(_SEED)
-    at_home = _home_values(twin, finder)
+    at_home = _home_values(finder)
     # A coordinate may be told by a symbol of another name.
-    nominal = {
-        str(value): at_home[name] for name, value in (told or {}).items() if value.is_Symbol
-    }
-    nominal |= twin.nominal
-    samples: dict[str, Sequence[float]] = {}
+    nominal = {str(value): at_home[name] for name, value in (told or {}).items() if value.is_Symbol}
+    nominal |= robot.nominal
+    samples: dict[str, Any] = {}
     for name in symbols:
+        # A symbol of a told coordinate has no nominal value.
         value = float(nominal.get(name, 1.0))
         spread = _SPREAD * (abs(value) if value else 1.0)
         samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
     return samples
 
 
-def _home_values(twin: Robot, finder: PostureFinder) -> dict[str, float]:
+def _home_values(finder: PostureFinder) -> dict[str, float]:
+    twin = finder.robot
     if posed_by_joints(twin):
         home = twin.legs[0].chain.home
         return {f"q{i + 1}": float(q) for i, q in enumerate(home)}

@@ -21,7 +21,7 @@ def shared_out(
     >>> [[str(d.symbol) for d in own] for own in shared_out(definitions, [[b], [c], [a]])]
     [['b'], ['c'], []]
     """
-    by_symbol = {d.symbol: d for d in definitions}
+    by_symbol: dict[sp.Basic, Definition] = {d.symbol: d for d in definitions}
     left = dict(by_symbol)
     shared = []
     for results in parts:

@@ -47,9 +47,7 @@ FormatOption = Annotated[
 ]
 OutputOption = Annotated[
     str | None,
-    typer.Option(
-        "-o", "--output", metavar="FILE", help="A new file in place of standard output."
-    ),
+    typer.Option("-o", "--output", metavar="FILE", help="A new file in place of standard output."),
 ]
 DerivativeOption = Annotated[
     str | None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
 
@@ -70,10 +71,10 @@ def _free_motions(K: sp.ImmutableMatrix) -> list[str]:
     if not motions:
         return ["no free motion"]
     names = ", ".join(Space.of_size(K.rows).twist_order)
-    lines = [f"free motion ({names}) = ({_listed(t)})" for t in motions]
+    lines = [f"free motion ({names}) = ({_listed(t.flat())})" for t in motions]
     point = fixed_point_formula(K)
     if point is not None:
-        place = _listed(point)
+        place = _listed(point.flat())
         lines.append(f"all of them leave one point at rest, from the reference point: ({place})")
     return lines
 
@@ -89,5 +90,5 @@ def _eigenvalues(K: sp.ImmutableMatrix) -> list[str]:
     return lines
 
 
-def _listed(expressions: Iterable[sp.Expr]) -> str:
+def _listed(expressions: Iterable[Any]) -> str:
     return ", ".join(map(sp.sstr, expressions))

@@ -14,7 +14,7 @@ from robostiff.compiled.arrays import ArrayCode
 from robostiff.compiled.machine import MachineCode, machine_code_is_available, machine_threads
 from robostiff.compiled.outputs import Derivative, Output
 from robostiff.errors import InputError
-from robostiff.record import Program, least
+from robostiff.record import Entry, Program, least
 from robostiff.recorded import RecordedRobot
 from robostiff.spatial import Space
 
@@ -141,6 +141,7 @@ def kernel_of(
     entries = [entry for output in outputs for entry in output.recorded(recorded)]
     checks = {name: x for name, x in recorded.checks.items() if check_rank or name != "rank"}
     gaps = [gap for x in outputs if isinstance(x, Derivative) for gap in x.gaps(recorded)]
+    gaps = [gap for gap in gaps if isinstance(gap, Entry)]
     if gaps:
         checks["gap"] = reduce(least, gaps)
     program = Program.of(recorded.record, [*entries, *checks.values()])

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.record import Entry, derivatives
+from robostiff.record import Entry, derivatives, is_zero
 from robostiff.recorded import RecordedRobot, eigenvalues, inverse_entries
 from robostiff.spatial import Space, as_floats
-
 
 _MEET = 1e-9  # a gap at which eigenvalues are the same
 
@@ -152,7 +151,7 @@ class WorstDeflection:
     def gaps(self, robot: RecordedRobot) -> list[Any]:
         """Between the largest two eigenvalues, as a part of them all."""
         values = self._all(robot)
-        return [(values[-1] - values[-2]) / sum(values[1:], values[0])]
+        return [_part(values[-1] - values[-2], values)]
 
     def _all(self, robot: RecordedRobot) -> list[Any]:
         _require_full_rank(robot, "worst deflection")
@@ -182,7 +181,7 @@ class PrincipalStiffness:
     def gaps(self, robot: RecordedRobot) -> list[Any]:
         """Between neighbours in a block, as a part of all eigenvalues of the block."""
         return [
-            (high - low) / sum(block[1:], block[0])
+            _part(high - low, block)
             for block in self._blocks(robot)
             for low, high in pairwise(block)
         ]
@@ -229,7 +228,8 @@ class Derivative:
             When eigenvalues meet at every pose: they have no derivatives there.
         """
         for gap in self.gaps(robot):
-            if not isinstance(gap, Entry) or np.all(np.abs(gap.sample) < _MEET):
+            size = gap.sample if isinstance(gap, Entry) else float(gap)
+            if np.all(np.abs(size) < _MEET):
                 raise NoAnswerError(
                     f"no {self.name} of {robot.name!r}: eigenvalues meet at every pose"
                 )
@@ -270,6 +270,12 @@ def unpacked(rows: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
         if i != j:
             whole[j, i] = row
     return np.moveaxis(whole, -1, 0)
+
+
+def _part(gap: Any, values: list[Any]) -> Any:
+    """A gap between values of one sign against their sum."""
+    total = sum(values[1:], values[0])
+    return 0 if is_zero(total) else gap / total
 
 
 def _require_full_rank(robot: RecordedRobot, what: str) -> None:

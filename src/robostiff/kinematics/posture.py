@@ -22,13 +22,24 @@ from robostiff.kinematics.pose import (
     requested_pose,
 )
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Actuated, Leg, Motion, PlacedLeg, Robot, Snapshot, Telescope
+from robostiff.model import (
+    ALL_COORDINATES,
+    Actuated,
+    Leg,
+    Motion,
+    PlacedLeg,
+    Robot,
+    Snapshot,
+    Telescope,
+)
 from robostiff.spatial import as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
 _REACHED = 1e-7
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
+# Poses around home that tell whether the coordinates left to the legs stay where they are.
+_TRIED, _AROUND, _SEED = 8, 1e-2, 3
 
 
 @dataclass(frozen=True)
@@ -197,7 +208,7 @@ class PostureFinder:
         q = [solver.solve(pose, request.R) for solver in self.solvers]
         posture = self._posture(request.batch, pose, request.R, q)
         missed = ~(posture.reached & posture.meets(_MET))
-        if not request.open or not np.any(missed):
+        if not request.open or not np.any(missed) or self._open_stay_at_home:
             return posture
         task = NewtonTask(self.robot.legs, request.open, self.length)
         start = [solver.home for solver in self.solvers]
@@ -212,6 +223,20 @@ class PostureFinder:
         for own, new in zip(q, found, strict=True):
             own[rows] = new[closed]
         return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q)
+
+    @cached_property
+    def _open_stay_at_home(self) -> bool:
+        """Whether the coordinates that the legs decide keep their home values all around home.
+
+        Then no other value of them helps where a leg does not reach.
+        """
+        chosen = [ALL_COORDINATES.index(c) for c in self.robot.coordinates]
+        scale = np.where(np.arange(6) < 3, self.length, 1.0)[chosen]
+        steps = np.random.default_rng(_SEED).uniform(-_AROUND, _AROUND, (_TRIED, len(chosen)))
+        request = requested_pose(self.robot, self.home_pose[chosen] + steps * scale)
+        q = [solver.solve(request.coordinates, request.R) for solver in self.solvers]
+        around = self._posture(request.batch, request.coordinates, request.R, q)
+        return bool(np.all(around.reached & around.meets(_MET)))
 
     def _posture(
         self, batch: tuple[int, ...], pose: np.ndarray, R: np.ndarray, q: list[np.ndarray]

@@ -13,12 +13,10 @@ from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import redundancy
-from robostiff.network.saddle_point import saddle_point_system
+from robostiff.network.saddle_point import SETTLED, saddle_point_system
 from robostiff.spatial import as_floats
 
 _DEFAULT_TOLERANCE = Tolerance()
-# Steps of refinement above this part of the answer mean that few digits hold.
-_SETTLED = 1e-8
 
 
 def compliance_between(
@@ -84,7 +82,7 @@ def compliance_between(
     for i, ((node, _), D) in enumerate(zip(places, transports, strict=True)):
         loads[system.rows_of[node], n * i : n * (i + 1)] = D.T
     x, step = system.solve(loads)
-    if step > _SETTLED:
+    if step > SETTLED:
         raise NoAnswerError(f"no compliance: {Status.ILL_CONDITIONED.advice[0]}")
     C = loads.T @ x
     return _unscaled(0.5 * (C + C.T), equations, len(places))

@@ -13,11 +13,9 @@ from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import redundancy
 from robostiff.network.redundant_freedoms import redundant_freedoms
-from robostiff.network.saddle_point import saddle_point_system
+from robostiff.network.saddle_point import SETTLED, saddle_point_system
 
 _DEFAULT_TOLERANCE = Tolerance()
-# Steps of refinement above this part of the answer mean that few digits hold.
-_SETTLED = 1e-8
 _ROUNDING = 4 * np.finfo(float).eps
 
 
@@ -94,7 +92,7 @@ def condense(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> Net
         x, step = system.solve(M_p)
         K = M_p[platform] - M_p.T @ x
         K = _on_held(0.5 * (K + K.T), held, rank)
-        doubtful |= step > _SETTLED
+        doubtful |= step > SETTLED
         doubtful |= bool(smallest_held_stiffness(K, np.array(rank)) <= tolerance.near_rigidity)
     if doubtful or able.doubtful or braced.doubtful:
         status |= Status.ILL_CONDITIONED

@@ -11,7 +11,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, Element, JointElement, SpringElement
 from robostiff.network.planar import check_in_plane
-from robostiff.spatial import Space, block_rotation, rotate_stiffness
+from robostiff.spatial import Space, block_rotation
 
 _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
@@ -81,7 +81,7 @@ def connection_of(
         When an element of a planar network leaves the plane, or a compliance is negative.
     """
     if isinstance(element, BeamElement):
-        return beam_connection(element, scale, space)
+        return beam_connection(element, scale, space, tolerance)
     if isinstance(element, SpringElement):
         return spring_connection(element, scale, space, tolerance)
     at = of_node if element.point is None else element.point
@@ -97,23 +97,18 @@ def spring_connection(
     spring: SpringElement, scale: np.ndarray, space: Space, tolerance: Tolerance
 ) -> Connection:
     """Connection of a spring; `scale` turns twists into lengths."""
-    rows = list(space.rows)
-    C = rotate_stiffness(spring.elasticity.compliance, spring.rotation)
-    J = block_rotation(spring.rotation) @ spring.elasticity.freedoms
-    check_in_plane(spring.name, C, J, space)
-    C, J = C[np.ix_(rows, rows)], J[rows]
+    C, J = spring.elasticity.compliance, spring.elasticity.freedoms
     names = tuple(f"{spring.name}/freedom {i + 1}" for i in range(J.shape[1]))
-    return _connection(spring, spring.point, C, J, names, scale, tolerance)
+    parts = _in_space(spring.name, C, J, spring.rotation, space)
+    return _connection(spring, spring.point, *parts, names, scale, tolerance)
 
 
-def beam_connection(beam: BeamElement, scale: np.ndarray, space: Space) -> Connection:
+def beam_connection(
+    beam: BeamElement, scale: np.ndarray, space: Space, tolerance: Tolerance
+) -> Connection:
     """Connection of a beam: its end against where its start would carry it."""
-    rows = list(space.rows)
-    C = rotate_stiffness(beam.tip_compliance, beam.rotation)
-    check_in_plane(beam.name, C, np.zeros((6, 0)), space)
-    C = C[np.ix_(rows, rows)] * np.outer(scale, scale)
-    n = space.size
-    return Connection(beam.name, beam.a, beam.b, beam.end, np.eye(n), C, np.zeros((n, 0)), ())
+    parts = _in_space(beam.name, beam.tip_compliance, np.zeros((6, 0)), beam.rotation, space)
+    return _connection(beam, beam.end, *parts, (), scale, tolerance)
 
 
 def joint_connection(
@@ -124,7 +119,6 @@ def joint_connection(
     tolerance: Tolerance,
 ) -> Connection:
     """Connection of a joint about the point `at`; `scale` turns twists into lengths."""
-    rows = list(space.rows)
     C, passive, names = np.zeros((6, 6)), [], []
     for freedom in joint.freedoms:
         twist = freedom_twist(freedom, at)
@@ -134,15 +128,33 @@ def joint_connection(
         elif freedom.stiffness is not None:
             C = C + np.outer(twist, twist) / freedom.stiffness
     J = np.array(passive).T.reshape(6, len(passive))
-    check_in_plane(joint.name, C, J, space)
-    return _connection(joint, at, C[np.ix_(rows, rows)], J[rows], tuple(names), scale, tolerance)
+    parts = _in_space(joint.name, C, J, np.eye(3), space)
+    return _connection(joint, at, *parts, tuple(names), scale, tolerance)
+
+
+def _in_space(
+    name: str, C: np.ndarray, J: np.ndarray, rotation: np.ndarray, space: Space
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compliance and freedoms of an element in axes in which to work, and these axes (n, n).
+
+    In space they are the element's own: turned to the world, stiff directions would lose to soft
+    ones as many digits as lie between them.
+    """
+    axes = block_rotation(rotation)
+    if space is Space.SPATIAL:
+        return C, J, axes
+    C, J = axes @ C @ axes.T, axes @ J
+    check_in_plane(name, C, J)
+    rows = list(space.rows)
+    return C[np.ix_(rows, rows)], J[rows], np.eye(len(rows))
 
 
 def _connection(
-    element: SpringElement | JointElement,
+    element: Element,
     point: np.ndarray,
     C: np.ndarray,
     J: np.ndarray,
+    axes: np.ndarray,
     names: tuple[str, ...],
     scale: np.ndarray,
     tolerance: Tolerance,
@@ -162,4 +174,4 @@ def _connection(
         W = W @ modes
         S = modes.T @ S @ modes
         S[rigid, :] = S[:, rigid] = 0.0
-    return Connection(element.name, element.a, element.b, point, W, S, J, names)
+    return Connection(element.name, element.a, element.b, point, axes @ W, S, axes @ J, names)

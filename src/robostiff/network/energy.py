@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import qr, solve_triangular
 
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import NoAnswerError
@@ -54,8 +55,7 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
     n = equations.size
     bodies = {name: slice(n * i, n * (i + 1)) for i, name in enumerate(network.free_nodes)}
     coordinates = [
-        _coordinates(element, equations)
-        for element in (*network.springs, *network.joints)
+        _coordinates(element, equations) for element in (*network.springs, *network.joints)
     ]
     size = n * len(bodies) + sum(len(k) for _, k in coordinates)
     H, G = _beam_energy(equations, bodies, size), np.zeros((n * len(coordinates), size))
@@ -78,19 +78,30 @@ def _condensed(H: np.ndarray, G: np.ndarray, platform: slice, equations: Equatio
     others = np.delete(np.arange(len(H)), np.arange(platform.start, platform.stop))
     Z = np.zeros((len(H), n))
     Z[platform] = np.eye(n)
-    U, values, Vt = np.linalg.svd(G[:, others])
-    rank = int(np.count_nonzero(values > equations.tolerance.independence))
-    if np.abs(U[:, rank:].T @ G[:, platform]).max(initial=0.0) > equations.tolerance.independence:
-        raise NoAnswerError(f"no stiffness: {Status.RIGID_DIRECTION.advice[0]}")
-    start = -(U[:, :rank].T @ G[:, platform]) / values[:rank, None]
-    Z[others] = Vt[:rank].T @ start
-    N = Vt[rank:].T
+    start, N = _solutions(G[:, others], -G[:, platform], equations.tolerance)
+    Z[others] = start
     gradient = N.T @ (H @ Z)[others]
     if N.shape[1]:
         Z[others] -= N @ np.linalg.lstsq(N.T @ H[np.ix_(others, others)] @ N, gradient)[0]
-    to_reference = equations.transport(equations.network.platform, equations.network.reference_point)
+    to_reference = equations.transport(
+        equations.network.platform, equations.network.reference_point
+    )
     Z = Z @ np.linalg.inv(to_reference)
     return Z.T @ H @ Z * np.outer(equations.scale, equations.scale) * equations.stiffness
+
+
+def _solutions(
+    G: np.ndarray, right: np.ndarray, tolerance: Tolerance
+) -> tuple[np.ndarray, np.ndarray]:
+    """One solution of G z = right, and a basis of null(G), by pivoted QR."""
+    Q, R, order = (np.asarray(part) for part in qr(G.T, pivoting=True))
+    size = np.abs(np.diagonal(R))
+    rank = int(np.count_nonzero(size > tolerance.independence * size.max(initial=0.0)))
+    y = solve_triangular(R[:rank, :rank], right[order[:rank]], trans=1)
+    gap = R[:rank, rank:].T @ y - right[order[rank:]]
+    if np.abs(gap).max(initial=0.0) > tolerance.independence:
+        raise NoAnswerError(f"no stiffness: {Status.RIGID_DIRECTION.advice[0]}")
+    return Q[:, :rank] @ y, Q[:, rank:]
 
 
 def _beam_energy(equations: Equations, bodies: dict[str, slice], size: int) -> np.ndarray:

@@ -5,12 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csc_array, hstack
 from scipy.sparse.csgraph import connected_components
 
+from robostiff.elastostatics import Tolerance
+from robostiff.network.block_entries import BlockEntries
 from robostiff.network.connection import Connection
 from robostiff.network.equations import Equations
-from robostiff.network.null_space import null_spaces, pinning_coordinates
+from robostiff.network.null_space import (
+    null_spaces,
+    pinning_coordinates,
+    sparse_null_space,
+)
+
+# Rows and columns up to which a dense decomposition is quicker.
+_DENSE = 600
 
 
 @dataclass(frozen=True)
@@ -74,29 +83,64 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     open_ = [c for c in equations.connections if len(_ends(c, clusters)) == 2]
     mechanisms, held, doubtful = [], [], False
     for labels, connections in _parts(free, open_, clusters):
-        column = {label: i for i, label in enumerate(labels)}
-        G = np.zeros((sum(c.W.shape[1] for c in connections), n * len(labels)))
-        G_p = np.zeros((len(G), n))
-        row = 0
-        for c in connections:
-            rows = slice(row, row := row + c.W.shape[1])
-            for node, sign in ((c.a, -1), (c.b, 1)):
-                label = clusters.label_of[node]
-                if label in still and label != platform:
-                    continue
-                wrenches = sign * c.W.T @ equations.between(clusters.points[label], c.point)
-                if label in column:
-                    G[rows, n * column[label] : n * (column[label] + 1)] += wrenches
-                else:
-                    G_p[rows] += wrenches
-        spaces = null_spaces(G, equations.tolerance)
-        doubtful |= spaces.doubtful
-        held.append(G_p.T @ spaces.left)
-        if spaces.right.shape[1]:
-            mechanisms.append(_mechanism(equations, clusters, labels, spaces.right))
+        G, G_p = _unit_wrenches(equations, clusters, labels, connections, platform, still)
+        if max(len(G_p), equations.size * len(labels)) <= _DENSE:
+            spaces = null_spaces(G.toarray(), equations.tolerance)
+            motions, doubt = spaces.right, spaces.doubtful
+            held.append(G_p.T @ spaces.left)
+        else:
+            motions, wrenches, doubt = _large(G, G_p, equations.tolerance)
+            held.append(wrenches)
+        doubtful |= doubt
+        if motions.shape[1]:
+            mechanisms.append(_mechanism(equations, clusters, labels, motions))
     by_ground = platform == ground
     wrenches = np.eye(n) if by_ground else np.hstack([np.zeros((n, 0)), *held])
     return Mobility(tuple(mechanisms), wrenches, doubtful)
+
+
+def _unit_wrenches(
+    equations: Equations,
+    clusters: _Clusters,
+    labels: list[int],
+    connections: list[Connection],
+    platform: int,
+    still: set[int],
+) -> tuple[csc_array, np.ndarray]:
+    """Wrenches of connections on free clusters, and on a fixed platform, as rows."""
+    n = equations.size
+    column = {label: n * i for i, label in enumerate(labels)}
+    blocks = BlockEntries()
+    G_p = np.zeros((sum(c.W.shape[1] for c in connections), n))
+    row = 0
+    for c in connections:
+        rows = np.arange(row, row := row + c.W.shape[1])
+        for node, sign in ((c.a, -1), (c.b, 1)):
+            label = clusters.label_of[node]
+            if label not in column and label != platform:
+                continue
+            wrenches = sign * c.W.T @ equations.between(clusters.points[label], c.point)
+            if label in column:
+                blocks.add(wrenches, rows, np.arange(column[label], column[label] + n))
+            elif label in still:
+                G_p[rows] += wrenches
+    return blocks.matrix((row, n * len(labels))), G_p
+
+
+def _large(
+    G: csc_array, G_p: np.ndarray, tolerance: Tolerance
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Mechanisms with the platform at rest, and wrenches that hold it, without a dense matrix.
+
+    What is free with the platform free is split into what moves it and what does not.
+    """
+    n = G_p.shape[1]
+    both = csc_array(hstack([G, csc_array(G_p)]))
+    motions, doubtful = sparse_null_space(both, tolerance)
+    U, values, Vt = np.linalg.svd(motions[-n:])
+    moved = int(np.count_nonzero(values > tolerance.independence))
+    free = U[:, :moved]
+    return motions[:-n] @ Vt[moved:].T, np.eye(n) - free @ free.T, doubtful
 
 
 def _ends(connection: Connection, clusters: _Clusters) -> set[int]:

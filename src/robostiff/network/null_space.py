@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from scipy.linalg import qr
+from scipy.sparse import block_array, csc_array, eye_array
+from scipy.sparse.linalg import splu
 
 from robostiff.elastostatics import Tolerance
+
+# Parts of 1 that a matrix of unit wrenches is shifted by: inverse iteration is blind to them.
+_FIRM, _FAINT = 1e-8, 1e-14
+_ITERATIONS = 3
+_FIRST_BLOCK = 16
 
 
 @dataclass(frozen=True)
@@ -47,6 +55,56 @@ def null_spaces(G: np.ndarray, tolerance: Tolerance) -> NullSpaces:
     rank = int(np.count_nonzero(values > tolerance.independence))
     between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
     return NullSpaces(Vt[rank:].T, U[:, rank:], bool(np.any(between)))
+
+
+def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, bool]:
+    """Orthonormal motions (columns, k) that no wrench resists, of a large sparse matrix.
+
+    Inverse iteration with a block of vectors on ``[[-a I, G], [G^T, d I]]``, whose factors are as
+    sparse as those of a network. The block grows until its weakest vector is held for certain; the
+    singular values of G on the block then decide like those of G itself.
+
+    Parameters
+    ----------
+    G : sparse (rows, columns) array
+    tolerance : Tolerance
+
+    Returns
+    -------
+    motions : (columns, k) array
+    doubtful : bool
+        Whether a singular value is neither clearly zero nor clearly not.
+
+    Examples
+    --------
+    >>> motions, _ = sparse_null_space(csc_array(np.array([[1.0, -1.0, 0.0]])), Tolerance())
+    >>> motions.shape
+    (3, 2)
+    """
+    rows, columns = cast("tuple[int, int]", G.shape)
+    lu = splu(
+        block_array(
+            [[-_FIRM * eye_array(rows), G], [G.T, _FAINT * eye_array(columns)]], format="csc"
+        )
+    )
+    rng = np.random.default_rng(0)
+    size = min(columns, _FIRST_BLOCK)
+    while True:
+        V = rng.normal(size=(columns, size))
+        for _ in range(_ITERATIONS):
+            right = np.vstack([np.zeros((rows, V.shape[1])), np.linalg.qr(V)[0]])
+            V = lu.solve(right)[rows:]
+        V = np.linalg.qr(V)[0]
+        _, values, Wt = np.linalg.svd(G @ V, full_matrices=False)
+        values = np.concatenate([values, np.zeros(size - len(values))])
+        if size == columns or values[0] > tolerance.near_independence:
+            break
+        size = min(columns, 4 * size)
+    lost = values <= tolerance.independence
+    between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
+    if len(Wt) < size:  # more motions than wrenches
+        Wt = np.linalg.svd(G @ V)[2]
+    return V @ Wt[lost].T, bool(np.any(between))
 
 
 def pinning_coordinates(basis: np.ndarray) -> np.ndarray:

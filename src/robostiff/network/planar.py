@@ -12,8 +12,8 @@ _OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
 _ROUNDING = 1e-9
 
 
-def check_in_plane(name: str, C: np.ndarray, J: np.ndarray, space: Space) -> None:
-    """Raise unless an element of a planar network moves and bends in the plane.
+def check_in_plane(name: str, C: np.ndarray, J: np.ndarray) -> None:
+    """Raise unless an element moves and bends in the x-y plane.
 
     Parameters
     ----------
@@ -23,15 +23,12 @@ def check_in_plane(name: str, C: np.ndarray, J: np.ndarray, space: Space) -> Non
         Its compliance, or stiffness: the rule is the same.
     J : (6, q) array
         Twists of its passive freedoms.
-    space : Space
 
     Raises
     ------
     InputError
         When a freedom leads out of the plane, or a load in the plane bends the element out of it.
     """
-    if space is not Space.PLANAR:
-        return
     if np.any(np.linalg.norm(J[_OUT_OF_PLANE], axis=0) > _ROUNDING * np.linalg.norm(J, axis=0)):
         raise InputError(
             f"passive joint {name!r} of a planar network",

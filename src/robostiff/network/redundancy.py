@@ -100,9 +100,7 @@ def _connected(
     nodes: list[str], edges: dict[int, Connection], still: set[str]
 ) -> list[tuple[list[str], list[int]]]:
     index = {name: i for i, name in enumerate(nodes)}
-    pairs = [
-        (index[c.a], index[c.b]) for c in edges.values() if len(_free_ends(c, still)) == 2
-    ]
+    pairs = [(index[c.a], index[c.b]) for c in edges.values() if len(_free_ends(c, still)) == 2]
     rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
     graph = coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(nodes), len(nodes)))
     labels = connected_components(graph, directed=False)[1]

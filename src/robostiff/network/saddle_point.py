@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
+from robostiff.network.block_entries import BlockEntries
 from robostiff.network.equations import Equations
 from robostiff.network.mobility import Mobility
 from robostiff.network.redundancy import Redundancy
 
 _REFINEMENTS = 2
+# A last step of refinement above this part of the answer means that few digits hold.
+SETTLED = 1e-8
 
 
 @dataclass(frozen=True)
@@ -119,18 +122,11 @@ def _assembled(
     wrench_rows: list[np.ndarray],
     size: int,
 ) -> csc_array:
-    rows, columns, values = [], [], []
-
-    def add(block: np.ndarray, at: np.ndarray, beside: np.ndarray) -> None:
-        rows.append(np.repeat(at, len(beside)))
-        columns.append(np.tile(beside, len(at)))
-        values.append(block.ravel())
-
+    blocks = BlockEntries()
     for c, own in zip(equations.connections, wrench_rows, strict=True):
-        add(-c.S, own, own)
+        blocks.add(-c.S, own, own)
         for name, sign in ((c.a, -1), (c.b, 1)):
             A = sign * c.W.T @ equations.transport(name, c.point)
-            add(A, own, rows_of[name])
-            add(A.T, rows_of[name], own)
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return coo_array(entries, shape=(size, size)).tocsc()
+            blocks.add(A, own, rows_of[name])
+            blocks.add(A.T, rows_of[name], own)
+    return blocks.matrix((size, size))

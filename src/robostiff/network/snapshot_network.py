@@ -34,7 +34,7 @@ def network_of_snapshot(snapshot: Snapshot) -> Network:
     >>> posture = rs.find_posture(rs.load("hexapod"))
     >>> network = network_of_snapshot(posture.snapshot.one(0))
     >>> len(network.nodes), len(network.joints), len(network.springs)
-    (38, 37, 6)
+    (56, 36, 24)
     """
     if snapshot.reference_point.ndim != 1:
         raise InputError(

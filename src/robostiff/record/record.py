@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 
@@ -93,7 +94,7 @@ class Record:
     4
     """
 
-    def __init__(self, inputs: dict[str, Sequence[float]]) -> None:
+    def __init__(self, inputs: Mapping[str, ArrayLike]) -> None:
         samples = {name: np.array(values, dtype=float) for name, values in inputs.items()}
         shapes = {values.shape for values in samples.values()}
         if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):

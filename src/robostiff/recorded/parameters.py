@@ -15,8 +15,10 @@ _SPREAD = 0.02  # of the nominal values
 _SEED = 1911
 
 
-def parameter_samples(robot: Robot) -> dict[str, np.ndarray]:
+def parameter_samples(robot: Robot, seed: int | None = None) -> dict[str, np.ndarray]:
     """Values of the symbols of a robot around the nominal ones, by name (samples,); {} of none.
+
+    Another seed gives others than those of the records.
 
     Examples
     --------
@@ -25,7 +27,7 @@ def parameter_samples(robot: Robot) -> dict[str, np.ndarray]:
     >>> samples["L"].shape, bool(np.all(np.abs(samples["L"] - 0.5) <= 0.01))
     ((5,), True)
     """
-    random = np.random.default_rng(_SEED)
+    random = np.random.default_rng(_SEED if seed is None else seed)
     samples = {}
     for symbol in robot.symbols:
         nominal = float(robot.nominal[str(symbol)])

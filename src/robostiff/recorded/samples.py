@@ -13,18 +13,19 @@ _SEED = 20110
 _SHRINKS = 6
 
 
-def sample_postures(robot: Robot, finder: PostureFinder) -> Posture:
+def sample_postures(robot: Robot, finder: PostureFinder, seed: int | None = None) -> Posture:
     """A few postures near home in general position, one a row, that all legs reach.
 
     Pose coordinates that the robot is free to choose are drawn at random; the others follow from
-    the legs. For a serial arm posed by its joints, joint coordinates are drawn.
+    the legs. For a serial arm posed by its joints, joint coordinates are drawn. Another seed gives
+    others than those of the records.
 
     Raises
     ------
     InputError
         When no neighbourhood of home is reached.
     """
-    random = np.random.default_rng(_SEED)
+    random = np.random.default_rng(_SEED if seed is None else seed)
     spread = 0.1
     for _ in range(_SHRINKS):
         posture = _drawn(robot, finder, random, spread)

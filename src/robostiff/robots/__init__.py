@@ -150,7 +150,9 @@ def load(
         )
     from robostiff.io.snapshot import is_graph, network_from_document, snapshot_from_document
 
-    return network_from_document(document) if is_graph(document) else snapshot_from_document(document)
+    return (
+        network_from_document(document) if is_graph(document) else snapshot_from_document(document)
+    )
 
 
 def _is_snapshot(document: Document) -> bool:

@@ -15,7 +15,7 @@ from robostiff import RandomPoses
 COUNT = 100_000
 ARGUMENTS = (
     "map", "3-rpr", "--random", str(COUNT), "--seed", "7", "--x", "-50 mm 50 mm",
-    "--rz", "-10 deg 10 deg", "-o", "map.zarr",
+    "--rz", "-10 deg 10 deg", "-o", "map.zarr", "--batched",
 )  # fmt: skip
 
 
@@ -23,7 +23,7 @@ ARGUMENTS = (
 def undisturbed():
     turn = 10 * 0.017453292519943295
     poses = RandomPoses(COUNT, {"x": (-0.05, 0.05), "rz": (-turn, turn)}, seed=7)
-    return rs.stiffness_map(rs.load("3-rpr"), poses)
+    return rs.stiffness_map(rs.load("3-rpr"), poses, method=rs.Batched())
 
 
 def started(folder, *more):

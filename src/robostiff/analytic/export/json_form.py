@@ -11,12 +11,15 @@ from robostiff.analytic.derivation import Definition, Derivation, Stage
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import entries, rows, symbols_of
 from robostiff.analytic.export.json_expression import TreeReader, expression_tree
+from robostiff.analytic.export.json_legs import LEG_KEYS, leg_data, leg_from_data, texts
 from robostiff.analytic.export.json_shown import shown
 from robostiff.analytic.export.json_symbols import read_symbols, symbol_data
+from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 _VERSION = 1
+_ROBOT_KEYS = ("legs", "where", "coordinates")
 _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
 
@@ -47,7 +50,7 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
     True
     """
     refuse_derivative(derivation)
-    return {
+    data = {
         "robostiff_derivation": _VERSION,
         "name": derivation.name,
         "symbols": [symbol_data(symbol) for symbol in _symbols_by_name(derivation)],
@@ -67,6 +70,11 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
         "K": _matrix_data(derivation.K),
         "definitions": _definitions_data(derivation.definitions),
     }
+    if isinstance(derivation, RobotDerivation):
+        data["legs"] = [leg_data(leg, _definitions_data) for leg in derivation.legs]
+        data["where"] = derivation.where
+        data["coordinates"] = list(derivation.coordinates)
+    return data
 
 
 def derivation_from_data(data: Any) -> Derivation:
@@ -85,7 +93,8 @@ def derivation_from_data(data: Any) -> Derivation:
         When it is anything else than a derivation.
     """
     keys = ("robostiff_derivation", "name", "symbols", "K0", "stages", "K", "definitions")
-    fields = _fields(data, "derivation", keys)
+    is_robot = isinstance(data, dict) and "legs" in data
+    fields = _fields(data, "derivation", (*keys, *_ROBOT_KEYS) if is_robot else keys)
     if fields["robostiff_derivation"] != _VERSION or fields["robostiff_derivation"] is True:
         raise InputError(
             "version of the derivation", got=shown(fields["robostiff_derivation"]), expected="1"
@@ -94,12 +103,28 @@ def derivation_from_data(data: Any) -> Derivation:
     reader = _Reader(symbols, _size(fields["K"]))
     definitions = reader.definitions(fields["definitions"])
     _check_order(definitions)
-    return Derivation(
+    derivation = Derivation(
         name=_text(fields["name"], "name"),
         K0=reader.matrix(fields["K0"]),
         stages=tuple(reader.stage(stage) for stage in _list(fields["stages"], "stages")),
         K=reader.matrix(fields["K"]),
         definitions=definitions,
+    )
+    return _of_robot(derivation, fields, reader) if is_robot else derivation
+
+
+def _of_robot(derivation: Derivation, fields: dict[str, Any], reader: _Reader) -> RobotDerivation:
+    """The same, with the legs."""
+    legs = [_fields(leg, "leg", LEG_KEYS) for leg in _list(fields["legs"], "legs")]
+    return RobotDerivation(
+        name=derivation.name,
+        K0=derivation.K0,
+        stages=derivation.stages,
+        K=derivation.K,
+        definitions=derivation.definitions,
+        legs=tuple(leg_from_data(leg, reader) for leg in legs),
+        where=_text(fields["where"], "where"),
+        coordinates=texts(fields["coordinates"], "coordinates"),
     )
 
 
@@ -109,6 +134,9 @@ def _symbols_by_name(derivation: Derivation) -> list[sp.Symbol]:
     for stage in derivation.stages:
         matrices += [stage.J, stage.u, stage.K, stage.mu]
         definitions += stage.definitions
+    for leg in derivation.legs if isinstance(derivation, RobotDerivation) else ():
+        matrices += [*leg.wrenches, *leg.compliances, *([] if leg.K is None else [leg.K])]
+        definitions += leg.definitions
     found = symbols_of([*matrices, *(d.expression for d in definitions)])
     found |= {d.symbol for d in definitions}
     by_name: dict[str, sp.Symbol] = {}
@@ -151,10 +179,13 @@ class _Reader:
             J=self.column(fields["J"]),
             rule=_text(fields["rule"], "rule"),
             u=self.column(fields["u"]),
-            mu=self._trees.expression(fields["mu"]),
+            mu=self.expression(fields["mu"]),
             K=self.matrix(fields["K"]),
             definitions=self.definitions(fields["definitions"]),
         )
+
+    def expression(self, data: Any) -> Any:
+        return self._trees.expression(data)
 
     def matrix(self, data: Any) -> sp.ImmutableMatrix:
         rows = [self._entries(row) for row in _list(data, "matrix", self._size)]

@@ -181,9 +181,7 @@ def _result(derivation: Derivation, names: Names) -> list[Block]:
     return [*blocks, stiffness_equation(named.matrix, names.result, names)]
 
 
-def stiffness_equation(
-    K: sp.ImmutableMatrix, name: MatrixName, names: Names
-) -> MatrixEquation:
+def stiffness_equation(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> MatrixEquation:
     """``name = factor * matrix`` of a stiffness matrix."""
     factor, rest = factored_matrix(K)
     return MatrixEquation(name, factor, rest, readable_matrix(K), names.entries_of(name))

@@ -169,9 +169,7 @@ def _beam(part: BeamBetween, name: str, place: Place, space: Space) -> BeamEleme
 
 def _spring(part: SpringBetween, name: str, place: Place, space: Space) -> SpringElement:
     placed = placed_spring6(part, name, place)
-    spring = SpringElement(
-        name, part.a, part.b, placed.point, placed.rotation, placed.elasticity
-    )
+    spring = SpringElement(name, part.a, part.b, placed.point, placed.rotation, placed.elasticity)
     with place.to_blame():
         check_fits(spring, space)
     return spring
@@ -181,9 +179,7 @@ def _joint(part: JointBetween, name: str, place: Place, space: Space) -> JointEl
     freedoms = []
     for i, freedom in enumerate(part.dofs):
         role = Passive() if freedom.k is None else Actuated(stiffness=freedom.k)
-        freedoms.append(
-            placed_freedom(freedom, role, f"dof{i + 1}", place.at("dofs", i))
-        )
+        freedoms.append(placed_freedom(freedom, role, f"dof{i + 1}", place.at("dofs", i)))
         with place.at("dofs", i, "axis").to_blame():
             check_fits(JointElement(name, part.a, part.b, (freedoms[-1],)), space)
     return JointElement(name, part.a, part.b, tuple(freedoms))

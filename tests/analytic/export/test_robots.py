@@ -1,0 +1,108 @@
+"""Derivations of whole robots in all languages."""
+
+import json
+
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic.export import (
+    c_function,
+    derivation_data,
+    derivation_from_data,
+    derivation_latex,
+    derivation_markdown,
+    derivation_text,
+    derivation_typst,
+)
+from robostiff.errors import InputError
+
+FORMS = {
+    "closed at home": ("gough-stewart-b", rs.AtHome(), rs.Closed()),
+    "steps at a general pose": ("3-rrr", rs.AtSymbols(), rs.Steps()),
+}
+
+
+@pytest.fixture(scope="module", params=FORMS)
+def derivation(request):
+    name, pose, form = FORMS[request.param]
+    return rs.derive(name, pose=pose, form=form)
+
+
+def test_json_reads_back_with_the_legs(derivation):
+    data = json.loads(json.dumps(derivation_data(derivation)))
+    assert derivation_from_data(data) == derivation
+
+
+def test_json_with_a_wrench_too_many_is_refused(derivation):
+    data = derivation_data(derivation)
+    data["legs"][0]["compliances"] = []
+    with pytest.raises(InputError, match="one a wrench"):
+        derivation_from_data(data)
+
+
+def test_text_tells_pose_legs_sum_and_result_in_order(derivation):
+    text = derivation_text(derivation)
+    places = [
+        text.index(words)
+        for words in (derivation.where, "The legs", "Leg 1: leg1", "Leg 3: leg3", "w w^T / c\n")
+    ]
+    assert places == sorted(places)
+    assert max(map(len, text.splitlines())) <= 88
+
+
+def test_every_name_in_the_text_is_told_before_it_is_used(derivation):
+    """The names of the text alone, in order, are those of the definitions."""
+    lines = derivation_text(derivation, width=10_000).splitlines()
+    given = {str(symbol) for symbol in derivation.symbols}
+    known = {name: sp.Symbol(name) for name in given}
+    for line in lines:
+        name, equals, right = line.partition(" = ")
+        if not equals or not name.isidentifier() or name == "K_C" or right.startswith(("(w", "[")):
+            continue
+        try:
+            expression = sp.sympify(right, locals=known | {"pi": sp.pi})
+        except (SyntaxError, TypeError, sp.SympifyError):
+            continue
+        used = {str(s) for s in getattr(expression, "free_symbols", ())}
+        if not name.startswith("w_") and not any(u.startswith("w_") for u in used):
+            assert used <= known.keys(), line
+        known[name] = sp.Symbol(name)
+
+
+def test_latex_and_typst_show_names_of_legs_as_subscripts():
+    derivation = rs.derive("3-rrr", pose=rs.AtSymbols())
+    assert r"B_{\mathrm{leg1},x}" in derivation_latex(derivation)
+    assert r"\sum \frac{\mathbf{w} \mathbf{w}^{\mathsf{T}}}{c}" in derivation_latex(derivation)
+    assert "sum frac(" in derivation_typst(derivation)
+    assert r"\sum" in derivation_markdown(derivation)
+
+
+def test_c_code_is_written_for_steps_and_closed_forms(derivation):
+    source = c_function(derivation)
+    assert source.count("{") == source.count("}") == 1
+
+
+def test_names_with_blanks_become_identifiers(tmp_path):
+    file = tmp_path / "robot.yaml"
+    source = rs.load("3-rpr").source  # any text will do
+    assert source
+    from robostiff.robots import robot_file
+
+    file.write_text(robot_file("3-rpr").read_text(encoding="utf-8").replace("leg1", '"leg x"'))
+    derivation = rs.derive(file, pose=rs.AtSymbols())
+    names = [d.symbol.name for d in derivation.definitions]
+    assert "L_leg_x" in names
+    assert all(name.isidentifier() for name in names)
+
+
+def test_a_pickled_derivation_keeps_formula_and_legs(derivation):
+    import pickle
+
+    again = pickle.loads(pickle.dumps(derivation))  # noqa: S301
+    assert (again.K, again.definitions, again.where) == (
+        derivation.K,
+        derivation.definitions,
+        derivation.where,
+    )
+    assert [leg.joints for leg in again.legs] == [leg.joints for leg in derivation.legs]

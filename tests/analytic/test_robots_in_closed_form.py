@@ -1,0 +1,205 @@
+"""Whole robots in closed form against printed formulas and known structure, exactly."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic import FormulaTooLargeError, canonical, rank_formula, snapshot_formula
+from robostiff.analytic.robot_formula import derive_robot
+from robostiff.errors import InputError
+from tests.analytic.formulas import cubic_platform
+
+ARM_2R = """
+robostiff: 1
+name: 2r-arm
+source: Salisbury (1980)
+planar: true
+parameters:
+  l1: 500 mm
+  l2: 400 mm
+  k1: 2e5 N m/rad
+  k2: 1e5 N m/rad
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, name: shoulder, axis: z, role: actuated, stiffness: k1, home: 30 deg}
+      - {type: rigid, name: upper arm, to: [l1, 0, 0]}
+      - {type: revolute, name: elbow, axis: z, role: actuated, stiffness: k2, home: 60 deg}
+      - {type: rigid, name: forearm, to: [l2, 0, 0]}
+      - {type: revolute, name: wrist, axis: z, role: passive}
+"""
+
+
+def symbol(derivation, name):
+    return next(s for s in derivation.symbols if s.name == name)
+
+
+def printed_section_6(derivation, length_squared, d, d_squared, spin):
+    """Eq. (27) and (28) with their letters."""
+    r, h, k = (symbol(derivation, name) for name in "rhk")
+    K = sp.diag(d_squared, d_squared, 2 * h**2, r**2 * h**2, r**2 * h**2, spin)
+    K[0, 4] = K[4, 0] = r * h * d
+    K[1, 3] = K[3, 1] = -r * h * d
+    return canonical(3 * k / length_squared * K)
+
+
+def at_random(derivation, robot, numeric_K, count=3):
+    """Largest relative difference from the numerical form at random values of the symbols."""
+    random, worst = np.random.default_rng(5), 0.0
+    for _ in range(count):
+        values = {k: v * random.uniform(0.9, 1.1) for k, v in robot.nominal.items()}
+        pose = {name: 0.05 * random.uniform(0.5, 1) for name in derivation.coordinates}
+        told = {s: (values | pose)[s.name] for s in derivation.symbols}
+        K = np.array(derivation.substituted(told).evalf(30), dtype=float)
+        expected = numeric_K(robot.substituted(values), pose)
+        worst = max(worst, np.max(np.abs(K - expected)) / np.max(np.abs(expected)))
+    return worst
+
+
+def test_case_a_is_eq_27_entry_by_entry():
+    derivation = rs.derive("gough-stewart-a")
+    R, r, h = (symbol(derivation, name) for name in "Rrh")
+    d = R - r
+    printed = printed_section_6(derivation, d**2 + h**2, d, d**2, 0)
+    assert canonical(derivation.K - printed) == sp.zeros(6)
+
+
+def test_case_b_is_eq_28_entry_by_entry():
+    derivation = rs.derive("gough-stewart-b")
+    R, r, h = (symbol(derivation, name) for name in "Rrh")
+    L2 = R**2 - R * r + r**2 + h**2
+    spin = sp.Rational(3, 2) * r**2 * R**2
+    printed = printed_section_6(derivation, L2, R / 2 - r, R**2 - R * r + r**2, spin)
+    assert canonical(derivation.K - printed) == sp.zeros(6)
+
+
+@pytest.mark.parametrize("name", ["gough-stewart-a", "gough-stewart-b", "3-puu"])
+def test_legs_add_up_to_the_robot_and_each_is_its_wrenches(name):
+    derivation = rs.derive(name)
+    total = sp.zeros(derivation.K.rows)
+    for leg in derivation.legs:
+        pairs = zip(leg.wrenches, leg.compliances, strict=True)
+        K = sum((w * w.T / c for w, c in pairs), sp.zeros(derivation.K.rows))
+        assert canonical(K - leg.K).is_zero_matrix
+        total += leg.K
+    assert canonical(total - derivation.K).is_zero_matrix
+
+
+@pytest.mark.parametrize(
+    "name", ["gough-stewart-a-beams", "gough-stewart-b-beams", "3-puu", "planar-link"]
+)
+def test_closed_form_at_home_agrees_with_the_numerical_form(name):
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot)
+    assert not any(entry.has(sp.Float) for entry in derivation.K)
+    assert derivation.is_closed
+    worst = at_random(derivation, robot, lambda numeric, _: rs.stiffness(numeric).K)
+    assert worst < 1e-10
+
+
+def test_beams_as_legs_give_case_b_with_their_own_stiffness():
+    """Legs are extensional springs E A / L, whatever else their beams could carry."""
+    struts, beams = rs.derive("gough-stewart-b"), rs.derive("gough-stewart-b-beams")
+    R, r, h, k = (symbol(struts, name) for name in ("R", "r", "h", "k"))
+    D, d = symbol(beams, "D"), symbol(beams, "d")
+    L = sp.sqrt(R**2 - R * r + r**2 + h**2)
+    E = sp.Integer(210) * 10**9
+    expected = struts.K.subs(k, E * sp.pi * (D**2 - d**2) / (4 * L))
+    assert canonical(beams.K - expected).is_zero_matrix
+
+
+def test_planar_3_rpr_at_a_general_pose():
+    robot = rs.load("3-rpr", symbols=())
+    derivation = rs.derive(robot, pose=rs.AtSymbols(), form=rs.Closed())
+    assert derivation.coordinates == ("x", "y", "gamma")
+    assert rank_formula(sum((leg.K for leg in derivation.legs[:2]), sp.zeros(3))).rank == 2
+
+    def numeric(own, pose):
+        return rs.stiffness(own, [pose["x"], pose["y"], pose["gamma"]]).K
+
+    assert at_random(derivation, robot, numeric) < 1e-10
+
+
+def test_branches_are_taken_at_nominal_values_not_elsewhere():
+    """Cranks of another length than the samples would close straight, and carry no torque."""
+    robot = rs.load("3-rrr", symbols=("R", "r", "l1", "l2", "k"))
+    derivation = rs.derive(robot, form=rs.Steps())
+    assert at_random(derivation, robot, lambda numeric, _: rs.stiffness(numeric).K, 1) < 1e-10
+
+
+def test_cubic_platform_is_isotropic_in_translation_about_its_centre():
+    K = snapshot_formula(cubic_platform()).K
+    k = next(s for s in K.free_symbols if s.name == "k")
+    assert K[:3, :3] == 2 * k * sp.eye(3)
+    assert K[:3, 3:].is_zero_matrix
+
+
+def test_3_puu_at_its_centre_adds_drive_and_rod_in_series():
+    """The rod's pull meets (cos / sqrt(k))^2 of the drive and L / EA of its own."""
+    derivation = rs.derive("3-puu")
+    pull, twist = derivation.legs[0].wrenches
+    assert pull[5] == 0
+    assert twist[:3] == [0, 0, 0]
+    k = symbol(derivation, "k")
+    met = sp.expand(derivation.legs[0].compliances[0])
+    of_drive = canonical(sp.Matrix([met.coeff(k, -1)]))[0]
+    assert canonical(sp.Matrix([of_drive - pull[2] ** 2]))[0] == 0
+    assert not derivation.legs[0].compliances[1].has(k)
+
+
+def test_2r_arm_is_salisburys_formula(tmp_path):
+    """K = J^-T K_theta J^-1 in translation, the wrist being free to turn."""
+    file = tmp_path / "arm.yaml"
+    file.write_text(ARM_2R, encoding="utf-8")
+    derivation = rs.derive(file, pose=rs.AtSymbols(), form=rs.Closed())
+    l1, l2, k1, k2, q1, q2 = (symbol(derivation, n) for n in ("l1", "l2", "k1", "k2", "q1", "q2"))
+    J = sp.Matrix([l1 * sp.cos(q1) + l2 * sp.cos(q1 + q2), l1 * sp.sin(q1) + l2 * sp.sin(q1 + q2)])
+    J = J.jacobian([q1, q2])
+    inverse = J.adjugate() / J.det()
+    expected = inverse.T * sp.diag(k1, k2) * inverse
+    assert canonical(derivation.K[:2, :2] - expected).is_zero_matrix
+    assert derivation.K[2, :].is_zero_matrix
+
+
+def test_planar_link_at_home_is_eq_4():
+    derivation = rs.derive("planar-link")
+    assert derivation.K[2, :].is_zero_matrix
+    assert derivation.K[0, 1] == 0
+
+
+def test_a_parameter_with_the_name_of_a_coordinate_is_told_apart():
+    derivation = rs.derive("hexapod", symbols=("alpha",), pose=rs.AtSymbols())
+    assert derivation.where == "at x, y, z, alpha = alpha_P, beta, gamma"
+    assert {"alpha", "alpha_P"} <= {s.name for s in derivation.symbols}
+
+
+def test_given_coordinates_are_exact_and_agree():
+    robot = rs.load("gough-stewart-b", symbols=("k",))
+    derivation = rs.derive(robot, pose=rs.AtCoordinates({"x": 0.1, "gamma": np.radians(10)}))
+    assert derivation.where == "at x = 1/10, gamma = pi/18"
+    K = np.array(derivation.substituted({symbol(derivation, "k"): 1e8}).evalf(30), dtype=float)
+    expected = rs.stiffness(robot.numeric, [0.1, 0, 0.8, 0, 0, np.radians(10)]).K
+    np.testing.assert_allclose(K, expected, atol=1e-10 * np.max(expected))
+
+
+def test_a_closed_form_beyond_the_limit_is_refused_at_once():
+    with pytest.raises(FormulaTooLargeError, match="Steps"):
+        rs.derive("six-joint-arm")
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: rs.derive(rs.load("3-rpr"), symbols=("k",)), "loaded with its symbols"),
+        (lambda: rs.derive(3), "got 'int'"),
+        (lambda: rs.derive("3-rpr", pose="home"), "AtHome"),
+        (lambda: rs.derive("3-rpr", form="steps"), "Closed"),
+        (lambda: rs.derive("3-rpr", pose=rs.AtCoordinates({"z": 1})), "x, y, gamma"),
+        (lambda: rs.derive("3-rpr", pose=rs.AtCoordinates({"x": "1"})), "finite number"),
+        (lambda: derive_robot(rs.load("3-rpr"), rs.AtCoordinates({"x": np.nan})), "finite number"),
+    ],
+)
+def test_bad_calls_say_what_to_write(call, message):
+    with pytest.raises(InputError, match=message):
+        call()

@@ -1,0 +1,136 @@
+"""``robostiff derive`` as a user types it."""
+
+import json
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.analytic.export import derivation_from_data
+from robostiff.cli.main import app
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["derive", *arguments])
+
+
+def test_text_on_standard_output():
+    outcome = run("gough-stewart-a")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "in the home configuration, in closed form" in " ".join(outcome.stdout.split())
+    assert "K_C = 3*k/L_a**2 *" in outcome.stdout
+
+
+def test_format_follows_the_name_of_the_file():
+    for name, start in {
+        "a.tex": "% needs",
+        "a.md": "# Cartesian",
+        "a.c": "/*",
+        "a.py": '"""',
+        "a.txt": "Cartesian",
+    }.items():
+        outcome = run("3-rpr", "--symbols", "none", "-o", name)
+        assert outcome.exit_code == 0, outcome.stderr
+        assert outcome.stdout == ""
+        assert Path(name).read_text(encoding="utf-8").lstrip().startswith(start)
+
+
+def test_json_is_read_back():
+    outcome = run("3-rpr", "--pose", "symbolic", "--format", "json")
+    assert outcome.exit_code == 0, outcome.stderr
+    found = derivation_from_data(json.loads(outcome.stdout))
+    assert found == rs.derive("3-rpr", pose=rs.AtSymbols())
+
+
+def test_pdf_is_written():
+    pytest.importorskip("typst")
+    outcome = run("gough-stewart-b", "-o", "b.pdf")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert Path("b.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_symbols_set_and_pose_with_units():
+    outcome = run(
+        "gough-stewart-b",
+        *("--symbols", "k", "--set", "h=750 mm", "--pose", "x=100 mm, gamma=10 deg"),
+        *("-o", "k.py"),
+    )
+    assert outcome.exit_code == 0, outcome.stderr
+    space: dict = {}
+    exec(Path("k.py").read_text(encoding="utf-8"), space)  # noqa: S102
+    robot = rs.load("gough-stewart-b", {"h": "750 mm"})
+    expected = rs.stiffness(robot, [0.1, 0, 0.75, 0, 0, np.radians(10)]).K
+    np.testing.assert_allclose(space["stiffness"](k=1e8), expected, atol=1e-10 * expected.max())
+
+
+def test_questions_are_answered_in_text():
+    outcome = run("gough-stewart-a", "--rank", "--free-motions", "--eigenvalues")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "rank 3 of 6" in outcome.stdout
+    assert "from the reference point: (0, 0, h*r/(R - r))" in outcome.stdout
+    assert "stiffness in translation [N/m]: all 3 eigenvalues in closed form" in outcome.stdout
+
+
+def test_derivative_by_a_symbol():
+    outcome = run("gough-stewart-a", "--derivative", "h")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "Derivative of the stiffness matrix K_C by h" in outcome.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("six-joint-arm",), "--steps"),
+        (("3-rpr", "--format", "pdf"), "write -o FILE.pdf"),
+        (("3-rpr", "--format", "latx"), "latex"),
+        (("3-rpr", "-o", "K.xyz"), "--format"),
+        (("3-rpr", "-o", "no/such/K.tex"), "existing folder"),
+        (("3-rpr", "--pose", "there"), "NAME=VALUE"),
+        (("3-rpr", "--pose", "z=1"), "x, y, gamma"),
+        (("3-rpr", "--pose", "x=1, x=2"), "one value for x"),
+        (("3-rpr", "--pose", "x=10 deg"), "x"),
+        (("gough-stewart-a", "--symbols", "Q"), "Q"),
+        (("3-rpr", "--steps", "--closed"), "one of them"),
+        (("3-rpr", "--steps", "--limit", "5"), "one of them"),
+        (("gough-stewart-a", "--derivative", "q"), "a symbol of the formula"),
+        (("3-rpr", "--pose", "symbolic", "--rank"), "--closed"),
+        (("3-rpr", "--rank", "--format", "c"), "answered in text"),
+    ],
+)
+def test_bad_input_is_2_and_says_what_to_write(arguments, message):
+    outcome = run(*arguments)
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+
+
+def test_an_existing_file_is_not_overwritten():
+    Path("K.tex").write_text("mine", encoding="utf-8")
+    outcome = run("3-rpr", "-o", "K.tex")
+    assert outcome.exit_code == 2
+    assert "a new file" in outcome.stderr
+    assert Path("K.tex").read_text(encoding="utf-8") == "mine"
+
+
+def test_an_interrupt_ends_with_130():
+    command = [shutil.which("robostiff", path=str(Path(sys.executable).parent)), "derive"]
+    arguments = ["hexapod", "--closed", "--limit", "1000000"]
+    process = subprocess.Popen(
+        [*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(5)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "interrupted" in errors

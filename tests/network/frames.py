@@ -1,0 +1,122 @@
+"""Networks to test with, and the same in other units and from other places."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robostiff.elasticity import CrossSection, Elasticity, material
+from robostiff.io.snapshot import read_network
+from robostiff.model import Actuated, Motion, Passive, PlacedFreedom
+from robostiff.network import (
+    BeamElement,
+    JointElement,
+    Network,
+    Node,
+    SpringElement,
+    beam_between,
+)
+
+STEEL = material("steel")
+BAR = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8, 0.85, 0.7)
+GRAPHS = Path(__file__).parents[1] / "cases" / "graphs"
+GRAPH_NAMES = sorted(path.stem for path in GRAPHS.glob("*.json"))
+
+
+def graph(name: str) -> tuple[Network, dict[str, Any]]:
+    """A graph case and its oracle."""
+    path = GRAPHS / f"{name}.json"
+    return read_network(path), json.loads(path.read_text())["oracle"]
+
+
+def nodes(**points: Any) -> list[Node]:
+    return [Node(name, np.array(point, dtype=float)) for name, point in points.items()]
+
+
+def turning(point: Any, axis: Any, k: float | None = None) -> PlacedFreedom:
+    return _freedom(Motion.ROTATION, point, axis, k)
+
+
+def sliding(point: Any, axis: Any, k: float | None = None) -> PlacedFreedom:
+    return _freedom(Motion.TRANSLATION, point, axis, k)
+
+
+def ball(point: Any) -> tuple[PlacedFreedom, ...]:
+    return tuple(turning(point, axis) for axis in np.eye(3))
+
+
+def _freedom(motion: Motion, point: Any, axis: Any, k: float | None) -> PlacedFreedom:
+    unit = np.array(axis, dtype=float) / np.linalg.norm(axis)
+    role = Passive() if k is None else Actuated(stiffness=k)
+    return PlacedFreedom("dof", motion, np.array(point, dtype=float), unit, role)
+
+
+def chain_of_beams(ends: np.ndarray, pieces: int) -> Network:
+    """One straight beam, cut into pieces."""
+    points = ends[0] + np.linspace(0, 1, pieces + 1)[:, None] * (ends[1] - ends[0])
+    all_nodes = [Node(f"n{i}", point) for i, point in enumerate(points)]
+    beams = [
+        beam_between(a, b, STEEL, BAR, y_axis=[0.3, 1, 0.2], name=f"{a.name} {b.name}")
+        for a, b in pairwise(all_nodes)
+    ]
+    tip = all_nodes[-1]
+    return Network("chain", tuple(all_nodes), ("n0",), tip.name, tip.point, beams=tuple(beams))
+
+
+def lattice(cells: int) -> Network:
+    """A cube of beams along the edges of cubes, clamped at its lowest face."""
+    sites = np.stack(np.meshgrid(*[np.arange(cells + 1)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    at = {tuple(site): Node(str(tuple(map(int, site))), 0.3 * site) for site in sites}
+    beams = [
+        beam_between(node, at[neighbour], STEEL, BAR, name=f"{node.name} {i}")
+        for site, node in at.items()
+        for i in range(3)
+        if (neighbour := tuple(np.array(site) + np.eye(3, dtype=int)[i])) in at
+    ]
+    tip = at[cells, cells, cells]
+    fixed = tuple(node.name for site, node in at.items() if site[2] == 0)
+    return Network("cube", tuple(at.values()), fixed, tip.name, tip.point, beams=tuple(beams))
+
+
+def in_millimetres(network: Network) -> Network:
+    """The same network with every length in millimetres, forces in newtons."""
+    # A twist in mm and rad, for a force in N and a moment in N mm.
+    s = np.repeat([1e3, 1.0], 3)
+
+    def beam(b: BeamElement) -> BeamElement:
+        C = b.tip_compliance * np.outer(s, s) / 1e3
+        return replace(b, start=1e3 * b.start, end=1e3 * b.end, tip_compliance=C)
+
+    def spring(e: SpringElement) -> SpringElement:
+        C = e.elasticity.compliance * np.outer(s, s) / 1e3
+        freedoms = e.elasticity.freedoms * s[:, None]
+        return replace(e, point=1e3 * e.point, elasticity=Elasticity(C, freedoms))
+
+    def freedom(f: PlacedFreedom) -> PlacedFreedom:
+        role = f.role
+        if f.stiffness is not None:
+            role = Actuated(f.stiffness * (1e3 if f.motion is Motion.ROTATION else 1e-3))
+        return replace(f, point=1e3 * f.point, role=role)
+
+    def joint(j: JointElement) -> JointElement:
+        return replace(j, freedoms=tuple(freedom(f) for f in j.freedoms))
+
+    return replace(
+        network,
+        nodes=tuple(Node(node.name, 1e3 * node.point) for node in network.nodes),
+        reference_point=1e3 * network.reference_point,
+        beams=tuple(beam(b) for b in network.beams),
+        springs=tuple(spring(e) for e in network.springs),
+        joints=tuple(joint(j) for j in network.joints),
+    )
+
+
+def in_metres(K_mm: np.ndarray) -> np.ndarray:
+    """A stiffness matrix [N/mm, N, N mm] as [N/m, N, N m]."""
+    factor = np.where(np.arange(len(K_mm)) < (3 if len(K_mm) == 6 else 2), 1e3, 1.0)
+    return K_mm * np.outer(factor, factor) / 1e3

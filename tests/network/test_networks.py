@@ -1,0 +1,409 @@
+"""Laws of networks: beams, loops, braces, mechanisms, units."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robostiff.analysis import stiffness
+from robostiff.analysis.matrix_distance import matrix_distance
+from robostiff.elasticity import Elasticity, beam_stiffness
+from robostiff.elastostatics import Block, Status
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.network import (
+    JointElement,
+    Network,
+    Node,
+    SpringElement,
+    beam_between,
+    compliance_between,
+    condense,
+    energy_stiffness,
+    mobility,
+    network_of_snapshot,
+)
+from robostiff.spatial import Space, move_stiffness, rotate_stiffness
+from tests.cases.reference_case import case
+from tests.network.frames import (
+    BAR,
+    GRAPH_NAMES,
+    STEEL,
+    ball,
+    chain_of_beams,
+    graph,
+    in_metres,
+    in_millimetres,
+    lattice,
+    nodes,
+    sliding,
+    turning,
+)
+
+ENDS = np.array([[0.1, -0.2, 0.3], [0.9, 0.5, 0.7]])
+
+
+def framed(*, platform_ball: bool) -> Network:
+    """A portal of three beams with a tie rod between two balls; the platform on its top."""
+    a, b, c, d, top = nodes(a=[0, 0, 0], b=[1, 0, 0], c=[0, 0, 1], d=[1, 0.1, 1], top=[0.5, 0, 1.3])
+    ends = [(a, c), (b, d), (c, d), (c, top)]
+    beams = tuple(beam_between(*e, STEEL, BAR, name=e[0].name + e[1].name) for e in ends)
+    start, end = nodes(start=[1, 0, 0], end=[0.5, 0, 1.3])
+    tie = beam_between(start, end, STEEL, BAR, name="tie")
+    joints = [JointElement("foot", "b", "start", ball(start.point))]
+    if platform_ball:
+        joints.append(JointElement("head", "end", "top", ball(end.point)))
+    else:
+        joints.append(JointElement("head", "end", "top"))
+    every = (a, b, c, d, top, start, end)
+    return Network("portal", every, ("a", "b"), "top", top.point, (*beams, tie), (), tuple(joints))
+
+
+@pytest.mark.parametrize("pieces", [1, 2, 7, 100])
+def test_a_beam_cut_into_pieces_is_the_same_beam(pieces):
+    network = chain_of_beams(ENDS, pieces)
+    length = float(np.linalg.norm(ENDS[1] - ENDS[0]))
+    K = rotate_stiffness(beam_stiffness(length, STEEL, BAR), network.beams[0].rotation)
+    assert matrix_distance(condense(network).whole.K, K, 1.0) < 1e-13
+
+
+def test_a_long_chain_of_beams_loses_no_digits():
+    network = chain_of_beams(np.array([[0, 0, 0], [100.0, 0, 0]]), 1000)
+    one = chain_of_beams(np.array([[0, 0, 0], [100.0, 0, 0]]), 1)
+    result = condense(network).whole
+    assert matrix_distance(result.K, condense(one).whole.K, 100.0) < 1e-11
+    assert result.status == Status.OK
+
+
+def test_patch_a_lattice_under_even_tension_stretches_evenly():
+    """Every column carries the same force, so the top face goes up by that of one column."""
+    cells, pull = 2, 1000.0
+    network = lattice(cells)
+    # Poisson's effect is none in a lattice of bars: only the columns work.
+    top = [node for node in network.nodes if abs(node.point[2] - 0.3 * cells) < 1e-12]
+    C = compliance_between(network, [(node.name, node.point) for node in top])
+    load = np.tile([0, 0, pull, 0, 0, 0], len(top))
+    moved = (C @ load).reshape(-1, 6)
+    expected = np.array([0, 0, pull * 0.3 * cells / (STEEL.E * BAR.A), 0, 0, 0])
+    np.testing.assert_allclose(moved, np.tile(expected, (len(top), 1)), atol=1e-12 * expected[2])
+
+
+@pytest.mark.parametrize("name", GRAPH_NAMES)
+def test_graph_case_against_sixty_digits(name):
+    network, oracle = graph(name)
+    result = stiffness(network)
+    assert matrix_distance(result.K, np.array(oracle["K"]), 0.5) < oracle["suggested_rtol"]
+    assert int(result.rank) == oracle["rank"]
+    assert len(result.free_motions) == 6 - oracle["rank"]
+    if "compliance" in oracle:
+        C = compliance_between(network, [(network.platform, network.reference_point)])
+        assert matrix_distance(C, np.array(oracle["compliance"]), 2.0) < oracle["suggested_rtol"]
+
+
+def test_every_graph_case_is_there():
+    assert GRAPH_NAMES == ["h_orthoglide_pose0", "h_parallelogram_square"]
+
+
+def test_a_parallelogram_shifts_freely_along_its_arc():
+    network, _ = graph("h_parallelogram_square")
+    (motion,) = stiffness(network).free_motions
+    assert str(motion) == "translation along z"
+
+
+@pytest.mark.parametrize("platform_ball", [True, False])
+def test_least_energy_gives_the_same_stiffness(platform_ball):
+    network = framed(platform_ball=platform_ball)
+    K = condense(network).whole.K
+    assert matrix_distance(energy_stiffness(network), K, 1.0) < 1e-10
+    assert np.linalg.eigvalsh(K)[0] > 0
+
+
+def test_a_spinning_tie_rod_is_legal_and_told():
+    result = stiffness(framed(platform_ball=True))
+    assert int(result.rank) == 6
+    assert result.status == Status.REDUNDANT_JOINTS
+    assert len(result.redundant_joints) == 1
+    assert stiffness(framed(platform_ball=False)).status == Status.OK
+
+
+def test_a_pendulum_on_the_platform_changes_nothing():
+    network = chain_of_beams(ENDS, 1)
+    bob = Node("bob", np.array([0.9, 0.5, 0.0]))
+    hinge = JointElement("hinge", "n1", "bob", (turning(ENDS[1], [1, 2, 0]),))
+    hanging = Network(
+        "pendulum", (*network.nodes, bob), ("n0",), "n1", ENDS[1], network.beams, (), (hinge,)
+    )
+    result = condense(hanging).whole
+    assert matrix_distance(result.K, condense(network).whole.K, 1.0) < 1e-13
+    assert result.status == Status.REDUNDANT_JOINTS
+    with pytest.raises(NoAnswerError, match="node 'bob'"):
+        compliance_between(hanging, [("bob", bob.point)])
+
+
+def door(hinges: int, k: float | None) -> Network:
+    wall, leaf = nodes(wall=[0, 0, 0], leaf=[0.4, 0, 1])
+    places = np.linspace(0.2, 1.8, hinges)
+    joints = tuple(
+        JointElement(f"h{i}", "wall", "leaf", (turning([0, 0, z], [0, 0, 1], k),))
+        for i, z in enumerate(places)
+    )
+    spring = SpringElement(
+        "seal", "leaf", "room", leaf.point, np.eye(3), Elasticity(1e-5 * np.eye(6))
+    )
+    room = Node("room", np.array([0.8, 0, 1]))
+    return Network("door", (wall, leaf, room), ("wall",), "room", room.point, (), (spring,), joints)
+
+
+@pytest.mark.parametrize("hinges", [2, 3, 9])
+def test_more_hinges_on_one_axis_brace_one_another_without_load(hinges):
+    one = condense(door(1, None)).whole
+    many = condense(door(hinges, None)).whole
+    assert matrix_distance(many.K, one.K, 1.0) < 1e-13
+    assert many.status == one.status == Status.FREE_MOTIONS
+    assert int(many.rank) == 5
+
+
+def test_springs_of_hinges_on_one_axis_add_up():
+    assert (
+        matrix_distance(condense(door(3, 100.0)).whole.K, condense(door(1, 300.0)).whole.K, 1.0)
+        < 1e-13
+    )
+
+
+def test_two_ways_of_welds_are_one():
+    a, b, c, d = nodes(a=[0, 0, 0], b=[0.1, 0, 0], c=[0.2, 0.1, 0], d=[0.5, 0.2, 0.3])
+    beam = beam_between(c, d, STEEL, BAR)
+    welds = [
+        JointElement(f"w{p.name}{q.name}", p.name, q.name) for p, q in ((a, b), (b, c), (a, c))
+    ]
+    loop = Network("loop", (a, b, c, d), ("a",), "d", d.point, (beam,), (), tuple(welds))
+    tree = Network("tree", (a, b, c, d), ("a",), "d", d.point, (beam,), (), tuple(welds[:2]))
+    assert matrix_distance(condense(loop).whole.K, condense(tree).whole.K, 1.0) < 1e-13
+
+
+def test_rigid_bars_of_a_spatial_parallelogram_are_redundant_constraints():
+    """Three rigid bars with four parallel hinges: overconstrained, and free to swing."""
+    ground, left, right, top = nodes(
+        ground=[0, 0, 0], left=[0, 0, 0.5], right=[1, 0, 0.5], top=[0.5, 0, 1]
+    )
+    corners = {"gl": [0, 0, 0], "gr": [1, 0, 0], "lt": [0, 0, 1], "rt": [1, 0, 1]}
+    ends = {
+        "gl": ("ground", "left"),
+        "gr": ("ground", "right"),
+        "lt": ("left", "top"),
+        "rt": ("right", "top"),
+    }
+    table = Node("table", np.array([0.5, 0, 1.1]))
+    soft = SpringElement(
+        "mat", "top", "table", table.point, np.eye(3), Elasticity(1e-6 * np.eye(6))
+    )
+
+    def linkage(k: float | None) -> Network:
+        joints = tuple(
+            JointElement(
+                name, *ends[name], (turning(point, [0, 1, 0], k if name == "gl" else None),)
+            )
+            for name, point in corners.items()
+        )
+        every = (ground, left, right, top, table)
+        return Network("linkage", every, ("ground",), "table", table.point, (), (soft,), joints)
+
+    free = stiffness(linkage(None))
+    assert int(free.rank) == 5
+    assert [str(motion) for motion in free.free_motions] == ["translation along x"]
+    # The drive turns by the shift of the table over the length of the bar, 1 m.
+    held = stiffness(linkage(2e3)).compliance
+    expected = 1e-6 * np.eye(6) + np.diag([1 / 2e3, 0, 0, 0, 0, 0])
+    assert held is not None
+    np.testing.assert_allclose(held, expected, atol=1e-15)
+
+
+def test_a_platform_held_by_rigid_parts_alone_has_rigid_directions():
+    wall, table = nodes(wall=[0, 0, 0], table=[0, 0, 0.2])
+    joint = JointElement("guide", "wall", "table", (sliding([0, 0, 0], [1, 0, 0], 1e6),))
+    result = stiffness(
+        Network("table", (wall, table), ("wall",), "table", table.point, joints=(joint,))
+    )
+    assert result.status == Status.RIGID_DIRECTION
+    assert len(result.rigid_directions) == 5
+    with pytest.raises(NoAnswerError):
+        _ = result.K
+    with pytest.raises(NoAnswerError):
+        energy_stiffness(
+            Network("t", (wall, table), ("wall",), "table", table.point, joints=(joint,))
+        )
+    # Compliance exists: nothing but the slide gives way.
+    C = compliance_between(
+        Network("t", (wall, table), ("wall",), "table", table.point, joints=(joint,)),
+        [("table", table.point)],
+    )
+    np.testing.assert_allclose(C, np.diag([1e-6, 0, 0, 0, 0, 0]), atol=1e-20)
+
+
+def test_a_platform_that_hangs_on_nothing_is_free():
+    wall, tip, moon = nodes(wall=[0, 0, 0], tip=[1, 0, 0], moon=[0, 0, 9])
+    beam = beam_between(wall, tip, STEEL, BAR)
+    result = stiffness(Network("moon", (wall, tip, moon), ("wall",), "moon", moon.point, (beam,)))
+    assert int(result.rank) == 0
+    assert not result.K.any()
+
+
+def test_reciprocity_of_maxwell_and_betti():
+    network = framed(platform_ball=True)
+    points = [("c", [0, 0, 1]), ("d", [1.0, 0.2, 1.1]), ("top", [0.5, 0, 1.3]), ("a", [0, 0, 0])]
+    C = compliance_between(network, points)
+    rng = np.random.default_rng(0)
+    load_1, load_2 = rng.normal(size=(2, 24))
+    assert load_1 @ C @ load_2 == pytest.approx(load_2 @ C @ load_1, rel=1e-13)
+    assert np.linalg.eigvalsh(C)[0] > -1e-18
+    assert not C[18:].any()  # fixed
+    K = condense(network).whole.K
+    assert matrix_distance(np.linalg.inv(C[12:18, 12:18]), K, 1.0) < 1e-10
+
+
+def test_a_point_of_a_body_moves_with_it():
+    network, far = framed(platform_ball=True), np.array([0.2, 0.9, 1.7])
+    C = compliance_between(network, [("top", far)])
+    K = move_stiffness(condense(network).whole.K, far - network.reference_point)
+    assert matrix_distance(np.linalg.inv(C), K, 1.0) < 1e-10
+
+
+@pytest.mark.parametrize(
+    "network",
+    [framed(platform_ball=True), door(3, None), graph(GRAPH_NAMES[0])[0]],
+    ids=lambda n: n.name,
+)
+def test_millimetres_change_nothing(network):
+    result, result_mm = stiffness(network), stiffness(in_millimetres(network))
+    assert result_mm.status == result.status
+    assert result_mm.rank == result.rank
+    assert result_mm.redundant_joints == result.redundant_joints
+    assert matrix_distance(in_metres(result_mm.K), result.K, 1.0) < 1e-12
+
+
+def test_where_the_points_of_bodies_are_does_not_matter():
+    network = framed(platform_ball=True)
+    elsewhere = tuple(
+        Node(node.name, node.point + np.array([50.0, -3, 8])) for node in network.nodes
+    )
+    moved = Network(
+        "portal", elsewhere, network.fixed, "top", network.reference_point,
+        network.beams, (), network.joints,
+    )  # fmt: skip
+    np.testing.assert_array_equal(condense(moved).whole.K, condense(network).whole.K)
+
+
+def test_a_far_reference_point_costs_no_digits():
+    network = framed(platform_ball=True)
+    far = np.array([2e4, 0, 0])
+    result = stiffness(network, at=far)
+    assert int(result.rank) == 6
+    expected = move_stiffness(condense(network).whole.K, far - network.reference_point)
+    assert matrix_distance(result.K, expected, 1.0) < 1e-9
+
+
+def test_planar_networks_have_three_coordinates():
+    a, b = nodes(a=[0, 0, 0], b=[0.4, 0.3, 0])
+    beam = beam_between(a, b, STEEL, BAR, y_axis=[0, 0, 1])
+    spatial = Network("boom", (a, b), ("a",), "b", b.point, (beam,))
+    plane = Network("boom", (a, b), ("a",), "b", b.point, (beam,), space=Space.PLANAR)
+    rows = list(Space.PLANAR.rows)
+    expected = condense(spatial).whole.K[np.ix_(rows, rows)]
+    assert matrix_distance(condense(plane).whole.K, expected, 1.0) < 1e-12
+    assert matrix_distance(energy_stiffness(plane), expected, 1.0) < 1e-12
+
+
+def test_planar_networks_refuse_what_leaves_the_plane():
+    a, b = nodes(a=[0, 0, 0], b=[0.4, 0.3, 0])
+    tilted = beam_between(a, b, STEEL, BAR, y_axis=[0, 1, 1])
+    with pytest.raises(InputError, match="part 'beam' of a planar network"):
+        condense(Network("boom", (a, b), ("a",), "b", b.point, (tilted,), space=Space.PLANAR))
+    hinge = JointElement("hinge", "a", "b", (turning(a.point, [1, 0, 1]),))
+    with pytest.raises(InputError, match="passive joint 'hinge' of a planar network"):
+        condense(Network("boom", (a, b), ("a",), "b", b.point, (), (), (hinge,), Space.PLANAR))
+
+
+def hinged_lattice(cells: int) -> Network:
+    """A cube of rods, each of which starts at a ball and is welded on at its end."""
+    welded = lattice(cells)
+    feet, beams, joints = [], [], []
+    for beam in welded.beams:
+        feet.append(Node(f"foot of {beam.name}", beam.start))
+        joints.append(JointElement(beam.name, beam.a, feet[-1].name, ball(beam.start)))
+        beams.append(replace(beam, a=feet[-1].name))
+    every = (*welded.nodes, *feet)
+    return replace(welded, nodes=every, beams=tuple(beams), joints=tuple(joints))
+
+
+@pytest.mark.parametrize(
+    "network",
+    [
+        framed(platform_ball=True),
+        door(3, None),
+        graph("h_parallelogram_square")[0],
+        network_of_snapshot(case("b_stewartA_home").snapshot),
+        network_of_snapshot(case("a15_SS_redundant").snapshot),
+        hinged_lattice(1),
+        hinged_lattice(2),
+    ],
+    ids=lambda network: network.name,
+)
+def test_large_networks_are_decided_like_small_ones(monkeypatch, network):
+    small = stiffness(network)
+    monkeypatch.setattr(mobility, "_DENSE", 0)
+    large = stiffness(network)
+    assert large.status == small.status
+    assert large.rank == small.rank
+    assert large.redundant_joints == small.redundant_joints
+    assert len(large.free_motions) == len(small.free_motions)
+    # Other coordinates are pinned, and noise is about the condition of the rest.
+    assert matrix_distance(large.K, small.K, 1.0) < 1e-10
+
+
+def test_a_hinged_lattice_has_the_stiffness_of_least_energy():
+    network = hinged_lattice(1)
+    K = condense(network).whole.K
+    assert matrix_distance(energy_stiffness(network), K, 1.0) < 1e-10
+
+
+A, B = nodes(a=[0, 0, 0], b=[1, 0, 0])
+ROD = beam_between(A, B, STEEL, BAR)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Network("n", (A, A), ("a",), "a", A.point), "name of the node: got 'a'"),
+        (lambda: Network("n", (A, B), ("x",), "b", B.point), "fixed node: got 'x'"),
+        (lambda: Network("n", (A, B), ("a",), "x", B.point), "platform: got 'x'"),
+        (lambda: Network("n", (A, B), ("a",), "a", B.point), "a node that is not fixed"),
+        (lambda: Network("n", (A, B), (), "b", B.point), "at least one"),
+        (lambda: Network("n", (A,), ("a",), "a", B.point, (ROD,)), "node of 'beam': got 'b'"),
+        (
+            lambda: Network(
+                "n", (A, B), ("a",), "b", B.point, joints=(JointElement("j", "a", "a"),)
+            ),
+            "two different nodes",
+        ),
+        (lambda: beam_between(A, Node("c", A.point), STEEL, BAR), "two nodes at one point"),
+        (lambda: condense(Network("n", (A, B), ("a",), "b", B.point)), "no element"),
+    ],
+)  # fmt: skip
+def test_networks_that_make_no_sense_are_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+def test_points_that_make_no_sense_are_refused():
+    network = chain_of_beams(ENDS, 1)
+    for points, message in (
+        ([], "at least one"),
+        ([("x", [0, 0, 0])], "node of a point: got 'x'"),
+        ([("n1", [0, 0])], "three numbers"),
+    ):
+        with pytest.raises(InputError, match=message):
+            compliance_between(network, points)
+
+
+def test_forms_of_legs_are_refused_for_networks():
+    with pytest.raises(InputError, match="solved as a whole"):
+        stiffness(chain_of_beams(ENDS, 1), method=Block())

@@ -1,0 +1,177 @@
+"""`verify` sees that methods agree, and sees planted errors."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff import network as networks
+from robostiff.analysis import Outcome, verification, verify
+from robostiff.elasticity import Elasticity
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.model import Actuated
+from robostiff.network import energy, equations, network_of_snapshot
+from tests.cases.reference_case import NAMES, case
+from tests.network.frames import GRAPH_NAMES, GRAPHS, chain_of_beams, graph
+
+ROBOT = "gough-stewart-b-beams"
+
+
+def outcomes(robot, pose=None):
+    result = verify(robot, pose)
+    return result.agree, {c.method: c.outcome for c in result.comparisons}
+
+
+@pytest.mark.parametrize("name", rs.shipped_robots())
+def test_methods_agree_at_every_shipped_robot(name):
+    agree, by_method = outcomes(rs.load(name))
+    assert agree
+    assert by_method["network"] is by_method["energy"] is Outcome.AGREES
+    assert set(by_method) == {
+        "saddle-point", "block", "recursive", "index-rules", "network", "energy",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_methods_agree_at_every_reference_case(name):
+    assert verify(case(name).snapshot).agree
+
+
+@pytest.mark.parametrize("name", GRAPH_NAMES)
+def test_two_methods_agree_at_every_graph_case(name):
+    agree, by_method = outcomes(graph(name)[0])
+    assert agree
+    assert by_method == {"energy": Outcome.AGREES}
+
+
+def test_methods_agree_that_a_direction_is_rigid():
+    rigid = replace(case("a17_rigid_UPS_actuator_only").snapshot)
+    (leg,) = rigid.legs
+    stiff = tuple(
+        replace(e, role=Actuated()) if getattr(e, "stiffness", None) else e for e in leg.elements
+    )
+    agree, by_method = outcomes(replace(rigid, legs=(replace(leg, elements=stiff),)))
+    assert agree
+    assert by_method["network"] is by_method["energy"] is Outcome.AGREES
+
+
+def planted(monkeypatch, change):
+    """Every network made of a robot gets an error."""
+    monkeypatch.setattr(
+        verification, "network_of_snapshot", lambda snapshot: change(network_of_snapshot(snapshot))
+    )
+
+
+def swapped(spring):
+    """Iy and Iz change places."""
+    order = [0, 2, 1, 3, 5, 4]
+    C = spring.elasticity.compliance[np.ix_(order, order)]
+    signs = np.array([1, 1, 1, 1, -1, -1])
+    return replace(spring, elasticity=Elasticity(C * np.outer(signs, signs)))
+
+
+def with_penalty(k):
+    def change(network):
+        joints = tuple(
+            replace(
+                joint,
+                freedoms=tuple(
+                    replace(f, role=Actuated(k)) if f.is_passive else f for f in joint.freedoms
+                ),
+            )
+            for joint in network.joints
+        )
+        return replace(network, joints=joints)
+
+    return change
+
+
+def test_a_flipped_sign_is_seen(monkeypatch):
+    transport = equations.twist_transport
+    monkeypatch.setattr(equations, "twist_transport", lambda v: transport(-v))
+    agree, by_method = outcomes(case("d03_arm2_spatial_passive").snapshot)
+    assert not agree
+    assert by_method["network"] is by_method["energy"] is Outcome.DIFFERS
+    assert by_method["block"] is Outcome.AGREES
+
+
+@pytest.mark.parametrize("k", [1e-2, 1e4])
+def test_a_penalty_in_place_of_a_passive_joint_is_seen(monkeypatch, k):
+    planted(monkeypatch, with_penalty(k))
+    agree, by_method = outcomes(rs.load(ROBOT))
+    assert not agree
+    assert by_method["network"] is by_method["energy"] is Outcome.DIFFERS
+
+
+def test_swapped_moments_of_area_are_seen(monkeypatch):
+    snapshot = case("d01_arm2_planar").snapshot
+    C = next(iter(snapshot.legs[0].springs)).elasticity.compliance
+    assert C[1, 1] != C[2, 2]
+    planted(
+        monkeypatch,
+        lambda network: replace(network, springs=tuple(swapped(s) for s in network.springs)),
+    )
+    agree, by_method = outcomes(snapshot)
+    assert not agree
+    assert by_method["network"] is Outcome.DIFFERS
+    assert by_method["block"] is Outcome.AGREES
+
+
+def test_a_wrong_beam_is_seen(monkeypatch):
+    """The energy builds its beams from the matrix of a free beam, the network does not."""
+    right = networks.beam_stiffness_12
+
+    def wrong(tip_stiffness, length):
+        K = right(tip_stiffness, length)
+        K[1, 11] = K[11, 1] = -K[1, 11]
+        return K
+
+    monkeypatch.setattr(energy, "beam_stiffness_12", wrong)
+    result = verify(chain_of_beams(np.array([[0, 0, 0], [1.0, 0, 0]]), 3))
+    assert not result.agree
+
+
+def test_several_poses_and_poses_out_of_reach_are_refused():
+    robot = rs.load("hexapod")
+    with pytest.raises(InputError, match="one pose"):
+        verify(robot, np.tile([0, 0, 0.9, 0, 0, 0], (2, 1)))
+    with pytest.raises(NoAnswerError, match="nothing to verify"):
+        verify(rs.load("3-rrr"), [9, 9, 0])
+    with pytest.raises(InputError, match="between 0 and 1"):
+        verify(robot, agreement=0.0)
+
+
+def run(*arguments):
+    program = Path(sys.executable).with_name("robostiff")
+    return subprocess.run([str(program), *arguments], capture_output=True, text=True, check=False)
+
+
+def test_the_command_agrees():
+    done = run("verify", "hexapod", "--pose", "10 mm 0 0.9 0 0 5 deg", "--json")
+    assert done.returncode == 0
+    data = json.loads(done.stdout)
+    assert data["agree"]
+    assert [c["method"] for c in data["comparisons"]][-2:] == ["network", "energy"]
+    assert max(c["distance"] for c in data["comparisons"] if c["distance"]) < 1e-12
+
+
+def test_the_command_reads_graphs_and_refuses_their_poses():
+    path = str(GRAPHS / f"{GRAPH_NAMES[1]}.json")
+    done = run("verify", path)
+    assert done.returncode == 0
+    assert "methods agree" in done.stdout
+    assert run("verify", path, "--pose", "0 0 0 0 0 0").returncode == 2
+
+
+def test_the_command_exits_with_one_when_methods_differ(monkeypatch, capsys):
+    from robostiff.cli.commands import Place
+    from robostiff.cli.commands_verify import print_verification
+
+    planted(monkeypatch, with_penalty(1.0))
+    assert print_verification(ROBOT, Place(None, None, None), [], as_json=False) == 1
+    assert "methods DISAGREE" in capsys.readouterr().out
