@@ -1,6 +1,11 @@
 """Sphinx configuration."""
 
+import sys
+from pathlib import Path
+
 import robostiff
+
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "robostiff"
 author = "The robostiff developers"
@@ -14,9 +19,10 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "sphinxcontrib.bibtex",
+    "derived_formulas",
 ]
 
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_ext"]
 html_theme = "furo"
 html_title = "robostiff"
 html_static_path = ["_static"]

@@ -73,7 +73,7 @@ def stewart_leg(name, A, B, k):
 
 
 def cubic_platform(height=0):
-    """Six edges of a cube of side 2a, two along each axis, crossing at midpoints of faces.
+    """The six edges of a cube of side 2a that avoid two opposite corners.
 
     The reference point lies at a height above the centre.
     """
@@ -83,8 +83,8 @@ def cubic_platform(height=0):
         ((-a, a, a), (-a, -a, a)),
         ((-a, a, -a), (-a, a, a)),
         ((a, -a, a), (a, -a, -a)),
-        ((-a, -a, -a), (a, -a, -a)),
-        ((a, a, a), (-a, a, a)),
+        ((-a, a, -a), (a, a, -a)),
+        ((a, -a, a), (-a, -a, a)),
     ]
     legs = tuple(
         stewart_leg(f"leg{i}", vector(*A), vector(*B), k) for i, (A, B) in enumerate(edges)

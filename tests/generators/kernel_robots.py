@@ -80,19 +80,23 @@ def sps_hexapod() -> Robot:
     )
 
 
-def translational_upu() -> Robot:
-    """Three legs UPU whose outer axes stay parallel: a platform that does not turn."""
+def translational_upu(count: int = 3) -> Robot:
+    """Legs UPU whose outer axes stay parallel: a platform that does not turn.
+
+    With more than three it is over-constrained, and each leg holds it by a couple too.
+    """
     legs = []
-    for i in range(3):
-        angle = 2 * np.pi * i / 3 + 0.2
+    for i in range(count):
+        angle = 2 * np.pi * i / count + 0.2
         turn = np.array([0, 0, angle])
         radial = np.array([np.cos(angle), np.sin(angle), 0])
         beam = TelescopicBeam(STEEL, ROD, share=1.0)
         telescope = Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
         chain = Chain((universal(Y, X, FREE), telescope, universal(X, Y, FREE)))
-        base, home = turned(turn, 0.5 * radial), turned(turn, 0.2 * radial)
-        legs.append(Leg(f"leg{i}", base, chain, home))
-    return Robot("3-UPU", tuple(legs), home=shift_by(0, 0, 0.6), coordinates=TRANSLATIONS)
+        base, end = turned(turn, 0.5 * radial), turned(turn, 0.2 * radial)
+        legs.append(Leg(f"leg{i}", base, chain, end))
+    home = shift_by(0, 0, 0.6)
+    return Robot(f"{count}-UPU", tuple(legs), home=home, coordinates=TRANSLATIONS)
 
 
 def rigid_cranks() -> Robot:
@@ -199,6 +203,7 @@ HAND_MADE: dict[str, Callable[[], Robot]] = {
     "case b with limits": lambda: case_b(limits=(0.45, 0.9)),
     "SPS": sps_hexapod,
     "3-UPU": translational_upu,
+    "6-UPU": lambda: translational_upu(6),
     "RUS": lambda: rod_hexapod("RUS"),
     "PUS": lambda: rod_hexapod("PUS", Elbow.MINUS),
     "RPS tripod": tripod,

@@ -9,18 +9,12 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.element import Element
+from robostiff.analytic.exact_leg import exact_leg
 from robostiff.analytic.factors import factored
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.products import FormulaTooLargeError
-
-# Pairs of terms that a product may have for each term of the limit, before like terms are added.
-_PAIRS_A_TERM = 20
 
 # Terms of a fraction that is factored: longer ones would take long, and would not be read.
 _FACTORED = 100
-
-#: Entries (i, j) of a symmetric matrix, i <= j.
-Upper = dict[tuple[int, int], Element]
 
 
 @dataclass(frozen=True)
@@ -47,14 +41,15 @@ class ClosedSum:
 
 
 def closed_sum(
-    legs: Sequence[tuple[Sequence[Sequence[Any]], Sequence[Any]]], n: int, limit: int
+    legs: Sequence[tuple[Sequence[Sequence[Any]], Sequence[Sequence[Any]]]], n: int, limit: int
 ) -> ClosedSum:
     """Add up what the wrenches of all legs hold.
 
     Parameters
     ----------
-    legs : sequence of (wrenches, compliances)
-        SymPy expressions; the wrenches of a leg are conjugate to one another.
+    legs : sequence of (W, A)
+        SymPy expressions: m transmitted wrenches of n entries, and the compliance A = W^T C W
+        (m x m) that they meet.
     n : int
         Size of a wrench.
     limit : int
@@ -69,66 +64,31 @@ def closed_sum(
     --------
     >>> k, a = sp.symbols("k a", positive=True)
     >>> root = sp.sqrt(1 + a**2)
-    >>> closed_sum([([[1 / root, a / root, 0]], [1 / k])], 3, 100).K[0, 0]
+    >>> closed_sum([([[1 / root, a / root, 0]], [[1 / k]])], 3, 100).K[0, 0]
     k/(a**2 + 1)
     """
     # One field for all legs: a length that several of them have is one root.
-    field = ExactField([x for ws, cs in legs for x in (*(e for w in ws for e in w), *cs)])
+    field = ExactField([x for W, A in legs for row in (*W, *A) for x in row])
     total: dict[tuple[int, int], list[Element]] = {}
     written, wrenches, compliances = [], [], []
-    for ws, cs in legs:
-        scaled = [
-            _without_roots(field, [field.element(x) for x in w], field.element(c))
-            for w, c in zip(ws, cs, strict=True)
-        ]
-        own, met = [w for w, _ in scaled], [c for _, c in scaled]
-        K = _sum(field, own, met, n, limit)
-        for place, entry in K.items():
+    for W, A in legs:
+        leg = exact_leg(
+            field,
+            [[field.element(x) for x in w] for w in W],
+            [[*map(field.element, r)] for r in A],
+            n,
+            limit,
+        )
+        for place, entry in leg.K.items():
             total[place] = _added(total.get(place, []), entry)
-        written.append(_matrix(field, {place: [entry] for place, entry in K.items()}, n))
-        wrenches.append(tuple(sp.ImmutableMatrix([_expression(field, x) for x in w]) for w in own))
-        compliances.append(tuple(_expression(field, c) for c in met))
+        written.append(_matrix(field, {place: [entry] for place, entry in leg.K.items()}, n))
+        wrenches.append(
+            tuple(sp.ImmutableMatrix([_expression(field, x) for x in w]) for w in leg.wrenches)
+        )
+        compliances.append(
+            tuple(sp.Mul(*(_expression(field, c) for c in factors)) for factors in leg.met)
+        )
     return ClosedSum(_matrix(field, total, n), tuple(written), tuple(wrenches), tuple(compliances))
-
-
-def _sum(
-    field: ExactField, wrenches: list[list[Element]], met: list[Element], n: int, limit: int
-) -> Upper:
-    K = {(i, j): field.zero for i in range(n) for j in range(i, n)}
-    for w, c in zip(wrenches, met, strict=True):
-        scaled = [x if x.is_zero else x / c for x in w]
-        for (i, j), so_far in K.items():
-            if not (w[i].is_zero or w[j].is_zero):
-                K[i, j] = _within(so_far + _product(scaled[i], w[j], limit), limit)
-    return K
-
-
-def _without_roots(
-    field: ExactField, w: list[Element], c: Element
-) -> tuple[list[Element], Element]:
-    """A wrench without the factor that its entries share, such as 1 / L; c is scaled with it."""
-    pivot = min((x for x in w if not x.is_zero), key=lambda x: x.terms)
-    ratios = [x if x.is_zero else x / pivot for x in w]
-    below = field.one.num
-    for ratio in ratios:
-        below = below * (ratio.den / below.gcd(ratio.den))
-    scale = Element(field, below, field.one.den)
-    factor = scale / pivot
-    return [x if x.is_zero else x * scale for x in ratios], c * factor * factor
-
-
-def _product(a: Element, b: Element, limit: int) -> Element:
-    """A product that is given up before it takes long."""
-    pairs = max(len(a.num) * len(b.num), len(a.den) * len(b.den))
-    if pairs > _PAIRS_A_TERM * limit:
-        raise FormulaTooLargeError.beyond(limit)
-    return _within(a * b, limit)
-
-
-def _within(element: Element, limit: int) -> Element:
-    if element.terms > limit:
-        raise FormulaTooLargeError.beyond(limit)
-    return element
 
 
 def _added(fractions: list[Element], entry: Element) -> list[Element]:

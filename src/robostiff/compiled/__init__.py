@@ -1,7 +1,7 @@
 """Records of robots turned into kernels: SIMD machine code, or NumPy in chunks."""
 
 from robostiff.compiled.arrays import ArrayCode
-from robostiff.compiled.kernel import Backend, Kernel, NoMachineCodeWarning, kernel_of
+from robostiff.compiled.kernel import Backend, Checks, Kernel, NoMachineCodeWarning, kernel_of
 from robostiff.compiled.machine import MachineCode, machine_code_is_available
 from robostiff.compiled.outputs import (
     ComplianceMatrix,
@@ -19,6 +19,7 @@ from robostiff.compiled.outputs import (
 __all__ = [
     "ArrayCode",
     "Backend",
+    "Checks",
     "ComplianceMatrix",
     "DeflectionUnder",
     "Derivative",

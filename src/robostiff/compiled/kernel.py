@@ -34,6 +34,22 @@ class NoMachineCodeWarning(RuntimeWarning):
     """The compiler of machine code is not installed: NumPy does the same, some ten times slower."""
 
 
+class Checks(Enum):
+    """What a kernel checks at every pose beside its outputs.
+
+    ``RANK``: matrix and rank. ``MATRIX``: the matrix alone; it is as right without its rank.
+    ``NONE``: nothing, for poses that are known to be harmless.
+    """
+
+    NONE = "none"
+    MATRIX = "matrix"
+    RANK = "rank"
+
+    def cover(self, name: str) -> bool:
+        """Whether a check of a record is among them."""
+        return self is Checks.RANK or (self is Checks.MATRIX and name != "rank")
+
+
 @dataclass(frozen=True)
 class Kernel:
     """Computes outputs at many poses from the record of one robot; picklable.
@@ -119,7 +135,7 @@ def kernel_of(
     outputs: Sequence[Output],
     backend: Backend = Backend.BEST,
     *,
-    check_rank: bool = True,
+    checks: Checks = Checks.RANK,
 ) -> Kernel:
     """The kernel of a recorded robot.
 
@@ -128,8 +144,8 @@ def kernel_of(
     recorded : RecordedRobot
     outputs : sequence of Output
     backend : Backend
-    check_rank : bool
-        Whether the rank is checked beside the matrix; K is as right without.
+    checks : Checks
+        What the kernel checks beside its outputs.
 
     Raises
     ------
@@ -139,16 +155,16 @@ def kernel_of(
         When an output has no answer at any pose.
     """
     entries = [entry for output in outputs for entry in output.recorded(recorded)]
-    checks = {name: x for name, x in recorded.checks.items() if check_rank or name != "rank"}
+    checked = {name: x for name, x in recorded.checks.items() if checks.cover(name)}
     gaps = [gap for x in outputs if isinstance(x, Derivative) for gap in x.gaps(recorded)]
     gaps = [gap for gap in gaps if isinstance(gap, Entry)]
     if gaps:
-        checks["gap"] = reduce(least, gaps)
-    program = Program.of(recorded.record, [*entries, *checks.values()])
+        checked["gap"] = reduce(least, gaps)
+    program = Program.of(recorded.record, [*entries, *checked.values()])
     return Kernel(
         inputs=recorded.record.inputs,
         outputs=tuple(outputs),
-        checks=tuple(checks),
+        checks=tuple(checked),
         space=recorded.space,
         code=_code(program, backend),
     )

@@ -253,7 +253,7 @@ def rows_of(shape: tuple[int, ...]) -> int:
 
 
 def unpacked(rows: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Rows (m, N) of a kernel as an array (N, *shape); of a matrix both triangles.
+    """Rows (m, N) of a kernel as an array `(N, *shape)`; of a matrix both triangles.
 
     Examples
     --------

@@ -55,6 +55,10 @@ class RecordedLeg:
         Of the passive joints.
     frame : int
         Which of the working frames it was recorded in.
+    basis : list of Column
+        The wrenches W before they were made conjugate; world axes, about the reference point.
+    energy : nested list
+        W^T C W of this basis (m, m).
     """
 
     name: str
@@ -63,6 +67,8 @@ class RecordedLeg:
     losses: list[Any]
     redundant: tuple[bool, ...]
     frame: int
+    basis: list[Column]
+    energy: list[list[Any]]
 
 
 @dataclass(frozen=True)
@@ -116,6 +122,8 @@ class LegRecorder:
             losses=[*transmitted.losses, *conjugate.losses, *self._near_rigid(local, conjugate)],
             redundant=transmitted.redundant,
             frame=number,
+            basis=[to_world(w, frame, self.reference, rows) for w in transmitted.wrenches],
+            energy=energy,
         )
 
     def _near_rigid(self, local: LocalLeg, conjugate: Conjugate) -> list[Any]:

@@ -1,8 +1,4 @@
-"""Other ways to the stiffness of one hexapod, as one would write them for this robot alone.
-
-Every way takes pose coordinates (x, y, z, rotation vector; rows) and gives the 21 entries of K_C
-about the platform's origin (rows), inverse kinematics included.
-"""
+"""The closed form (25) of the hexapod in C, written for this robot alone."""
 
 from __future__ import annotations
 
@@ -10,13 +6,12 @@ import ctypes
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from batched_stiffness import K_ACTUATOR, Hexapod
 
-#: From rows of coordinates (6, N) to rows of results (21, N).
-Way = Callable[[np.ndarray], np.ndarray]
+from peers.way import PeerMissing, Way
 
 _C_SOURCE = r"""
 #include <math.h>
@@ -69,27 +64,17 @@ _C_LEG = r"""{
         """
 
 
-def c_closed_form(base: np.ndarray, platform: np.ndarray, k: float, EA: float) -> Way | None:
-    """The closed form (25) in C, compiled for this machine; None without a compiler.
-
-    Parameters
-    ----------
-    base, platform : (6, 3) arrays
-        Joints of the base, and of the platform in its frame [m].
-    k : float
-        Stiffness of the actuators [N/m].
-    EA : float
-        Axial stiffness of the leg tubes times their length [N].
-    """
+def closed_form_in_c(robot: Hexapod) -> Way:
+    """K_C compiled for this machine; PeerMissing without a C compiler."""
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
-        return None
+        raise PeerMissing("no C compiler")
     places = [(i, j) for i in range(6) for j in range(i, 6)]
-    numbers = {"compliance": repr(1 / k), "by_EA": repr(1 / EA)}
+    numbers = {"compliance": repr(1 / K_ACTUATOR), "by_EA": repr(1 / (robot.E * robot.A))}
     numbers["sums"] = " ".join(f"K{i}{j} += g{i}*f{j};" for i, j in places)
     legs = [
         _C_LEG % {**numbers, **_coordinates("A", a), **_coordinates("B", b)}
-        for a, b in zip(base, platform, strict=True)
+        for a, b in zip(robot.base, robot.platform, strict=True)
     ]
     source = _C_SOURCE % {
         "zero": ", ".join(f"K{i}{j} = 0" for i, j in places),
@@ -101,7 +86,7 @@ def c_closed_form(base: np.ndarray, platform: np.ndarray, k: float, EA: float) -
     library = folder / "stiffness.so"
     flags = ["-O3", "-march=native", "-ffast-math", "-fopenmp-simd", "-shared", "-fPIC"]
     command = [compiler, *flags, "-o", str(library), str(folder / "stiffness.c"), "-lmvec", "-lm"]
-    subprocess.run(command, check=True)
+    subprocess.run(command, check=True)  # noqa: S603 - its parts are our own
     function = ctypes.CDLL(str(library)).stiffness
     pointer = ctypes.POINTER(ctypes.c_double)
     function.argtypes = [pointer, pointer, ctypes.c_ssize_t]

@@ -1,0 +1,45 @@
+"""Rows of a table of times: run in turns, and the fastest run of each counts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.compiled import Kernel
+
+SHORT = 0.05  # s
+
+
+@dataclass
+class Row:
+    """A way to K_C at a number of poses: it gives the 21 entries (21, N)."""
+
+    name: str
+    count: int
+    run: Callable[[], np.ndarray]
+    best: float = np.inf
+    found: Any = None
+
+    @property
+    def microseconds(self) -> float:
+        """Time a pose takes."""
+        return 1e6 * self.best / self.count
+
+
+def timed(rows: list[Row], turns: int) -> None:
+    for _ in range(turns):
+        for row in rows:
+            # A short run after a long one finds nothing in the cache.
+            for _ in range(5 if row.best < SHORT else 1):
+                start = time.perf_counter()
+                row.found = row.run()
+                row.best = min(row.best, time.perf_counter() - start)
+
+
+def kernel_run(kernel: Kernel, inputs: np.ndarray) -> Callable[[], np.ndarray]:
+    out = np.empty((kernel.rows, inputs.shape[1]))
+    return lambda: kernel.evaluate(inputs, out, threads=1)
