@@ -55,13 +55,14 @@ outputs: $(STAMP)-test $(STAMP)-docs
 	$(BIN)/python docs/make_robots_page.py > docs/robots.new && mv docs/robots.new docs/robots.md
 	$(BIN)/python -m tests.project.shown_output
 
-bench: $(STAMP)-test
+bench: $(STAMP)-bench
 	$(BIN)/python benchmarks/batched_stiffness.py
 	$(BIN)/python benchmarks/accuracy_of_forms.py
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/derivations.py
 	$(BIN)/python benchmarks/map_overhead.py
 	$(BIN)/python benchmarks/kernels.py
+	$(BIN)/python benchmarks/map_workers.py
 
 clean:
 	rm -rf $(VENV) docs/_build build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
@@ -85,6 +86,11 @@ $(STAMP)-runtime: pyproject.toml constraints.txt | $(BIN)/python
 
 $(STAMP)-test: $(STAMP)-runtime
 	$(PIP) --editable '.[test,sections,maps]'
+	@touch $@
+
+# Other programs to compare with.
+$(STAMP)-bench: $(STAMP)-test
+	$(PIP) --editable '.[test,sections,maps,bench]'
 	@touch $@
 
 # Pyright runs on Node.js, which need not be there: it comes as a wheel.

@@ -74,7 +74,6 @@ def peer_rows(robot: Hexapod, inputs: np.ndarray) -> tuple[list[Row], list[str]]
             missing.append(f"{name:44}not installed ({error})")
             continue
         rows.append(Row(name, count, lambda way=way, some=some: way(some)))
-        rows[-1].run()  # where the peer compiles
     return rows, missing
 
 

@@ -22,7 +22,7 @@ def numba_recursion(robot: Hexapod) -> Way:
     unit = np.eye(3)
 
     @compiled
-    def evaluate(rows: np.ndarray) -> np.ndarray:
+    def evaluate(rows: np.ndarray) -> np.ndarray:  # noqa: PLR0912 - calls would cost time
         out = np.zeros((21, rows.shape[1]))
         K, W, WK, tube = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
         axes, R, J, u = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(6), np.zeros(6)

@@ -5,7 +5,8 @@ robostiff: 1
 name: 3r-arm
 source: three slender links with elastic joints, the first turning about the vertical
 parameters:
-  {l1: 300 mm, l2: 500 mm, l3: 400 mm, E: 70 GPa, G: 26 GPa, A: 1e-3 m^2, I: 1e-7 m^4, I_t: 2e-7 m^4,
+  {l1: 300 mm, l2: 500 mm, l3: 400 mm, E: 70 GPa, G: 26 GPa, A: 1e-3 m^2, I: 1e-7 m^4,
+   I_t: 2e-7 m^4,
    k: 2e5 N m/rad}
 materials: {alloy: {E: E, G: G}}
 sections: {tube: {properties: {A: A, Iy: I, Iz: I, J: I_t}}}
@@ -64,4 +65,25 @@ legs:
     - {type: prismatic, name: actuator, axis: z, role: actuated, stiffness: k}
     - {type: spherical, name: platform joint, role: passive}
   platform: {at: [bx, by, bz - HEIGHT]}
+"""
+
+ARM_2R_OF_BEAMS = """
+robostiff: 1
+name: 2r-beams
+source: a planar arm of two slender links with elastic joints
+planar: true
+parameters:
+  {L1: 500 mm, L2: 400 mm, E: 210 GPa, A1: 1e-3 m^2, A2: 2e-3 m^2, I1: 1e-8 m^4, I2: 3e-8 m^4,
+   k1: 2e5 N m/rad, k2: 1e5 N m/rad}
+materials: {alloy: {E: E, poisson_ratio: 0.3}}
+sections:
+  first: {properties: {A: A1, Iy: I1, Iz: I1, J: 2*I1}}
+  second: {properties: {A: A2, Iy: I2, Iz: I2, J: 2*I2}}
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, name: shoulder, axis: z, role: actuated, stiffness: k1, home: 30 deg}
+      - {type: beam, name: upper arm, to: [L1, 0, 0], y_axis: y, material: alloy, section: first}
+      - {type: revolute, name: elbow, axis: z, role: actuated, stiffness: k2, home: 60 deg}
+      - {type: beam, name: forearm, to: [L2, 0, 0], y_axis: y, material: alloy, section: second}
 """

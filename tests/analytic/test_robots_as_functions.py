@@ -51,6 +51,7 @@ def test_the_exported_function_at_a_general_pose_agrees_with_the_numerical_form(
             told = {f"q{i + 1}": value for i, value in enumerate(q)}
             expected = rs.stiffness(numeric, rs.JointCoordinates(q))
         else:
+            assert numeric.home is not None
             pose = np.zeros(6)
             pose[:3] = numeric.home.p
             angles = np.zeros(3)

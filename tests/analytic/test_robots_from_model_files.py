@@ -5,7 +5,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import canonical
-from tests.analytic.models import ARM_3R, CUBIC, THREE_PUU
+from tests.analytic.models import ARM_2R_OF_BEAMS, ARM_3R, CUBIC, THREE_PUU
 
 
 def written(tmp_path, text):
@@ -37,6 +37,17 @@ def test_three_links_at_symbolic_joint_angles_agree_with_numbers(tmp_path):
         size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
         difference = np.array(found.evalf(30), dtype=float) - expected
         assert np.max(np.abs(difference) / size) < 1e-10
+
+
+def test_planar_arm_of_beams_closes_with_all_symbols_and_stays_short(tmp_path):
+    robot = rs.load(written(tmp_path, ARM_2R_OF_BEAMS), symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=rs.AtSymbols(), form=rs.Closed())
+    assert max(len(sp.Add.make_args(sp.numer(e).expand())) for e in derivation.K) < 100
+    told = robot.nominal | {"q1": 0.4, "q2": 0.9}
+    found = derivation.substituted({s: told[s.name] for s in derivation.symbols})
+    expected = rs.stiffness(robot.numeric, rs.JointCoordinates([0.4, 0.9])).K
+    size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    assert np.max(np.abs(np.array(found.evalf(30), dtype=float) - expected) / size) < 1e-10
 
 
 def test_3_puu_about_its_centre_is_pull_and_torque_of_three_rods(tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from hypothesis import strategies as st
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.elasticity import Material, circle, elasticity_from_stiffness, rectangle
 from robostiff.model import (
@@ -28,6 +27,7 @@ from robostiff.model import (
     spherical,
     universal,
 )
+from robostiff.spatial import Frame
 from tests.generators.chains import SEEDS, random_block, random_rotation
 
 STEEL = Material.isotropic("steel", E=210e9, poisson_ratio=0.3)
@@ -50,21 +50,15 @@ KINDS = (
 )
 
 
-def random_transform(rng: np.random.Generator, shift: float = 0.5) -> RigidTransform:
+def random_transform(rng: np.random.Generator, shift: float = 0.5) -> Frame:
     """A shift and a turn in any direction."""
-    return RigidTransform.from_components(
-        rng.uniform(-shift, shift, 3), Rotation.from_matrix(random_rotation(rng))
-    )
+    p = rng.uniform(-shift, shift, 3)
+    return Frame(random_rotation(rng), p)
 
 
-def shift_by(*xyz: float) -> RigidTransform:
+def shift_by(*xyz: float) -> Frame:
     """A shift without a turn."""
-    return RigidTransform.from_translation(np.array(xyz, dtype=float))
-
-
-def turn_by(*rotvec: float) -> RigidTransform:
-    """A turn without a shift."""
-    return RigidTransform.from_rotation(Rotation.from_rotvec(np.array(rotvec, dtype=float)))
+    return Frame(np.eye(3), np.array(xyz, dtype=float))
 
 
 def random_role(rng: np.random.Generator) -> Role:
@@ -119,7 +113,7 @@ def random_element(kind: str, rng: np.random.Generator) -> Element:
 
 
 @st.composite
-def element_chains(draw: st.DrawFn) -> tuple[Chain, RigidTransform, np.random.Generator]:
+def element_chains(draw: st.DrawFn) -> tuple[Chain, Frame, np.random.Generator]:
     """A chain of random elements, where its base is, and numbers to go on with."""
     kinds = draw(st.lists(st.sampled_from(KINDS), min_size=1, max_size=6))
     rng = np.random.default_rng(draw(SEEDS))

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
 
 from robostiff.elasticity import circle
 from robostiff.model import (
@@ -30,7 +29,7 @@ from robostiff.model import (
     universal,
 )
 from robostiff.robots import load, shipped_robots
-from robostiff.spatial import Space
+from robostiff.spatial import Frame, Space
 from tests.generators.elements import BAR, ROD, STEEL, shift_by
 from tests.generators.machines import (
     DRIVE,
@@ -171,7 +170,7 @@ def skewed_hexapod() -> Robot:
     return replace(robot, name="skewed", legs=tuple(legs))
 
 
-def _planar(name: str, legs: list[Leg], home: RigidTransform) -> Robot:
+def _planar(name: str, legs: list[Leg], home: Frame) -> Robot:
     return Robot(name, tuple(legs), home=home, coordinates=IN_PLANE, space=Space.PLANAR)
 
 

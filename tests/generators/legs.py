@@ -30,6 +30,7 @@ from robostiff.model import (
     spherical,
     universal,
 )
+from robostiff.spatial import Frame
 from tests.generators.elements import ROD, STEEL, random_transform
 
 DRIVE = Actuated(1e7)
@@ -50,7 +51,7 @@ class LegCase:
     @property
     def robot(self) -> Robot:
         turn = Rotation.from_rotvec(self.home_pose[3:])
-        home = RigidTransform.from_components(self.home_pose[:3], turn)
+        home = Frame(turn.as_matrix(), self.home_pose[:3])
         return Robot("one leg", (self.leg,), home=home)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import Rotation
 
 from robostiff.model import (
     Actuated,
@@ -25,7 +25,7 @@ from robostiff.model import (
     spherical,
     universal,
 )
-from robostiff.spatial import Space
+from robostiff.spatial import Frame, Space
 from tests.generators.elements import BAR, ROD, STEEL, shift_by
 
 X, Y, Z = np.eye(3)
@@ -33,9 +33,9 @@ FREE = Passive()
 DRIVE = Actuated(2e7)
 
 
-def turned(rotvec: np.ndarray, point: np.ndarray) -> RigidTransform:
+def turned(rotvec: np.ndarray, point: np.ndarray) -> Frame:
     """A frame at a point, turned."""
-    return RigidTransform.from_components(np.asarray(point, float), Rotation.from_rotvec(rotvec))
+    return Frame(Rotation.from_rotvec(rotvec).as_matrix(), point)
 
 
 def hexapod(

@@ -10,12 +10,13 @@ import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity
 from robostiff.errors import FileError, InputError
 from robostiff.io.map_files import read_poses, write_map_csv, write_map_netcdf
+from tests.analysis.maps.robots import loaded
 
 
 @pytest.fixture(scope="module")
 def found():
     return rs.stiffness_map(
-        rs.load("3-puu"),
+        loaded("3-puu"),
         Grid(x=Axis(-0.9, 0.9, 4), z=Axis(0.2, 0.3, 2)),
         list(Quantity),
         wrench=[10, 0, -20, 0, 1, 0],
@@ -67,7 +68,7 @@ def written(tmp_path, text):
 
 def test_units_comments_and_time_of_a_trajectory(tmp_path):
     text = "# path of today\n\ntime [ms]; x [mm]; rz (deg)\n0; 10; 0\n# half way\n500;20;90\n"
-    poses = read_poses(rs.load("hexapod"), written(tmp_path, text))
+    poses = read_poses(loaded("hexapod"), written(tmp_path, text))
     assert isinstance(poses, PoseList)
     assert poses.names == ("x", "rz")
     np.testing.assert_allclose(
@@ -80,7 +81,7 @@ def test_units_comments_and_time_of_a_trajectory(tmp_path):
 
 
 def test_columns_may_be_joints(tmp_path):
-    poses = read_poses(rs.load("two-link-arm"), written(tmp_path, "s,elbow [deg]\n0,180\n1,90\n"))
+    poses = read_poses(loaded("two-link-arm"), written(tmp_path, "s,elbow [deg]\n0,180\n1,90\n"))
     np.testing.assert_allclose(poses.values((slice(None),)), [[np.pi, np.pi / 2]])
     parameter = poses.parameter()
     assert parameter is not None
@@ -88,7 +89,7 @@ def test_columns_may_be_joints(tmp_path):
 
 
 def test_a_mark_of_byte_order_is_no_name(tmp_path):
-    assert read_poses(rs.load("hexapod"), written(tmp_path, "\ufeffx\r\n1\r\n")).names == ("x",)
+    assert read_poses(loaded("hexapod"), written(tmp_path, "\ufeffx\r\n1\r\n")).names == ("x",)
 
 
 BAD = {
@@ -113,7 +114,7 @@ def test_errors_name_line_and_column(text, expected, tmp_path):
     path = written(tmp_path, text)
     line, column, message = expected
     with pytest.raises(FileError) as caught:
-        read_poses(rs.load("hexapod"), path)
+        read_poses(loaded("hexapod"), path)
     assert (caught.value.location.line, caught.value.location.column) == (line, column)
     assert message in str(caught.value)
     assert str(caught.value).startswith(f"{path}:{line}:{column}: ")
@@ -122,9 +123,9 @@ def test_errors_name_line_and_column(text, expected, tmp_path):
 @pytest.mark.parametrize("text", ["", "x\n", "# x\n1\n"])
 def test_a_file_without_poses(text, tmp_path):
     with pytest.raises(FileError, match="no pose"):
-        read_poses(rs.load("hexapod"), written(tmp_path, text))
+        read_poses(loaded("hexapod"), written(tmp_path, text))
 
 
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(InputError, match="a CSV file"):
-        read_poses(rs.load("hexapod"), tmp_path / "poses.csv")
+        read_poses(loaded("hexapod"), tmp_path / "poses.csv")

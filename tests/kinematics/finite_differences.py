@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-Frame = tuple[np.ndarray, np.ndarray]
+AxesAndPoint = tuple[np.ndarray, np.ndarray]
 
 _STEP = 2e-3
 
 
-def twist_between(now: Frame, then: Frame, at: np.ndarray) -> np.ndarray:
+def twist_between(now: AxesAndPoint, then: AxesAndPoint, at: np.ndarray) -> np.ndarray:
     """Displacement of the point of a body that is at `at` now, and its small turn."""
     (R, p), (R_then, p_then) = now, then
     moved = p_then + R_then @ R.T @ (at - p)
@@ -21,7 +21,7 @@ def twist_between(now: Frame, then: Frame, at: np.ndarray) -> np.ndarray:
     return np.concatenate([moved - at, sine])
 
 
-def twist_rate(frame: Callable[[float], Frame], at: np.ndarray) -> np.ndarray:
+def twist_rate(frame: Callable[[float], AxesAndPoint], at: np.ndarray) -> np.ndarray:
     """Twist of the point `at` per unit of a coordinate, by central differences of fourth order."""
     now = frame(0.0)
     values = [twist_between(now, frame(k * _STEP), at) for k in (-2, -1, 1, 2)]

@@ -23,7 +23,6 @@ from robostiff.model import (
     Robot,
 )
 from robostiff.record import Entry, Record
-from robostiff.spatial import Frame
 from tests.generators.elements import random_transform
 from tests.generators.legs import LegCase, platform_at, six
 
@@ -34,7 +33,7 @@ def built_leg(elements: Sequence[Element], seed: int = 0) -> LegCase:
     """A leg of some elements, somewhere and at any angle."""
     rng = np.random.default_rng(seed)
     chain = Chain(tuple(elements))
-    base, attachment = (Frame.of(random_transform(rng, shift)) for shift in (0.5, 0.2))
+    base, attachment = (random_transform(rng, shift) for shift in (0.5, 0.2))
     leg = Leg("leg", base, chain, attachment)
     return LegCase(leg, six(platform_at(leg, chain.home)))
 

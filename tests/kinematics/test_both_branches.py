@@ -16,8 +16,9 @@ from robostiff.model import (
     prismatic,
     universal,
 )
+from robostiff.spatial import Frame
 
-ROD = Rigid(RigidTransform.from_translation([0, 0, 0.5]), "rod")
+ROD = Rigid(Frame(np.eye(3), np.array([0, 0, 0.5])), "rod")
 UPU = Chain(
     (
         universal([0, 1, 0], [1, 0.3, 0], Passive(), name="A"),
@@ -30,7 +31,7 @@ PUU = Chain(
     (
         prismatic([0, 0, 1], Actuated(1e7), name="P"),
         universal([0, 1, 0], [1, 0.2, 0], Passive(), name="A"),
-        Rigid(RigidTransform.from_translation([0.6, 0, -0.4]), "rod"),
+        Rigid(Frame(np.eye(3), np.array([0.6, 0, -0.4])), "rod"),
         universal([1, 0, 0.1], [0, 1, 0], Passive(), name="B"),
     )
 )
@@ -39,10 +40,8 @@ PUU = Chain(
 @pytest.mark.parametrize("chain", [UPU, PUU], ids=["UPU", "PUU"])
 def test_every_pose_made_by_forward_kinematics_is_reached(chain):
     home = place_chain(chain, chain.home, np.eye(3), np.zeros(3))
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = home.R, home.p
-    leg = Leg("leg", RigidTransform.identity(), chain, RigidTransform.identity())
-    robot = Robot("one leg", (leg,), home=RigidTransform.from_matrix(T))
+    leg = Leg("leg", Frame.identity(), chain, Frame.identity())
+    robot = Robot("one leg", (leg,), home=Frame(home.R, home.p))
     random = np.random.default_rng(4)
     q = random.uniform(-2.4, 2.4, (300, 5))
     slide = 2 if chain is UPU else 0

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from scipy.spatial.transform import RigidTransform
 
 from robostiff.elasticity import Elasticity
 from robostiff.kinematics import (
@@ -29,38 +28,39 @@ from robostiff.model import (
     beam_link,
     revolute,
 )
+from robostiff.spatial import Frame
 from tests.generators.chains import random_rotation
 from tests.generators.elements import BAR, KINDS, STEEL, element_chains, random_element
-from tests.kinematics.finite_differences import Frame, twist_rate
+from tests.kinematics.finite_differences import AxesAndPoint, twist_rate
 
 CLOSE = 1e-9
 
 
-def placed_leg(chain: Chain, base: RigidTransform, q: np.ndarray) -> PlacedLeg:
-    placed = place_chain(chain, q, base.rotation.as_matrix(), base.translation)
+def placed_leg(chain: Chain, base: Frame, q: np.ndarray) -> PlacedLeg:
+    placed = place_chain(chain, q, base.R, base.p)
     return PlacedLeg("leg", placed.elements, placed.p)
 
 
-def leg_of(chain: Chain, base: RigidTransform) -> Leg:
+def leg_of(chain: Chain, base: Frame) -> Leg:
     """A leg that may lack compliance, which only the closure's `advance` looks at."""
     elastic = Chain((*chain.elements, revolute([0, 0, 1], Actuated(1.0))))
-    return Leg("leg", base, elastic, RigidTransform.identity())
+    return Leg("leg", base, elastic, Frame.identity())
 
 
 @settings(max_examples=150)
 @given(element_chains())
-def test_columns_of_all_joints(case: tuple[Chain, RigidTransform, np.random.Generator]):
+def test_columns_of_all_joints(case: tuple[Chain, Frame, np.random.Generator]):
     chain, base, rng = case
     q = chain.home + 0.3 * rng.uniform(-1, 1, chain.size)
     at = rng.uniform(-1, 1, 3)
     leg = placed_leg(chain, base, q)
-    R_base, p_base = base.rotation.as_matrix(), base.translation
+    R_base, p_base = base.R, base.p
     with_extra = leg_of(chain, base)
     J = freedom_twists(leg.freedoms, at)
     assert J.shape == (6, chain.size)
     for i in range(chain.size):
 
-        def frame(step: float, i: int = i) -> Frame:
+        def frame(step: float, i: int = i) -> AxesAndPoint:
             delta = np.zeros(chain.size + 1)
             delta[i] = step
             moved = advance(with_extra, np.append(q, 0.0), delta)[:-1]
@@ -76,12 +76,12 @@ def test_columns_of_all_joints(case: tuple[Chain, RigidTransform, np.random.Gene
 
 @settings(max_examples=150)
 @given(element_chains())
-def test_columns_of_virtual_springs(case: tuple[Chain, RigidTransform, np.random.Generator]):
+def test_columns_of_virtual_springs(case: tuple[Chain, Frame, np.random.Generator]):
     chain, base, rng = case
     q = chain.home + 0.3 * rng.uniform(-1, 1, chain.size)
     at = rng.uniform(-1, 1, 3)
     leg = placed_leg(chain, base, q)
-    R_base, p_base = base.rotation.as_matrix(), base.translation
+    R_base, p_base = base.R, base.p
     J_theta, K_theta_inverse = spring_jacobian(leg, at)
     springs = list(leg.springs)
     column = 0
@@ -95,7 +95,7 @@ def test_columns_of_virtual_springs(case: tuple[Chain, RigidTransform, np.random
             continue
         for k in range(6):
 
-            def frame(step: float, k: int = k, spring: int = spring) -> Frame:
+            def frame(step: float, k: int = k, spring: int = spring) -> AxesAndPoint:
                 theta = [np.zeros(6) for _ in springs]
                 theta[spring][k] = step
                 end = place_chain(chain, q, R_base, p_base, theta)
@@ -111,7 +111,7 @@ def test_columns_of_virtual_springs(case: tuple[Chain, RigidTransform, np.random
 
 @given(element_chains())
 def test_compliance_of_a_leg_is_the_sum_over_its_springs(
-    case: tuple[Chain, RigidTransform, np.random.Generator],
+    case: tuple[Chain, Frame, np.random.Generator],
 ):
     chain, base, rng = case
     q = chain.home + 0.3 * rng.uniform(-1, 1, chain.size)
@@ -129,7 +129,7 @@ def test_a_column_with_the_arm_reversed_is_caught():
     wrong = np.concatenate([np.cross(at - point, e), e])
     freedom = PlacedFreedom("turn", Motion.ROTATION, point, e, Passive())
 
-    def frame(step: float) -> Frame:
+    def frame(step: float) -> AxesAndPoint:
         E = np.cross(np.eye(3), -e).T  # (e x)
         R = np.eye(3) + np.sin(step) * E + (1 - np.cos(step)) * E @ E
         return R, point - R @ point
@@ -203,7 +203,7 @@ def test_telescope_is_as_long_as_its_beams():
 
 def test_rigid_parts_change_no_elasticity():
     beam = beam_link(np.array([0.5, 0, 0]), STEEL, BAR, y_axis=np.array([0, 1.0, 0]))
-    part = Rigid(RigidTransform.from_translation([0.0, 0.0, 0.4]))
+    part = Rigid(Frame(np.eye(3), np.array([0.0, 0.0, 0.4])))
     plain = place_chain(Chain((beam,)), np.zeros(0), np.eye(3), np.zeros(3))
     longer = place_chain(Chain((beam, part)), np.zeros(0), np.eye(3), np.zeros(3))
     at = np.array([0.1, 0.2, 0.3])

@@ -9,7 +9,6 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, place_chain
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
 from robostiff.model import Coordinate, PlacedFreedom
-from tests.generators.elements import shift_by
 from tests.generators.legs import has_skewed_axes, platform_at, random_leg, six
 from tests.generators.machines import case_b, elbow_arm, five_bar, tripod
 
@@ -235,4 +234,3 @@ def test_home_of_a_serial_arm_follows_from_its_joints():
     robot = elbow_arm()
     posture = find_posture(robot)
     assert np.allclose(posture.pose[0], six(platform_at(robot.legs[0], robot.legs[0].chain.home)))
-    assert np.allclose(shift_by(1, 2, 3).translation, [1, 2, 3])

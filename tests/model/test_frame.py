@@ -6,7 +6,7 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.errors import InputError
-from robostiff.model import Rigid
+from robostiff.model import Actuated, Chain, Leg, Rigid, Robot, revolute
 from robostiff.spatial import Frame
 
 a, L = sp.Symbol("a", real=True), sp.Symbol("L", positive=True)
@@ -51,6 +51,18 @@ def test_round_trip_with_rigid_transform():
     np.testing.assert_allclose(frame.rigid_transform.as_matrix(), T.as_matrix(), atol=1e-15)
     assert Frame.of(frame) is frame
     assert isinstance(Rigid(T).transform, Frame)  # pyright: ignore[reportArgumentType]
+
+
+def test_legs_and_robots_take_rigid_transforms():
+    rng = np.random.default_rng(5)
+    base, attachment, home = (random_transform(rng) for _ in range(3))
+    chain = Chain((revolute([0, 0, 1], Actuated(1e5)),))
+    leg = Leg("leg", base, chain, attachment)  # pyright: ignore[reportArgumentType]
+    robot = Robot("robot", (leg,), home=home)  # pyright: ignore[reportArgumentType]
+    assert robot.home is not None
+    assert same(leg.base, Frame.of(base))
+    assert same(leg.attachment, Frame.of(attachment))
+    assert same(robot.home, Frame.of(home))
 
 
 def test_formulas_compose_exactly():

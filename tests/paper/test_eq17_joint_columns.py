@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robostiff.spatial import rotation_twist, translation_twist
-from tests.kinematics.finite_differences import Frame, twist_rate
+from tests.kinematics.finite_differences import AxesAndPoint, twist_rate
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -15,7 +15,7 @@ def test_revolute_joint(seed: int):
     centre, reference = rng.normal(size=(2, 3))
     E = np.array([[0, -e[2], e[1]], [e[2], 0, -e[0]], [-e[1], e[0], 0]])
 
-    def frame(angle: float) -> Frame:
+    def frame(angle: float) -> AxesAndPoint:
         R = np.eye(3) + np.sin(angle) * E + (1 - np.cos(angle)) * E @ E
         return R, centre - R @ centre
 
@@ -31,7 +31,7 @@ def test_revolute_joint(seed: int):
 def test_prismatic_joint():
     e = np.array([0.6, 0.0, 0.8])
 
-    def frame(slide: float) -> Frame:
+    def frame(slide: float) -> AxesAndPoint:
         return np.eye(3), slide * e
 
     by_differences = twist_rate(frame, np.array([1.0, 2, 3]))

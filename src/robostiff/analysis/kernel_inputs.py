@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from robostiff.analysis.parameter_values import ParameterValues
+from robostiff.analysis.stiffness_at_pose import CHUNK
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
 from robostiff.model import Robot
@@ -69,10 +70,14 @@ class KernelInputs:
             rows = given.T
         else:
             rows = np.empty((self.joints, len(given)))
-            for robot, own in values.groups(~missed):
-                posture = PostureFinder(robot).find(given[own])
-                rows[:, own] = np.concatenate([q.T for q in posture.coordinates])
-                missed[own] = ~posture.reached
+            for robot, group in values.groups(~missed):
+                finder = PostureFinder(robot)
+                # In the chunks of `stiffness`: Newton's last digits depend on the company.
+                for start in range(0, len(group), CHUNK):
+                    own = group[start : start + CHUNK]
+                    posture = finder.find(given[own])
+                    rows[:, own] = np.concatenate([q.T for q in posture.coordinates])
+                    missed[own] = ~posture.reached
         if len(values.rows):
             rows = np.concatenate([rows, values.rows])
         return np.ascontiguousarray(rows), missed

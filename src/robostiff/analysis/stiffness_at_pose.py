@@ -30,8 +30,8 @@ from robostiff.spatial import Space, as_floats
 
 _DEFAULT_METHOD = WrenchBasis()
 _DEFAULT_TOLERANCE = Tolerance()
-# Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
-_CHUNK = 4096
+#: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
+CHUNK = 4096
 # A reference point further from the robot than this many of its lengths is moved to at the end.
 _FAR = 10.0
 
@@ -135,8 +135,8 @@ def stiffness(
     request = finder.request(pose)
     rows = _rows(request)
     parts = []
-    for start in range(0, max(rows, 1), _CHUNK):
-        posture = _find(finder, request, slice(start, start + _CHUNK))
+    for start in range(0, max(rows, 1), CHUNK):
+        posture = _find(finder, request, slice(start, start + CHUNK))
         solved = solve_snapshot(posture.snapshot, method, tolerance)
         parts.append((posture, _with_reach(solved, posture)))
     batch = request.shape[:-1] if isinstance(request, np.ndarray) else request.batch

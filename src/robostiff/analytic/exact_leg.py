@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import sympy as sp
 
@@ -75,7 +74,7 @@ def exact_leg(
         pivot = min(left, key=lambda i: _awkwardness(M, left, i))
         left.remove(pivot)
         before = M.denominator
-        unit = sp.Matrix(m + n, 1, lambda i, _: int(i == pivot))
+        unit = sp.eye(m + n)[:, pivot]
         stage = eliminate_exactly(M, unit, limit)
         M = stage.after
         w = [field.fraction(x, field.one.num) for x in stage.u[m:]]
@@ -91,9 +90,9 @@ def exact_leg(
 
 
 def _awkwardness(M: ExactMatrix, left: list[int], i: int) -> tuple[int, int]:
-    """Order of pivots: coupled to few others, then short."""
-    coupled = sum(not M.entries[i][j].is_zero() for j in left)
-    return coupled, len(M.entries[i][i])
+    """Order of pivots: coupled to few others, then short; without coupling as they come."""
+    coupled = sum(not M.entries[i][j].is_zero() for j in left if j != i)
+    return coupled, len(M.entries[i][i]) if coupled else 0
 
 
 def _conjugate(

@@ -106,7 +106,7 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
 
 def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDerivation:
     """Wrenches and compliances written out and summed in exact arithmetic."""
-    wanted = [x for leg in recorded.legs for row in (*leg.basis, *leg.energy) for x in row]
+    wanted = [x for leg in recorded.legs for x in (*(e for w in leg.wrenches for e in w), *leg.mu)]
     if written_size(placed.record, wanted) > _OPERATIONS_A_TERM * limit:
         raise FormulaTooLargeError.beyond(limit)
     read = ClosedReading(placed.record, placed.symbols)

@@ -80,11 +80,15 @@ def transmitted_by(twists: Sequence[Column], size: int, length: float) -> Transm
     for twist in twists:
         drives = [dot(w, twist) for w in wrenches]
         size_of_twist = _norm([t * s for t, s in zip(twist, scale, strict=True)])
-        safety = [
-            _least(drive) / (_norm([f / s for f, s in zip(w, scale, strict=True)]) * size_of_twist)
-            for drive, w in zip(drives, wrenches, strict=True)
+        sizes = [
+            _norm([f / s for f, s in zip(w, scale, strict=True)]) * size_of_twist for w in wrenches
         ]
-        drives = [0 if safe <= _LOST else drive for drive, safe in zip(drives, safety, strict=True)]
+        # Lost is what is small at all samples, safe what is large at each of them.
+        drives = [
+            0 if _most(drive) <= _LOST * own else drive
+            for drive, own in zip(drives, sizes, strict=True)
+        ]
+        safety = [_least(drive) / own for drive, own in zip(drives, sizes, strict=True)]
         active = [i for i, drive in enumerate(drives) if not is_zero(drive)]
         redundant.append(not active)
         if not active:
@@ -158,7 +162,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     return Conjugate(done, mu, losses)
 
 
-def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+def dot(a: Sequence[Any] | np.ndarray, b: Sequence[Any] | np.ndarray) -> Any:
     """Sum of products; zeros leave no trace."""
     total: Any = 0
     for x, y in zip(a, b, strict=True):
@@ -170,6 +174,11 @@ def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
 def usual_size(value: Entry) -> float:
     """Size of an entry, the mean over the samples."""
     return float(np.mean(np.abs(value.sample)))
+
+
+def _most(value: Any) -> float:
+    """Largest size of an entry over the samples, or the size of a number."""
+    return float(np.max(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
 
 
 def _least(value: Any) -> float:

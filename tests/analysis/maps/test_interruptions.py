@@ -11,6 +11,7 @@ import xarray
 
 import robostiff as rs
 from robostiff import RandomPoses
+from tests.analysis.maps.robots import loaded
 
 COUNT = 100_000
 ARGUMENTS = (
@@ -23,7 +24,7 @@ ARGUMENTS = (
 def undisturbed():
     turn = 10 * 0.017453292519943295
     poses = RandomPoses(COUNT, {"x": (-0.05, 0.05), "rz": (-turn, turn)}, seed=7)
-    return rs.stiffness_map(rs.load("3-rpr"), poses, method=rs.Batched())
+    return rs.stiffness_map(loaded("3-rpr"), poses, method=rs.Batched())
 
 
 def started(folder, *more):

@@ -10,6 +10,7 @@ import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
 from robostiff.analysis.maps.fingerprint import fingerprint
 from robostiff.errors import InputError
+from tests.analysis.maps.robots import loaded
 
 POSES = RandomPoses(30_000, {"x": (-0.05, 0.05), "rz": (-0.2, 0.2)}, seed=1)
 
@@ -31,13 +32,13 @@ def interrupted_after(blocks):
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    return rs.stiffness_map(rs.load("3-rpr"), POSES)
+    return rs.stiffness_map(loaded("3-rpr"), POSES)
 
 
 def begun(path, blocks=1):
     with pytest.raises(Interruption):
         rs.stiffness_map(
-            rs.load("3-rpr"),
+            loaded("3-rpr"),
             POSES,
             store=path,
             scheduler=Threads(1),
@@ -54,7 +55,7 @@ def begun(path, blocks=1):
     ids=["grid", "list"],
 )
 def test_a_store_holds_what_memory_would(poses, tmp_path):
-    robot = rs.load("3-rpr")
+    robot = loaded("3-rpr")
     question = (robot, poses, list(Quantity))
     F = [10, 20, 0.5]
     memory = rs.stiffness_map(*question, wrench=F)
@@ -73,7 +74,7 @@ def test_an_interrupted_map_goes_on_where_it_was(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     begun(path, blocks=2)
     told = []
-    found = rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True, progress=told.append)
+    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True, progress=told.append)
     assert told[0].resumed == 2 * told[0].done // 3
     assert told[-1].done == POSES.count
     xarray.testing.assert_identical(found.load(), undisturbed)
@@ -97,7 +98,7 @@ def test_a_torn_record_and_torn_chunks_are_made_again(tmp_path, undisturbed):
     journal.write_text(lines[0] + lines[1][:-20])
     for chunk in (path / "translational_stiffness" / "c" / "1").iterdir():
         chunk.write_bytes(b"torn")
-    found = rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True)
+    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
     xarray.testing.assert_identical(found.load(), undisturbed)
 
 
@@ -106,30 +107,30 @@ def test_a_record_written_twice_counts_once(tmp_path, undisturbed):
     begun(path)
     (journal,) = path.glob("progress/*.jsonl")
     (path / "progress" / "another.jsonl").write_bytes(journal.read_bytes())
-    found = rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True)
+    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
     assert found.attrs["poses"] == undisturbed.attrs["poses"]
 
 
 def test_a_finished_map_is_given_without_work(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
-    rs.stiffness_map(rs.load("3-rpr"), POSES, store=path)
+    rs.stiffness_map(loaded("3-rpr"), POSES, store=path)
     told = []
-    found = rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True, progress=told.append)
+    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True, progress=told.append)
     assert told == []
     xarray.testing.assert_identical(found.load(), undisturbed)
 
 
 def test_robots_are_known_again_and_told_apart():
     names = rs.shipped_robots()
-    once, again = ([fingerprint(rs.load(name)) for name in names] for _ in range(2))
+    once, again = ([fingerprint(loaded(name)) for name in names] for _ in range(2))
     assert once == again
     assert len(set(once)) == len(names)
-    robot = rs.load("hexapod")
+    robot = loaded("hexapod")
     assert fingerprint(copy.deepcopy(robot)) == fingerprint(robot)
 
 
 OTHERS = {
-    "robot": {"robot": rs.load("3-rpr-beams")},
+    "robot": {"robot": loaded("3-rpr-beams")},
     "poses": {"poses": RandomPoses(30_000, {"x": (-0.05, 0.05), "rz": (-0.2, 0.2)}, seed=2)},
     "quantities": {"quantities": [Quantity.INDICES]},
     "selection": {"where": lambda pose: pose["x"] > 0},
@@ -140,14 +141,14 @@ OTHERS = {
 def test_another_map_is_refused(part, tmp_path):
     path = tmp_path / "map.zarr"
     begun(path)
-    asked = {"robot": rs.load("3-rpr"), "poses": POSES, **OTHERS[part]}
+    asked = {"robot": loaded("3-rpr"), "poses": POSES, **OTHERS[part]}
     with pytest.raises(InputError, match=f"other .*{part}"):
         rs.stiffness_map(**asked, store=path, resume=True)
 
 
 def test_a_last_digit_of_a_parameter_makes_another_robot(tmp_path):
-    robot = rs.load("gough-stewart-b", {"h": 0.8})
-    almost = rs.load("gough-stewart-b", {"h": np.nextafter(0.8, 1)})
+    robot = loaded("gough-stewart-b", {"h": 0.8})
+    almost = loaded("gough-stewart-b", {"h": np.nextafter(0.8, 1)})
     grid = Grid(x=Axis(0, 0.1, 2))
     rs.stiffness_map(robot, grid, store=tmp_path / "map.zarr")
     with pytest.raises(InputError, match="other robot"):
@@ -159,19 +160,19 @@ def test_another_version_is_refused(tmp_path, monkeypatch):
     begun(path)
     monkeypatch.setattr("robostiff.analysis.maps.request.__version__", "99.0")
     with pytest.raises(InputError, match="other version of robostiff"):
-        rs.stiffness_map(rs.load("3-rpr"), POSES, store=path, resume=True)
+        rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True)
 
 
 def test_nothing_is_overwritten(tmp_path):
     (tmp_path / "file").write_text("precious")
     (tmp_path / "folder").mkdir()
     grid = Grid(x=Axis(0, 0.1, 2))
-    rs.stiffness_map(rs.load("3-rpr"), grid, store=tmp_path / "map.zarr")
+    rs.stiffness_map(loaded("3-rpr"), grid, store=tmp_path / "map.zarr")
     for name in ("file", "folder", "map.zarr"):
         with pytest.raises(InputError, match="where nothing is yet"):
-            rs.stiffness_map(rs.load("3-rpr"), grid, store=tmp_path / name)
+            rs.stiffness_map(loaded("3-rpr"), grid, store=tmp_path / name)
     with pytest.raises(InputError, match="begun by robostiff"):
-        rs.stiffness_map(rs.load("3-rpr"), grid, store=tmp_path / "folder", resume=True)
+        rs.stiffness_map(loaded("3-rpr"), grid, store=tmp_path / "folder", resume=True)
     with pytest.raises(InputError, match="existing folder"):
-        rs.stiffness_map(rs.load("3-rpr"), grid, store=tmp_path / "missing" / "map.zarr")
+        rs.stiffness_map(loaded("3-rpr"), grid, store=tmp_path / "missing" / "map.zarr")
     assert (tmp_path / "file").read_text() == "precious"

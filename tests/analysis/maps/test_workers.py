@@ -11,13 +11,14 @@ from distributed import Client, LocalCluster
 
 import robostiff as rs
 from robostiff import Quantity, RandomPoses
+from tests.analysis.maps.robots import loaded
 
 POSES = RandomPoses(60_000, {"x": (-0.05, 0.05), "rz": (-0.2, 0.2)}, seed=1)
 
 
 @pytest.fixture(scope="module")
 def alone():
-    return rs.stiffness_map(rs.load("3-rpr"), POSES, [Quantity.INDICES])
+    return rs.stiffness_map(loaded("3-rpr"), POSES, [Quantity.INDICES])
 
 
 def test_a_killed_worker_is_survived(tmp_path, alone):
@@ -38,7 +39,7 @@ def test_a_killed_worker_is_survived(tmp_path, alone):
                 killed.append(pids[0])
 
         found = rs.stiffness_map(
-            rs.load("3-rpr"),
+            loaded("3-rpr"),
             POSES,
             [Quantity.INDICES],
             store=tmp_path / "map.zarr",
@@ -50,7 +51,7 @@ def test_a_killed_worker_is_survived(tmp_path, alone):
 
 
 def test_processes_without_a_store_fill_memory(alone):
-    found = rs.stiffness_map(rs.load("3-rpr"), POSES, [Quantity.INDICES], workers=2)
+    found = rs.stiffness_map(loaded("3-rpr"), POSES, [Quantity.INDICES], workers=2)
     xarray.testing.assert_identical(found, alone)
 
 
@@ -58,6 +59,6 @@ def test_a_scheduler_that_is_not_there_leaves_nothing_behind(tmp_path, monkeypat
     monkeypatch.setattr("robostiff.analysis.maps.run._PATIENCE", "200ms")
     with pytest.raises(rs.InputError, match="one that answers"):
         rs.stiffness_map(
-            rs.load("3-rpr"), POSES, store=tmp_path / "map.zarr", scheduler="tcp://127.0.0.1:9"
+            loaded("3-rpr"), POSES, store=tmp_path / "map.zarr", scheduler="tcp://127.0.0.1:9"
         )
     assert list(tmp_path.iterdir()) == []
