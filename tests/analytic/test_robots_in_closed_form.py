@@ -185,7 +185,18 @@ def test_given_coordinates_are_exact_and_agree():
 
 def test_a_closed_form_beyond_the_limit_is_refused_at_once():
     with pytest.raises(FormulaTooLargeError, match="Steps"):
-        rs.derive("six-joint-arm")
+        rs.derive("six-joint-arm", form=rs.Closed(500))
+
+
+def test_size_chooses_the_form_where_nobody_does():
+    assert rs.derive("gough-stewart-b").is_closed
+    assert not rs.derive("six-joint-arm").is_closed
+
+
+@pytest.mark.parametrize("x", [0.9, 5])
+def test_a_pose_out_of_reach_is_refused(x):
+    with pytest.raises(InputError, match="falls short of the pose"):
+        rs.derive("3-puu", pose=rs.AtCoordinates({"x": x}))
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,8 @@ def test_derivative_by_a_symbol():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("six-joint-arm",), "--steps"),
+        (("six-joint-arm", "--limit", "500"), "--steps"),
+        (("3-puu", "--pose", "x=5"), "falls short"),
         (("3-rpr", "--format", "pdf"), "write -o FILE.pdf"),
         (("3-rpr", "--format", "latx"), "latex"),
         (("3-rpr", "-o", "K.xyz"), "--format"),

@@ -46,7 +46,7 @@ _AT_LIMIT = 1e-9
 _APART = 1e-7
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CompiledAnswer:
     """What a compiled robot says of a batch of poses.
 
@@ -67,13 +67,18 @@ class CompiledAnswer:
     rank: np.ndarray
     guarded: np.ndarray
 
+    def __repr__(self) -> str:
+        names = ", ".join(self.values)
+        share = f"{self.guarded_share:.2%} computed again"
+        return f"<CompiledAnswer of {len(self.rank)} poses: {names}; {share}>"
+
     @property
     def guarded_share(self) -> float:
         """Part of the poses that were computed again."""
         return float(np.mean(self.guarded)) if self.guarded.size else 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CompiledRobot:
     """A robot whose stiffness is recorded once and evaluated at millions of poses; picklable.
 
@@ -100,6 +105,14 @@ class CompiledRobot:
     rank: int
     status: Status
     verified: bool
+
+    def __repr__(self) -> str:
+        names = ", ".join(output.name for output in self.kernel.outputs)
+        inputs = ", ".join(self.kernel.inputs)
+        return (
+            f"<CompiledRobot {self.robot.name!r}: {names} at {inputs}, "
+            f"{self.kernel.operations} operations>"
+        )
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -270,6 +283,13 @@ def compile_robot(
     >>> answer.values["principal_stiffness"].shape
     (1000, 6)
     """
+    if not isinstance(robot, Robot):
+        raise InputError(
+            "robot to compile",
+            got=type(robot).__name__,
+            expected="a Robot",
+            hint='write compile(load("hexapod"))',
+        )
     outputs = _checked_outputs(outputs)
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
     robot = _within_its_space(robot)
@@ -301,7 +321,12 @@ def _checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
             raise InputError("output to compile", got=output, expected=f"such as {kinds}")
     names = [output.name for output in outputs]
     if len(set(names)) < len(names):
-        raise InputError("outputs to compile", got=names, expected="each name once")
+        raise InputError(
+            "outputs to compile",
+            got=names,
+            expected="each name once",
+            hint="compile the robot once for each load case",
+        )
     return tuple(outputs)
 
 

@@ -68,6 +68,8 @@ def rank_formula(K: Any) -> RankFormula:
             shared = minor.num if shared is None else shared.gcd(minor.num)
     factors = [] if shared is None else shared.factor()[1]
     exceptions = {_without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
+    # Roots and pi are generators of the field, too; a number never vanishes.
+    exceptions = {factor: e for factor, e in exceptions.items() if factor.free_symbols}
     common = sp.Mul(*(factor**exponent for factor, exponent in exceptions.items()))
     return RankFormula(rank, tuple(sorted(exceptions, key=sp.default_sort_key)), common)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import sympy as sp
@@ -46,7 +47,7 @@ def derive_robot(
         Home when left out.
     form : Closed or Steps
         One canonical expression an entry, in exact arithmetic; or named steps, which never explode.
-        When left out, closed at home, as long as that can be read, and steps elsewhere.
+        When left out, closed at home as long as that can be read, and steps otherwise.
 
     Returns
     -------
@@ -68,7 +69,6 @@ def derive_robot(
     3*k*(R**2 - R*r + r**2)/(R**2 - R*r + h**2 + r**2)
     """
     pose = AtHome() if pose is None else pose
-    form = (Closed(_READABLE) if isinstance(pose, AtHome) else Steps()) if form is None else form
     if not isinstance(pose, AtHome | AtSymbols | AtCoordinates):
         raise InputError(
             "pose of a formula",
@@ -76,12 +76,15 @@ def derive_robot(
             expected="AtHome(), AtSymbols() or AtCoordinates({...})",
             hint='write pose=AtCoordinates({"x": 0.1})',
         )
-    if not isinstance(form, Closed | Steps):
+    if not (form is None or isinstance(form, Closed | Steps)):
         raise InputError("form of a formula", got=form, expected="Closed() or Steps()")
     placed = place_robot(robot, pose)
     recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
     if isinstance(form, Closed):
         return _closed(placed, recorded, form.limit)
+    if form is None and isinstance(pose, AtHome):
+        with suppress(FormulaTooLargeError):
+            return _closed(placed, recorded, _READABLE)
     return _in_steps(placed, recorded)
 
 

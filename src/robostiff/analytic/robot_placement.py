@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.robot_pose import (
     PoseFormula,
@@ -96,6 +97,8 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     symbols = {symbol.name: symbol for symbol in robot.symbols}
     for expression in (told or {}).values():
         symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
+    if told is not None and not posed_by_joints(robot):
+        _check_reach(robot, finder, told)
     record = Record(_samples(symbols, told, robot, finder))
     read = entry_reader(record, exact=True)
     entries = with_entries(with_entries(robot, exact_number), read)
@@ -124,6 +127,24 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         legs=legs,
         length=finder.length,
     )
+
+
+def _check_reach(robot: Robot, finder: PostureFinder, told: Mapping[str, Any]) -> None:
+    """Raise when the legs do not reach a pose at the nominal values of the symbols in it."""
+    values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in told.items()}
+    if any(value.free_symbols for value in values.values()):
+        return  # coordinates that are symbols themselves: the formula holds where the legs reach
+    six = finder.home_pose
+    home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
+    pose = platform_pose(home, {name: float(value) for name, value in values.items()})
+    R, p = pose.R.astype(float), pose.p.astype(float)
+    posture = finder.find(RigidTransform.from_components(p, Rotation.from_matrix(R)))
+    if not posture.reached.all():
+        raise InputError(
+            f"pose of {robot.name!r}",
+            got="; ".join(posture.complaints),
+            expected="a pose that all legs reach",
+        )
 
 
 def _joint_coordinates(

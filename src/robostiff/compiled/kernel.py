@@ -105,6 +105,8 @@ class Kernel:
         InputError
             When an array has another shape, order or type.
         """
+        if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
+            raise InputError("threads", got=threads, expected="a whole number from 1")
         inputs = self._checked("coordinates of the kernel", inputs, len(self.inputs))
         if out is None:
             out = np.empty((self.rows, inputs.shape[1]))

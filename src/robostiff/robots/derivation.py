@@ -44,8 +44,8 @@ def derive(
         Where: at home (when left out), at a general pose that is told by symbols, or at given
         coordinates.
     form : Closed or Steps
-        One expression an entry, or named steps, which never explode. Closed at home and steps
-        elsewhere when left out.
+        One expression an entry, or named steps, which never explode. When left out, closed at home
+        as long as that can be read, and steps otherwise.
 
     Returns
     -------
