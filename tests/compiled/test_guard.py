@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff.analysis import stiffness
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
 from robostiff.compiled import Backend
@@ -139,3 +142,32 @@ def test_coordinates_that_the_legs_decide_are_met_to_the_last_digits():
     posture = find_posture(tripod(), poses)
     assert posture.shift_gaps.max() <= 1e-12
     assert np.abs(posture.pose[0, :2]).max() > 1e-10
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_poses_computed_again_are_about_a_far_reference_point(backend: Backend):
+    wrench = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    robot = load("gough-stewart-b")
+    assert isinstance(robot, Robot)
+    robot = replace(robot, reference_point=np.array([0.0, 0.0, 30.0]))
+    outputs = [
+        rs.StiffnessMatrix(), rs.ComplianceMatrix(), rs.DeflectionUnder(wrench),
+        rs.PrincipalStiffness(), rs.WorstDeflection(),
+    ]  # fmt: skip
+    compiled = replace(rs.compile(robot, outputs, backend=backend), verified=False)
+    poses = np.array([[0.02, 0, 0.8, 0, 0.1, 0], [0, 0.03, 0.75, 0.05, 0, 0.1]])
+    answer = compiled.evaluate(poses)
+    assert answer.guarded.all()
+    for i, pose in enumerate(poses):
+        K = rs.stiffness(robot, pose).K
+        C = rs.compliance(robot, pose)
+        expected = {
+            "K": K,
+            "compliance": C,
+            "deflection": C @ wrench,
+            "principal_stiffness": [*np.linalg.eigvalsh(K[:3, :3]), *np.linalg.eigvalsh(K[3:, 3:])],
+            "worst_deflection": np.linalg.eigvalsh(C[:3, :3])[-1],
+        }
+        for name, value in expected.items():
+            found = answer.values[name][i]
+            assert np.max(np.abs(found - value)) <= 1e-9 * np.max(np.abs(value)), name

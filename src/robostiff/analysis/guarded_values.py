@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from robostiff.analysis.measures import principal_stiffnesses, worst_deflection
 from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.where_answered import compliance_where_answered, stiffness_where_answered
 from robostiff.compiled import (
     ComplianceMatrix,
     DeflectionUnder,
@@ -24,35 +26,16 @@ def values_of(output: Output, result: RobotStiffness) -> np.ndarray:
     InputError
         For an output that is made of others, such as a derivative.
     """
-    whole, n = result.about_reference, result.space.size
-    K = np.where(result.answered[:, None, None], whole.matrix, np.nan)
     match output:
         case StiffnessMatrix():
-            return K
+            return stiffness_where_answered(result)
         case ComplianceMatrix():
-            return _inverse(K, result.rank)
+            return compliance_where_answered(result)
         case DeflectionUnder():
-            return _inverse(K, result.rank) @ np.array(output.wrench)
+            return compliance_where_answered(result) @ np.array(output.wrench)
         case WorstDeflection():
-            d = result.space.translations
-            C = _inverse(K, result.rank)[:, :d, :d]
-            worst = np.full(len(C), np.nan)
-            known = np.isfinite(C[:, 0, 0])
-            worst[known] = np.linalg.eigvalsh(C[known])[:, -1]
-            return worst
+            return worst_deflection(compliance_where_answered(result))["worst_deflection"]
         case PrincipalStiffness():
-            values = np.full((len(K), n), np.nan)
-            rows = result.answered
-            d = result.space.translations
-            values[rows, :d] = np.linalg.eigvalsh(K[rows, :d, :d])
-            values[rows, d:] = np.linalg.eigvalsh(K[rows, d:, d:])
-            return values
+            blocks = principal_stiffnesses(stiffness_where_answered(result))
+            return np.concatenate(list(blocks.values()), axis=-1)
     raise InputError("output", got=output.name, expected="an output with a batched form")
-
-
-def _inverse(K: np.ndarray, rank: np.ndarray) -> np.ndarray:
-    """K^-1 where K has full rank."""
-    C = np.full(K.shape, np.nan)
-    full = (rank == K.shape[-1]) & np.isfinite(K[:, 0, 0])
-    C[full] = np.linalg.inv(K[full])
-    return C

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 import robostiff as rs
 from robostiff import Quantity
 from robostiff.analysis.maps.evaluator import BatchedEvaluator
-from robostiff.analysis.maps.measures import (
+from robostiff.analysis.maps.pose_columns import pose_columns
+from robostiff.analysis.measures import (
     principal_stiffnesses,
     stiffness_indices,
     worst_deflection,
 )
-from robostiff.analysis.maps.pose_columns import pose_columns
-from robostiff.analysis.maps.principal_values import symmetric_eigenvalues
+from robostiff.analysis.principal_values import symmetric_eigenvalues
 from tests.analysis.maps.robots import loaded
 
 # Robot, coordinates, spread about home: regular, free motions, plane, arms, lower mobility.

@@ -9,9 +9,9 @@ import numpy as np
 
 from robostiff.analysis.compiled_robot import CompiledAnswer, CompiledRobot, compile_robot
 from robostiff.analysis.maps.evaluator import BatchedEvaluator
-from robostiff.analysis.maps.measures import stiffness_indices
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.variables import Variable
+from robostiff.analysis.measures import stiffness_indices
 from robostiff.compiled import (
     Backend,
     DeflectionUnder,

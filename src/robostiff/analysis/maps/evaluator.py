@@ -9,16 +9,16 @@ from typing import Protocol
 import numpy as np
 
 from robostiff.analysis.maps.actuator_forces import actuator_forces
-from robostiff.analysis.maps.measures import (
-    principal_stiffnesses,
-    stiffness_indices,
-    worst_deflection,
-)
 from robostiff.analysis.maps.pose_batch import PoseBatch
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.quantity_variables import map_variables
 from robostiff.analysis.maps.variables import Variable
+from robostiff.analysis.measures import (
+    principal_stiffnesses,
+    stiffness_indices,
+    worst_deflection,
+)
 from robostiff.elastostatics import Status
 from robostiff.model import Robot
 from robostiff.spatial.batch import empty_batch

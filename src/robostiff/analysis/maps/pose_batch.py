@@ -9,10 +9,14 @@ import numpy as np
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.elastostatics import CartesianStiffness, Status, scaling
+from robostiff.analysis.where_answered import (
+    compliance_where_answered,
+    origin_to_reference,
+    stiffness_where_answered,
+)
+from robostiff.elastostatics import CartesianStiffness, scaling
 from robostiff.model import Robot
-from robostiff.spatial import Space, move_compliance, move_stiffness, move_twist, move_wrench
-from robostiff.spatial.batch import empty_batch
+from robostiff.spatial import move_twist, move_wrench
 
 # As in `deflection`: a load with less than this part of it on a free motion is balanced.
 _BALANCED = 1e-9
@@ -40,11 +44,6 @@ class PoseBatch:
         return stiffness(self.robot, self.columns.as_pose(self.poses))
 
     @cached_property
-    def reached(self) -> np.ndarray:
-        """Which poses all legs reach (N,)."""
-        return (self.result.status_codes & int(Status.UNREACHABLE)) == 0
-
-    @cached_property
     def rank(self) -> np.ndarray:
         """Rank of K (N,); -1 where out of reach."""
         return self.result.rank
@@ -52,31 +51,17 @@ class PoseBatch:
     @cached_property
     def offset(self) -> np.ndarray:
         """From where the answer was computed to the reference point (N, 3) or (N, 2) [m]."""
-        v = self.result.reference_point - self.result.origin
-        return v if self.robot.space is Space.SPATIAL else v[:, :2]
+        return origin_to_reference(self.result)
 
     @cached_property
     def K(self) -> np.ndarray:
         """Stiffness matrices (N, n, n); NaN where there is none."""
-        K = self.result.about_reference.matrix
-        K = move_stiffness(K, self.offset) if np.any(self.offset) else K
-        return _only(self.result.answered, K)
+        return stiffness_where_answered(self.result)
 
     @cached_property
     def compliance(self) -> np.ndarray:
         """Compliance matrices (N, n, n); NaN where there is none or free motions remain."""
-        serial = self.result.serial_compliance
-        if serial is not None:
-            whole = self.reached
-            C = serial
-        else:
-            whole = self.result.answered & (self.rank == self.robot.space.size)
-            C = empty_batch(whole.shape, self.result.about_reference.matrix.shape[1:])
-            C[...] = np.nan
-            if np.any(whole):
-                C[whole] = self.result.about_reference[whole].compliance
-        C = move_compliance(C, self.offset) if np.any(self.offset) else C
-        return _only(whole, C)
+        return compliance_where_answered(self.result)
 
     def moved(self, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Twist of the reference point under a wrench, and where the load drives a free motion.
@@ -136,10 +121,3 @@ def held_twists(
     load = np.einsum("kia,ki->ka", H, F_scaled)
     twist = np.einsum("kia,ka->ki", H, np.linalg.solve(K_held, load[..., None])[..., 0]) / s
     return np.where(unbalanced[:, None], np.nan, twist), unbalanced
-
-
-def _only(where: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values with NaN elsewhere."""
-    if np.all(where):
-        return values
-    return np.where(where.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)

@@ -1,10 +1,10 @@
-"""The quantities of a map as formulas of K and C; NaN goes in and out where there is none."""
+"""Measures of stiffness as formulas of K and C; NaN goes in and out where there is none."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from robostiff.analysis.maps.principal_values import symmetric_eigenvalues
+from robostiff.analysis.principal_values import symmetric_eigenvalues
 from robostiff.elastostatics import scaling
 from robostiff.spatial import Space
 
