@@ -332,8 +332,7 @@ def _checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
 
 def _check_derivative(output: Output, robot: Robot, takes_joints: bool) -> None:
     """Raise where the inputs of the kernel cannot change one at a time."""
-    by_joints = robot.is_serial and robot.home is None
-    if isinstance(output, Derivative) and takes_joints and not by_joints:
+    if isinstance(output, Derivative) and takes_joints and not robot.is_posed_by_joints:
         raise InputError(
             f"derivative by {output.by}",
             got=f"{robot.name!r}, whose legs are closed by iteration",
@@ -344,9 +343,8 @@ def _check_derivative(output: Output, robot: Robot, takes_joints: bool) -> None:
 
 def _recorded(robot: Robot, finder: PostureFinder) -> tuple[RecordedRobot, bool]:
     """The robot's record, and whether its inputs are the coordinates of the legs."""
-    by_joints = robot.is_serial and robot.home is None
-    closed = not by_joints and all(s.closed_form is not None for s in finder.solvers)
-    if closed:
+    by_joints = robot.is_posed_by_joints
+    if not by_joints and all(s.closed_form is not None for s in finder.solvers):
         recorded = record_at_pose(robot, finder)
         if not _misses(recorded):
             return recorded, False

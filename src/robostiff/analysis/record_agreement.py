@@ -12,7 +12,6 @@ from robostiff.compiled import ArrayCode
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.kinematics import JointCoordinates, PostureFinder
-from robostiff.model import ALL_COORDINATES
 from robostiff.record import Program
 from robostiff.recorded import RecordedRobot, parameter_samples, sample_postures
 
@@ -31,8 +30,8 @@ def agrees(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFinder)
     """
     robot = inputs.robot
     program = Program.of(recorded.record, list(recorded.K.values()))
-    by_joints = robot.is_serial and robot.home is None
-    told = [ALL_COORDINATES.index(c) for c in robot.coordinates]
+    by_joints = robot.is_posed_by_joints
+    told = robot.coordinate_places
     for seed in (None, _OTHER_SEED):
         posture = sample_postures(finder.robot, finder, seed)
         values = ParameterValues(robot, np.array(list(parameter_samples(robot, seed).values())))

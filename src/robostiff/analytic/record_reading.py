@@ -12,14 +12,10 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.field import ExactField
-from robostiff.record import Entry, Operation, Record
+from robostiff.record import OPERATORS, Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {
-    Operation.ADD: lambda a, b: a + b,
-    Operation.SUBTRACT: lambda a, b: a - b,
-    Operation.MULTIPLY: lambda a, b: a * b,
-    Operation.NEGATE: lambda a: -a,
-    Operation.RECIPROCAL: lambda a: 1 / a,
+    **OPERATORS,
     Operation.SQUARE_ROOT: sp.sqrt,
     Operation.SINE: sp.sin,
     Operation.COSINE: sp.cos,

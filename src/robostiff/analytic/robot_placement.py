@@ -15,7 +15,6 @@ from robostiff.analytic.robot_pose import (
     coordinate_expressions,
     exact_angle,
     platform_pose,
-    posed_by_joints,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
@@ -97,7 +96,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     symbols = {symbol.name: symbol for symbol in robot.symbols}
     for expression in (told or {}).values():
         symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
-    if told is not None and not posed_by_joints(robot):
+    if told is not None and not robot.is_posed_by_joints:
         _check_reach(robot, finder, told)
     record = Record(_samples(symbols, told, robot, finder))
     read = entry_reader(record, exact=True)
@@ -105,7 +104,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     coordinates = None
     if told is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in told.items()}
-    if posed_by_joints(robot):
+    if robot.is_posed_by_joints:
         q = _joint_coordinates(entries.legs[0], coordinates, record)
         legs: tuple[PlacedFormula, ...] = (place_leg_at_joints(entries.legs[0], q),)
         platform = legs[0].platform
@@ -214,7 +213,7 @@ def _samples(
 
 def _home_values(finder: PostureFinder) -> dict[str, float]:
     twin = finder.robot
-    if posed_by_joints(twin):
+    if twin.is_posed_by_joints:
         home = twin.legs[0].chain.home
         return {f"q{i + 1}": float(q) for i, q in enumerate(home)}
     x, y, z = finder.home_pose[:3].tolist()

@@ -100,7 +100,7 @@ def exact_angle(angle: Any) -> Any:
 
 def coordinate_names(robot: Robot) -> tuple[str, ...]:
     """Names of the coordinates that a pose formula of a robot may tell."""
-    if posed_by_joints(robot):
+    if robot.is_posed_by_joints:
         return tuple(f"q{i + 1}" for i in range(robot.legs[0].chain.size))
     return tuple(SYMBOL_NAMES[c] for c in robot.coordinates)
 
@@ -108,7 +108,7 @@ def coordinate_names(robot: Robot) -> tuple[str, ...]:
 def _exact(robot: Robot, name: str, value: Any) -> Any:
     if name in ("x", "y", "z"):
         return sp.nsimplify(exact_number(value), rational=True)
-    if posed_by_joints(robot):
+    if robot.is_posed_by_joints:
         freedom = robot.legs[0].chain.freedoms[int(name.removeprefix("q")) - 1]
         if freedom.motion is Motion.TRANSLATION:
             return sp.nsimplify(exact_number(value), rational=True)
@@ -120,11 +120,6 @@ def _free_name(name: str, taken: Collection[str]) -> str:
     while name in taken:
         name = f"{name}_P"
     return name
-
-
-def posed_by_joints(robot: Robot) -> bool:
-    """Whether the pose is told by the joints of one chain."""
-    return robot.is_serial and robot.home is None
 
 
 def platform_pose(home: FormulaPose, coordinates: Mapping[str, Any] | None) -> FormulaPose:

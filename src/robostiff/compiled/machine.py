@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.record import Operation, Program
+from robostiff.record import OPERATORS, Operation, Program
 
 _threads = threading.Lock()
 
@@ -47,11 +47,7 @@ class MachineCode:
         variables = variables if isinstance(variables, list) else [variables]
         values = dict(zip(self.program.inputs, variables, strict=True))
         table = {
-            Operation.ADD: lambda a, b: a + b,
-            Operation.SUBTRACT: lambda a, b: a - b,
-            Operation.MULTIPLY: lambda a, b: a * b,
-            Operation.NEGATE: lambda a: -a,
-            Operation.RECIPROCAL: lambda a: 1.0 / a,
+            **OPERATORS,
             Operation.SQUARE_ROOT: hy.sqrt,
             Operation.SINE: hy.sin,
             Operation.COSINE: hy.cos,

@@ -113,7 +113,7 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
         _check_plane(robot, rows, home)
         return _request(batch, rows, ())
     coordinates = np.tile(home, (len(rows), 1))
-    chosen = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
+    chosen = robot.coordinate_places
     coordinates[:, chosen] = rows
     open_ = tuple(k for k in robot.space.rows if k not in chosen)
     return _request(batch, coordinates, open_)

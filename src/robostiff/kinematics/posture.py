@@ -23,7 +23,6 @@ from robostiff.kinematics.pose import (
 )
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
-    ALL_COORDINATES,
     Actuated,
     Leg,
     Motion,
@@ -230,7 +229,7 @@ class PostureFinder:
 
         Then no other value of them helps where a leg does not reach.
         """
-        chosen = [ALL_COORDINATES.index(c) for c in self.robot.coordinates]
+        chosen = self.robot.coordinate_places
         scale = np.where(np.arange(6) < 3, self.length, 1.0)[chosen]
         steps = np.random.default_rng(_SEED).uniform(-_AROUND, _AROUND, (_TRIED, len(chosen)))
         request = requested_pose(self.robot, self.home_pose[chosen] + steps * scale)

@@ -203,6 +203,16 @@ class Robot:
         """
         return substitute(self, values)
 
+    @property
+    def is_posed_by_joints(self) -> bool:
+        """Whether the joints alone tell its pose: a serial arm without a home of its platform."""
+        return self.is_serial and self.home is None
+
+    @property
+    def coordinate_places(self) -> list[int]:
+        """Places of its free coordinates among x, y, z, rx, ry, rz."""
+        return [ALL_COORDINATES.index(coordinate) for coordinate in self.coordinates]
+
     def with_elbows(self, elbows: Elbow | Mapping[str, Elbow]) -> Robot:
         """The same robot in another working mode.
 

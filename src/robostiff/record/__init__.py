@@ -18,10 +18,11 @@ from robostiff.record.functions import (
     square_root,
 )
 from robostiff.record.program import Program, Step
-from robostiff.record.record import NUMPY_FUNCTIONS, Operation, Record
+from robostiff.record.record import NUMPY_FUNCTIONS, OPERATORS, Operation, Record
 
 __all__ = [
     "NUMPY_FUNCTIONS",
+    "OPERATORS",
     "Entry",
     "Number",
     "Operation",

@@ -58,7 +58,7 @@ class Entry:
 
     def apply(self, operation: Operation, other: Any = None) -> Entry:
         """A function of this entry, or of it and another or a number."""
-        b = None if other is None else self._step_of(other)
+        b = None if other is None else step_of(self.record, other)
         return Entry(self.record, self.record.step(operation, self.step, b))
 
     def __add__(self, other: Any) -> Any:
@@ -98,7 +98,7 @@ class Entry:
             return minus + other
         return Entry(
             self.record,
-            self.record.step(Operation.SUBTRACT, self._step_of(other), self.step),
+            self.record.step(Operation.SUBTRACT, step_of(self.record, other), self.step),
         )
 
     def __mul__(self, other: Any) -> Any:
@@ -189,11 +189,6 @@ class Entry:
         operation, a, _ = self.record.operations[self.step]
         return Entry(self.record, a) if operation is Operation.NEGATE else None
 
-    def _step_of(self, other: Any) -> int:
-        if isinstance(other, Entry):
-            return other.step
-        return self.record.number(other if is_exact(other) else float(other))
-
 
 def is_number(value: Any) -> bool:
     """Whether a value is a number rather than an entry of a record."""
@@ -213,6 +208,13 @@ def is_one(value: Any) -> bool:
 def is_exact(value: Any) -> bool:
     """Whether a number is one of SymPy's, which stays as it is."""
     return hasattr(value, "is_number")
+
+
+def step_of(record: Record, value: Any) -> int:
+    """The step of a record that is an entry, or a number."""
+    if isinstance(value, Entry):
+        return value.step
+    return record.number(value if is_exact(value) else float(value))
 
 
 def reciprocal_of(number: Number) -> Number:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.record.entry import Entry, is_exact, is_one, is_zero, reciprocal_of
+from robostiff.record.entry import Entry, is_exact, reciprocal_of, step_of
 from robostiff.record.record import Operation
 
 
@@ -91,11 +91,7 @@ def _of_two(operation: Operation, a: Any, b: Any, of_numbers: Callable[[Any, Any
     record = next((x.record for x in (a, b) if isinstance(x, Entry)), None)
     if record is None:
         return of_numbers(a, b)
-    steps = [
-        x.step if isinstance(x, Entry) else record.number(x if is_exact(x) else float(x))
-        for x in (a, b)
-    ]
-    return Entry(record, record.step(operation, *steps))
+    return Entry(record, record.step(operation, step_of(record, a), step_of(record, b)))
 
 
 def _root_of_product(x: Entry) -> Any:
@@ -120,17 +116,3 @@ def _exact(name: str, x: Any) -> Any:
     import sympy as sp
 
     return getattr(sp, name)(x)
-
-
-__all__ = [
-    "arc_cosine",
-    "arc_tangent",
-    "cosine",
-    "greater",
-    "is_one",
-    "is_zero",
-    "least",
-    "reciprocal",
-    "sine",
-    "square_root",
-]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robostiff.record.entry import Entry, is_exact
+from robostiff.record.entry import step_of
 from robostiff.record.record import COSTS, NUMPY_FUNCTIONS, Operation, Record
 
 
@@ -68,10 +68,7 @@ class Program:
         exact : bool
             Whether numbers of SymPy stay exact; otherwise they become floats.
         """
-        wanted = [
-            x.step if isinstance(x, Entry) else record.number(x if is_exact(x) else float(x))
-            for x in outputs
-        ]
+        wanted = [step_of(record, x) for x in outputs]
         steps = [Step(Operation.INPUT, name=name) for name in record.inputs]
         place = {record.input(name).step: i for i, name in enumerate(record.inputs)}
         for old in record.needed(wanted):

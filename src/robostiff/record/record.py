@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -52,6 +53,15 @@ NUMPY_FUNCTIONS: dict[Operation, Any] = {
     Operation.ARC_TANGENT: np.arctan2,
     Operation.LEAST: np.minimum,
     Operation.GREATER: np.greater,
+}
+
+#: Those that Python's own operators do, on whatever kind of values.
+OPERATORS: dict[Operation, Any] = {
+    Operation.ADD: operator.add,
+    Operation.SUBTRACT: operator.sub,
+    Operation.MULTIPLY: operator.mul,
+    Operation.NEGATE: operator.neg,
+    Operation.RECIPROCAL: lambda a: 1 / a,
 }
 
 #: Rough costs of the operations, in additions.

@@ -88,7 +88,7 @@ def transmitted_by(twists: Sequence[Column], size: int, length: float) -> Transm
             0 if _most(drive) <= _LOST * own else drive
             for drive, own in zip(drives, sizes, strict=True)
         ]
-        safety = [_least(drive) / own for drive, own in zip(drives, sizes, strict=True)]
+        safety = [least_size(drive) / own for drive, own in zip(drives, sizes, strict=True)]
         active = [i for i, drive in enumerate(drives) if not is_zero(drive)]
         redundant.append(not active)
         if not active:
@@ -128,14 +128,14 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     left = [list(w) for w in wrenches]
     n = len(left)
     M = [list(row) for row in energy]
-    first = [_least(M[i][i]) for i in range(n)]
+    first = [least_size(M[i][i]) for i in range(n)]
     done: list[Column] = []
     mu: list[Any] = []
     losses: list[Any] = []
     start = [M[i][i] for i in range(n)]
     open_ = list(range(n))
     while open_:
-        part = {i: _least(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
+        part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
         pivot = min(open_, key=lambda i: _coupling(M[i], i, part[i]))
         if part[pivot] <= _RIGID:
             raise InputError(
@@ -181,7 +181,7 @@ def _most(value: Any) -> float:
     return float(np.max(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
 
 
-def _least(value: Any) -> float:
+def least_size(value: Any) -> float:
     """Smallest size of an entry over the samples, or the size of a number."""
     return float(np.min(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
 

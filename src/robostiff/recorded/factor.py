@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from robostiff.record import Entry, is_zero
-from robostiff.recorded.elimination import usual_size
+from robostiff.recorded.elimination import least_size, usual_size
 
 _LOST = 1e-11  # of a diagonal entry: what is left of it is rounding
 
@@ -72,11 +70,11 @@ def factors_of(K: Upper, size: int) -> Factors:
     """
     left = [[K[min(i, j), max(i, j)] for j in range(size)] for i in range(size)]
     diagonal = [left[i][i] for i in range(size)]
-    first = [_least(x) for x in diagonal]
+    first = [least_size(x) for x in diagonal]
     columns, d, pivots, losses = [], [], [], []
     open_ = list(range(size))
     while open_:
-        part = {i: _least(left[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
+        part = {i: least_size(left[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
         pivot = max(open_, key=lambda i: part[i])
         if part[pivot] <= _LOST:
             break
@@ -112,7 +110,3 @@ def inverse_entries(factors: Factors) -> dict[tuple[int, int], Any]:
 
 def _usual(value: Any) -> float:
     return usual_size(value) if isinstance(value, Entry) else float(value)
-
-
-def _least(value: Any) -> float:
-    return float(np.min(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))

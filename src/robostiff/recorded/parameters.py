@@ -6,7 +6,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
-from robostiff.model import ALL_COORDINATES, Robot, with_entries
+from robostiff.model import Robot, with_entries
 from robostiff.record import Entry, Record
 from robostiff.recorded.samples import COUNT, sample_postures
 from robostiff.recorded.symbols import entry_reader
@@ -53,12 +53,12 @@ def sample_coordinates(robot: Robot, finder: PostureFinder) -> list[np.ndarray]:
     """
     posture = sample_postures(finder.robot, finder)
     values = parameter_samples(robot)
-    if not values or (robot.is_serial and robot.home is None):
+    if not values or robot.is_posed_by_joints:
         return list(posture.coordinates)
     rows = []
     for k in range(COUNT):
         other = robot.substituted({name: float(own[k]) for name, own in values.items()})
-        told = [ALL_COORDINATES.index(c) for c in robot.coordinates]
+        told = robot.coordinate_places
         closed = PostureFinder(other).find(posture.pose[k : k + 1, told])
         if not closed.reached.all():
             raise InputError(
@@ -81,7 +81,7 @@ def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Ent
     six: list[float | Entry] = finder.home_pose.tolist()
     if robot.home is None or not robot.has_formulas:
         return six
-    told = {ALL_COORDINATES.index(c) for c in robot.coordinates}
+    told = set(robot.coordinate_places)
     turned = any(isinstance(x, Entry) for x in robot.home.R.flat)
     if turned and not {3, 4, 5} <= told:
         raise InputError(

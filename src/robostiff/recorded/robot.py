@@ -18,7 +18,7 @@ from robostiff.kinematics.formula import (
     place_leg,
     place_leg_at_joints,
 )
-from robostiff.model import ALL_COORDINATES, Actuated, Robot
+from robostiff.model import Actuated, Robot
 from robostiff.record import Entry, Operation, Record, least
 from robostiff.recorded.bounds import lower_bound
 from robostiff.recorded.factor import Factors, factors_of
@@ -127,7 +127,7 @@ def record_at_pose(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     """
     samples = sample_postures(finder.robot, finder).pose
     names = [c.value for c in robot.coordinates]
-    places = [ALL_COORDINATES.index(c) for c in robot.coordinates]
+    places = robot.coordinate_places
     coordinates = {name: samples[:, k] for name, k in zip(names, places, strict=True)}
     record = Record({**coordinates, **parameter_samples(robot)})
     robot = with_inputs(robot, record)

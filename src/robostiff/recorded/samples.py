@@ -6,7 +6,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Posture, PostureFinder
-from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model import Robot
 
 COUNT = 5
 _SEED = 20110
@@ -43,7 +43,7 @@ def sample_postures(robot: Robot, finder: PostureFinder, seed: int | None = None
 
 def posture_rows(finder: PostureFinder, posture: Posture, rows: np.ndarray) -> Posture:
     """Some rows of a posture."""
-    if _posed_by_joints(finder.robot):
+    if finder.robot.is_posed_by_joints:
         return finder.at_joints(posture.coordinates[0][rows])
     return finder.find(posture.pose[rows])
 
@@ -51,16 +51,12 @@ def posture_rows(finder: PostureFinder, posture: Posture, rows: np.ndarray) -> P
 def _drawn(
     robot: Robot, finder: PostureFinder, random: np.random.Generator, spread: float
 ) -> Posture:
-    if _posed_by_joints(robot):
+    if robot.is_posed_by_joints:
         home = robot.legs[0].chain.home
         moving = robot.legs[0].chain.free
         shifts = spread * random.uniform(-3, 3, (3 * COUNT, home.size)) * moving
         return finder.find(JointCoordinates(home + shifts))
-    chosen = [ALL_COORDINATES.index(c) for c in robot.coordinates]
+    chosen = robot.coordinate_places
     scale = np.where(np.arange(6) < 3, finder.length, 2.0)[chosen]
     shifts = spread * scale * random.uniform(-1, 1, (3 * COUNT, len(chosen)))
     return finder.find(finder.home_pose[chosen] + shifts)
-
-
-def _posed_by_joints(robot: Robot) -> bool:
-    return robot.is_serial and robot.home is None

@@ -212,15 +212,19 @@ def _unstaged(derivation: Derivation) -> tuple[list[Definition], list[Definition
     return [d for i, d in unstaged if i < first], [d for i, d in unstaged if i >= first]
 
 
-def _nomenclature(derivation: Derivation, names: Names) -> Nomenclature:
+def meaning_of_result(derivation: Derivation) -> str:
+    """What the stiffness matrix is, in words: point, order and units."""
     space = Space.of_size(derivation.K.rows)
     wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
+    return (
+        f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
+        "force before moment, translation before rotation, SI units"
+    )
+
+
+def _nomenclature(derivation: Derivation, names: Names) -> Nomenclature:
     rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
-        (
-            (names.result,),
-            f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
-            "force before moment, translation before rotation, SI units",
-        )
+        ((names.result,), meaning_of_result(derivation))
     ]
     count = len(derivation.stages)
     if count:

@@ -23,6 +23,7 @@ from robostiff.analytic.export.outline import (
     WrenchSum,
     equations,
     matrix_equation,
+    meaning_of_result,
     stiffness_equation,
     title_of,
 )
@@ -159,14 +160,9 @@ def _vector(column: sp.ImmutableMatrix, name: str) -> MatrixEquation:
 
 
 def _nomenclature(derivation: RobotDerivation, names: Names) -> Nomenclature:
-    space = Space.of_size(derivation.K.rows)
-    wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
+    wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
     rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
-        (
-            (names.result,),
-            f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
-            "force before moment, translation before rotation, SI units",
-        ),
+        ((names.result,), meaning_of_result(derivation)),
         ((MatrixName("w"),), f"wrench ({wrench}) that a leg transmits"),
         (("c",), "compliance that it meets"),
     ]

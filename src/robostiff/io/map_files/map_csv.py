@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-import uuid
 from collections.abc import Hashable, Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robostiff.analysis.maps.variables import status_words
+from robostiff.io.map_files.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -34,14 +33,8 @@ def write_map_csv(found: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     ------
     OSError
     """
-    path = Path(path)
-    begun = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
-    try:
-        with begun.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(f"{line}\n" for line in map_csv_lines(found))
-        begun.replace(path)
-    finally:
-        begun.unlink(missing_ok=True)
+    with whole_file(path) as begun, begun.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(f"{line}\n" for line in map_csv_lines(found))
 
 
 def map_csv_lines(found: xarray.Dataset) -> Iterator[str]:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-import uuid
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robostiff.analysis.maps.extra import maps_extra
+from robostiff.io.map_files.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -32,7 +31,6 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
     OSError
     """
     check_netcdf()
-    path = Path(path)
     written = found.copy()
     written.attrs = {name: value for name, value in found.attrs.items() if value != ""}
     for variable in written.variables.values():
@@ -47,12 +45,8 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
         name: {"zlib": True, "complevel": 1, "shuffle": True} if array.ndim else {}
         for name, array in written.data_vars.items()
     }
-    begun = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}")
-    try:
+    with whole_file(path) as begun:
         written.to_netcdf(begun, engine="h5netcdf", encoding=encoding)
-        begun.replace(path)
-    finally:
-        begun.unlink(missing_ok=True)
 
 
 def check_netcdf() -> None:
