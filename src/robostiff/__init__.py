@@ -28,6 +28,10 @@ _HOMES = {
         "stiffness",
         "verify",
     ),
+    "robostiff.analysis.indices": (
+        "StiffnessIndices",
+        "indices",
+    ),
     "robostiff.analysis.maps": (
         "Axis",
         "Batched",
@@ -175,6 +179,7 @@ __all__ = [
     "Snapshot",
     "Status",
     "Steps",
+    "StiffnessIndices",
     "StiffnessMatrix",
     "Telescope",
     "TelescopicBeam",
@@ -195,6 +200,7 @@ __all__ = [
     "derive",
     "find_posture",
     "i_section",
+    "indices",
     "load",
     "material",
     "planar",
@@ -223,6 +229,10 @@ if TYPE_CHECKING:
         deflection,
         stiffness,
         verify,
+    )
+    from robostiff.analysis.indices import (
+        StiffnessIndices,
+        indices,
     )
     from robostiff.analysis.maps import (
         Axis,

@@ -61,6 +61,7 @@ PUBLIC = [
     "Snapshot",
     "Status",
     "Steps",
+    "StiffnessIndices",
     "StiffnessMatrix",
     "Telescope",
     "TelescopicBeam",
@@ -80,6 +81,7 @@ PUBLIC = [
     "derive",
     "find_posture",
     "i_section",
+    "indices",
     "load",
     "material",
     "planar",
@@ -98,6 +100,7 @@ PUBLIC = [
 ]
 PACKAGES = [
     "analysis",
+    "analysis.indices",
     "analysis.maps",
     "compiled",
     "elasticity",

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.checked_results import AtGeneralPoses, CheckedResults, checked_results
 from robostiff.analysis.guarded_values import values_of
 from robostiff.analysis.kernel_inputs import KernelInputs
 from robostiff.analysis.parameter_values import ParameterValues, with_parameters
@@ -20,30 +22,20 @@ from robostiff.compiled import (
     Output,
     StiffnessMatrix,
     kernel_of,
-    rows_of,
-    unpacked,
+    unpack,
+    whole_threads,
 )
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Entry
-from robostiff.recorded import (
-    SHORT,
-    RecordedRobot,
-    record_at_joints,
-    record_at_pose,
-)
+from robostiff.recorded import RecordedRobot, record_at_joints, record_at_pose
+from robostiff.spatial.batch import empty_batch
 
-# Losses of the recorded pivots above which a pose is computed again; their squares are summed. The
-# record loses about as many digits as a loss has, and several one after the other more. Stiffness
-# falls with the square of the wrenches that hold it: of those, at most a hundredth is lost.
-_SAFE = 1e4**2
-_OUT_OF_REACH = -1e-3  # of `RecordedRobot.reach`: certainly out of reach
-# An actuator nearer to a limit than this part of its range is looked at again.
-_AT_LIMIT = 1e-9
-# A gap between eigenvalues, as a part of them, below which their derivatives are rounding.
-_APART = 1e-7
+# Poses at once: their rows of inputs and results stay in the second-level cache until they are
+# written to their places. A multiple of all widths of vectors, so that no bit depends on it.
+_CHUNK = 4096
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,56 +152,81 @@ class CompiledRobot:
         """
         return self._attempt(pose, parameters, threads)[0]
 
+    def results(
+        self, pose: Pose, *, parameters: Mapping[str, ArrayLike] | None = None
+    ) -> Iterator[tuple[slice, CheckedResults]]:
+        """Which poses, and rows of results at them, in chunks of a size that suits the cache.
+
+        Each chunk must be used before the next is asked for: it takes its place. Poses that are
+        ``guarded`` are left to the caller.
+
+        Raises
+        ------
+        InputError
+            When the poses or the parameters do not fit the robot.
+        """
+        rows, missed, _ = self._inputs_of(pose, parameters)
+        yield from self._checked(rows, missed, slice(0, len(missed)))
+
     def _attempt(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
     ) -> tuple[CompiledAnswer, ParameterValues]:
-        inputs = self._inputs
-        given = inputs.checked(pose)
-        parameter_values = ParameterValues.of(self.robot, parameters, len(given))
-        rows, out_of_reach = inputs.rows(pose, given, parameter_values)
-        results = self.kernel.evaluate(rows, threads=threads)
-        values, start = {}, 0
-        for output in self.kernel.outputs:
-            shape = output.shape(self.robot.space)
-            stop = start + rows_of(shape)
-            values[output.name] = unpacked(results[start:stop], shape)
-            start = stop
-        checks = dict(zip(self.kernel.checks, results[start:], strict=True))
-        status = np.full(rows.shape[1], int(self.status), dtype=np.uint8)
-        rank = np.full(rows.shape[1], self.rank, dtype=np.int8)
-        if "limits" in checks:
-            status |= np.where(checks["limits"] < 0, np.uint8(Status.BEYOND_LIMITS), np.uint8(0))
-        guarded = self._guarded(checks, rows.shape[1])
-        if "reach" in checks:
-            out_of_reach = out_of_reach | (checks["reach"] < _OUT_OF_REACH)
-        status[out_of_reach], rank[out_of_reach] = int(Status.UNREACHABLE), -1
-        guarded &= ~out_of_reach
-        # Eigenvalues have no derivatives where two of them meet.
-        meet = ~(checks["gap"] > _APART) & ~out_of_reach if "gap" in checks else None
-        for output in self.kernel.outputs:
-            array = values[output.name]
-            array[out_of_reach] = np.nan
-            if isinstance(output, Derivative) and meet is not None:
-                array[meet] = np.nan
-                status[meet] |= np.uint8(Status.ILL_CONDITIONED)
-        return CompiledAnswer(values, status, rank, guarded), parameter_values
+        threads = whole_threads(threads)
+        rows, missed, parameter_values = self._inputs_of(pose, parameters)
+        count = len(missed)
+        answer = CompiledAnswer(
+            values={
+                output.name: empty_batch((count,), output.shape(self.robot.space))
+                for output in self.kernel.outputs
+            },
+            status_codes=np.empty(count, dtype=np.uint8),
+            rank=np.empty(count, dtype=np.int8),
+            guarded=np.empty(count, dtype=bool),
+        )
+
+        def fill(part: slice) -> None:
+            for where, found in self._checked(rows, missed, part):
+                for name, values in answer.values.items():
+                    unpack(found.rows[name], values[where])
+                answer.status_codes[where] = found.status_codes
+                answer.rank[where] = found.rank
+                answer.guarded[where] = found.guarded
+
+        chunks = -(-count // _CHUNK)
+        share = max(1, -(-chunks // threads)) * _CHUNK
+        shares = [slice(start, min(start + share, count)) for start in range(0, count, share)]
+        if len(shares) <= 1:
+            fill(slice(0, count))
+        else:
+            with ThreadPoolExecutor(len(shares)) as pool:
+                for _ in pool.map(fill, shares):
+                    pass
+        return answer, parameter_values
+
+    def _inputs_of(
+        self, pose: Pose, parameters: Mapping[str, ArrayLike] | None
+    ) -> tuple[np.ndarray, np.ndarray, ParameterValues]:
+        """Rows of inputs, which poses are known to be out of reach, and values of parameters."""
+        given = self._inputs.checked(pose)
+        values = ParameterValues.of(self.robot, parameters, len(given))
+        return *self._inputs.rows(pose, given, values), values
+
+    def _checked(
+        self, rows: np.ndarray, missed: np.ndarray, part: slice
+    ) -> Iterator[tuple[slice, CheckedResults]]:
+        general = AtGeneralPoses(self.rank, self.status, self.verified)
+        buffer = np.empty((self.kernel.rows, min(_CHUNK, part.stop - part.start)))
+        for start in range(part.start, part.stop, _CHUNK):
+            where = slice(start, min(start + _CHUNK, part.stop))
+            count = where.stop - where.start
+            room = buffer if count == buffer.shape[1] else np.empty((len(buffer), count))
+            results = self.kernel.evaluate(rows[:, where], room)
+            yield where, checked_results(self.kernel, results, missed[where], general)
 
     @property
     def _inputs(self) -> KernelInputs:
         joints = len(self.kernel.inputs) - len(self.robot.symbols) if self.takes_joints else 0
         return KernelInputs(self.robot, joints)
-
-    def _guarded(self, checks: dict[str, np.ndarray], count: int) -> np.ndarray:
-        if not self.verified:
-            return np.ones(count, dtype=bool)
-        guarded = ~np.isfinite(checks["trace"])
-        for name in {"loss", "rank"} & checks.keys():
-            guarded |= ~(checks[name] < _SAFE)
-        if "reach" in checks:
-            guarded |= ~(checks["reach"] > SHORT)
-        if "limits" in checks:
-            guarded |= ~(np.abs(checks["limits"]) > _AT_LIMIT)
-        return guarded
 
     def _compute_again(
         self, robot: Robot, pose: Pose, rows: np.ndarray, answer: CompiledAnswer
@@ -290,6 +307,7 @@ def compile_robot(
             expected="a Robot",
             hint='write compile(load("hexapod"))',
         )
+    robot.check_platform_is_rigid("kernel")
     outputs = _checked_outputs(outputs)
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
     robot = _within_its_space(robot)

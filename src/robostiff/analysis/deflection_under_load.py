@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.flexible_platform import platform_energies
+from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import CartesianStiffness, Status, Tolerance, scaling
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture, freedom_twist
-from robostiff.model import Actuated, PlacedFreedom, PlacedLeg, PlacedSpring, Robot, Snapshot
+from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import Space, as_floats, move_twist, move_wrench
 
@@ -226,8 +229,9 @@ def deflection(
     for leg, own in zip(snapshot.legs, leg_wrenches, strict=True):
         F_leg = np.zeros(6)
         F_leg[rows] = own
-        for element in leg.elements:
-            _add_element(leg, element, F_leg, answer.origin, parts, reactions, actuators)
+        for element, F_element in _carried(leg, F_leg, answer):
+            _add_element(leg.name, element, F_element, answer.origin, parts, reactions, actuators)
+    parts += platform_energies(snapshot, leg_wrenches, answer.origin, tolerance)
     total = sum(energy for *_, energy in parts)
     shares = [
         PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
@@ -258,8 +262,36 @@ def _held_displacement(held: CartesianStiffness, F: np.ndarray) -> np.ndarray | 
     return held_directions @ np.linalg.solve(K_held, held_directions.T @ F_scaled) / s
 
 
+def _carried(
+    leg: PlacedLeg, F_leg: np.ndarray, answer: RobotStiffness
+) -> Iterator[tuple[PlacedFreedom | PlacedSpring, np.ndarray]]:
+    """Every joint and elastic part of a leg, with the wrench that it carries about the origin."""
+    solved = ()
+    if leg.blocks:
+        known = answer.about_reference
+        own = leg_matrices(leg, answer.origin, answer.space, known.length, known.tolerance)
+        solved = own.blocks
+    yield from _carried_by(leg, solved, F_leg, list(answer.space.rows))
+
+
+def _carried_by(
+    leg: PlacedLeg, solved: Sequence[SolvedBlock], F_leg: np.ndarray, rows: list[int]
+) -> Iterator[tuple[PlacedFreedom | PlacedSpring, np.ndarray]]:
+    blocks = iter(solved)
+    for element in leg.elements:
+        if not isinstance(element, PlacedBlock):
+            yield element, F_leg
+            continue
+        block = next(blocks)
+        parts = zip(element.branches, block.branches, block.whole.shares, strict=True)
+        for branch, matrices, share in parts:
+            F_branch = np.zeros(6)
+            F_branch[rows] = share @ F_leg[rows]
+            yield from _carried_by(branch, matrices.blocks, F_branch, rows)
+
+
 def _add_element(
-    leg: PlacedLeg,
+    leg: str,
     element: PlacedFreedom | PlacedSpring,
     F_leg: np.ndarray,
     origin: np.ndarray,
@@ -272,15 +304,15 @@ def _add_element(
     if isinstance(element, PlacedSpring):
         own = np.concatenate([element.rotation.T @ F_here[:3], element.rotation.T @ F_here[3:]])
         energy = 0.5 * float(own @ element.elasticity.compliance @ own)
-        parts.append((leg.name, element.name, energy))
+        parts.append((leg, element.name, energy))
         return
-    reactions.append(JointReaction(leg.name, element.name, F_here, element.point))
+    reactions.append(JointReaction(leg, element.name, F_here, element.point))
     load = float(freedom_twist(element, origin) @ F_leg)
     travel = 0.0 if element.stiffness is None else load / element.stiffness
     if element.stiffness is not None:
-        parts.append((leg.name, element.name, 0.5 * load * travel))
+        parts.append((leg, element.name, 0.5 * load * travel))
     if isinstance(element.role, Actuated):
-        actuators.append(ActuatorLoad(leg.name, element.name, load, travel))
+        actuators.append(ActuatorLoad(leg, element.name, load, travel))
 
 
 def _checked_wrench(wrench: ArrayLike, space: Space) -> np.ndarray:

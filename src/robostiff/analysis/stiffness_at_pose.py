@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.flexible_platform import legs_on_platform
+from robostiff.analysis.leg_matrices import LegMatrices, leg_matrices
 from robostiff.analysis.network_stiffness import network_stiffness
-from robostiff.analysis.planar import check_compliance_in_plane, check_passive_in_plane
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import (
     CartesianStiffness,
@@ -22,7 +23,7 @@ from robostiff.elastostatics import (
     solve_chain,
 )
 from robostiff.errors import InputError
-from robostiff.kinematics import Pose, Posture, PostureFinder, leg_compliance, passive_jacobian
+from robostiff.kinematics import Pose, Posture, PostureFinder
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
@@ -171,32 +172,53 @@ def compliance(
 
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
     """Stiffness of the legs of a snapshot and of the whole."""
-    rows = list(snapshot.space.rows)
     length = snapshot.characteristic_length
     origin = _origin(snapshot, length)
-    planar = snapshot.space is Space.PLANAR
-    problems, names = [], []
-    for leg in snapshot.legs:
-        J_q, leg_names = passive_jacobian(leg, origin)
-        C = leg_compliance(leg, origin)
-        if planar:
-            check_passive_in_plane(J_q, leg_names)
-            check_compliance_in_plane(C, leg.name)
-            J_q, C = J_q[..., rows, :], C[..., rows, :][..., :, rows]
-        problems.append((C, J_q))
-        names += [f"{leg.name}/{name}" for name in leg_names]
+    usable = np.where(length > 0, length, 1.0)
+    problems = [
+        leg_matrices(leg, origin, snapshot.space, usable, tolerance) for leg in snapshot.legs
+    ]
+    names = [
+        f"{leg.name}/{name}"
+        for leg, own in zip(snapshot.legs, problems, strict=True)
+        for name in (*own.names, *own.inner_names)
+    ]
     if not np.all(length > 0):  # all in one point: the springs themselves tell a length
-        of_springs = np.max([matrix_length(C, J_q) for C, J_q in problems], axis=0)
+        of_springs = np.max([matrix_length(own.C, own.J_q) for own in problems], axis=0)
         length = np.where(length > 0, length, of_springs)
-    legs = tuple(solve_chain(C, J_q, method, length, tolerance) for C, J_q in problems)
-    alone = len(legs) == 1 and problems[0][1].shape[-1] == 0
+    legs = tuple(_solved(own, method, length, tolerance) for own in problems)
+    alone = len(legs) == 1 and problems[0].J_q.shape[-1] == 0
+    whole, C = aggregate(legs), problems[0].C if alone else None
+    if snapshot.platform is not None:
+        of_legs = [own.C for own in problems]
+        whole, legs, C, more = legs_on_platform(
+            snapshot.platform, legs, of_legs, C, origin, method
+        )
+        names += more
     return SnapshotStiffness(
-        whole=aggregate(legs),
+        whole=whole,
         legs=legs,
         passive_joint_names=tuple(names),
-        compliance=problems[0][0] if alone else None,
+        compliance=C,
         origin=origin,
     )
+
+
+def _solved(
+    leg: LegMatrices, method: Form, length: np.ndarray, tolerance: Tolerance
+) -> CartesianStiffness:
+    """Stiffness of a leg, with what is to be said of its blocks."""
+    solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)
+    if not leg.blocks:
+        return solved
+    inner = leg.inner_redundant
+    status = (
+        solved.status_codes
+        | np.any(inner, axis=-1) * np.uint8(Status.REDUNDANT_JOINTS)
+        | leg.doubtful * np.uint8(Status.ILL_CONDITIONED)
+    )
+    redundant = np.concatenate([solved.redundant, inner], axis=-1)
+    return replace(solved, redundant=redundant, status_codes=np.asarray(status, dtype=np.uint8))
 
 
 def _of_network(network: Network, method: Form, tolerance: Tolerance) -> RobotStiffness:

@@ -78,6 +78,7 @@ def derive_robot(
         )
     if not (form is None or isinstance(form, Closed | Steps)):
         raise InputError("form of a formula", got=form, expected="Closed() or Steps()")
+    robot.check_platform_is_rigid("formula")
     placed = place_robot(robot, pose)
     recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
     if isinstance(form, Closed):

@@ -1,7 +1,14 @@
 """Records of robots turned into kernels: SIMD machine code, or NumPy in chunks."""
 
 from robostiff.compiled.arrays import ArrayCode
-from robostiff.compiled.kernel import Backend, Checks, Kernel, NoMachineCodeWarning, kernel_of
+from robostiff.compiled.kernel import (
+    Backend,
+    Checks,
+    Kernel,
+    NoMachineCodeWarning,
+    kernel_of,
+    whole_threads,
+)
 from robostiff.compiled.machine import MachineCode, machine_code_is_available
 from robostiff.compiled.outputs import (
     ComplianceMatrix,
@@ -12,7 +19,7 @@ from robostiff.compiled.outputs import (
     StiffnessMatrix,
     WorstDeflection,
     rows_of,
-    unpacked,
+    unpack,
     upper_triangle,
 )
 
@@ -33,6 +40,7 @@ __all__ = [
     "kernel_of",
     "machine_code_is_available",
     "rows_of",
-    "unpacked",
+    "unpack",
     "upper_triangle",
+    "whole_threads",
 ]

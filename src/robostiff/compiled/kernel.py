@@ -11,7 +11,7 @@ from functools import reduce
 import numpy as np
 
 from robostiff.compiled.arrays import ArrayCode
-from robostiff.compiled.machine import MachineCode, machine_code_is_available, machine_threads
+from robostiff.compiled.machine import MachineCode, machine_code_is_available
 from robostiff.compiled.outputs import Derivative, Output
 from robostiff.errors import InputError
 from robostiff.record import Entry, Program, least
@@ -105,8 +105,7 @@ class Kernel:
         InputError
             When an array has another shape, order or type.
         """
-        if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
-            raise InputError("threads", got=threads, expected="a whole number from 1")
+        threads = whole_threads(threads)
         inputs = self._checked("coordinates of the kernel", inputs, len(self.inputs))
         if out is None:
             out = np.empty((self.rows, inputs.shape[1]))
@@ -118,11 +117,7 @@ class Kernel:
             raise InputError(
                 "results of the kernel", got=out.shape, expected=f"({self.rows}, {inputs.shape[1]})"
             )
-        if isinstance(self.code, MachineCode):
-            with machine_threads(threads):
-                self.code.evaluate(inputs, out)
-        else:
-            self.code.evaluate(inputs, out, threads)
+        self.code.evaluate(inputs, out, threads)
         return out
 
     def _checked(self, subject: str, rows: np.ndarray, count: int) -> np.ndarray:
@@ -130,6 +125,19 @@ class Kernel:
             got = rows.shape if isinstance(rows, np.ndarray) else type(rows).__name__
             raise InputError(subject, got=got, expected=f"an array ({count}, N)")
         return np.ascontiguousarray(rows, dtype=np.float64)
+
+
+def whole_threads(threads: int) -> int:
+    """A number of threads as it was given.
+
+    Raises
+    ------
+    InputError
+        When it is none.
+    """
+    if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
+        raise InputError("threads", got=threads, expected="a whole number from 1")
+    return threads
 
 
 def kernel_of(

@@ -27,9 +27,13 @@ class MachineCode:
 
     program: Program
 
-    def evaluate(self, inputs: np.ndarray, outputs: np.ndarray) -> None:
+    def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64, rows contiguous."""
-        self._function(inputs=inputs, outputs=outputs)
+        if threads <= 1:
+            self._function(inputs=inputs, outputs=outputs, batch_parallel=False)
+            return
+        with machine_threads(threads):
+            self._function(inputs=inputs, outputs=outputs, batch_parallel=True)
 
     def __getstate__(self) -> dict[str, Any]:
         # Machine code is made anew where the program arrives.

@@ -252,24 +252,29 @@ def rows_of(shape: tuple[int, ...]) -> int:
     return shape[0] * (shape[0] + 1) // 2 if len(shape) == 2 else math.prod(shape)
 
 
-def unpacked(rows: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Rows (m, N) of a kernel as an array `(N, *shape)`; of a matrix both triangles.
+def unpack(rows: np.ndarray, out: np.ndarray) -> None:
+    """Put rows (m, N) of a kernel into an array (N, ...); of a matrix both triangles.
+
+    Fastest where equal entries of all poses lie side by side in `out`.
 
     Examples
     --------
-    >>> unpacked(np.array([[1.0], [2.0], [3.0]]), (2, 2))[0]
+    >>> matrices = np.empty((1, 2, 2))
+    >>> unpack(np.array([[1.0], [2.0], [3.0]]), matrices)
+    >>> matrices[0]
     array([[1., 2.],
            [2., 3.]])
     """
-    if len(shape) < 2:
-        return rows.T.reshape(-1, *shape)
-    size = shape[0]
-    whole = np.empty((size, size, rows.shape[1]))
-    for row, (i, j) in zip(rows, upper_triangle(size), strict=True):
-        whole[i, j] = row
-        if i != j:
-            whole[j, i] = row
-    return np.moveaxis(whole, -1, 0)
+    if out.ndim < 3:
+        out[...] = rows.T.reshape(out.shape)
+        return
+    entries = np.moveaxis(out, 0, -1)
+    size, start = len(entries), 0
+    for i in range(size):
+        row = rows[start : start + size - i]
+        entries[i, i:] = row
+        entries[i + 1 :, i] = row[1:]
+        start += size - i
 
 
 def _part(gap: Any, values: list[Any]) -> Any:

@@ -10,7 +10,9 @@ from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
 from robostiff.elastostatics.block import Block, eliminate_block
 from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
+from robostiff.elastostatics.flexible_platform import CoupledLegs, couple_legs
 from robostiff.elastostatics.index_rules import IndexRules, eliminate_index, eliminate_quasi_trivial
+from robostiff.elastostatics.parallel_block import BlockCompliance, block_compliance
 from robostiff.elastostatics.recursive import Recursive, eliminate_joint
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.saddle_point import (
@@ -25,7 +27,9 @@ from robostiff.elastostatics.wrench_basis import WrenchBasis, wrench_basis_stiff
 
 __all__ = [
     "Block",
+    "BlockCompliance",
     "CartesianStiffness",
+    "CoupledLegs",
     "Form",
     "IndexRules",
     "RankDecision",
@@ -36,7 +40,9 @@ __all__ = [
     "WrenchBasis",
     "aggregate",
     "aggregate_matrices",
+    "block_compliance",
     "chain_stiffness",
+    "couple_legs",
     "eliminate_block",
     "eliminate_index",
     "eliminate_joint",

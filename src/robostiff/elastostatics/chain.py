@@ -74,9 +74,18 @@ def chain_stiffness(
 
 
 def solve_chain(
-    C: np.ndarray, J_q: np.ndarray, form: Form, length: np.ndarray, tolerance: Tolerance
+    C: np.ndarray,
+    J_q: np.ndarray,
+    form: Form,
+    length: np.ndarray,
+    tolerance: Tolerance,
+    present: np.ndarray | None = None,
 ) -> CartesianStiffness:
-    """As `chain_stiffness`, for matrices that are known to fit and share their batch axes."""
+    """As `chain_stiffness`, for matrices that are known to fit and share their batch axes.
+
+    `present` (..., q) tells which columns of J_q are there: poses may differ in their number, and
+    zero columns fill up.
+    """
     space = Space.of_size(C.shape[-1])
     s = scaling(length, space)
     scale = s[..., :, None] * s[..., None, :]
@@ -85,6 +94,8 @@ def solve_chain(
     size = np.sqrt(np.einsum("...nq,...nq->...q", J_scaled, J_scaled))
     J_scaled = J_scaled / np.where(size > 0, size, 1.0)[..., None, :]
     W, margins = wrenches_and_margins(J_scaled, tolerance.independence)
+    if present is not None:
+        margins = np.where(present, margins, 1.0)
     redundant = margins <= tolerance.independence
     problem = ChainProblem(C * scale, J_scaled, W, redundant, margins, tolerance)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,10 @@ from robostiff.model import (
     JointKind,
     Link,
     Motion,
+    ParallelBlock,
+    PlacedBlock,
     PlacedFreedom,
+    PlacedLeg,
     PlacedSpring,
     Rigid,
     Role,
@@ -28,26 +31,56 @@ from robostiff.spatial.batch import poses_side_by_side, product
 
 
 @dataclass(frozen=True)
+class Loop:
+    """A branch of a parallel block, which must end where the first branch of the block does.
+
+    Attributes
+    ----------
+    R, p : (..., 3, 3) and (..., 3) arrays
+        Frame in which the branch ends [m].
+    R_wanted, p_wanted : (..., 3, 3) and (..., 3) arrays
+        Frame in which it should, as the first branch has it [m].
+    own, leading : tuple of int
+        Places of the coordinates that move the one and the other.
+    """
+
+    R: np.ndarray
+    p: np.ndarray
+    R_wanted: np.ndarray
+    p_wanted: np.ndarray
+    own: tuple[int, ...]
+    leading: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class PlacedChain:
     """A chain in the world, with its end frame.
 
     Attributes
     ----------
-    elements : tuple of PlacedFreedom or PlacedSpring
+    elements : tuple of PlacedFreedom, PlacedSpring or PlacedBlock
     R : (..., 3, 3) array
         Axes of the end frame.
     p : (..., 3) array
         Origin of the end frame [m].
+    loops : tuple of Loop
+        Of its parallel blocks.
     """
 
-    elements: tuple[PlacedFreedom | PlacedSpring, ...]
+    elements: tuple[PlacedFreedom | PlacedSpring | PlacedBlock, ...]
     R: np.ndarray
     p: np.ndarray
+    loops: tuple[Loop, ...] = ()
+
+    @property
+    def parts(self) -> list[PlacedFreedom | PlacedSpring]:
+        """Its joints and elastic parts, those of its blocks included."""
+        return list(PlacedLeg("", self.elements, self.p).parts)
 
     @property
     def freedoms(self) -> list[PlacedFreedom]:
         """Its elementary joints, one a coordinate."""
-        return [e for e in self.elements if isinstance(e, PlacedFreedom)]
+        return [e for e in self.parts if isinstance(e, PlacedFreedom)]
 
 
 def place_chain(
@@ -74,38 +107,74 @@ def place_chain(
     -------
     PlacedChain
     """
-    walk = _Walk(R_base, p_base, q.shape[:-1], theta)
-    start = 0
-    for element in chain.elements:
-        if isinstance(element, Rigid):
-            walk.go(element.transform.p, element.transform.R)
-        elif isinstance(element, Link):
-            walk.go(element.to)
-            walk.spring(element.name, element.axes, element.elasticity)
-        elif isinstance(element, Joint):
-            walk.joint(element, q[..., start : start + element.size])
-            start += element.size
-        else:
-            walk.telescope(element, q[..., start])
-            start += 1
+    walk = _Walk(R_base, p_base, _Way(q, None if theta is None else list(theta)))
+    walk.along(chain)
     # without a joint that turns or slides, the frame is that of the base: alike at all poses
-    R = np.broadcast_to(walk.R, (*walk.batch, 3, 3))
-    return PlacedChain(tuple(walk.placed), R, np.broadcast_to(walk.p, (*walk.batch, 3)))
+    batch = q.shape[:-1]
+    R = np.broadcast_to(walk.R, (*batch, 3, 3))
+    p = np.broadcast_to(walk.p, (*batch, 3))
+    return PlacedChain(tuple(walk.placed), R, p, tuple(walk.way.loops))
+
+
+@dataclass
+class _Way:
+    """What the walks along a chain and the branches of its blocks share."""
+
+    q: np.ndarray
+    theta: list[np.ndarray] | None
+    place: int = 0  # of the next coordinate
+    loops: list[Loop] = field(default_factory=list)
 
 
 class _Walk:
     """The frame reached so far, on the way from base to platform."""
 
-    def __init__(
-        self,
-        R: np.ndarray,
-        p: np.ndarray,
-        batch: tuple[int, ...],
-        theta: Sequence[np.ndarray] | None,
-    ) -> None:
-        self.R, self.p, self.batch = R, p, batch
-        self.theta = None if theta is None else list(theta)
-        self.placed: list[PlacedFreedom | PlacedSpring] = []
+    def __init__(self, R: np.ndarray, p: np.ndarray, way: _Way, prefix: str = "") -> None:
+        self.R, self.p, self.way, self.prefix = R, p, way, prefix
+        self.placed: list[PlacedFreedom | PlacedSpring | PlacedBlock] = []
+        self.led_by: list[int] = []
+
+    def along(self, chain: Chain) -> None:
+        for element in chain.elements:
+            if isinstance(element, Rigid):
+                self.go(element.transform.p, element.transform.R)
+            elif isinstance(element, Link):
+                self.go(element.to)
+                self.spring(element.name, element.axes, element.elasticity)
+            elif isinstance(element, Joint):
+                self.joint(element, self.coordinates(element.size))
+            elif isinstance(element, ParallelBlock):
+                self.block(element)
+            else:
+                self.telescope(element, self.coordinates(1)[..., 0])
+
+    def coordinates(self, size: int) -> np.ndarray:
+        start = self.way.place
+        self.way.place += size
+        self.led_by += range(start, start + size)
+        return self.way.q[..., start : start + size]
+
+    def block(self, block: ParallelBlock) -> None:
+        legs, ends, walks = [], [], []
+        for branch in block.branches:
+            name = f"{self.prefix}{block.name}/{branch.name}"
+            walk = _Walk(self.R, self.p, self.way, f"{name}/")
+            walk.go(branch.start.p, branch.start.R)
+            walk.along(branch.chain)
+            legs.append(PlacedLeg(name, tuple(walk.placed), walk.p))
+            ends.append((walk.R, walk.p))
+            walks.append(walk)
+        first = walks[0]
+        end = block.branches[0].end.inverse
+        first.go(end.p, end.R)
+        for branch, walk, (R, p) in zip(block.branches[1:], walks[1:], ends[1:], strict=True):
+            wanted = _Walk(first.R, first.p, self.way)
+            wanted.go(branch.end.p, branch.end.R)
+            loop = Loop(R, p, wanted.R, wanted.p, tuple(walk.led_by), tuple(first.led_by))
+            self.way.loops.append(loop)
+        self.placed.append(PlacedBlock(f"{self.prefix}{block.name}", tuple(legs)))
+        self.R, self.p = first.R, first.p
+        self.led_by += first.led_by
 
     def go(self, to: np.ndarray, R: np.ndarray | None = None) -> None:
         if np.any(to):
@@ -134,7 +203,7 @@ class _Walk:
             self.p = self.p + e * extension[..., None]
         for i, beam in enumerate(telescope.beams):
             length = np.asarray(beam.fixed + beam.share * extension)
-            if self.theta is not None:  # the beams before have turned this one
+            if self.way.theta is not None:  # the beams before have turned this one
                 e = np.einsum("...ij,j->...i", self.R, telescope.direction)
             self.p = self.p + e * length[..., None]
             name = (
@@ -146,14 +215,14 @@ class _Walk:
 
     def freedom(self, name: str, motion: Motion, axis: np.ndarray, role: Role) -> np.ndarray:
         e = np.einsum("...ij,j->...i", self.R, axis)
-        self.placed.append(PlacedFreedom(name, motion, self.p, e, role))
+        self.placed.append(PlacedFreedom(self.prefix + name, motion, self.p, e, role))
         return e
 
     def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
         R_spring = product(self.R, axes)
-        self.placed.append(PlacedSpring(name, self.p, R_spring, elasticity))
-        if self.theta is not None:
-            deflection = self.theta.pop(0)
+        self.placed.append(PlacedSpring(self.prefix + name, self.p, R_spring, elasticity))
+        if self.way.theta is not None:
+            deflection = self.way.theta.pop(0)
             self.p = self.p + np.einsum("...ij,...j->...i", R_spring, deflection[..., :3])
             turn = turn_by_vector(np.einsum("...ij,...j->...i", R_spring, deflection[..., 3:]))
             self.R = product(turn, self.R)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from jaxtyping import Float
 
-from robostiff.model import Motion, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.errors import InputError
+from robostiff.model import Motion, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import (
     block_rotation,
     rotation_twist,
@@ -54,7 +55,7 @@ def passive_jacobian(
     names : tuple of str
     """
     columns, names = [], []
-    for element in leg.elements:
+    for element in _plain(leg):
         if isinstance(element, PlacedFreedom):
             if element.is_passive:
                 columns.append(freedom_twist(element, at))
@@ -86,7 +87,7 @@ def spring_jacobian(
     """
     columns: list[np.ndarray] = []
     blocks: list[np.ndarray] = []
-    for element in leg.elements:
+    for element in _plain(leg):
         if isinstance(element, PlacedSpring):
             columns.append(_spring_twists(element, at))
             blocks.append(element.elasticity.compliance)
@@ -130,7 +131,7 @@ def leg_compliance(
     """
     # Integers: a zero that is a float would make formulas inexact.
     C = np.zeros((6, 6), dtype=int)
-    for element in leg.elements:
+    for element in _plain(leg):
         if isinstance(element, PlacedSpring):
             C = C + spring_compliance(element, at)
         elif element.stiffness is not None:
@@ -158,6 +159,18 @@ def spring_compliance(
     placed[..., :3, 3:], placed[..., 3:, :3] = tr, transposed(tr)
     placed[..., 3:, 3:] = rr
     return placed
+
+
+def _plain(leg: PlacedLeg) -> Iterator[PlacedFreedom | PlacedSpring]:
+    for element in leg.elements:
+        if isinstance(element, PlacedBlock):
+            raise InputError(
+                f"leg {leg.name!r}",
+                got=f"the parallel block {element.name!r}",
+                expected="joints and springs in series",
+                hint="write stiffness(robot), which knows blocks",
+            )
+        yield element
 
 
 def _turned(R: np.ndarray, block: np.ndarray) -> np.ndarray:

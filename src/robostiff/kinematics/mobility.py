@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.closure import closing_rates
+from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate
-from robostiff.model import ALL_COORDINATES, Coordinate, Robot
+from robostiff.model import ALL_COORDINATES, Coordinate, Leg, Robot
 
 _INDEPENDENT = 1e-6
 
@@ -38,9 +39,7 @@ def platform_mobility(
     held = []
     for leg, own in zip(robot.legs, q, strict=True):
         placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
-        moving = [f for f, free in zip(placed.freedoms, leg.chain.free, strict=True) if free]
-        J = freedom_twists(moving, pose[:3]) * scale[:, None]
-        held.append(_complement(J))
+        held.append(_complement(_end_motions(leg, placed, pose[:3], scale)))
     freedoms = _complement(np.concatenate(held, axis=-1))
     rates = np.eye(6)
     rates[3:, 3:] = np.linalg.inv(rotvec_rate(pose[3:]))
@@ -68,6 +67,21 @@ def determine_pose(mobility: np.ndarray, coordinates: Sequence[Coordinate]) -> b
     rows = [ALL_COORDINATES.index(coordinate) for coordinate in coordinates]
     values = np.linalg.svd(mobility[rows], compute_uv=False)
     return bool(np.all(values > 1e-6))
+
+
+def _end_motions(
+    leg: Leg, placed: PlacedChain, at: np.ndarray, scale: np.ndarray
+) -> np.ndarray:
+    """Twists that a leg can give to its end, its loops kept closed; scaled columns (6, m)."""
+    freedoms, free = placed.freedoms, leg.chain.free
+    J = np.zeros((6, len(freedoms)))
+    main = leg.chain.main_places
+    J[:, main] = freedom_twists([freedoms[i] for i in main], at)
+    J = J[:, free] * scale[:, None]
+    if not placed.loops:
+        return J
+    opening = [closing_rates(loop, placed)[:, free] * scale[:, None] for loop in placed.loops]
+    return J @ _complement(np.concatenate(opening).T)
 
 
 def _complement(columns: np.ndarray) -> np.ndarray:

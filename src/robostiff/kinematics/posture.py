@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure import NewtonTask, attachment_frame, leg_solver
+from robostiff.kinematics.closure import NewtonTask, attachment_frame, gaps, leg_solver
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.pose import (
@@ -27,6 +27,7 @@ from robostiff.model import (
     Leg,
     Motion,
     PlacedLeg,
+    PlacedPlatform,
     Robot,
     Snapshot,
     Telescope,
@@ -250,6 +251,9 @@ class PostureFinder:
             turns.append(turn)
         reference = p + np.einsum("...ij,j->...i", R, robot.reference_point)
         snapshot = Snapshot(robot.name, tuple(legs), reference, robot.space, robot.title)
+        if robot.platform is not None:
+            platform = PlacedPlatform(robot.platform, robot.holds, R, p)
+            snapshot = replace(snapshot, platform=platform)
         return Posture(
             robot=robot,
             batch=batch,
@@ -290,7 +294,7 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
     for leg in robot.legs:
         _, p_end = attachment_frame(leg, R, home_pose[:3])
         placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
-        extent = [np.linalg.norm(e.point - leg.base.p) for e in placed.elements]
+        extent = [np.linalg.norm(e.point - leg.base.p) for e in placed.parts]
         sizes += [np.linalg.norm(p_end - leg.base.p), *extent]
     size = float(max(sizes))
     return size if size > 0 else 1.0
@@ -310,11 +314,15 @@ def _beyond(leg: Leg, place: int, value: float, low: float, high: float) -> str:
 def _gap(
     leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """By how much the end of a chain misses the platform: shift (N,) [m] and turn (N,) [rad]."""
-    R, p = attachment_frame(leg, R_platform, p_platform)
-    shift = p - placed.p
-    # The chord of the turn: exact enough for small gaps, and never above pi.
-    chord = R - placed.R
-    half_sine = np.sqrt(np.einsum("...ij,...ij->...", chord, chord) / 8.0)
-    turn = 2.0 * np.arcsin(np.minimum(half_sine, 1.0))
-    return np.sqrt(np.einsum("...i,...i->...", shift, shift)), turn
+    """By how much a chain or a loop in it stays open: shift (N,) [m] and turn (N,) [rad]."""
+    shifts, turns = [], []
+    for gap in gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)):
+        shift = gap.p_wanted - gap.p
+        # The chord of the turn: exact enough for small gaps, and never above pi.
+        chord = gap.R_wanted - gap.R
+        half_sine = np.sqrt(np.einsum("...ij,...ij->...", chord, chord) / 8.0)
+        turns.append(2.0 * np.arcsin(np.minimum(half_sine, 1.0)))
+        shifts.append(np.sqrt(np.einsum("...i,...i->...", shift, shift)))
+    if len(shifts) == 1:
+        return shifts[0], turns[0]
+    return np.max(shifts, axis=0), np.max(turns, axis=0)

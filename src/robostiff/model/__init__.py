@@ -3,6 +3,14 @@
 from robostiff.model.beam_link import beam_axes, beam_link
 from robostiff.model.chain import Chain, Element
 from robostiff.model.entries import with_entries
+from robostiff.model.flexible_platform import (
+    FlexiblePlatform,
+    PlacedPlatform,
+    PlatformNode,
+    PlatformPart,
+    platform_beam,
+    rigid_member,
+)
 from robostiff.model.joint import (
     Actuated,
     Freedom,
@@ -20,16 +28,26 @@ from robostiff.model.joint import (
     universal,
 )
 from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam
+from robostiff.model.parallel_block import Branch, ParallelBlock, parallelogram
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
-from robostiff.model.snapshot import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model.snapshot import (
+    PlacedBlock,
+    PlacedElement,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
 
 __all__ = [
     "ALL_COORDINATES",
     "Actuated",
+    "Branch",
     "Chain",
     "Coordinate",
     "Elbow",
     "Element",
+    "FlexiblePlatform",
     "Freedom",
     "Joint",
     "JointKind",
@@ -37,10 +55,16 @@ __all__ = [
     "Link",
     "Locked",
     "Motion",
+    "ParallelBlock",
     "Passive",
+    "PlacedBlock",
+    "PlacedElement",
     "PlacedFreedom",
     "PlacedLeg",
+    "PlacedPlatform",
     "PlacedSpring",
+    "PlatformNode",
+    "PlatformPart",
     "Rigid",
     "Robot",
     "Role",
@@ -50,9 +74,12 @@ __all__ = [
     "beam_axes",
     "beam_link",
     "cylindrical",
+    "parallelogram",
     "planar",
+    "platform_beam",
     "prismatic",
     "revolute",
+    "rigid_member",
     "spherical",
     "universal",
     "with_entries",

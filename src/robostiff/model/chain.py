@@ -12,8 +12,9 @@ from robostiff.errors import InputError
 from robostiff.model.checks import coordinate_array
 from robostiff.model.joint import Freedom, Joint, Locked, Motion, Role
 from robostiff.model.link import Link, Rigid, Telescope
+from robostiff.model.parallel_block import ParallelBlock
 
-Element = Rigid | Link | Joint | Telescope
+Element = Rigid | Link | Joint | Telescope | ParallelBlock
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Chain:
 
     Attributes
     ----------
-    elements : tuple of Rigid, Link, Joint or Telescope
+    elements : tuple of Rigid, Link, Joint, Telescope or ParallelBlock
 
     Raises
     ------
@@ -38,13 +39,21 @@ class Chain:
 
     @property
     def moving(self) -> Iterator[tuple[Joint | Telescope, slice]]:
-        """The elements that have coordinates, with their places in the coordinate vector."""
+        """The elements that have coordinates, with their places in the coordinate vector.
+
+        Those of a parallel block follow one another, branch by branch.
+        """
         start = 0
         for element in self.elements:
             if isinstance(element, Joint | Telescope):
                 size = element.size if isinstance(element, Joint) else 1
                 yield element, slice(start, start + size)
                 start += size
+            elif isinstance(element, ParallelBlock):
+                for branch in element.branches:
+                    for inner, place in branch.chain.moving:
+                        yield inner, slice(start + place.start, start + place.stop)
+                    start += branch.chain.size
 
     @property
     def freedoms(self) -> tuple[Freedom, ...]:
@@ -83,12 +92,53 @@ class Chain:
         return np.array([not isinstance(role, Locked) for role in self.roles], dtype=bool)
 
     @property
+    def has_blocks(self) -> bool:
+        """Whether it holds a parallel block."""
+        return any(isinstance(element, ParallelBlock) for element in self.elements)
+
+    @property
+    def main_places(self) -> np.ndarray:
+        """Places of the coordinates that lead to its end: of each block, the first branch's."""
+        return np.array(list(self._main_places()), dtype=int)
+
+    def _main_places(self) -> Iterator[int]:
+        start = 0
+        for element in self.elements:
+            if isinstance(element, ParallelBlock):
+                yield from (start + place for place in element.branches[0].chain._main_places())
+                start += sum(branch.chain.size for branch in element.branches)
+            elif isinstance(element, Joint | Telescope):
+                size = element.size if isinstance(element, Joint) else 1
+                yield from range(start, start + size)
+                start += size
+
+    @property
+    def main_path(self) -> Chain:
+        """The chain with the first branch of each block in place of the block."""
+        if not self.has_blocks:
+            return self
+        path: list[Element] = []
+        for element in self.elements:
+            if isinstance(element, ParallelBlock):
+                first = element.branches[0]
+                path += [
+                    Rigid(first.start, f"{element.name} start"),
+                    *first.chain.main_path.elements,
+                    Rigid(first.end.inverse, f"{element.name} end"),
+                ]
+            else:
+                path.append(element)
+        return Chain(tuple(path))
+
+    @property
     def has_compliance(self) -> bool:
         """Whether any element gives way elastically."""
         return any(_gives_way(element) for element in self.elements)
 
 
 def _gives_way(element: Element) -> bool:
+    if isinstance(element, ParallelBlock):
+        return any(branch.chain.has_compliance for branch in element.branches)
     if isinstance(element, Link):
         return bool(np.any(element.elasticity.compliance))
     if isinstance(element, Telescope) and element.beams:

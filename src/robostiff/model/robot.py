@@ -1,4 +1,4 @@
-"""A robot: legs between a fixed base and a rigid platform. A serial arm is a robot with one leg."""
+"""A robot: legs between a fixed base and a platform. A serial arm is a robot with one leg."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from robostiff.errors import InputError
 from robostiff.model.chain import Chain
 from robostiff.model.checks import vector3
 from robostiff.model.entries import formulas
+from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.symbols import free_symbols, in_floats, numeric, substitute
 from robostiff.spatial import Frame, Space
 
@@ -60,6 +61,8 @@ class Leg:
         Where the chain ends, in the platform frame.
     elbow : Elbow
         Working mode, for a leg that has two.
+    node : str or None
+        Node of a flexible platform that holds it; None for the node at its attachment.
     """
 
     name: str
@@ -67,6 +70,7 @@ class Leg:
     chain: Chain
     attachment: Frame
     elbow: Elbow = Elbow.HOME
+    node: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "base", Frame.of(self.base))
@@ -105,6 +109,8 @@ class Robot:
         What it is, and where its numbers come from.
     nominal : mapping of str to float
         The values in SI units that a model file gives to its symbols.
+    platform : FlexiblePlatform or None
+        What bends between the legs and the reference point; None for a rigid platform.
     """
 
     name: str
@@ -116,6 +122,7 @@ class Robot:
     title: str = ""
     source: str = ""
     nominal: Mapping[str, float] = field(default_factory=dict)
+    platform: FlexiblePlatform | None = None
 
     def __post_init__(self) -> None:
         point = vector3(f"reference point of {self.name!r}", self.reference_point)
@@ -132,6 +139,37 @@ class Robot:
             raise InputError(
                 f"home pose of {self.name!r}",
                 expected="the pose of the platform, for a robot with several legs",
+            )
+        if self.platform is not None:
+            _ = self.holds
+
+    @cached_property
+    def holds(self) -> tuple[str, ...]:
+        """The node of its flexible platform that holds each leg; none with a rigid platform.
+
+        Raises
+        ------
+        InputError
+            When a leg ends at no node, or names one that is not there.
+        """
+        if self.platform is None:
+            return ()
+        return tuple(self.platform.node_of(leg.node, leg.attachment.p) for leg in self.legs)
+
+    def check_platform_is_rigid(self, subject: str) -> None:
+        """Raise an InputError where a platform that bends has no answer of this kind.
+
+        Parameters
+        ----------
+        subject : str
+            What is asked for, such as ``formula``.
+        """
+        if self.platform is not None:
+            raise InputError(
+                f"{subject} of {self.name!r}",
+                got="a flexible platform",
+                expected="a rigid one: how a platform bends is computed in numbers alone",
+                hint="use stiffness(robot, poses), and method=Batched() for maps",
             )
 
     @property

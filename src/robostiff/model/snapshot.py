@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elasticity import Elasticity
+from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Motion, Passive, Role
 from robostiff.spatial import Space
 
@@ -74,30 +75,68 @@ class PlacedSpring:
 
 
 @dataclass(frozen=True)
+class PlacedBlock:
+    """Branches in parallel inside a leg; each runs from the body before them to the body after.
+
+    Attributes
+    ----------
+    name : str
+    branches : tuple of PlacedLeg
+    """
+
+    name: str
+    branches: tuple[PlacedLeg, ...]
+
+
+PlacedElement = PlacedFreedom | PlacedSpring | PlacedBlock
+
+
+@dataclass(frozen=True)
 class PlacedLeg:
     """A chain in the world, base to platform; whatever lies between its elements is rigid.
 
     Attributes
     ----------
     name : str
-    elements : tuple of PlacedFreedom or PlacedSpring
+    elements : tuple of PlacedFreedom, PlacedSpring or PlacedBlock
     end : (..., 3) array
         Where it meets the platform [m].
     """
 
     name: str
-    elements: tuple[PlacedFreedom | PlacedSpring, ...]
+    elements: tuple[PlacedElement, ...]
     end: np.ndarray
 
     @property
+    def parts(self) -> Iterator[PlacedFreedom | PlacedSpring]:
+        """Its joints and elastic parts, those of its parallel blocks included."""
+        for element in self.elements:
+            if isinstance(element, PlacedBlock):
+                for branch in element.branches:
+                    yield from branch.parts
+            else:
+                yield element
+
+    @property
+    def blocks(self) -> tuple[PlacedBlock, ...]:
+        """Its parallel blocks."""
+        return tuple(e for e in self.elements if isinstance(e, PlacedBlock))
+
+    @property
+    def without_blocks(self) -> PlacedLeg:
+        """The same leg, its parallel blocks left out."""
+        own = tuple(e for e in self.elements if not isinstance(e, PlacedBlock))
+        return self if len(own) == len(self.elements) else replace(self, elements=own)
+
+    @property
     def freedoms(self) -> Iterator[PlacedFreedom]:
-        """Its joints."""
-        return (e for e in self.elements if isinstance(e, PlacedFreedom))
+        """Its joints, those of its parallel blocks included."""
+        return (e for e in self.parts if isinstance(e, PlacedFreedom))
 
     @property
     def springs(self) -> Iterator[PlacedSpring]:
         """Its elastic parts, actuator springs aside."""
-        return (e for e in self.elements if isinstance(e, PlacedSpring))
+        return (e for e in self.parts if isinstance(e, PlacedSpring))
 
 
 @dataclass(frozen=True)
@@ -112,6 +151,8 @@ class Snapshot:
         Point of the platform about which stiffness is given [m].
     space : Space
     description : str
+    platform : PlacedPlatform or None
+        What bends between the legs and the reference point; None for a rigid platform.
     """
 
     name: str
@@ -119,9 +160,10 @@ class Snapshot:
     reference_point: np.ndarray
     space: Space = Space.SPATIAL
     description: str = ""
+    platform: PlacedPlatform | None = None
 
     def __post_init__(self) -> None:
-        elements = [e for leg in self.legs for e in leg.elements]
+        elements = [e for leg in self.legs for e in leg.parts]
         batches = [e.point.shape[:-1] for e in elements] + [leg.end.shape[:-1] for leg in self.legs]
         for e in elements:
             batches.append(
@@ -134,15 +176,10 @@ class Snapshot:
 
     def one(self, index: int) -> Snapshot:
         """The robot at one pose of a batch along one axis."""
-        legs = tuple(
-            PlacedLeg(
-                leg.name,
-                tuple(_one_element(element, index) for element in leg.elements),
-                _one(leg.end, 1, index),
-            )
-            for leg in self.legs
-        )
-        return replace(self, legs=legs, reference_point=_one(self.reference_point, 1, index))
+        legs = tuple(_one_leg(leg, index) for leg in self.legs)
+        reference = _one(self.reference_point, 1, index)
+        platform = None if self.platform is None else self.platform.one(index)
+        return replace(self, legs=legs, reference_point=reference, platform=platform)
 
     @property
     def characteristic_length(self) -> np.ndarray:
@@ -156,7 +193,7 @@ class Snapshot:
             # Where on its axis a slide is drawn means nothing.
             points += [
                 e.point
-                for e in leg.elements
+                for e in leg.parts
                 if isinstance(e, PlacedSpring) or e.motion is Motion.ROTATION
             ]
         furthest = np.max([np.max(np.abs(point), axis=-1) for point in _together(points)], axis=0)
@@ -177,6 +214,16 @@ class Snapshot:
 def _together(points: list[np.ndarray]) -> np.ndarray:
     """Points that may or may not have batch axes, as one array (points, ..., 3)."""
     return np.stack(np.broadcast_arrays(*points))
+
+
+def _one_leg(leg: PlacedLeg, index: int) -> PlacedLeg:
+    elements = tuple(
+        PlacedBlock(element.name, tuple(_one_leg(branch, index) for branch in element.branches))
+        if isinstance(element, PlacedBlock)
+        else _one_element(element, index)
+        for element in leg.elements
+    )
+    return PlacedLeg(leg.name, elements, _one(leg.end, 1, index))
 
 
 def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFreedom | PlacedSpring:

@@ -16,6 +16,7 @@ from robostiff.network.elements import (
 )
 from robostiff.network.energy import energy_stiffness
 from robostiff.network.network import Network
+from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
 from robostiff.network.snapshot_network import network_of_snapshot
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Network",
     "NetworkStiffness",
     "Node",
+    "PlatformFlexibility",
     "SpringElement",
     "beam_between",
     "beam_stiffness_12",
@@ -31,4 +33,5 @@ __all__ = [
     "condense",
     "energy_stiffness",
     "network_of_snapshot",
+    "platform_flexibility",
 ]

@@ -26,7 +26,7 @@ def redundant_freedoms(
     connections = equations.connections
     names = tuple(name for c in connections for name in c.freedom_names)
     rates = [np.zeros((len(names), 0))]
-    rates += [_rates(equations, mechanism) for mechanism in mobility.mechanisms]
+    rates += [freedom_rates(equations, mechanism) for mechanism in mobility.mechanisms]
     start = 0
     for c in connections:
         if not c.freedom_names:
@@ -39,7 +39,7 @@ def redundant_freedoms(
     return _last_moved(np.hstack(rates), equations.tolerance.independence), names
 
 
-def _rates(equations: Equations, mechanism: Mechanism) -> np.ndarray:
+def freedom_rates(equations: Equations, mechanism: Mechanism) -> np.ndarray:
     """How fast each passive freedom turns or slides in each motion of a mechanism (q, k)."""
     of_node = dict(zip(mechanism.nodes, mechanism.motions, strict=True))
     still = np.zeros_like(mechanism.motions[0])

@@ -39,6 +39,8 @@ class SaddlePointSystem:
         Rows and columns that are solved for: free, and independent of one another.
     rows_of : dict
         The displacements of each node.
+    wrench_rows : tuple of arrays
+        The sizes of the wrenches of each connection.
     regular : sparse (m, m) array
         What is kept of the matrix.
     lu : SuperLU or None
@@ -49,6 +51,7 @@ class SaddlePointSystem:
     matrix: csc_array
     kept: np.ndarray
     rows_of: dict[str, np.ndarray]
+    wrench_rows: tuple[np.ndarray, ...]
     regular: csc_array
     lu: SuperLU | None
 
@@ -113,7 +116,7 @@ def saddle_point_system(
             f"no stiffness of network {equations.network.name!r}: "
             f"{Status.ILL_CONDITIONED.advice[0]}"
         ) from None
-    return SaddlePointSystem(size, matrix, kept, rows_of, regular, lu)
+    return SaddlePointSystem(size, matrix, kept, rows_of, tuple(wrench_rows), regular, lu)
 
 
 def _assembled(

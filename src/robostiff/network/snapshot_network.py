@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import (
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedPlatform,
+    PlacedSpring,
+    Snapshot,
+)
 from robostiff.network.elements import JointElement, Node, SpringElement
 from robostiff.network.network import Network
 
@@ -43,54 +52,96 @@ def network_of_snapshot(snapshot: Snapshot) -> Network:
             expected="one pose",
             hint="take one of them: snapshot.one(0)",
         )
-    nodes = [Node(_GROUND, snapshot.centre), Node(_PLATFORM, snapshot.reference_point)]
-    springs: list[SpringElement] = []
-    joints: list[JointElement] = []
+    parts = _Parts([Node(_GROUND, snapshot.centre), Node(_PLATFORM, snapshot.reference_point)])
+    if snapshot.platform is not None:
+        _add_platform(snapshot.platform, parts)
     for number, leg in enumerate(snapshot.legs):
-        _add_leg(leg, f"{number + 1} {leg.name}", nodes, springs, joints)
+        end = _PLATFORM
+        if snapshot.platform is not None:
+            end = _node_name(snapshot.platform, snapshot.platform.holds[number])
+        _add_chain(leg, f"{number + 1} {leg.name}", leg.name, (_GROUND, end), parts)
     return Network(
         snapshot.name,
-        tuple(nodes),
+        tuple(parts.nodes),
         (_GROUND,),
         _PLATFORM,
         snapshot.reference_point,
-        springs=tuple(springs),
-        joints=tuple(joints),
+        springs=tuple(parts.springs),
+        joints=tuple(parts.joints),
         space=snapshot.space,
         description=snapshot.description,
     )
 
 
-def _add_leg(
-    leg: PlacedLeg,
-    prefix: str,
-    nodes: list[Node],
-    springs: list[SpringElement],
-    joints: list[JointElement],
+@dataclass
+class _Parts:
+    """Of a network, as they are found."""
+
+    nodes: list[Node]
+    springs: list[SpringElement] = field(default_factory=list)
+    joints: list[JointElement] = field(default_factory=list)
+
+
+def _add_chain(
+    leg: PlacedLeg, prefix: str, name: str, ends: tuple[str, str], parts: _Parts
 ) -> None:
-    before = _GROUND
+    """A leg or a branch between two bodies, with one more body after every element but the last."""
+    before, last = ends
     elements = [e for e in leg.elements if not _is_rigid(e)]
     for i, element in enumerate(elements):
         if i == len(elements) - 1:
-            after = _PLATFORM
+            after = last
         else:
             after = f"{prefix}, after {i + 1} {element.name}"
-            nodes.append(Node(after, np.asarray(element.point, dtype=float)))
-        if isinstance(element, PlacedSpring):
-            name = f"{leg.name}/{element.name}"
-            springs.append(
+            parts.nodes.append(Node(after, _point_of(element)))
+        own = f"{name}/{element.name}"
+        if isinstance(element, PlacedBlock):
+            for j, branch in enumerate(element.branches):
+                own_prefix = f"{prefix}, {i + 1} {element.name}, {j + 1} {branch.name}"
+                _add_chain(branch, own_prefix, f"{own}/{branch.name}", (before, after), parts)
+        elif isinstance(element, PlacedSpring):
+            parts.springs.append(
                 SpringElement(
-                    name, before, after, element.point, element.rotation, element.elasticity
+                    own, before, after, element.point, element.rotation, element.elasticity
                 )
             )
         else:
-            joints.append(JointElement(leg.name, before, after, (element,)))
+            parts.joints.append(JointElement(name, before, after, (element,)))
         before = after
     if not elements:
-        joints.append(JointElement(leg.name, _GROUND, _PLATFORM))
+        parts.joints.append(JointElement(name, *ends))
 
 
-def _is_rigid(element: PlacedFreedom | PlacedSpring) -> bool:
+def _add_platform(placed: PlacedPlatform, parts: _Parts) -> None:
+    platform = placed.platform
+    for node in platform.nodes:
+        if node.name != platform.tool:
+            parts.nodes.append(Node(_node_name(placed, node.name), placed.in_world(node.at)))
+    for part in platform.parts:
+        parts.springs.append(
+            SpringElement(
+                f"{_PLATFORM}/{part.name}",
+                _node_name(placed, part.a),
+                _node_name(placed, part.b),
+                placed.in_world(part.point),
+                placed.rotation @ part.axes,
+                part.elasticity,
+            )
+        )
+
+
+def _node_name(placed: PlacedPlatform, name: str) -> str:
+    """The tool is the platform of the network."""
+    return _PLATFORM if name == placed.platform.tool else f"{_PLATFORM}, {name}"
+
+
+def _point_of(element: PlacedFreedom | PlacedSpring | PlacedBlock) -> np.ndarray:
+    """A point near a body, for its name's sake."""
+    point = element.branches[0].end if isinstance(element, PlacedBlock) else element.point
+    return np.asarray(point, dtype=float)
+
+
+def _is_rigid(element: PlacedFreedom | PlacedSpring | PlacedBlock) -> bool:
     return (
         isinstance(element, PlacedFreedom) and not element.is_passive and element.stiffness is None
     )

@@ -14,10 +14,12 @@ if TYPE_CHECKING:
     from robostiff.io.document import Document
     from robostiff.io.model_file.symbols import Symbols
     from robostiff.model import Robot, Snapshot
+    from robostiff.model.cable import CableRobot
     from robostiff.network import Network
 
-__all__ = ["RobotInfo", "describe", "load", "robot_file", "shipped_robots"]
+__all__ = ["RobotInfo", "describe", "load", "robot_file", "shipped_cable_robots", "shipped_robots"]
 
+_FOLDERS = ("", "cables")
 _HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
 
 
@@ -40,16 +42,25 @@ class RobotInfo:
 
 
 def shipped_robots() -> tuple[str, ...]:
-    """Names of the robots that come with robostiff, in alphabetical order.
+    """Names of the robots with legs that come with robostiff, in alphabetical order.
 
     Examples
     --------
     >>> "gough-stewart-b" in shipped_robots()
     True
     """
-    folder = resources.files(__name__)
-    files = (entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
-    return tuple(sorted(name.removesuffix(".yaml") for name in files))
+    return _names_in("")
+
+
+def shipped_cable_robots() -> tuple[str, ...]:
+    """Names of the cable robots that come with robostiff, in alphabetical order.
+
+    Examples
+    --------
+    >>> "cable-8" in shipped_cable_robots()
+    True
+    """
+    return _names_in("cables")
 
 
 def robot_file(name: str) -> Path:
@@ -65,9 +76,10 @@ def robot_file(name: str) -> Path:
     >>> robot_file("3-puu").name
     '3-puu.yaml'
     """
-    if name not in shipped_robots():
-        raise _unknown(name, "the name of a shipped robot")
-    return Path(str(resources.files(__name__) / f"{name}.yaml"))
+    for folder in _FOLDERS:
+        if name in _names_in(folder):
+            return Path(str(resources.files(__name__) / folder / f"{name}.yaml"))
+    raise _unknown(name, "the name of a shipped robot")
 
 
 def describe(name: str) -> RobotInfo:
@@ -100,7 +112,7 @@ def load(
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
-) -> Robot | Snapshot | Network:
+) -> Robot | Snapshot | Network | CableRobot:
     """A robot by its name, or from a model file or a snapshot file.
 
     Parameters
@@ -116,7 +128,7 @@ def load(
 
     Returns
     -------
-    Robot, Snapshot or Network
+    Robot, Snapshot, Network or CableRobot
 
     Raises
     ------
@@ -134,13 +146,22 @@ def load(
     from robostiff.io.document import read_document
 
     name = str(name_or_path)
-    shipped = isinstance(name_or_path, str) and name in shipped_robots()
+    shipped = isinstance(name_or_path, str) and name in _all_names()
     if not shipped and name != "-" and not Path(name).exists():
         raise _unknown(name, "a file, or the name of a shipped robot")
     document = read_document(robot_file(name) if shipped else name_or_path)
     if not _is_snapshot(document):
         from robostiff.io.model_file import model_from_document
+        from robostiff.io.model_file.build_cables import cable_robot_from_document, has_cables
 
+        if has_cables(document):
+            if symbols:
+                raise InputError(
+                    f"symbols of {name!r}",
+                    got=symbols,
+                    expected="none: a cable robot is computed with numbers",
+                )
+            return cable_robot_from_document(document, parameters)
         return model_from_document(document, parameters, symbols=symbols)
     if parameters or symbols:
         raise InputError(
@@ -155,6 +176,16 @@ def load(
     )
 
 
+def _names_in(folder: str) -> tuple[str, ...]:
+    files = (resources.files(__name__) / folder).iterdir()
+    names = (file.name for file in files if file.name.endswith(".yaml"))
+    return tuple(sorted(name.removesuffix(".yaml") for name in names))
+
+
+def _all_names() -> tuple[str, ...]:
+    return tuple(name for folder in _FOLDERS for name in _names_in(folder))
+
+
 def _is_snapshot(document: Document) -> bool:
     if isinstance(document.data, dict) and "robostiff" in document.data:
         return False  # a model: no need to import what reads snapshots
@@ -166,7 +197,7 @@ def _is_snapshot(document: Document) -> bool:
 def _unknown(name: str, expected: str) -> InputError:
     from robostiff.io.suggest import did_you_mean, listing
 
-    names = shipped_robots()
+    names = _all_names()
     return InputError(
         "robot",
         got=name,

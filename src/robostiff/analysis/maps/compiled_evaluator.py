@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.analysis.compiled_robot import CompiledAnswer, CompiledRobot, compile_robot
-from robostiff.analysis.maps.evaluator import BatchedEvaluator
+from robostiff.analysis.checked_results import CheckedResults
+from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
+from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.variables import Variable
 from robostiff.analysis.measures import stiffness_indices
@@ -19,8 +20,10 @@ from robostiff.compiled import (
     PrincipalStiffness,
     StiffnessMatrix,
     WorstDeflection,
+    unpack,
 )
 from robostiff.errors import InputError
+from robostiff.spatial.batch import empty_batch
 
 # Poses at once, at most: their rows of inputs and results take some 30 MB.
 _MOST = 2**18
@@ -89,40 +92,48 @@ class CompiledEvaluator:
         """Enough to hide the cost of a block."""
         return _MOST
 
-    def evaluate(self, poses: np.ndarray) -> Mapping[str, np.ndarray]:
+    def evaluate(
+        self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
+    ) -> Mapping[str, np.ndarray]:
         """The variables at poses (N, n_coordinates), and which were ``guarded``."""
-        answer = self.compiled.attempt(self.batched.columns.as_pose(poses))
-        found = dict(self._variables(answer))
-        found |= {"rank": answer.rank, "status": answer.status_codes}
-        rows = np.flatnonzero(answer.guarded)
+        out = room_for(self.variables, len(poses)) if out is None else out
+        guarded = np.empty(len(poses), dtype=bool)
+        for where, found in self.compiled.results(self.batched.columns.as_pose(poses)):
+            self._fill({name: array[where] for name, array in out.items()}, found)
+            guarded[where] = found.guarded
+        rows = np.flatnonzero(guarded)
         if rows.size:
             again = np.ascontiguousarray(poses.T[:, rows]).T
             for name, values in self.batched.evaluate(again).items():
-                if values.dtype.itemsize > found[name].dtype.itemsize:  # status: as in the map
-                    found[name] = found[name].astype(values.dtype)
-                found[name][rows] = values
-        return {**found, "guarded": answer.guarded}
+                out[name][rows] = values
+        return {**out, "guarded": guarded}
 
-    def _variables(self, answer: CompiledAnswer) -> Iterator[tuple[str, np.ndarray]]:
-        quantities, values = self.batched.quantities, answer.values
+    def _fill(self, out: Mapping[str, np.ndarray], found: CheckedResults) -> None:
+        """Put the results of a chunk into their places."""
+        quantities, rows = self.batched.quantities, found.rows
         d = self.batched.robot.space.translations
+        out["rank"][...], out["status"][...] = found.rank, found.status_codes
         if Quantity.STIFFNESS in quantities:
-            yield "K", values[_STIFFNESS.name]
+            unpack(rows[_STIFFNESS.name], out["K"])
         if Quantity.PRINCIPAL_STIFFNESS in quantities:
-            principal = values[_PRINCIPAL.name]
+            principal = rows[_PRINCIPAL.name]
             # K is positive semidefinite; what is below zero is rounding.
             np.maximum(principal, 0.0, out=principal)
-            yield "translational_stiffness", principal[:, :d]
-            yield "rotational_stiffness", principal[:, d:]
+            unpack(principal[:d], out["translational_stiffness"])
+            unpack(principal[d:], out["rotational_stiffness"])
         if Quantity.WORST_DEFLECTION in quantities:
-            yield "worst_deflection", values[_WORST.name]
+            unpack(rows[_WORST.name], out["worst_deflection"])
         if Quantity.INDICES in quantities:
-            safe = np.where(answer.guarded[:, None, None], np.nan, values[_STIFFNESS.name])
-            yield from stiffness_indices(safe, answer.rank, self.batched.length).items()
+            n = self.batched.robot.space.size
+            K = empty_batch(found.rank.shape, (n, n))
+            unpack(rows[_STIFFNESS.name], K)
+            K[found.guarded] = np.nan
+            for name, values in stiffness_indices(K, found.rank, self.batched.length).items():
+                out[name][...] = values
         if Quantity.DEFLECTION in quantities:
-            twist = values[DeflectionUnder.name]
-            yield "displacement", twist[:, :d]
-            yield "rotation", twist[:, d:]
+            twist = rows[DeflectionUnder.name]
+            unpack(twist[:d], out["displacement"])
+            unpack(twist[d:], out["rotation"])
 
 
 _OTHERWISE = "leave the method out, or write method=Batched()"

@@ -42,12 +42,10 @@ class MapArrays:
         self._rows = {v.name: np.empty((*v.shape, poses), v.dtype) for v in job.variables}
 
     def compute(self, index: int) -> MapSummary:
-        """Compute a block and put it in its place."""
-        block = self.job.compute(index)
-        start, stop = self.job.partition.run(index)
-        for name, values in block.arrays.items():
-            self._rows[name][..., start:stop] = values
-        return block.summary
+        """Compute a block in its place."""
+        run = slice(*self.job.partition.run(index))
+        places = {name: rows[..., run] for name, rows in self._rows.items()}
+        return self.job.compute(index, places).summary
 
     def dataset(self, summary: MapSummary) -> xarray.Dataset:
         """The map, once all blocks are there."""

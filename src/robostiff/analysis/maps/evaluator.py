@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -45,7 +45,9 @@ class Evaluator(Protocol):
         """How many poses it wants at once, at most."""
         ...
 
-    def evaluate(self, poses: np.ndarray) -> Mapping[str, np.ndarray]:
+    def evaluate(
+        self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
+    ) -> Mapping[str, np.ndarray]:
         """One array a variable, poses along the first axis.
 
         A fast evaluator adds ``guarded``, an array of bool: poses that it gave to the batched
@@ -55,8 +57,21 @@ class Evaluator(Protocol):
         ----------
         poses : (N, n_coordinates) array
             [m, rad]; equal coordinates of all poses side by side in memory.
+        out : mapping of str to (N, ...) arrays, optional
+            Filled and returned when given, see `room_for`.
         """
         ...
+
+
+def room_for(variables: Iterable[Variable], count: int) -> dict[str, np.ndarray]:
+    """Arrays for variables at poses, equal entries of all poses side by side.
+
+    Examples
+    --------
+    >>> room_for([Variable("K", ("row", "column"), (6, 6), "", "")], 10)["K"].shape
+    (10, 6, 6)
+    """
+    return {v.name: empty_batch((count,), v.shape, v.dtype) for v in variables}
 
 
 @dataclass(frozen=True)
@@ -96,10 +111,12 @@ class BatchedEvaluator:
         """Two of its own chunks: a block takes about half a second."""
         return 2 * _CHUNK
 
-    def evaluate(self, poses: np.ndarray) -> Mapping[str, np.ndarray]:
+    def evaluate(
+        self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
+    ) -> Mapping[str, np.ndarray]:
         """The variables at poses (N, n_coordinates)."""
         count = len(poses)
-        out = {v.name: empty_batch((count,), v.shape, v.dtype) for v in self.variables}
+        out = room_for(self.variables, count) if out is None else out
         for start in range(0, count, _CHUNK):
             part = slice(start, start + _CHUNK)
             for name, values in self._chunk(poses[part]).items():

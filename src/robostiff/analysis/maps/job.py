@@ -28,7 +28,7 @@ class Block:
     Attributes
     ----------
     arrays : mapping of str to (..., N) arrays
-        Poses along the last axis, contiguous.
+        Poses along the last axis, side by side.
     summary : MapSummary
     """
 
@@ -111,26 +111,34 @@ class MapJob:
             )
         return np.broadcast_to(answer, (len(poses),))
 
-    def compute(self, index: int) -> Block:
-        """The answer at the poses of a block."""
+    def compute(self, index: int, out: Mapping[str, np.ndarray] | None = None) -> Block:
+        """The answer at the poses of a block.
+
+        Parameters
+        ----------
+        index : int
+        out : mapping of str to (..., N) arrays, optional
+            Where to put it, one array a variable.
+        """
         poses = self.poses(self.partition.slices(index))
+        count = len(poses)
+        if out is None:
+            out = {v.name: np.empty((*v.shape, count), v.dtype) for v in self.variables}
+        for variable in self.coordinates:
+            out[variable.name][...] = poses[:, self.columns.names.index(variable.name)]
+        places = {v.name: np.moveaxis(out[v.name], -1, 0) for v in self.evaluator.variables}
         chosen = self.selected(poses)
-        whole = chosen is None or bool(np.all(chosen))
-        asked = poses if whole else _side_by_side(poses, chosen)
-        found = self.evaluator.evaluate(asked) if len(asked) else {}
-        arrays = {v.name: poses[:, self.columns.names.index(v.name)] for v in self.coordinates}
-        for variable in self.evaluator.variables:
-            if whole:
-                values = np.moveaxis(found[variable.name], 0, -1)
-                arrays[variable.name] = np.ascontiguousarray(values, dtype=variable.dtype)
-                continue
-            missing = EXCLUDED if variable.name == "status" else variable.missing
-            room = np.full((*variable.shape, len(poses)), missing, variable.dtype)
-            if found:
-                room[..., chosen] = np.moveaxis(found[variable.name], 0, -1)
-            arrays[variable.name] = room
+        if chosen is None or bool(np.all(chosen)):
+            found = self.evaluator.evaluate(poses, places)
+        else:
+            for variable in self.evaluator.variables:
+                missing = EXCLUDED if variable.name == "status" else variable.missing
+                out[variable.name][...] = missing
+            found = self.evaluator.evaluate(_side_by_side(poses, chosen)) if chosen.any() else {}
+            for name in places.keys() & found.keys():
+                places[name][chosen] = found[name]
         guarded = int(np.count_nonzero(found["guarded"])) if "guarded" in found else 0
-        return Block(arrays, summarize(arrays, self.evaluator.variables, guarded))
+        return Block(out, summarize(out, self.evaluator.variables, guarded))
 
 
 def _side_by_side(poses: np.ndarray, chosen: np.ndarray | None) -> np.ndarray:

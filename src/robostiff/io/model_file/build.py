@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from robostiff.io.document import Document
@@ -14,6 +14,7 @@ from robostiff.io.expression import (
     exact_mathematics,
 )
 from robostiff.io.model_file.build_leg import build_legs
+from robostiff.io.model_file.build_platform import attached, build_platform, check_platform
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
@@ -51,20 +52,30 @@ def build_robot(
     top = Place(document, values)
     robot, places = _assembled(top, written)
     robot = verified(robot, top, places, chosen=written.coordinates is not None)
+    check_platform(top / "platform", robot)
     names = chosen_parameters(symbols, written.parameters, overrides)
     if not names:
         return robot
     exact = exact_mathematics()
     quantities, nominal = symbolic_values(names, values)
     values = _parameters(document, written, {**overrides, **quantities}, exact)
-    symbolic, _ = _assembled(Place(document, values, mathematics=exact), written)
+    top = Place(document, values, mathematics=exact)
+    symbolic, _ = _assembled(top, written, robot.holds)
     return completed(symbolic, robot, nominal)
 
 
-def _assembled(top: Place, written: WrittenRobot) -> tuple[Robot, list[Place]]:
-    """The robot that is written, not yet verified, and the places of its legs."""
+def _assembled(
+    top: Place, written: WrittenRobot, holds: Sequence[str] = ()
+) -> tuple[Robot, list[Place]]:
+    """The robot that is written, not yet verified, and the places of its legs.
+
+    Which nodes hold the legs, numbers have told before formulas ask.
+    """
     stock = Stock.of_file(top, written.materials, written.sections)
+    here = top / "platform"
+    platform = build_platform(here, written.platform, stock)
     legs = build_legs(top / "legs", written.legs, stock)
+    legs = attached(legs, platform, here, written.platform, holds)
     home = None if written.home is None else transform(top / "home", written.home)
     if home is None and len(legs) > 1:
         raise (top / "home").error(
@@ -82,6 +93,7 @@ def _assembled(top: Place, written: WrittenRobot) -> tuple[Robot, list[Place]]:
             space=Space.PLANAR if written.planar else Space.SPATIAL,
             title=written.title,
             source=written.source,
+            platform=platform,
         )
     return robot, [place for place, _ in legs]
 

@@ -82,7 +82,7 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
 
 def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
     """The spring that is written at a place, moved to the origin of the present frame."""
-    own = _elasticity(place, written)
+    own = build_elasticity(place, written)
     axes = axes_of(rotation(place, written))
     at = point(place / "at", written.at)
     if not np.any(at):
@@ -94,7 +94,7 @@ def build_link(place: Place, written: WrittenLink, name: str) -> Link:
     """The elastic link that is written at a place."""
     to = point(place / "to", written.to)
     axes = axes_of(rotation(place, written))
-    return Link(to, _elasticity(place, written), axes, name)
+    return Link(to, build_elasticity(place, written), axes, name)
 
 
 def build_telescope(place: Place, written: WrittenTelescope, name: str, stock: Stock) -> Telescope:
@@ -182,7 +182,8 @@ def _segments(
     return segments
 
 
-def _elasticity(place: Place, written: WrittenMatrices) -> Elasticity:
+def build_elasticity(place: Place, written: WrittenMatrices) -> Elasticity:
+    """The stiffness or compliance that is written at a place."""
     if (written.stiffness is None) == (written.compliance is None):
         raise place.error(
             "elastic element",

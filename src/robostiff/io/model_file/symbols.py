@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from robostiff.errors import InputError
 from robostiff.io.expression import parse
 from robostiff.io.suggest import did_you_mean, listing
-from robostiff.model import Actuated, Robot, with_entries
+from robostiff.model import Actuated, Chain, ParallelBlock, Robot, with_entries
 from robostiff.model.chain import Element
 from robostiff.spatial import exact_number
 
@@ -91,20 +91,24 @@ def symbolic_values(
 def completed(symbolic: Robot, numeric: Robot, nominal: Mapping[str, float]) -> Robot:
     """The robot of formulas, all exact, with what was found out about the robot of numbers."""
     legs = tuple(
-        replace(
-            leg,
-            chain=replace(
-                leg.chain,
-                elements=tuple(map(_limited, leg.chain.elements, known.chain.elements)),
-            ),
-        )
+        replace(leg, chain=_with_limits(leg.chain, known.chain))
         for leg, known in zip(symbolic.legs, numeric.legs, strict=True)
     )
     robot = replace(symbolic, legs=legs, coordinates=numeric.coordinates, nominal=nominal)
     return with_entries(robot, exact_number)
 
 
+def _with_limits(chain: Chain, known: Chain) -> Chain:
+    return replace(chain, elements=tuple(map(_limited, chain.elements, known.elements)))
+
+
 def _limited(element: Element, known: Element) -> Element:
+    if isinstance(element, ParallelBlock) and isinstance(known, ParallelBlock):
+        branches = tuple(
+            replace(branch, chain=_with_limits(branch.chain, other.chain))
+            for branch, other in zip(element.branches, known.branches, strict=True)
+        )
+        return replace(element, branches=branches)
     role = getattr(known, "role", None)
     if not isinstance(role, Actuated):
         return element

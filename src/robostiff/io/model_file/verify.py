@@ -15,7 +15,7 @@ from robostiff.kinematics.mobility import (
     fitting_coordinates,
     platform_mobility,
 )
-from robostiff.model import Leg, Motion, Robot
+from robostiff.model import Chain, Leg, Motion, Robot
 from robostiff.spatial import Space
 
 _ACROSS = 1e-9
@@ -64,7 +64,11 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
 
 def _check_plane(place: Place, leg: Leg) -> None:
     freedoms = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p).freedoms
-    numbers = {id(element): i for i, element in enumerate(leg.chain.elements)}
+    numbers = {
+        id(inner): i
+        for i, element in enumerate(leg.chain.elements)
+        for inner in (element, *(inner for inner, _ in Chain((element,)).moving))
+    }
     for element, where in leg.chain.moving:
         for freedom in freedoms[where]:
             turns = freedom.motion is Motion.ROTATION

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from robostiff.io.model_file.written_parts import (
     Direction,
@@ -16,8 +16,10 @@ from robostiff.io.model_file.written_parts import (
     Value,
     Vector,
     Written,
+    WrittenFrame,
     WrittenRotation,
 )
+from robostiff.io.model_file.written_repeat import WrittenRepeat, list_or_mapping, one_or_pattern
 
 _Six = Annotated[list[Any], MinLen(6), MaxLen(6)]
 _Name = Annotated[str, Field(min_length=1)]
@@ -154,6 +156,54 @@ class WrittenTelescope(WrittenDrive):
     beams: list[WrittenTelescopicBeam] = Field(default_factory=list)
 
 
+class WrittenParallelogram(Written):
+    """Two copies of a bar with its joints, side by side."""
+
+    type: Literal["parallelogram"]
+    name: _Name | None = None
+    across: Vector = Field(description="from the first bar to the second, such as [0, 80 mm, 0]")
+    chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
+        description="the list of elements of one bar, its joints included"
+    )
+
+
+class WrittenBranchBody(Written):
+    """What a branch and the template of repeated branches have in common."""
+
+    start: WrittenFrame = WrittenFrame()
+    chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
+        description="the list of elements from the body before the block to the body after it"
+    )
+    end: WrittenFrame = WrittenFrame()
+
+
+class WrittenBranch(WrittenBranchBody):
+    """One branch."""
+
+    name: _Name = Field(description="what the branch is called")
+
+
+class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
+    """A branch, and what differs from copy to copy."""
+
+
+class WrittenParallel(Written):
+    """Branches side by side between two bodies of a chain."""
+
+    type: Literal["parallel"]
+    name: _Name | None = None
+    branches: Annotated[
+        Annotated[list[BranchOrPattern], Tag("list"), MinLen(1)]
+        | Annotated[WrittenBranchPattern, Tag("mapping")],
+        Discriminator(list_or_mapping),
+    ] = Field(description="a list of branches, or one branch with repeat:")
+
+
+BranchOrPattern = Annotated[
+    Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")],
+    Discriminator(one_or_pattern),
+]
+
 WrittenElement = Annotated[
     WrittenOneAxisJoint
     | WrittenUniversal
@@ -164,6 +214,11 @@ WrittenElement = Annotated[
     | WrittenBeam
     | WrittenSpring
     | WrittenLink
-    | WrittenTelescope,
+    | WrittenTelescope
+    | WrittenParallelogram
+    | WrittenParallel,
     Field(discriminator="type"),
 ]
+
+for _holder in (WrittenParallelogram, WrittenBranch, WrittenBranchPattern, WrittenParallel):
+    _holder.model_rebuild()

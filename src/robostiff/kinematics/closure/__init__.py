@@ -10,6 +10,8 @@ from robostiff.kinematics.closure.newton import (
     NewtonTask,
     advance,
     attachment_frame,
+    closing_rates,
+    gaps,
 )
 
-__all__ = ["LegSolver", "NewtonTask", "advance", "attachment_frame", "leg_solver"]
+__all__ = ["LegSolver", "NewtonTask", "advance", "attachment_frame", "closing_rates", "gaps", "leg_solver"]

@@ -7,15 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure.newton import NewtonTask, attachment_frame
+from robostiff.kinematics.closure.copies import copied_places
+from robostiff.kinematics.closure.newton import NewtonTask, attachment_frame, gaps
 from robostiff.kinematics.closure.rod import Rod, recognise_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
 from robostiff.kinematics.closure.sliding_rod import SlidingRod, recognise_sliding_rod
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
-from robostiff.model import Elbow, Leg
-from robostiff.spatial.batch import product
+from robostiff.model import Chain, Elbow, Leg
+from robostiff.spatial.batch import poses_side_by_side, product
+
+ClosedForm = Strut | Rod | SlidingRod
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,9 @@ class LegSolver:
     ----------
     leg : Leg
     closed_form : Strut, Rod, SlidingRod or None
+        Of the main path of its chain.
+    copies : (size,) array of int
+        Places on the main path to which its coordinates are equal, where it has a closed form.
     home_pose : (6,) array
         Pose coordinates of the home configuration.
     home : (size,) array
@@ -35,7 +41,8 @@ class LegSolver:
     """
 
     leg: Leg
-    closed_form: Strut | Rod | SlidingRod | None
+    closed_form: ClosedForm | None
+    copies: np.ndarray
     home_pose: np.ndarray
     home: np.ndarray
     length: float
@@ -52,7 +59,7 @@ class LegSolver:
         """
         if self.closed_form is not None:
             R, p = frame_in_base(self.leg, R_platform, pose[..., :3])
-            return self.closed_form.solve(R, p)
+            return _copied(self.closed_form.solve(R, p), self.copies)
         task = NewtonTask((self.leg,), (), self.length)
         return task.follow(self.home_pose, [self.home], pose)[1][0]
 
@@ -75,10 +82,8 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
         has no choice in closed form.
     """
     R_home, p_home = frame_in_base(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
-    skeleton = skeleton_of(leg.chain)
-    closed_form = (
-        recognise_strut(skeleton) or recognise_rod(skeleton) or recognise_sliding_rod(skeleton)
-    )
+    copies = copied_places(leg.chain)
+    closed_form = None if copies is None else _recognised(leg.chain.main_path)
     if isinstance(closed_form, Rod | SlidingRod):
         closed_form = closed_form.with_sign_of(leg.elbow, R_home, p_home)
     elif leg.elbow is not Elbow.HOME:
@@ -88,15 +93,33 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
             expected="none: only a slide or crank with a rod has two ways in closed form",
             hint="choose the working mode of this leg by the home coordinates of its joints",
         )
-    if closed_form is not None:
-        home = closed_form.solve(R_home, p_home)
+    if closed_form is not None and copies is not None:
+        home = _copied(closed_form.solve(R_home, p_home), copies)
     else:
+        copies = np.arange(leg.chain.size)
         task = NewtonTask((leg,), (), length)
         guess = leg.chain.home[None, :]
         _, (closed,) = task.close(home_pose[None, :], [guess])
         home = closed[0]
     _check_home(leg, home, home_pose, length)
-    return LegSolver(leg, closed_form, home_pose, home, length)
+    return LegSolver(leg, closed_form, copies, home_pose, home, length)
+
+
+def _recognised(path: Chain) -> ClosedForm | None:
+    """The closed form of a chain without blocks; drawn points tell first, meeting axes then."""
+    for joined in (False, True):
+        skeleton = skeleton_of(path, joined_where_axes_meet=joined)
+        found = (
+            recognise_strut(skeleton) or recognise_rod(skeleton) or recognise_sliding_rod(skeleton)
+        )
+        if found is not None:
+            return found
+    return None
+
+
+def _copied(q: np.ndarray, copies: np.ndarray) -> np.ndarray:
+    """Coordinates of a whole chain from those of its main path (..., size)."""
+    return q if copies.size == q.shape[-1] else poses_side_by_side(q[..., copies], 1)
 
 
 def frame_in_base(
@@ -114,8 +137,10 @@ def frame_in_base(
 def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
     R_wanted, p_wanted = attachment_frame(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
     placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
-    shift = float(np.linalg.norm(p_wanted - placed.p))
-    turn = float(np.linalg.norm(vector_of_turn(R_wanted @ placed.R.T)))
+    shift, turn = 0.0, 0.0
+    for gap in gaps(leg, placed, R_wanted, p_wanted):
+        shift = max(shift, float(np.linalg.norm(gap.p_wanted - gap.p)))
+        turn = max(turn, float(np.linalg.norm(vector_of_turn(gap.R_wanted @ gap.R.T))))
     if shift > 1e-7 * length or turn > 1e-7:
         raise InputError(
             f"home configuration of leg {leg.name!r}",

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
 from robostiff.model import Joint, JointKind, Leg, Motion
@@ -121,36 +121,39 @@ class NewtonTask:
         return best
 
     def _errors(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Gaps of all legs as lengths (N, 6 m), and their largest part of the length (N,)."""
+        """All gaps as lengths (N, 6 m), and their largest part of the length (N,)."""
         R_platform = turn_by_vector(pose[:, 3:])
         parts = []
         for leg, own in zip(self.legs, q, strict=True):
-            R_wanted, p_wanted = attachment_frame(leg, R_platform, pose[:, :3])
-            placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
-            turn = vector_of_turn(np.einsum("nij,nkj->nik", R_wanted, placed.R))
-            parts += [p_wanted - placed.p, turn * self.length]
+            frame = attachment_frame(leg, R_platform, pose[:, :3])
+            for gap in gaps(leg, place_chain(leg.chain, own, leg.base.R, leg.base.p), *frame):
+                turn = vector_of_turn(np.einsum("nij,nkj->nik", gap.R_wanted, gap.R))
+                parts += [gap.p_wanted - gap.p, turn * self.length]
         e = np.concatenate(parts, axis=-1) / self.length
         return e, np.max(np.abs(e), axis=-1)
 
     def _jacobian(self, pose: np.ndarray, q: list[np.ndarray]) -> np.ndarray:
         """Rates of the gaps closed by the moving coordinates, then by the open pose coordinates."""
-        N = len(pose)
-        columns = sum(int(np.count_nonzero(leg.chain.free)) for leg in self.legs)
-        J = np.zeros((N, 6 * len(self.legs), columns + len(self.open)))
         R_platform = turn_by_vector(pose[:, 3:])
         rates = rotvec_rate(pose[:, 3:])
+        blocks = []
+        columns = sum(int(np.count_nonzero(leg.chain.free)) for leg in self.legs)
         column = 0
-        for i, (leg, own) in enumerate(zip(self.legs, q, strict=True)):
-            rows = slice(6 * i, 6 * i + 6)
+        for leg, own in zip(self.legs, q, strict=True):
+            moving = np.flatnonzero(leg.chain.free)
+            frame = attachment_frame(leg, R_platform, pose[:, :3])
+            arm = frame[1] - pose[:, :3]
             placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
-            moving = [f for f, free in zip(placed.freedoms, leg.chain.free, strict=True) if free]
-            J[:, rows, column : column + len(moving)] = freedom_twists(moving, placed.p)
-            column += len(moving)
-            arm = attachment_frame(leg, R_platform, pose[:, :3])[1] - pose[:, :3]
-            for k, coordinate in enumerate(self.open):
-                J[:, rows, columns + k] = -_pose_twist(coordinate, rates, arm)
-        J[:, [r for r in range(J.shape[1]) if r % 6 < 3]] /= self.length
-        return J * self._unit_steps
+            for number, gap in enumerate(gaps(leg, placed, *frame)):
+                rows = np.zeros((len(pose), 6, columns + len(self.open)))
+                rows[:, :, column : column + moving.size] = closing_rates(gap, placed)[:, :, moving]
+                if number == 0:  # the platform's own
+                    for k, coordinate in enumerate(self.open):
+                        rows[:, :, columns + k] = -_pose_twist(coordinate, rates, arm)
+                rows[:, :3] /= self.length
+                blocks.append(rows)
+            column += moving.size
+        return np.concatenate(blocks, axis=1) * self._unit_steps
 
     @cached_property
     def _unit_steps(self) -> np.ndarray:
@@ -181,6 +184,26 @@ class NewtonTask:
         pose = pose.copy()
         pose[:, list(self.open)] += step[:, column:]
         return pose, moved
+
+
+def gaps(
+    leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
+) -> Iterator[Loop]:
+    """What must close: the leg on its frame of the platform, then the loops inside the leg."""
+    main = tuple(leg.chain.main_places.tolist())
+    yield Loop(placed.R, placed.p, R_platform, p_platform, own=main, leading=())
+    yield from placed.loops
+
+
+def closing_rates(gap: Loop, placed: PlacedChain) -> np.ndarray:
+    """Twists by which each coordinate of a leg closes a gap (..., 6, size)."""
+    freedoms = placed.freedoms
+    J = np.zeros((*gap.p.shape[:-1], 6, len(freedoms)))
+    if gap.own:
+        J[..., gap.own] += freedom_twists([freedoms[i] for i in gap.own], gap.p)
+    if gap.leading:
+        J[..., gap.leading] -= freedom_twists([freedoms[i] for i in gap.leading], gap.p_wanted)
+    return J
 
 
 def advance(leg: Leg, q: np.ndarray, delta: np.ndarray) -> np.ndarray:

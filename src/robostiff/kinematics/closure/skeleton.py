@@ -9,6 +9,9 @@ import numpy as np
 from robostiff.kinematics.frames import place_chain
 from robostiff.model import Chain, Joint, JointKind, Locked, Motion, PlacedFreedom
 
+_ALONG = 1e-6  # sine between axes that count as one
+_ON_AXIS = 1e-9  # sine: rounding
+
 
 @dataclass(frozen=True)
 class Cluster:
@@ -22,12 +25,15 @@ class Cluster:
     places : tuple of int
         Of their coordinates in the coordinate vector.
     is_ball : bool
+    drawn_at : int
+        Place of the joint that is drawn at the point.
     """
 
     point: np.ndarray
     axes: tuple[np.ndarray, ...]
     places: tuple[int, ...]
     is_ball: bool
+    drawn_at: int
 
 
 @dataclass(frozen=True)
@@ -58,8 +64,16 @@ class Skeleton:
     home: np.ndarray
 
 
-def skeleton_of(chain: Chain) -> Skeleton:
-    """Moving freedoms of a chain at zero coordinates, neighbours through one point joined."""
+def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skeleton:
+    """Moving freedoms of a chain at zero coordinates, neighbours through one point joined.
+
+    Parameters
+    ----------
+    chain : Chain
+        Without parallel blocks.
+    joined_where_axes_meet : bool
+        Join neighbours also where only one of them is drawn at the point in which their axes meet.
+    """
     zero = np.where(chain.free, 0.0, chain.home)
     placed = place_chain(chain, zero, np.eye(3), np.zeros(3))
     freedoms = placed.freedoms
@@ -71,26 +85,39 @@ def skeleton_of(chain: Chain) -> Skeleton:
             own = freedoms[where]
             axes = tuple(freedom.axis for freedom in own)
             places = tuple(range(where.start, where.stop))
-            parts.append(Cluster(own[0].point, axes, places, is_ball=True))
+            parts.append(Cluster(own[0].point, axes, places, is_ball=True, drawn_at=where.start))
             continue
         for place in range(where.start, where.stop):
-            _append(parts, freedoms[place], place)
+            _append(parts, freedoms[place], place, joined_where_axes_meet)
     return Skeleton(tuple(parts), placed.R, placed.p, chain.home)
 
 
-def _append(parts: list[Cluster | Slide], freedom: PlacedFreedom, place: int) -> None:
+def _append(
+    parts: list[Cluster | Slide], freedom: PlacedFreedom, place: int, loosely: bool
+) -> None:
     if freedom.motion is Motion.TRANSLATION:
         parts.append(Slide(freedom.axis, place))
         return
+    own = Cluster(freedom.point, (freedom.axis,), (place,), is_ball=False, drawn_at=place)
     last = parts[-1] if parts else None
-    if (
-        isinstance(last, Cluster)
-        and not last.is_ball
-        and len(last.axes) == 1
-        and np.array_equal(last.point, freedom.point)
-        and np.linalg.norm(np.cross(last.axes[0], freedom.axis)) > 1e-6
-    ):
-        joined = Cluster(last.point, (*last.axes, freedom.axis), (*last.places, place), False)
-        parts[-1] = joined
+    meeting = _meeting(last, own, loosely) if isinstance(last, Cluster) else None
+    if last is None or isinstance(last, Slide) or meeting is None:
+        parts.append(own)
         return
-    parts.append(Cluster(freedom.point, (freedom.axis,), (place,), is_ball=False))
+    axes, places = (*last.axes, freedom.axis), (*last.places, place)
+    parts[-1] = Cluster(meeting.point, axes, places, is_ball=False, drawn_at=meeting.drawn_at)
+
+
+def _meeting(a: Cluster, b: Cluster, loosely: bool) -> Cluster | None:
+    """That of two single axes which is drawn where they meet."""
+    if a.is_ball or len(a.axes) > 1 or np.linalg.norm(np.cross(a.axes[0], b.axes[0])) <= _ALONG:
+        return None
+    if np.array_equal(a.point, b.point):
+        return a
+    if not loosely:
+        return None
+    apart = b.point - a.point
+    size = _ON_AXIS * np.linalg.norm(apart)
+    if np.linalg.norm(np.cross(a.axes[0], apart)) <= size:
+        return b
+    return a if np.linalg.norm(np.cross(b.axes[0], apart)) <= size else None

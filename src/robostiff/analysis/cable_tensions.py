@@ -1,0 +1,253 @@
+"""Tensions of a cable robot at a pose: chosen within limits, balancing weight and wrench."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.cables import (
+    CableStatus,
+    GivenTensions,
+    NearestTensions,
+    PlacedCables,
+    TensionProblem,
+    TensionRule,
+    place_cables,
+    structure_matrix,
+    weight_wrench,
+)
+from robostiff.elastostatics.tolerance import scaling
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Pose
+from robostiff.kinematics.pose import requested_pose
+from robostiff.model.cable import CableRobot
+from robostiff.spatial import Space, as_floats
+
+_NO_LENGTH = 1e-9  # of the characteristic length
+
+
+@dataclass(frozen=True, repr=False)
+class CableTensions:
+    """Tensions of the cables at a pose or a batch of poses.
+
+    Attributes
+    ----------
+    name : str
+        Of the robot.
+    cable_names : tuple of str
+    pose : (..., 6) array
+        x, y, z [m] and rotation vector [rad] of the platform.
+    placed : PlacedCables
+        Where the cables run.
+    wrench : (..., n) array
+        Applied to the platform beside its weight, about the reference point [N, N m].
+    values : (..., m) array
+        Tensions [N]; zero where there is no answer.
+    status_codes : (...) array of uint16
+        `CableStatus` of every pose.
+    rule : str
+        How they were chosen.
+    """
+
+    name: str
+    cable_names: tuple[str, ...]
+    pose: np.ndarray
+    placed: PlacedCables
+    wrench: np.ndarray
+    values: np.ndarray
+    status_codes: np.ndarray
+    rule: str
+
+    @property
+    def tensions(self) -> np.ndarray:
+        """Tensions (..., m) [N].
+
+        Raises
+        ------
+        NoAnswerError
+            When there are none at some pose; `feasible` tells which.
+        """
+        if not np.all(self.feasible):
+            advice = " ".join(f"{line}." for line in self.status.advice)
+            count = np.count_nonzero(~self.feasible)
+            where = f"at {count} of {self.feasible.size} poses" if self.batch_shape else "here"
+            raise NoAnswerError(f"no tensions of {self.name!r} {where}: {advice}")
+        return self.values
+
+    @property
+    def feasible(self) -> np.ndarray:
+        """Where there are tensions (...)."""
+        without = CableStatus.INFEASIBLE | CableStatus.NO_LENGTH | CableStatus.RULE_FAILED
+        return (self.status_codes & int(without)) == 0
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self.status_codes.shape
+
+    @property
+    def status(self) -> CableStatus:
+        """Status of a single pose; of a batch, everything that happened at any pose."""
+        return CableStatus(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to know about this answer, a sentence each."""
+        return self.status.advice
+
+    def __getitem__(self, index: Any) -> CableTensions:
+        """The answer at one pose, or at some poses, of a batch."""
+        return replace(
+            self,
+            pose=self.pose[index],
+            placed=self.placed[index],
+            wrench=self.wrench[index],
+            values=self.values[index],
+            status_codes=np.asarray(self.status_codes[index]),
+        )
+
+    def __repr__(self) -> str:
+        if self.batch_shape:
+            count = int(np.count_nonzero(self.feasible))
+            return (
+                f"<CableTensions of {self.name!r}, {self.feasible.size} poses, {count} with tensions>"
+            )
+        values = ", ".join(f"{value:.5g}" for value in self.values) if self.feasible else "none"
+        return f"<CableTensions of {self.name!r}: {values} N, status {self.status}>"
+
+
+def cable_tensions(
+    robot: CableRobot,
+    pose: Pose = None,
+    wrench: ArrayLike | None = None,
+    *,
+    tensions: TensionRule | None = None,
+) -> CableTensions:
+    """Tensions t of a cable robot that balance its weight and a wrench, A^T t + F = 0.
+
+    Parameters
+    ----------
+    robot : CableRobot
+    pose : RigidTransform, array or None
+        Platform pose, or a batch of poses, as for `stiffness`; None for home.
+    wrench : (n,) or (..., n) array, optional
+        On the platform beside its weight, about the reference point [N, N m].
+    tensions : TensionRule, optional
+        ``NearestTensions(level)``, ``ClosedForm(level)`` or ``GivenTensions(values)``. When left
+        out, those that the robot gives, else the nearest to the robot's level.
+
+    Returns
+    -------
+    CableTensions
+
+    Raises
+    ------
+    InputError
+        When robot, pose, wrench or rule do not fit.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> answer = rs.cable_tensions(rs.load("cable-8"))
+    >>> str(answer.status), bool((answer.tensions >= 50).all())
+    ('ok', True)
+    >>> str(rs.cable_tensions(rs.load("cable-8"), wrench=[0, 0, 5000, 0, 0, 0]).status)
+    'infeasible'
+    """
+    if not isinstance(robot, CableRobot):
+        raise InputError(
+            "cable robot", got=robot, expected="a CableRobot", hint='write load("cable-8")'
+        )
+    rule = _rule(robot, tensions)
+    # A pose is read the same way for robots of legs and of cables.
+    request = requested_pose(cast(Any, robot), pose)
+    placed = place_cables(robot, request.R, request.coordinates[:, :3])
+    N, n = len(request.coordinates), robot.space.size
+    F = _wrenches(wrench, robot.space, request.batch, N)
+    length = placed.characteristic_length
+    s = scaling(length, robot.space)
+    least, greatest = robot.tension_limits
+    problem = TensionProblem(
+        W=structure_matrix(placed) / s[:, :, None],
+        F=(F + weight_wrench(placed)) / s,
+        least=least,
+        greatest=greatest,
+        level=_level(robot, rule),
+    )
+    values, status = rule.choose(problem)
+    no_length = (placed.lengths <= _NO_LENGTH * length[:, None]).any(axis=-1)
+    status = np.where(no_length, np.uint16(CableStatus.NO_LENGTH), status)
+    missing = CableStatus.INFEASIBLE | CableStatus.NO_LENGTH | CableStatus.RULE_FAILED
+    feasible = (status & int(missing)) == 0
+    status = status | (feasible & ~problem.within(values)) * np.uint16(CableStatus.OVERLOADED)
+    batch, cables = request.batch, len(robot.cables)
+    return CableTensions(
+        name=robot.name,
+        cable_names=tuple(robot.cable_names),
+        pose=request.coordinates.reshape(*batch, 6),
+        placed=_reshaped(placed, batch, cables),
+        wrench=F.reshape(*batch, n),
+        values=np.where(feasible[:, None], values, 0.0).reshape(*batch, cables),
+        status_codes=np.asarray(status, dtype=np.uint16).reshape(batch),
+        rule=rule.name,
+    )
+
+
+def _rule(robot: CableRobot, rule: TensionRule | None) -> TensionRule:
+    if rule is None:
+        given = robot.given_tensions
+        return NearestTensions() if given is None else GivenTensions(given)
+    if isinstance(rule, type) or not isinstance(rule, TensionRule):
+        name = rule.__name__ if isinstance(rule, type) else "NearestTensions"
+        hint = f"write tensions={name}(...)"
+        if isinstance(rule, list | tuple | np.ndarray):
+            hint = "write tensions=GivenTensions([...])"
+        raise InputError("tensions", got=rule, expected="a rule that chooses them", hint=hint)
+    return rule
+
+
+def _level(robot: CableRobot, rule: TensionRule) -> float:
+    level = getattr(rule, "level", None)
+    if level is None:
+        return robot.tension_level
+    if isinstance(level, bool) or not isinstance(level, int | float) or not 0 <= level <= 1:
+        raise InputError("level of the tensions", got=level, expected="0 to 1")
+    unbounded = [c.name for c in robot.cables if not np.isfinite(c.greatest_tension)]
+    if level > 0 and unbounded:
+        raise InputError(
+            "level of the tensions",
+            got=f"{level:g}, and no greatest tension of {unbounded[0]!r}",
+            expected="0 for this robot",
+            hint=f"write tensions={type(rule).__name__}(0), or give every cable a greatest tension",
+        )
+    return float(level)
+
+
+def _wrenches(
+    wrench: ArrayLike | None, space: Space, batch: tuple[int, ...], poses: int
+) -> np.ndarray:
+    n = space.size
+    if wrench is None:
+        return np.zeros((poses, n))
+    expected = f"{n} numbers: {' '.join(space.wrench_order)} [N, N m]"
+    F = as_floats("wrench", wrench, expected)
+    if F.ndim == 0 or F.shape[-1] != n:
+        raise InputError("wrench", got=wrench, expected=expected)
+    try:
+        return np.array(np.broadcast_to(F, (*batch, n)).reshape(poses, n))
+    except ValueError:
+        raise InputError(
+            "wrenches", got=F.shape, expected=f"one, or as many as poses: {(*batch, n)}"
+        ) from None
+
+
+def _reshaped(placed: PlacedCables, batch: tuple[int, ...], cables: int) -> PlacedCables:
+    return replace(
+        placed,
+        attachments=placed.attachments.reshape(*batch, cables, 3),
+        reference_point=placed.reference_point.reshape(*batch, 3),
+        weight_point=placed.weight_point.reshape(*batch, 3),
+    )

@@ -1,0 +1,178 @@
+"""Where legs meet a flexible platform: its compliance told about the point of the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robostiff.elastostatics import (
+    CartesianStiffness,
+    Form,
+    Status,
+    Tolerance,
+    WrenchBasis,
+    couple_legs,
+    scaling,
+)
+from robostiff.model import PlacedPlatform, Snapshot
+from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
+from robostiff.spatial import Space, block_rotation, twist_transport
+
+_RIGID_LEG = "it needs the stiffness of each leg, and a leg by itself is rigid in a direction"
+
+
+def legs_on_platform(
+    placed: PlacedPlatform,
+    legs: tuple[CartesianStiffness, ...],
+    compliances: Sequence[np.ndarray],
+    alone: np.ndarray | None,
+    origin: np.ndarray,
+    method: Form,
+) -> tuple[CartesianStiffness, tuple[CartesianStiffness, ...], np.ndarray | None, list[str]]:
+    """Stiffness of the tool, what each leg carries, compliance without an inverse, and names.
+
+    Parameters
+    ----------
+    placed : PlacedPlatform
+    legs : tuple of CartesianStiffness
+        By themselves, about `origin`.
+    compliances : sequence of (..., n, n) arrays
+        Of each leg with its joints held, about `origin`.
+    alone : (..., n, n) array or None
+        Compliance of a single leg without passive joints.
+    origin : (..., 3) array
+        Point of the tool [m].
+    method : Form
+        The wrench basis form takes the compliance of each leg as it is, so that legs may be rigid;
+        the others tell a stiffness, which is inverted on the transmitted wrenches.
+
+    Returns
+    -------
+    whole : CartesianStiffness
+    legs : tuple of CartesianStiffness
+        See `CoupledLegs`.
+    compliance : (..., n, n) array or None
+        Of the tool, for a leg alone on a platform without motions of its own.
+    names : list of str
+        Of motions of the platform itself, the last columns of ``whole.redundant``.
+    """
+    tolerance, space = legs[0].tolerance, legs[0].space
+    nodes, flexibility = _flexibility(placed, space, tolerance)
+    to_nodes = _to_nodes(placed, nodes, origin, space)
+    direct = isinstance(method, WrenchBasis)
+    if not direct:
+        legs = tuple(map(_without_rigid_legs, legs))
+    s = scaling(legs[0].length, space)
+    wrenches = [to_nodes[i] @ (s[..., :, None] * leg.held) for i, leg in _on(placed, nodes, legs)]
+    C, N = flexibility.compliance, flexibility.motions
+    n = space.size
+    where = [slice(n * nodes.index(name), n * nodes.index(name) + n) for name in placed.holds]
+    p = [
+        [np.swapaxes(F, -1, -2) @ C[a, b] @ G for b, G in zip(where, wrenches, strict=True)]
+        for a, F in zip(where, wrenches, strict=True)
+    ]
+    size = np.linalg.norm(N * np.tile(s, len(nodes))[..., None], axis=-2, keepdims=True)
+    N = N / np.where(size > 0, size, 1.0)
+    work = [np.swapaxes(F, -1, -2) @ N[..., a, :] for a, F in zip(where, wrenches, strict=True)]
+    own = [
+        _met_by_compliance(leg, leg_C * s[..., :, None] * s[..., None, :])
+        if direct
+        else _met_by_stiffness(leg)
+        for leg, leg_C in zip(legs, compliances, strict=True)
+    ]
+    coupled = couple_legs(legs, own, _blocks(p), np.concatenate(work, axis=-2))
+    compliance = None
+    if alone is not None and N.shape[-1] == 0:
+        T = to_nodes[0]
+        compliance = alone + np.swapaxes(T, -1, -2) @ C @ T
+    names = [f"platform/{name}" for name in flexibility.motion_names]
+    return coupled.whole, coupled.legs, compliance, names
+
+
+def platform_energies(
+    snapshot: Snapshot,
+    leg_wrenches: Sequence[np.ndarray],
+    origin: np.ndarray,
+    tolerance: Tolerance,
+) -> list[tuple[str, str, float]]:
+    """Elastic energy of each part of a flexible platform, at one pose: leg, part, energy [J].
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        At one pose; a rigid platform has no such parts.
+    leg_wrenches : sequence of (n,) arrays
+        What each leg carries, about `origin`, world axes.
+    origin : (3,) array
+    tolerance : Tolerance
+    """
+    placed = snapshot.platform
+    if placed is None:
+        return []
+    nodes, flexibility = _flexibility(placed, snapshot.space, tolerance)
+    to_nodes = _to_nodes(placed, nodes, origin, snapshot.space)
+    F = np.zeros((len(nodes), snapshot.space.size))
+    for name, wrench in zip(placed.holds, leg_wrenches, strict=True):
+        F[nodes.index(name)] += to_nodes[nodes.index(name)] @ wrench
+    return [
+        ("platform", name, 0.5 * float(F.ravel() @ E @ F.ravel()))
+        for name, E in flexibility.part_compliances.items()
+        if np.any(E)
+    ]
+
+
+def _flexibility(
+    placed: PlacedPlatform, space: Space, tolerance: Tolerance
+) -> tuple[list[str], PlatformFlexibility]:
+    nodes = list(dict.fromkeys(placed.holds))
+    return nodes, platform_flexibility(placed.platform, nodes, space, tolerance)
+
+
+def _on(
+    placed: PlacedPlatform, nodes: list[str], legs: tuple[CartesianStiffness, ...]
+) -> list[tuple[int, CartesianStiffness]]:
+    """The place of its node beside each leg."""
+    return [(nodes.index(name), leg) for name, leg in zip(placed.holds, legs, strict=True)]
+
+
+def _to_nodes(
+    placed: PlacedPlatform, nodes: list[str], origin: np.ndarray, space: Space
+) -> list[np.ndarray]:
+    """From a wrench about `origin` in world axes to that about each node in platform axes."""
+    rows = list(space.rows)
+    R = np.swapaxes(block_rotation(placed.rotation), -1, -2)[..., rows, :][..., :, rows]
+    matrices = []
+    for name in nodes:
+        v = (placed.in_world(placed.platform.point_of(name)) - origin)[..., : space.translations]
+        matrices.append(R @ np.swapaxes(twist_transport(-v), -1, -2))
+    return matrices
+
+
+def _met_by_compliance(leg: CartesianStiffness, C: np.ndarray) -> np.ndarray:
+    W = leg.held
+    return np.swapaxes(W, -1, -2) @ C @ W
+
+
+def _met_by_stiffness(leg: CartesianStiffness) -> np.ndarray:
+    """Inverse of the stiffness between the transmitted wrenches; the identity where there is none."""
+    s = scaling(leg.length, leg.space)
+    W = leg.held
+    k = np.swapaxes(W, -1, -2) @ (leg.matrix / (s[..., :, None] * s[..., None, :])) @ W
+    idle = ~np.any(W != 0, axis=-2) | ~leg.answered[..., None]
+    k = np.where(idle[..., None] | idle[..., None, :], 0.0, k)
+    return np.linalg.inv(k + idle[..., None] * np.eye(W.shape[-1]))
+
+
+def _without_rigid_legs(leg: CartesianStiffness) -> CartesianStiffness:
+    """A leg whose form cannot tell how it is held where it is rigid."""
+    rigid = (leg.status_codes & int(Status.RIGID_DIRECTION)) != 0
+    if not np.any(rigid):
+        return leg
+    status = leg.status_codes | rigid * np.uint8(Status.FORM_DOES_NOT_HOLD)
+    return replace(leg, status_codes=status, reason=leg.reason or _RIGID_LEG)
+
+
+def _blocks(rows: list[list[np.ndarray]]) -> np.ndarray:
+    return np.concatenate([np.concatenate(row, axis=-1) for row in rows], axis=-2)

@@ -1,0 +1,57 @@
+"""Stiffness indices: one question a file, each with its unit and, where it needs one, its length.
+
+All take what `stiffness` answers at a single pose, and return a small object with values,
+directions and a status. Free motions show as zeros or as None, never as a number without meaning.
+"""
+
+from robostiff.analysis.indices.centres import Centre, centre_of_compliance, centre_of_stiffness
+from robostiff.analysis.indices.collinear import CollinearStiffness, collinear_stiffness
+from robostiff.analysis.indices.compliance_ratio import Anisotropy, anisotropy
+from robostiff.analysis.indices.condition import ConditionNumber, condition_number
+from robostiff.analysis.indices.directional import (
+    DirectionalStiffness,
+    directional_stiffness,
+    stiffness_about_axis,
+)
+from robostiff.analysis.indices.overview import StiffnessIndices, indices
+from robostiff.analysis.indices.principal import PrincipalStiffness, principal_stiffness
+from robostiff.analysis.indices.scaled_eigenvalues import Eigenstiffness, eigenstiffness
+from robostiff.analysis.indices.screws import (
+    CompliantAxis,
+    Eigenscrews,
+    Eigentwist,
+    Eigenwrench,
+    eigenscrews,
+)
+from robostiff.analysis.indices.work_of_unit_loads import VirtualWork, virtual_work
+from robostiff.analysis.indices.worst import WorstDeflection, worst_deflection
+
+__all__ = [
+    "Anisotropy",
+    "Centre",
+    "CollinearStiffness",
+    "CompliantAxis",
+    "ConditionNumber",
+    "DirectionalStiffness",
+    "Eigenscrews",
+    "Eigenstiffness",
+    "Eigentwist",
+    "Eigenwrench",
+    "PrincipalStiffness",
+    "StiffnessIndices",
+    "VirtualWork",
+    "WorstDeflection",
+    "anisotropy",
+    "centre_of_compliance",
+    "centre_of_stiffness",
+    "collinear_stiffness",
+    "condition_number",
+    "directional_stiffness",
+    "eigenscrews",
+    "eigenstiffness",
+    "indices",
+    "principal_stiffness",
+    "stiffness_about_axis",
+    "virtual_work",
+    "worst_deflection",
+]

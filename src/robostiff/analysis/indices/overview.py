@@ -1,0 +1,112 @@
+"""All stiffness indices of a robot at a pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.analysis.indices.centres import Centre, centre_of_compliance, centre_of_stiffness
+from robostiff.analysis.indices.collinear import CollinearStiffness, collinear_stiffness
+from robostiff.analysis.indices.compliance_ratio import Anisotropy, anisotropy
+from robostiff.analysis.indices.condition import ConditionNumber, condition_number
+from robostiff.analysis.indices.directional import DirectionalStiffness, directional_stiffness
+from robostiff.analysis.indices.metric import index_length
+from robostiff.analysis.indices.principal import PrincipalStiffness, principal_stiffness
+from robostiff.analysis.indices.scaled_eigenvalues import Eigenstiffness, eigenstiffness
+from robostiff.analysis.indices.screws import Eigenscrews, eigenscrews
+from robostiff.analysis.indices.stiffness_parts import stiffness_parts
+from robostiff.analysis.indices.work_of_unit_loads import VirtualWork, virtual_work
+from robostiff.analysis.indices.worst import WorstDeflection, worst_deflection
+from robostiff.analysis.result import RobotStiffness
+from robostiff.elastostatics import Status
+
+
+@dataclass(frozen=True)
+class StiffnessIndices:
+    """The stiffness indices of a single pose; each attribute says of itself what it is about.
+
+    Attributes
+    ----------
+    result : RobotStiffness
+        What they are computed from.
+    length : float
+        The characteristic length [m] of those that need one.
+    along_axes : tuple of DirectionalStiffness
+        Along the world axes.
+    principal : PrincipalStiffness
+    collinear : CollinearStiffness
+    worst_deflection : WorstDeflection
+    anisotropy : Anisotropy
+    eigenscrews : Eigenscrews
+    centre_of_stiffness, centre_of_compliance : Centre
+    eigenstiffness : Eigenstiffness
+    condition : ConditionNumber
+    virtual_work : VirtualWork
+    """
+
+    result: RobotStiffness
+    length: float
+    along_axes: tuple[DirectionalStiffness, ...]
+    principal: PrincipalStiffness
+    collinear: CollinearStiffness
+    worst_deflection: WorstDeflection
+    anisotropy: Anisotropy
+    eigenscrews: Eigenscrews
+    centre_of_stiffness: Centre
+    centre_of_compliance: Centre
+    eigenstiffness: Eigenstiffness
+    condition: ConditionNumber
+    virtual_work: VirtualWork
+
+    @property
+    def status(self) -> Status:
+        """Status of the pose."""
+        return self.result.status
+
+
+def indices(result: RobotStiffness, *, length: float | None = None) -> StiffnessIndices:
+    """All stiffness indices of a robot at a single pose.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        What `stiffness` answers at a single pose.
+    length : float, optional
+        Characteristic length [m]; the robot's own at the pose when left out.
+
+    Raises
+    ------
+    InputError
+        For a batch, or a length that is not positive.
+    NoAnswerError
+        For a pose without a matrix, with the advice of its status.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> found = rs.indices(rs.stiffness(rs.load("gough-stewart-b")))
+    >>> found.centre_of_stiffness.is_decoupled
+    False
+    >>> round(found.collinear.smallest / 1e6, 1)
+    35.5
+    """
+    space = stiffness_parts(result).space
+    L = index_length(result, length)
+    return StiffnessIndices(
+        result=result,
+        length=L,
+        along_axes=tuple(
+            directional_stiffness(result, axis) for axis in np.eye(3)[: space.translations]
+        ),
+        principal=principal_stiffness(result),
+        collinear=collinear_stiffness(result),
+        worst_deflection=worst_deflection(result),
+        anisotropy=anisotropy(result),
+        eigenscrews=eigenscrews(result),
+        centre_of_stiffness=centre_of_stiffness(result),
+        centre_of_compliance=centre_of_compliance(result),
+        eigenstiffness=eigenstiffness(result, length=L),
+        condition=condition_number(result, length=L),
+        virtual_work=virtual_work(result, length=L),
+    )

@@ -1,0 +1,225 @@
+"""K at one pose in its parts: forces and moments, the rest held or free, with their ranks.
+
+Four small matrices say most of what indices ask for. They are blocks of K, and blocks of C inverted
+(their Schur complements, which exist where C does not):
+
+    ``K_tt``                            forces against displacements, rotations held
+    ``K_tt - K_tr K_rr^-1 K_rt``        the same with rotations free, (C_tt)^-1
+    ``K_rr``                            moments against rotations, displacements held
+    ``K_rr - K_rt K_tt^-1 K_tr``        the same with displacements free, (C_rr)^-1
+
+Their ranks are decided as that of K is: by the wrenches that hold the platform.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.analysis.result import RobotStiffness
+from robostiff.elastostatics import CartesianStiffness, Status, scaling
+from robostiff.errors import InputError
+from robostiff.spatial import Space, move_wrench
+
+_ROUNDING = 1e-15
+
+
+@dataclass(frozen=True)
+class Part:
+    """A symmetric matrix of one unit, as its eigenvalues and eigenvectors.
+
+    Attributes
+    ----------
+    values : (d,) array
+        Ascending; those of free directions are exactly zero.
+    directions : (d, d) array
+        Unit eigenvectors, rows in the order of `values`.
+    """
+
+    values: np.ndarray
+    directions: np.ndarray
+
+    @property
+    def rank(self) -> int:
+        """How many values are above zero."""
+        return int(np.count_nonzero(self.values))
+
+    @property
+    def free(self) -> np.ndarray:
+        """Directions without stiffness, rows (f, d)."""
+        return self.directions[self.values == 0]
+
+    def solve(self, load: np.ndarray) -> np.ndarray:
+        """Displacements (d, m) under loads (d, m) without components along free directions."""
+        held = self.values > 0
+        e = self.directions[held]
+        return e.T @ ((e @ load) / self.values[held, None])
+
+
+@dataclass(frozen=True)
+class StiffnessParts:
+    """K of a single pose about its reference point, and the ranks of its parts.
+
+    Attributes
+    ----------
+    result : RobotStiffness
+        Of a single pose with a matrix.
+    K : (n, n) array
+        About the reference point [N/m, N, N m].
+    C : (n, n) array or None
+        Compliance about the same point; None where K is singular.
+    rank_of_forces, rank_of_moments : int
+        Of ``K_tt`` and of ``K_rr``.
+    """
+
+    result: RobotStiffness
+    K: np.ndarray
+    C: np.ndarray | None
+    rank_of_forces: int
+    rank_of_moments: int
+
+    @property
+    def space(self) -> Space:
+        """Spatial or planar."""
+        return self.result.space
+
+    @property
+    def rank(self) -> int:
+        """Of K."""
+        return int(self.result.rank)
+
+    @property
+    def status(self) -> Status:
+        """Status of the pose."""
+        return self.result.status
+
+    @property
+    def forces_rotations_held(self) -> Part:
+        """K_tt [N/m]; it does not depend on the reference point."""
+        d = self.space.translations
+        return eigenparts(self.K[:d, :d], self.rank_of_forces)
+
+    @property
+    def moments_translations_held(self) -> Part:
+        """K_rr [N m/rad], about the reference point."""
+        d = self.space.translations
+        return eigenparts(self.K[d:, d:], self.rank_of_moments)
+
+    @property
+    def forces_rotations_free(self) -> Part:
+        """The inverse of C_tt [N/m], for forces through the reference point."""
+        d = self.space.translations
+        if self.C is not None:
+            return _inverse_parts(self.C[:d, :d])
+        free = _schur(self.K[:d, :d], self.K[:d, d:], self.moments_translations_held)
+        return eigenparts(free, self.rank - self.rank_of_moments)
+
+    @property
+    def moments_translations_free(self) -> Part:
+        """The inverse of C_rr [N m/rad]; it does not depend on the reference point."""
+        d = self.space.translations
+        if self.C is not None:
+            return _inverse_parts(self.C[d:, d:])
+        free = _schur(self.K[d:, d:], self.K[d:, :d], self.forces_rotations_held)
+        return eigenparts(free, self.rank - self.rank_of_forces)
+
+
+def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
+    """The parts of K at a single pose.
+
+    Raises
+    ------
+    InputError
+        For a batch of poses, or what is no result of `stiffness`.
+    NoAnswerError
+        Where the pose has no stiffness matrix.
+    """
+    if not isinstance(result, RobotStiffness):
+        raise InputError(
+            "result", got=result, expected="what stiffness answers", hint="write stiffness(robot)"
+        )
+    if result.batch_shape:
+        raise InputError(
+            "result",
+            got=f"{int(np.prod(result.batch_shape))} poses",
+            expected="a single one",
+            hint="take result[i], or map the poses with Quantity.INDICES",
+        )
+    K = result.K
+    forces, moments = _ranks(result.about_reference, result)
+    return StiffnessParts(result, K, result.compliance, forces, moments)
+
+
+def eigenparts(matrix: np.ndarray, rank: int) -> Part:
+    """Eigenvalues and eigenvectors of a positive semidefinite matrix of known rank.
+
+    Directions are readable: of equal eigenvalues along world axes as far as they allow, and with
+    their largest component positive.
+
+    Examples
+    --------
+    >>> eigenparts(np.diag([2.0, 0.0, 2.0]), rank=2)
+    Part(values=array([0., 2., 2.]), directions=array([[0., 1., 0.],
+           [1., 0., 0.],
+           [0., 0., 1.]]))
+    """
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    values = np.maximum(values, _ROUNDING * max(values[-1], 0.0))
+    values[: len(values) - rank] = 0.0
+    return Part(values, _readable(values, vectors.T))
+
+
+def _inverse_parts(C: np.ndarray) -> Part:
+    """Of the inverse of a regular matrix, without inverting it."""
+    compliant = eigenparts(C, len(C))
+    values = 1 / compliant.values[::-1]
+    return Part(values, _readable(values, compliant.directions[::-1]))
+
+
+def _schur(A: np.ndarray, B: np.ndarray, D: Part) -> np.ndarray:
+    """A - B D^-1 B^T; as K is positive semidefinite, free directions of D have no part in B."""
+    return A - B @ D.solve(B.T)
+
+
+def _readable(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Eigenvectors as rows, those of equal values as near to the axes as they can be."""
+    rows, start = [], 0
+    scale = 1e-9 * values[-1]
+    for end in range(1, len(values) + 1):
+        if end == len(values) or values[end] - values[end - 1] > scale:
+            rows += _along_axes(vectors[start:end])
+            start = end
+    return np.array(rows)
+
+
+def _along_axes(basis: np.ndarray) -> list[np.ndarray]:
+    """An orthonormal basis of the same span, nearest to the axes, largest components positive."""
+    found: list[np.ndarray] = []
+    rest = basis
+    while len(rest):
+        shadows = rest.T @ rest  # columns: the axes projected on what is left
+        sizes = np.diag(shadows)
+        axis = int(np.argmax(sizes > 0.999 * sizes.max()))
+        e = shadows[axis] / np.linalg.norm(shadows[axis])
+        e = e * np.copysign(1.0, e[int(np.argmax(np.abs(e) > 0.999 * np.abs(e).max()))])
+        found.append(e + 0.0)
+        without = rest - np.outer(rest @ e, e)
+        rest = np.linalg.svd(without)[2][: len(rest) - 1]
+    return sorted(found, key=lambda e: int(np.argmax(np.abs(e))))
+
+
+def _ranks(answer: CartesianStiffness, result: RobotStiffness) -> tuple[int, int]:
+    """Of the force rows and of the moment rows of the wrenches that hold the platform."""
+    tolerance, space = answer.tolerance.independence, answer.space
+    U, values, _ = np.linalg.svd(answer.held)
+    held = U[:, : int(np.count_nonzero(values > tolerance))]
+    d = space.translations
+    forces = np.linalg.svd(held[:d], compute_uv=False)
+    v = result.reference_point - result.origin
+    if np.any(v):
+        s = scaling(answer.length, space)
+        v = v[:d]
+        held = np.linalg.qr(move_wrench((s[:, None] * held).T, v).T / s[:, None])[0]
+    moments = np.linalg.svd(held[d:], compute_uv=False)
+    return int(np.count_nonzero(forces > tolerance)), int(np.count_nonzero(moments > tolerance))

@@ -1,0 +1,41 @@
+"""Cables that only pull: tensions, their limits, and stiffness with its geometric part."""
+
+from robostiff.cables.elastic_law import axial_stiffness
+from robostiff.cables.nearest_tensions import nearest_tensions
+from robostiff.cables.placement import PlacedCables, place_cables
+from robostiff.cables.status import CableStatus
+from robostiff.cables.stiffness_matrix import (
+    elastic_stiffness,
+    geometric_stiffness,
+    move_loaded_stiffness,
+    weight_stiffness,
+    wrench_derivative,
+)
+from robostiff.cables.structure_matrix import structure_matrix, weight_wrench
+from robostiff.cables.tension_problem import TensionProblem
+from robostiff.cables.tension_rules import (
+    ClosedForm,
+    GivenTensions,
+    NearestTensions,
+    TensionRule,
+)
+
+__all__ = [
+    "CableStatus",
+    "ClosedForm",
+    "GivenTensions",
+    "NearestTensions",
+    "PlacedCables",
+    "TensionProblem",
+    "TensionRule",
+    "axial_stiffness",
+    "elastic_stiffness",
+    "geometric_stiffness",
+    "move_loaded_stiffness",
+    "nearest_tensions",
+    "place_cables",
+    "structure_matrix",
+    "weight_stiffness",
+    "weight_wrench",
+    "wrench_derivative",
+]

@@ -1,0 +1,150 @@
+"""Stiffness of tensioned cables and of a weight: second derivatives of the potential energy.
+
+The energy is told in the displacement (d, r) of the platform at the pose: the reference point moves
+by d, and the platform turns by the rotation vector r. An attachment b moves by
+``d + r x b + r x (r x b)/2 + ...``, and the second derivative at zero is symmetric whatever the
+platform carries. Where the cables balance weight and wrench it does not depend on the choice of
+rotation coordinates; elsewhere the derivative of the wrench is ``wrench_derivative``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robostiff.cables.placement import PlacedCables
+from robostiff.cables.structure_matrix import structure_matrix
+from robostiff.spatial import Space, skew
+
+
+def elastic_stiffness(placed: PlacedCables, stiffness: np.ndarray) -> np.ndarray:
+    """Stiffness of stretching cables, A^T diag(k) A (..., n, n).
+
+    Parameters
+    ----------
+    placed : PlacedCables
+    stiffness : (..., m) array
+        Of each cable with its winch, k [N/m].
+    """
+    W = structure_matrix(placed)
+    return (W * stiffness[..., None, :]) @ np.swapaxes(W, -1, -2)
+
+
+def geometric_stiffness(placed: PlacedCables, tensions: np.ndarray) -> np.ndarray:
+    """Stiffness of turning cables under tension, sum of t_i times the second derivative of l_i.
+
+    With e the unit vector from exit point to attachment, l the length and b the arm,
+
+        [[P, -P (b x)], [(b x) P, -(b x) P (b x) + S(e, b)]],   P = (I - e e^T)/l,
+        S(e, b) = (e b^T + b e^T)/2 - (e . b) I.
+
+    The term S is what rotation adds: turning the platform moves the attachment along the cable in
+    second order. (Behzadipour and Khajepour 2006 derive the same from the wrench.)
+
+    Parameters
+    ----------
+    placed : PlacedCables
+    tensions : (..., m) array
+        t [N].
+
+    Returns
+    -------
+    (..., n, n) array
+        Symmetric, and positive or negative.
+
+    Examples
+    --------
+    A pendulum: sideways it is as stiff as tension over length.
+
+    >>> placed = PlacedCables(np.array([[0, 0, 2.0]]), np.zeros((1, 3)), np.zeros(3),
+    ...     np.zeros(3), np.zeros(3), Space.SPATIAL)
+    >>> np.diag(geometric_stiffness(placed, np.array([100.0]))).tolist()
+    [50.0, 50.0, 0.0, 0.0, 0.0, 0.0]
+    """
+    e, b, lengths = placed.directions, placed.arms, placed.lengths
+    across = np.eye(3) - e[..., :, None] * e[..., None, :]
+    P = across / np.where(lengths > 0, lengths, 1.0)[..., None, None]
+    B = skew(b)
+    K = np.empty((*lengths.shape, 6, 6))
+    K[..., :3, :3] = P
+    K[..., :3, 3:] = -P @ B
+    K[..., 3:, :3] = B @ P
+    K[..., 3:, 3:] = -B @ P @ B + second_order_arm(e, b)
+    return _in_space(np.einsum("...m,...mij->...ij", tensions, K), placed.space)
+
+
+def weight_stiffness(placed: PlacedCables) -> np.ndarray:
+    """Stiffness of a weight at a point of the platform, -S(f, d) in the rotations (..., n, n).
+
+    A weight below the reference point turns back like a pendulum; one above it topples.
+    """
+    d = placed.weight_arm
+    force = np.broadcast_to(placed.weight_force, d.shape)
+    K = np.zeros((*d.shape[:-1], 6, 6))
+    K[..., 3:, 3:] = -second_order_arm(force, d)
+    return _in_space(K, placed.space)
+
+
+def move_loaded_stiffness(K: np.ndarray, v: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Stiffness about the new reference point where a force is held, J_v^-T K J_v^-1 - S(g, v).
+
+    The first term is the transport of unloaded stiffness. The second is there because the old point
+    moves in second order while the platform turns about the new one; it vanishes where the platform
+    is in equilibrium.
+
+    Parameters
+    ----------
+    K : (..., n, n) array
+        Second derivative of an energy about the old reference point.
+    v : (..., 3) array
+        Vector from the old reference point to the new one [m], in the plane too.
+    force : (..., 3) array
+        First derivative of the energy by the translation, g [N]: the force that must be applied
+        from elsewhere to hold the platform.
+    """
+    space = Space.of_size(K.shape[-1])
+    J_inverse = np.zeros((*v.shape[:-1], 6, 6))
+    J_inverse[..., range(6), range(6)] = 1.0
+    J_inverse[..., :3, 3:] = skew(v)
+    J_inverse = _in_space(J_inverse, space)
+    extra = np.zeros((*v.shape[:-1], 6, 6))
+    extra[..., 3:, 3:] = -second_order_arm(force, v)
+    return np.swapaxes(J_inverse, -1, -2) @ K @ J_inverse + _in_space(extra, space)
+
+
+def wrench_derivative(K: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    """Derivative of the holding wrench, K - (M x)/2 in the rotations (..., n, n): not symmetric.
+
+    The moment is taken about the moving reference point in world axes. Its derivative differs from
+    the second derivative of the energy where a moment M is held.
+
+    Parameters
+    ----------
+    K : (..., n, n) array
+        Second derivative of the energy.
+    wrench : (..., n) array
+        First derivative of the energy: the wrench that holds the platform [N, N m].
+    """
+    derivative = np.array(K)
+    if K.shape[-1] == Space.SPATIAL.size:  # turns in one plane commute
+        derivative[..., 3:, 3:] -= 0.5 * skew(wrench[..., 3:])
+    return derivative
+
+
+def second_order_arm(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """S(f, b) = (f b^T + b f^T)/2 - (f . b) I (..., 3, 3): work of f on r x (r x b)/2.
+
+    Examples
+    --------
+    >>> second_order_arm(np.array([0, 0, 2.0]), np.array([0, 0, 3.0])).diagonal().tolist()
+    [-6.0, -6.0, 0.0]
+    """
+    outer = force[..., :, None] * arm[..., None, :]
+    trace = np.einsum("...i,...i->...", force, arm)
+    return 0.5 * (outer + np.swapaxes(outer, -1, -2)) - trace[..., None, None] * np.eye(3)
+
+
+def _in_space(K: np.ndarray, space: Space) -> np.ndarray:
+    if space is Space.SPATIAL:
+        return K
+    rows = list(space.rows)
+    return K[..., rows, :][..., :, rows]

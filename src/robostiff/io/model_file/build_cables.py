@@ -1,0 +1,164 @@
+"""From a document with cables to a cable robot of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import FileError
+from robostiff.io.document import Document
+from robostiff.io.expression import ParameterError, Parameters
+from robostiff.io.model_file.build_copies import named_copies
+from robostiff.io.model_file.geometry import point, transform, vector
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.written_cables import (
+    WrittenCableBody,
+    WrittenCableRobot,
+    WrittenTensions,
+    WrittenWeight,
+)
+from robostiff.io.model_file.written_robot import VERSION
+from robostiff.io.suggest import Words
+from robostiff.io.units import Dimension
+from robostiff.io.validation import validate
+from robostiff.model.cable import Cable, CableRobot, Weight
+from robostiff.spatial import Space
+
+
+def has_cables(document: Document) -> bool:
+    """Whether a model file describes a cable robot."""
+    return isinstance(document.data, dict) and "cables" in document.data
+
+
+def cable_robot_from_document(
+    document: Document, parameters: Mapping[str, str | float] | None = None
+) -> CableRobot:
+    r"""The cable robot that a document describes.
+
+    Parameters
+    ----------
+    document : Document
+    parameters : mapping of str to (str or float), optional
+        Other values for some of its parameters.
+
+    Raises
+    ------
+    FileError
+        At the place in the document that is to blame.
+    InputError
+        When a parameter is given that the document does not have, or of another dimension.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> robot = cable_robot_from_document(parse_document('''
+    ... robostiff: 1
+    ... name: pendulum
+    ... source: an example
+    ... parameters: {L: 2 m}
+    ... home: {at: [0, 0, -L]}
+    ... weight: {force: [0, 0, -50 N]}
+    ... cables:
+    ...   - {name: rope, exit: [0, 0, 0], platform: [0, 0, 0], EA: 80 kN}
+    ... '''), {"L": "3 m"})
+    >>> robot.home.p
+    array([ 0.,  0., -3.])
+    """
+    if "legs" in document.data:
+        raise FileError(
+            document.key_location(("legs",)),
+            "legs",
+            got=Words("legs beside cables"),
+            expected="one of them",
+            hint="robots with legs and cables are not supported",
+        )
+    if document.data.get("robostiff") != VERSION:
+        raise FileError(
+            document.location(("robostiff",)),
+            "version of the model file format",
+            got=document.data.get("robostiff"),
+            expected=str(VERSION),
+        )
+    written = validate(WrittenCableRobot, document)
+    top = Place(document, _parameters(document, written, parameters or {}))
+    with top.complaints():
+        return CableRobot(
+            name=written.name,
+            cables=_cables(top / "cables", written, top / "tensions"),
+            home=transform(top / "home", written.home),
+            weight=_weight(top / "weight", written.weight),
+            reference_point=point(top / "reference_point", written.reference_point),
+            tension_level=(top / "tensions" / "level").number(
+                written.tensions.level, Dimension.NUMBER
+            ),
+            space=Space.PLANAR if written.planar else Space.SPATIAL,
+            title=written.title,
+            source=written.source,
+        )
+
+
+def _parameters(
+    document: Document, written: WrittenCableRobot, overrides: Mapping[str, Any]
+) -> Mapping[str, Any]:
+    place = Place(document, {}) / "parameters"
+    try:
+        return Parameters(written.parameters, overrides).values
+    except ParameterError as error:
+        if error.name in overrides:
+            raise  # it is not the file that is wrong
+        raise (place / error.name).error(
+            error.subject, got=error.got, expected=error.expected, hint=error.hint
+        ) from None
+
+
+def _weight(place: Place, written: WrittenWeight | None) -> Weight | None:
+    if written is None:
+        return None
+    force = vector(place / "force", written.force, Dimension.FORCE)
+    return Weight(force, point(place / "at", written.at))
+
+
+def _cables(place: Place, written: WrittenCableRobot, limits: Place) -> tuple[Cable, ...]:
+    cables = written.cables
+    if isinstance(cables, list):
+        parts = [(place / i, part) for i, part in enumerate(cables)]
+    else:
+        parts = [(place, cables)]
+    built: dict[str, Cable] = {}
+    for where, part in parts:
+        for name, named_at, here in named_copies(where, part, "cable"):
+            if name in built:
+                raise named_at.error("name of a cable", got=name, expected="each name once")
+            built[name] = _cable(here, part, name, limits, written.tensions)
+    return tuple(built.values())
+
+
+def _cable(
+    place: Place, written: WrittenCableBody, name: str, limits: Place, common: WrittenTensions
+) -> Cable:
+    def optional(key: str, dimension: Dimension) -> float | None:
+        value = getattr(written, key)
+        return None if value is None else (place / key).number(value, dimension)
+
+    least = optional("least_tension", Dimension.FORCE)
+    greatest = optional("greatest_tension", Dimension.FORCE)
+    if least is None:
+        least = (limits / "least").number(common.least, Dimension.FORCE)
+    if greatest is None:
+        greatest = np.inf
+        if common.greatest is not None:
+            greatest = (limits / "greatest").number(common.greatest, Dimension.FORCE)
+    with place.complaints():
+        return Cable(
+            name=name,
+            exit_point=point(place / "exit", written.exit),
+            attachment=point(place / "platform", written.platform),
+            EA=optional("EA", Dimension.FORCE),
+            guide_length=(place / "guide_length").number(written.guide_length, Dimension.LENGTH),
+            winch_stiffness=optional("winch_stiffness", Dimension.TRANSLATIONAL_STIFFNESS),
+            least_tension=least,
+            greatest_tension=greatest,
+            tension=optional("tension", Dimension.FORCE),
+        )

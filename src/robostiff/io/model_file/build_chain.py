@@ -1,0 +1,108 @@
+"""From a written chain, parallel blocks included, to a chain of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robostiff.io.model_file.build_copies import named_copies
+from robostiff.io.model_file.build_joint import build_joint
+from robostiff.io.model_file.build_link import (
+    build_beam,
+    build_link,
+    build_rigid,
+    build_spring,
+    build_telescope,
+)
+from robostiff.io.model_file.geometry import point, transform
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.stock import Stock
+from robostiff.io.model_file.written_elements import (
+    WrittenBeam,
+    WrittenBranch,
+    WrittenBranchPattern,
+    WrittenElement,
+    WrittenLink,
+    WrittenParallel,
+    WrittenParallelogram,
+    WrittenRigid,
+    WrittenSpring,
+    WrittenTelescope,
+)
+from robostiff.model import Branch, Chain, Element, ParallelBlock, parallelogram
+
+
+def build_chain(place: Place, written: list[WrittenElement], stock: Stock) -> Chain:
+    """The chain that is written at a place."""
+    names = _element_names(place, written)
+    elements = [
+        build_element(place / i, element, own, stock)
+        for i, (element, own) in enumerate(zip(written, names, strict=True))
+    ]
+    with place.complaints():
+        return Chain(tuple(elements))
+
+
+def build_element(place: Place, written: WrittenElement, name: str, stock: Stock) -> Element:
+    """The element that is written at a place."""
+    match written:
+        case WrittenRigid():
+            return build_rigid(place, written, name)
+        case WrittenBeam():
+            return build_beam(place, written, name, stock)
+        case WrittenSpring():
+            return build_spring(place, written, name)
+        case WrittenLink():
+            return build_link(place, written, name)
+        case WrittenTelescope():
+            return build_telescope(place, written, name, stock)
+        case WrittenParallelogram():
+            across = point(place / "across", written.across)
+            chain = build_chain(place / "chain", written.chain, stock)
+            with place.complaints():
+                return parallelogram(chain, across, name=name)
+        case WrittenParallel():
+            branches = tuple(_branches(place / "branches", written.branches, stock))
+            with (place / "branches").complaints(hint="write at least two branches"):
+                return ParallelBlock(branches, name)
+    return build_joint(place, written, name)
+
+
+def _branches(
+    place: Place,
+    written: list[WrittenBranch | WrittenBranchPattern] | WrittenBranchPattern,
+    stock: Stock,
+) -> Iterator[Branch]:
+    if isinstance(written, WrittenBranchPattern):
+        parts = [(place, written)]
+    else:
+        parts = [(place / i, part) for i, part in enumerate(written)]
+    taken = set()
+    for where, part in parts:
+        for name, named_at, here in named_copies(where, part, "branch"):
+            if name in taken:
+                raise named_at.error("name of a branch", got=name, expected="each name once")
+            taken.add(name)
+            yield Branch(
+                name,
+                transform(here / "start", part.start),
+                build_chain(here / "chain", part.chain, stock),
+                transform(here / "end", part.end),
+            )
+
+
+def _element_names(place: Place, chain: list[WrittenElement]) -> list[str]:
+    """A name for each element: its own, or its type and a number."""
+    names: list[str] = []
+    count: dict[str, int] = {}
+    own = {element.name for element in chain}
+    for i, element in enumerate(chain):
+        name = element.name
+        if name in names:
+            raise (place / i / "name").error(
+                "name of an element", got=name, expected="each name once in a chain"
+            )
+        while name is None or (element.name is None and name in own):
+            count[element.type] = count.get(element.type, 0) + 1
+            name = f"{element.type}{count[element.type]}"
+        names.append(name)
+    return names

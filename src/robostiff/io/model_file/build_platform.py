@@ -1,0 +1,188 @@
+"""From a written platform that bends, and where legs meet it, to those of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robostiff.errors import FileError
+from robostiff.io.model_file.build_link import build_elasticity
+from robostiff.io.model_file.geometry import axes_of, direction, point, rotation, transform
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.stock import Stock, read_theory
+from robostiff.io.model_file.written_platform import (
+    WrittenAttachment,
+    WrittenMember,
+    WrittenPlatform,
+    WrittenPlatformBeam,
+    WrittenPlatformSpring,
+)
+from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.model import (
+    FlexiblePlatform,
+    Leg,
+    PlatformNode,
+    PlatformPart,
+    Robot,
+    platform_beam,
+    rigid_member,
+)
+from robostiff.network import platform_flexibility
+from robostiff.spatial import Frame
+from robostiff.spatial.formula import vanishes
+
+_Member = WrittenPlatformBeam | WrittenPlatformSpring | WrittenMember
+
+
+def build_platform(
+    place: Place, written: WrittenPlatform | None, stock: Stock
+) -> FlexiblePlatform | None:
+    """The platform that is written at a place; None for a rigid one."""
+    if written is None:
+        return None
+    nodes = {
+        name: PlatformNode(name, point(place / "nodes" / name, at))
+        for name, at in written.nodes.items()
+    }
+    lists = (("beams", "beam"), ("springs", "spring"), ("rigid", "rigid"))
+    members: list[tuple[Place, str, _Member]] = [
+        (place / key / i, f"{kind}{i + 1}", member)
+        for key, kind in lists
+        for i, member in enumerate(getattr(written, key))
+    ]
+    parts: list[PlatformPart] = []
+    for here, default, member in members:
+        name = member.name or default
+        if name in (part.name for part in parts):
+            raise (here / "name" if member.name else here).error(
+                "name of a part of the platform", got=name, expected="each name once"
+            )
+        parts.append(_part(here, name, member, nodes, stock))
+    if written.tool not in nodes:
+        raise _unknown(place / "tool", "tool of the platform", written.tool, nodes)
+    with place.complaints():
+        return FlexiblePlatform(tuple(nodes.values()), tuple(parts), written.tool)
+
+
+def build_attachment(place: Place, written: WrittenAttachment) -> tuple[Frame, str | None]:
+    """Where a leg meets the platform, and the name of the node that holds it, if one is given."""
+    if written.node is not None and written.at is not None:
+        raise (place / "at").error(
+            "place of the leg's end",
+            got=Words("at beside node"),
+            expected="one of the two: the leg ends at its node",
+            key=True,
+        )
+    return transform(place, written), written.node
+
+
+def attached(
+    legs: list[tuple[Place, Leg]],
+    platform: FlexiblePlatform | None,
+    top: Place,
+    written: WrittenPlatform | None,
+    known: Sequence[str] = (),
+) -> list[tuple[Place, Leg]]:
+    """The legs, each held by its node of the platform.
+
+    Parameters
+    ----------
+    legs : list of (Place, Leg)
+    platform : FlexiblePlatform or None
+    top : Place
+        Of the platform.
+    written : WrittenPlatform or None
+    known : sequence of str
+        The node of each leg, where numbers have told it already.
+    """
+    if platform is None or written is None:
+        for place, leg in legs:
+            if leg.node is not None:
+                raise (place / "platform" / "node").error(
+                    "node that holds the leg",
+                    got=leg.node,
+                    expected="at: [x, y, z], as the platform is rigid",
+                    hint="nodes are those of platform: at the top of the file",
+                )
+        return legs
+    names = [leg.name for _, leg in legs]
+    for name, node in written.legs.items():
+        here = top / "legs" / name
+        if name not in names:
+            raise here.error(
+                "leg on the platform",
+                got=name,
+                expected=f"one of {listing(names)}",
+                hint=did_you_mean(name, names),
+                key=True,
+            )
+        if node not in written.nodes:
+            raise _unknown(here, "node that holds the leg", node, written.nodes)
+    told = known or [written.legs.get(name) for name in names]
+    return [
+        (place, _held(place / "platform", leg, platform, node))
+        for (place, leg), node in zip(legs, told, strict=True)
+    ]
+
+
+def check_platform(place: Place, robot: Robot) -> None:
+    """Raise at the platform unless its flexibility can be told; of a robot of numbers."""
+    if robot.platform is not None:
+        with place.complaints():
+            platform_flexibility(robot.platform, list(dict.fromkeys(robot.holds)), robot.space)
+
+
+def _held(place: Place, leg: Leg, platform: FlexiblePlatform, told: str | None) -> Leg:
+    hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
+    with place.complaints(hint=hint):
+        node = told or platform.node_of(leg.node, leg.attachment.p)
+    if leg.node is None:
+        return replace(leg, node=node)
+    return replace(leg, attachment=Frame(leg.attachment.R, platform.point_of(node)))
+
+
+def _part(
+    place: Place, name: str, written: _Member, nodes: dict[str, PlatformNode], stock: Stock
+) -> PlatformPart:
+    for i, node in enumerate(written.between):
+        if node not in nodes:
+            raise _unknown(place / "between" / i, "node of the platform", node, nodes)
+    a, b = (nodes[node] for node in written.between)
+    if a is b:
+        raise (place / "between" / 1).error(
+            "second node", got=b.name, expected="a node other than the first"
+        )
+    if isinstance(written, WrittenPlatformBeam):
+        theory = read_theory(written.theory)
+        material = stock.material(place / "material", written.material)
+        section = stock.section(place / "section", written.section, material, theory)
+        y_axis = None
+        if written.y_axis is not None:
+            y_axis = direction(place / "y_axis", written.y_axis)
+        with place.complaints(hint="write y_axis: z or y_axis: [0, 0, 1] or the like"):
+            return platform_beam(a, b, material, section, y_axis=y_axis, theory=theory, name=name)
+    if isinstance(written, WrittenPlatformSpring):
+        if written.at is None and not _same(a.at, b.at):
+            raise place.error(
+                "spring between nodes at different places",
+                got=Words("no at"),
+                expected="at: [x, y, z], the point of the platform frame about which it is given",
+            )
+        at = a.at if written.at is None else point(place / "at", written.at)
+        axes = axes_of(rotation(place, written))
+        return PlatformPart(name, a.name, b.name, at, axes, build_elasticity(place, written))
+    return rigid_member(a, b, name)
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    gap = one - other
+    return vanishes(gap) if gap.dtype == object else not np.any(gap)
+
+
+def _unknown(place: Place, what: str, name: str, nodes: Iterable[str]) -> FileError:
+    names = list(nodes)
+    return place.error(
+        what, got=name, expected=f"one of {listing(names)}", hint=did_you_mean(name, names)
+    )

@@ -1,0 +1,20 @@
+"""Trees of rigid links from robot description files, with what a side file adds to them.
+
+``tree`` is what a description tells, ``written_side`` what may be written in a side file, ``build*``
+make linkages of both, ``load`` is the way in.
+"""
+
+from robostiff.io.rigid_tree.load import linkage_of_tree, robot_of_tree
+from robostiff.io.rigid_tree.side_file import read_side
+from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, TreeLoop
+
+__all__ = [
+    "JointType",
+    "Mimic",
+    "RigidTree",
+    "TreeJoint",
+    "TreeLoop",
+    "linkage_of_tree",
+    "read_side",
+    "robot_of_tree",
+]

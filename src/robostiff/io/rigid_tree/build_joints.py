@@ -1,0 +1,175 @@
+"""From the joints of a tree, and what a side file tells of them, to joints of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from robostiff.errors import InputError
+from robostiff.io._wording import shown, values
+from robostiff.io.model_file.build_joint import build_role
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.written_elements import WrittenDrive
+from robostiff.io.rigid_tree.choices import check_known, chosen
+from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
+from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint
+from robostiff.io.suggest import Words
+from robostiff.io.units import Dimension
+from robostiff.model import (
+    Actuated,
+    Joint,
+    Passive,
+    Role,
+    planar,
+    prismatic,
+    revolute,
+    spherical,
+)
+
+_TURN, _SLIDE = Dimension.ANGLE, Dimension.LENGTH
+_DIMENSIONS = {
+    JointType.REVOLUTE: (_TURN,),
+    JointType.PRISMATIC: (_SLIDE,),
+    JointType.SPHERICAL: (_TURN, _TURN, _TURN),
+    JointType.PLANAR: (_SLIDE, _SLIDE, _TURN),
+}
+_NOTHING = WrittenTreeJoint()
+
+
+def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str, Joint | None]:
+    """The joints of a tree by name: None for a fixed one.
+
+    Floating joints are left out, as they connect nothing, unless they are locked: then they are
+    fixed.
+    """
+    entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
+    told = told_coordinates(top, written, tree)
+    joints: dict[str, Joint | None] = {}
+    for joint in tree.joints:
+        place, entry = entries.get(joint.name, (top / "joints", _NOTHING))
+        if joint.type in _DIMENSIONS:
+            home = _home(joint, told, {j.name: j for j in tree.joints})
+            joints[joint.name] = _joint(joint, _role(place, entry, joint), home, tree)
+            continue
+        if joint.name in written.joints:
+            _check_immovable(place, entry, joint)
+        if joint.type is JointType.FIXED or entry.role == "locked":
+            joints[joint.name] = None
+    return joints
+
+
+def undecided_mimics(written: WrittenSide, tree: RigidTree, top: Place) -> frozenset[str]:
+    """Joints that follow another one, and of whose role the side file says nothing."""
+    entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
+    decided = {name for name, (_, entry) in entries.items() if entry.role is not None}
+    return frozenset(j.name for j in tree.joints if j.mimic is not None and j.name not in decided)
+
+
+def told_coordinates(
+    top: Place, written: WrittenSide, tree: RigidTree
+) -> dict[str, tuple[float, ...]]:
+    """Coordinates that the side file tells, under home or start."""
+    told: dict[str, tuple[float, ...]] = {}
+    by_name = {joint.name: joint for joint in tree.joints}
+    for key, mapping in (("home", written.home), ("start", written.start)):
+        for name, value in mapping.items():
+            place = top / key / name
+            check_known(place, name, "joint", list(by_name))
+            if name in told:
+                raise place.error("joint", got=name, expected="a name under home or start, once")
+            told[name] = _coordinates(place, value, by_name[name])
+    return told
+
+
+def _coordinates(place: Place, value: Any, joint: TreeJoint) -> tuple[float, ...]:
+    dimensions = _DIMENSIONS.get(joint.type)
+    if dimensions is None:
+        raise place.error(
+            f"coordinate of a {joint.type.value} joint", expected="none: it is not moved", key=True
+        )
+    alone = not isinstance(value, list)
+    entries = [value] if alone else value
+    if len(entries) != len(dimensions) or alone != (len(dimensions) == 1):
+        raise place.error(
+            f"coordinates of {joint.name!r}",
+            got=shown(value),
+            expected="a number or an expression"
+            if len(dimensions) == 1
+            else f"a list of {values(len(dimensions))}",
+        )
+    numbers = []
+    for i, (entry, dimension) in enumerate(zip(entries, dimensions, strict=True)):
+        here = place if alone else place / i
+        if isinstance(entry, bool) or not isinstance(entry, (str, int, float)):
+            raise here.error("coordinate", got=shown(entry), expected="a number or an expression")
+        numbers.append(here.number(entry, dimension))
+    return tuple(numbers)
+
+
+def _home(
+    joint: TreeJoint, told: Mapping[str, tuple[float, ...]], by_name: Mapping[str, TreeJoint]
+) -> tuple[float, ...]:
+    """The coordinates that are told, those that follow from another joint, or the tree's own."""
+    factor, offset = 1.0, 0.0
+    passed = set()
+    while joint.name not in told and joint.mimic is not None and joint.name not in passed:
+        passed.add(joint.name)
+        factor, offset = factor * joint.mimic.multiplier, offset + factor * joint.mimic.offset
+        joint = by_name[joint.mimic.joint]
+    if joint.name in told and not passed:
+        return told[joint.name]
+    size = len(_DIMENSIONS.get(joint.type, (_TURN,)))
+    leader = told.get(joint.name, (joint.home, *(0.0,) * (size - 1)))
+    return tuple(factor * value + offset for value in leader) if passed else leader
+
+
+def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
+    """The role that the side file tells, or that of the tree where it tells nothing."""
+    if entry == _NOTHING:
+        return joint.role
+    word = entry.role
+    if word is None:
+        word = "passive" if entry.stiffness is None and _is_passive(joint.role) else "actuated"
+    drive = WrittenDrive(role=word, stiffness=entry.stiffness, limits=entry.limits)
+    role = build_role(place, drive, _DIMENSIONS[joint.type])
+    if isinstance(role, Actuated) and isinstance(joint.role, Actuated):
+        return replace(role, limits=role.limits or joint.role.limits)
+    return role
+
+
+def _is_passive(role: Role) -> bool:
+    return isinstance(role, Passive)
+
+
+def _joint(joint: TreeJoint, role: Role, home: tuple[float, ...], tree: RigidTree) -> Joint:
+    try:
+        match joint.type:
+            case JointType.REVOLUTE:
+                return revolute(joint.axis, role, home=home, name=joint.name)
+            case JointType.PRISMATIC:
+                return prismatic(joint.axis, role, home=home, name=joint.name)
+            case JointType.PLANAR:
+                return planar(joint.axis, role, home=home, name=joint.name)
+        return spherical(role, home=home, name=joint.name)
+    except InputError as error:
+        raise tree.error(
+            f"joint {joint.name!r}: {error.subject}", got=error.got, expected=error.expected
+        ) from None
+
+
+def _check_immovable(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> None:
+    """Raise when the side file tells of a fixed or floating joint what only others can have."""
+    fixed = joint.type is JointType.FIXED
+    allowed = ("locked",) if fixed else ("passive", "locked")
+    if entry.stiffness is None and entry.limits is None and entry.role in (None, *allowed):
+        return
+    what = "stiffness" if entry.stiffness is not None else "limits" if entry.limits else "role"
+    raise (place / what).error(
+        f"{what} of the {joint.type.value} joint {joint.name!r}",
+        expected="nothing: it does not move"
+        if fixed
+        else "role: locked, to fix it; it connects nothing otherwise",
+        hint="give a link elasticity under links: instead" if fixed else None,
+        key=True,
+    )

@@ -1,0 +1,187 @@
+"""A tree of rigid links and joints, as robot description files tell it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import FileError, Location
+from robostiff.io.suggest import Words, listing
+from robostiff.model import Actuated, Role
+from robostiff.spatial import Frame
+
+
+class JointType(Enum):
+    """Kinds of joint in robot description files."""
+
+    FIXED = "fixed"
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+    SPHERICAL = "spherical"
+    PLANAR = "planar"
+    FLOATING = "floating"
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint whose coordinate is ``multiplier`` times that of another one plus ``offset``."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class TreeJoint:
+    """A joint between a link and the one that hangs on it.
+
+    Attributes
+    ----------
+    name : str
+    type : JointType
+    parent, child : str
+        Names of the links.
+    before : Frame
+        Of the joint, in the parent's frame.
+    axis : (3,) array
+        Of a revolute or prismatic joint, or the normal of a planar one, in the joint's frame.
+    after : Frame
+        Of the child, seen from the joint's frame once it has moved.
+    role : Passive, Actuated or Locked
+        What the description tells about how it is held.
+    home : float
+        Coordinate in the configuration in which the description draws it.
+    mimic : Mimic or None
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    before: Frame
+    axis: np.ndarray
+    after: Frame = field(default_factory=Frame.identity)
+    role: Role = field(default_factory=Actuated)
+    home: float = 0.0
+    mimic: Mimic | None = None
+
+
+@dataclass(frozen=True)
+class TreeLoop:
+    """A loop closure that the description tells: a frame on each of two links that coincide.
+
+    Attributes
+    ----------
+    name : str
+    type : JointType
+        Fixed for frames that coincide, spherical for their origins alone.
+    links : (str, str)
+    frames : (Frame, Frame)
+        One in the frame of each link.
+    """
+
+    name: str
+    type: JointType
+    links: tuple[str, str]
+    frames: tuple[Frame, Frame]
+
+
+@dataclass(frozen=True)
+class RigidTree:
+    """Links that hang on one root.
+
+    Attributes
+    ----------
+    name : str
+    file : str
+        For messages.
+    links : tuple of str
+    joints : tuple of TreeJoint
+    loops : tuple of TreeLoop
+
+    Raises
+    ------
+    FileError
+        When links and joints are no tree with one root.
+    """
+
+    name: str
+    file: str
+    links: tuple[str, ...]
+    joints: tuple[TreeJoint, ...]
+    loops: tuple[TreeLoop, ...] = ()
+
+    def __post_init__(self) -> None:
+        for child, count in Counter(joint.child for joint in self.joints).items():
+            if count > 1:
+                raise self.error(
+                    f"joints that lead to the link {child!r}",
+                    got=Words(", ".join(j.name for j in self.joints if j.child == child)),
+                    expected="one",
+                    hint="tell what closes a loop under loops: in the side file",
+                )
+        roots = [link for link in self.links if link not in self._into]
+        if len(roots) != 1:
+            raise self.error(
+                "links that hang on no other one",
+                got=Words(listing(roots) or "none"),
+                expected="one root of the tree",
+            )
+        reached = set(self.below(roots[0]))
+        if len(reached) < len(self.links):
+            rest = [link for link in self.links if link not in reached]
+            raise self.error(
+                "links that hang on each other in a circle",
+                got=Words(listing(rest, 12)),
+                expected="a tree",
+            )
+
+    @cached_property
+    def root(self) -> str:
+        """The link that hangs on no other one."""
+        return next(link for link in self.links if link not in self._into)
+
+    @cached_property
+    def leaves(self) -> tuple[str, ...]:
+        """The links on which no other one hangs."""
+        parents = {joint.parent for joint in self.joints}
+        return tuple(link for link in self.links if link not in parents)
+
+    def joint_into(self, link: str) -> TreeJoint | None:
+        """The joint on which a link hangs; None for the root."""
+        return self._into.get(link)
+
+    def joints_from(self, link: str) -> tuple[TreeJoint, ...]:
+        """The joints that hang on a link."""
+        return tuple(self._out.get(link, ()))
+
+    def below(self, link: str) -> Iterator[str]:
+        """A link and all that hang on it, directly or not."""
+        waiting = [link]
+        while waiting:
+            here = waiting.pop()
+            yield here
+            waiting += [joint.child for joint in self.joints_from(here)]
+
+    @cached_property
+    def _into(self) -> dict[str, TreeJoint]:
+        return {joint.child: joint for joint in self.joints}
+
+    @cached_property
+    def _out(self) -> dict[str, list[TreeJoint]]:
+        out: dict[str, list[TreeJoint]] = {}
+        for joint in self.joints:
+            out.setdefault(joint.parent, []).append(joint)
+        return out
+
+    def error(
+        self, subject: str, *, got: Any = None, expected: str | None = None, hint: str | None = None
+    ) -> FileError:
+        """A complaint about the description."""
+        return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)

@@ -1,0 +1,143 @@
+"""How a side file is written."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from annotated_types import MaxLen, MinLen
+from pydantic import Discriminator, Field, StringConstraints, Tag
+
+from robostiff.io.model_file.written_elements import (
+    WrittenCylindrical,
+    WrittenMatrices,
+    WrittenOneAxisJoint,
+    WrittenPlanar,
+    WrittenSegment,
+    WrittenSpherical,
+    WrittenSpring,
+    WrittenUniversal,
+)
+from robostiff.io.model_file.written_parts import (
+    Direction,
+    MaterialChoice,
+    Pair,
+    SectionChoice,
+    Theory,
+    Value,
+    Vector,
+    Written,
+    WrittenFrame,
+    WrittenMaterial,
+    WrittenSection,
+)
+
+_Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+_LINK = "the name of a link"
+
+
+class WrittenTreeJoint(Written):
+    """What a joint of the tree is held by."""
+
+    role: Literal["passive", "actuated", "locked"] | None = None
+    stiffness: Value | None = None
+    limits: Pair | None = None
+
+
+class WrittenLinkBeam(Written):
+    """A link that is a beam, from its joint to the next one."""
+
+    type: Literal["beam"]
+    to: _Text | None = None
+    y_axis: Direction | None = None
+    material: MaterialChoice = Field(description="a name, such as steel, or {E: 70 GPa, ...}")
+    section: SectionChoice | None = None
+    theory: Theory = "euler-bernoulli"
+    taper: Annotated[list[WrittenSegment], MinLen(1)] | None = None
+
+
+class WrittenLinkMatrix(WrittenMatrices):
+    """A link given by its 6x6 matrix, about the next joint."""
+
+    type: Literal["link"]
+    to: _Text | None = None
+
+
+WrittenElasticLink = Annotated[WrittenLinkBeam | WrittenLinkMatrix, Field(discriminator="type")]
+
+
+def _word_or_mapping(value: Any) -> str:
+    return "word" if isinstance(value, str) else "mapping"
+
+
+class WrittenLinkFrame(WrittenFrame):
+    """A frame on a link."""
+
+    link: _Text = Field(description=_LINK)
+
+
+LinkFrameChoice = Annotated[
+    Annotated[_Text, Tag("word")] | Annotated[WrittenLinkFrame, Tag("mapping")],
+    Discriminator(_word_or_mapping),
+]
+"""A link, whose own frame it is, or a frame on a link."""
+
+
+class WrittenTool(Written):
+    """The point whose stiffness is asked for."""
+
+    link: _Text = Field(description=_LINK)
+    at: Vector | None = None
+
+
+ToolChoice = Annotated[
+    Annotated[_Text, Tag("word")] | Annotated[WrittenTool, Tag("mapping")],
+    Discriminator(_word_or_mapping),
+]
+
+LoopJoint = Annotated[
+    WrittenOneAxisJoint
+    | WrittenUniversal
+    | WrittenSpherical
+    | WrittenCylindrical
+    | WrittenPlanar
+    | WrittenSpring,
+    Field(discriminator="type"),
+]
+LoopJointChoice = Annotated[
+    Annotated[Literal["fixed", "spherical"], Tag("word")] | Annotated[LoopJoint, Tag("mapping")],
+    Discriminator(_word_or_mapping),
+]
+
+
+class WrittenLoop(Written):
+    """Frames on two links of the tree that coincide, but for the motion of a joint."""
+
+    name: _Text | None = None
+    between: Annotated[list[LinkFrameChoice], MinLen(2), MaxLen(2)] = Field(
+        description="the two frames, such as [hand, part] or [{link: rod, at: [0.3, 0, 0]}, disc]"
+    )
+    joint: LoopJointChoice = Field(
+        description="fixed, spherical, or a joint such as {type: revolute, axis: z, role: passive}"
+    )
+
+
+class WrittenSide(Written):
+    """A whole side file."""
+
+    robostiff: Literal[1]
+    name: _Text | None = None
+    title: str = ""
+    source: _Text = Field(description="where the stiffnesses come from, in a sentence")
+    notes: str = ""
+    parameters: dict[str, Value] = Field(default_factory=dict)
+    materials: dict[str, WrittenMaterial] = Field(default_factory=dict)
+    sections: dict[str, WrittenSection] = Field(default_factory=dict)
+    base: _Text | None = None
+    platform: _Text | None = None
+    tool: ToolChoice | None = None
+    joints: dict[str, WrittenTreeJoint] = Field(default_factory=dict)
+    links: dict[str, WrittenElasticLink] = Field(default_factory=dict)
+    loops: list[WrittenLoop] = Field(default_factory=list)
+    home: dict[str, Any] = Field(default_factory=dict)
+    start: dict[str, Any] = Field(default_factory=dict)
+    coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None

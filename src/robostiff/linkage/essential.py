@@ -1,0 +1,155 @@
+"""The part of a linkage that decides the stiffness of its platform."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.spatial import Frame
+
+_APART = 1e-9
+
+
+def essential(linkage: Linkage) -> Linkage:
+    """The linkage without what the platform does not feel, welded bodies made one.
+
+    What remains are the connections on the ways from base to platform that pass no body twice.
+    A gripper's fingers, a second arm that touches nothing, a loop that hangs on the tool are gone.
+
+    Parameters
+    ----------
+    linkage : Linkage
+
+    Raises
+    ------
+    InputError
+        When nothing connects the platform with the base, the two are welded together, or welds
+        between the same bodies contradict each other.
+    """
+    return _between_base_and_platform(_welded(linkage))
+
+
+def _welded(linkage: Linkage) -> Linkage:
+    """Bodies that welds connect become one, in the frame of the base, the platform, or the first.
+
+    Raises
+    ------
+    InputError
+        When base and platform become one, or welds contradict each other.
+    """
+    places = _places_in_wholes(linkage)
+    if places[linkage.base][0] == places[linkage.platform][0]:
+        raise InputError(
+            f"platform {linkage.platform!r}",
+            got=f"a body that is fixed to the base {linkage.base!r}",
+            expected="one that joints or elastic parts connect with the base",
+        )
+    kept = []
+    for c in linkage.connections:
+        (a, at_a), (b, at_b) = places[c.a], places[c.b]
+        if c.element is not None and a != b:
+            moved = replace(c, a=a, b=b, before=at_a @ c.before, after=c.after @ at_b.inverse)
+            kept.append(moved)
+    return _with(linkage, tuple(kept))
+
+
+def _places_in_wholes(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
+    """For every body the one that it becomes part of, and its frame in that one."""
+    welds: dict[str, list[tuple[str, Frame, str]]] = {body: [] for body in linkage.bodies}
+    for c in linkage.connections:
+        if c.element is None:
+            b_in_a = c.before @ c.after
+            welds[c.a].append((c.b, b_in_a, c.name))
+            welds[c.b].append((c.a, b_in_a.inverse, c.name))
+    places: dict[str, tuple[str, Frame]] = {}
+    for whole in (linkage.base, linkage.platform, *linkage.bodies):
+        if whole in places:
+            continue
+        places[whole] = whole, Frame.identity()
+        waiting = [whole]
+        while waiting:
+            body = waiting.pop()
+            for other, seen, name in welds[body]:
+                frame = places[body][1] @ seen
+                if other not in places:
+                    places[other] = whole, frame
+                    waiting.append(other)
+                elif not _alike(frame, places[other][1]):
+                    raise InputError(
+                        f"weld {name!r} between {body!r} and {other!r}",
+                        got="bodies that are fixed to each other elsewhere, in another place",
+                        expected="a weld that fits",
+                    )
+    return places
+
+
+def _alike(first: Frame, second: Frame) -> bool:
+    size = 1.0 + float(np.abs(first.p).max())
+    return bool(
+        np.abs(first.p - second.p).max() <= _APART * size
+        and np.abs(first.R - second.R).max() <= _APART
+    )
+
+
+def _between_base_and_platform(linkage: Linkage) -> Linkage:
+    """Connections in one biconnected component with an edge added from base to platform."""
+    ends = [(c.a, c.b) for c in linkage.connections]
+    added = len(ends)
+    ends.append((linkage.base, linkage.platform))
+    found = _component_of(added, ends, linkage.base)
+    kept = tuple(c for i, c in enumerate(linkage.connections) if i in found)
+    return _with(linkage, kept)
+
+
+def _with(linkage: Linkage, kept: tuple[Connection, ...]) -> Linkage:
+    ends = {body for c in kept for body in (c.a, c.b)}
+    if not {linkage.base, linkage.platform} <= ends:
+        raise InputError(
+            f"platform {linkage.platform!r}",
+            got=f"nothing between it and the base {linkage.base!r}",
+            expected="joints or elastic parts that connect them",
+            hint="floating joints connect nothing",
+        )
+    held = linkage.held & {c.name for c in kept}
+    return replace(linkage, connections=kept, held=held)
+
+
+def _component_of(first: int, ends: list[tuple[str, str]], start: str) -> set[int]:
+    """Edges that share a simple circle with the first one (Hopcroft and Tarjan), without recursion.
+
+    The search goes from `start` along the first edge, so that its component is the last to close.
+    """
+    at: dict[str, list[int]] = {}
+    for edge, (a, b) in enumerate(ends):
+        at.setdefault(a, []).append(edge)
+        at.setdefault(b, []).append(edge)
+    goal = ends[first][1]
+    number = {start: 0, goal: 1}
+    low = {start: 0, goal: 1}
+    open_edges, used = [first], {first}
+    way = [(start, first, iter(())), (goal, first, iter(at[goal]))]
+    while len(way) > 1:
+        body, led_here, edges = way[-1]
+        for edge in edges:
+            if edge in used:
+                continue
+            used.add(edge)
+            open_edges.append(edge)
+            other = ends[edge][0] if ends[edge][1] == body else ends[edge][1]
+            if other in number:
+                low[body] = min(low[body], number[other])
+            else:
+                number[other] = low[other] = len(number)
+                way.append((other, edge, iter(at[other])))
+                break
+        else:
+            way.pop()
+            above = way[-1][0]
+            low[above] = min(low[above], low[body])
+            if led_here != first and low[body] >= number[above]:
+                # What was found since hangs on one body.
+                del open_edges[open_edges.index(led_here) :]
+    return set(open_edges) - {first}

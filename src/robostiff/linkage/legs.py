@@ -1,0 +1,101 @@
+"""A linkage whose bodies form legs between base and platform, as a robot of the model."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+
+from robostiff.linkage.closure import Configuration
+from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.linkage.turned_round import turned_round
+from robostiff.model import Chain, Element, Joint, Leg, Rigid, Robot
+from robostiff.spatial import Frame
+
+
+def robot_of(part: Linkage, found: Configuration) -> Robot | None:
+    """An essential linkage as a serial arm or a parallel robot; None when its legs are connected.
+
+    A closed configuration becomes the home configuration. All six coordinates of the platform are
+    its coordinates; a serial arm has none, and is posed by its joints.
+
+    Parameters
+    ----------
+    part : Linkage
+        From `essential`.
+    found : Configuration
+        Of that part, closed.
+
+    Raises
+    ------
+    InputError
+        When a leg has no compliance at all.
+    """
+    chains = _chains(_settled(part, found))
+    if chains is None:
+        return None
+    serial = len(chains) == 1
+    legs = tuple(_leg(part.name if serial else chain[0].name, chain, found) for chain in chains)
+    robot = Robot(
+        part.name,
+        legs,
+        home=found.frames[part.platform],
+        reference_point=part.reference_point,
+        title=part.title,
+        source=part.source,
+    )
+    return replace(robot, home=None, coordinates=()) if serial else robot
+
+
+def _settled(part: Linkage, found: Configuration) -> Linkage:
+    """The linkage with the coordinates that were found as home coordinates."""
+    settled = []
+    for c in part.connections:
+        if isinstance(c.element, Joint):
+            home = tuple(found.coordinates[c.name].tolist())
+            c = replace(c, element=replace(c.element, home=home))
+        settled.append(c)
+    return replace(part, connections=tuple(settled))
+
+
+def _chains(part: Linkage) -> list[list[Connection]] | None:
+    """Connections of each leg from base to platform, or None."""
+    ends = Counter(body for c in part.connections for body in (c.a, c.b))
+    between = {body for body in ends if body not in (part.base, part.platform)}
+    if any(ends[body] != 2 for body in between):
+        return None
+    at: dict[str, list[Connection]] = {body: [] for body in ends}
+    for c in part.connections:
+        at[c.a].append(c)
+        at[c.b].append(c)
+    chains = []
+    for first in at[part.base]:
+        chain, body, step = [], part.base, first
+        while True:
+            forward = step.a == body
+            chain.append(step if forward else turned_round(step))
+            body = step.b if forward else step.a
+            if body == part.platform:
+                break
+            (step,) = (c for c in at[body] if c is not step)
+        chains.append(chain)
+    return chains
+
+
+def _leg(name: str, chain: list[Connection], found: Configuration) -> Leg:
+    rigid, elements = Frame.identity(), []
+    base = chain[0].before
+    for i, connection in enumerate(chain):
+        if i > 0:
+            elements += _rigid(rigid @ connection.before, connection.name)
+        if connection.element is not None:
+            elements.append(connection.element)
+        rigid = connection.after
+    return Leg(name, base, Chain(tuple(elements)), rigid.inverse)
+
+
+def _rigid(frame: Frame, name: str) -> list[Element]:
+    if np.array_equal(frame.R, np.eye(3)) and not np.any(frame.p):
+        return []
+    return [Rigid(frame, f"before {name}")]

@@ -1,0 +1,180 @@
+"""Rigid bodies, and the joints and elastic parts that connect them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.model import Joint, Link
+from robostiff.model.checks import finite_coordinates
+from robostiff.spatial import Frame
+
+if TYPE_CHECKING:
+    from robostiff.network import Network
+
+JointValues = Mapping[str, float | Sequence[float]]
+"""Coordinates of joints by their names [m, rad]; a list for a joint with several."""
+
+
+@dataclass(frozen=True)
+class Connection:
+    """What is between two bodies: a joint, an elastic part, or nothing, which is a weld.
+
+    The frame of body b is ``before``, then the motion of the element, then ``after``, seen from the
+    frame of body a.
+
+    Attributes
+    ----------
+    name : str
+        Different from all others of the linkage.
+    a, b : str
+        Names of the bodies.
+    before : Frame
+        Where the element begins, in the frame of body a.
+    element : Joint, Link or None
+    after : Frame
+        Frame of body b, seen from where the element ends.
+    """
+
+    name: str
+    a: str
+    b: str
+    before: Frame
+    element: Joint | Link | None
+    after: Frame
+
+    @property
+    def size(self) -> int:
+        """Number of its coordinates."""
+        return self.element.size if isinstance(self.element, Joint) else 0
+
+    @property
+    def home(self) -> np.ndarray:
+        """Its coordinates to start from (size,) [m, rad]."""
+        return np.array(self.element.home if isinstance(self.element, Joint) else (), dtype=float)
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """Bodies connected in any way, one of which stands still.
+
+    Attributes
+    ----------
+    name : str
+    connections : tuple of Connection
+    base : str
+        The body that stands still; its frame is the world.
+    platform : str
+        The body whose stiffness is asked for.
+    reference_point : (3,) array
+        Point of the platform about which it is told, in the platform's frame [m].
+    held : frozenset of str
+        Joints that keep their home coordinates while loops are closed; locked ones always do.
+    title, source : str
+        What it is, and where its numbers come from.
+
+    Raises
+    ------
+    InputError
+        Two connections of one name, a connection from a body to itself, or a base, platform or held
+        joint that is not there.
+
+    Examples
+    --------
+    >>> from robostiff.model import Passive, revolute
+    >>> hinge = revolute([0, 0, 1], Passive(), name="hinge")
+    >>> weld = Connection("hinge", "wall", "door", Frame.identity(), hinge, Frame.identity())
+    >>> Linkage("door", (weld,), "wall", "door", np.zeros(3)).bodies
+    ('wall', 'door')
+    """
+
+    name: str
+    connections: tuple[Connection, ...]
+    base: str
+    platform: str
+    reference_point: np.ndarray
+    held: frozenset[str] = field(default_factory=frozenset)
+    title: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        seen: set[str] = set()
+        for connection in self.connections:
+            if connection.name in seen:
+                raise InputError(
+                    "name of the connection", got=connection.name, expected="each name once"
+                )
+            seen.add(connection.name)
+            if connection.a == connection.b:
+                raise InputError(
+                    f"bodies of {connection.name!r}",
+                    got=connection.a,
+                    expected="two different bodies",
+                )
+        for what, body in (("base", self.base), ("platform", self.platform)):
+            if body not in self.bodies:
+                raise InputError(what, got=body, expected="a body of the linkage")
+        if self.held - seen:
+            raise InputError(
+                "held joints", got=sorted(self.held - seen), expected="joints of the linkage"
+            )
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies, in the order of the connections."""
+        return tuple(dict.fromkeys(body for c in self.connections for body in (c.a, c.b)))
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """Its joints, in the order of the connections."""
+        return tuple(c.element for c in self.connections if isinstance(c.element, Joint))
+
+    def checked(self, values: JointValues) -> dict[str, np.ndarray]:
+        """Coordinates by joint as arrays.
+
+        Raises
+        ------
+        InputError
+            For a name that is no joint's, and for numbers that are not finite or too many or few.
+        """
+        sizes = {joint.name: joint.size for joint in self.joints}
+        for name in values:
+            if name not in sizes:
+                raise InputError("joint", got=name, expected=f"one of {', '.join(sizes)}")
+        return {
+            name: np.array(
+                finite_coordinates(
+                    f"coordinates of {name!r}", np.atleast_1d(np.asarray(value)), sizes[name]
+                ),
+                dtype=float,
+            )
+            for name, value in values.items()
+        }
+
+    def network_at(self, values: JointValues | None = None) -> Network:
+        """The linkage as a network, with some joints at given coordinates.
+
+        Parameters
+        ----------
+        values : mapping of str to float or sequence of float, optional
+            Coordinates of joints by name [m, rad], which these joints keep. The others start at
+            home and follow as the loops need. The home configuration when left out.
+
+        Returns
+        -------
+        Network
+
+        Raises
+        ------
+        NoAnswerError
+            When the loops do not close.
+        InputError
+            When a name is no joint's, or its numbers are not finite or too many or few.
+        """
+        from robostiff.linkage.network_at import network_at
+
+        return network_at(self, values)

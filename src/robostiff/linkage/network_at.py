@@ -1,0 +1,70 @@
+"""A linkage at joint coordinates as a network."""
+
+from __future__ import annotations
+
+from robostiff.errors import NoAnswerError
+from robostiff.kinematics import place_chain
+from robostiff.linkage.closure import Configuration, close, placed_freedoms
+from robostiff.linkage.essential import essential
+from robostiff.linkage.linkage import Connection, JointValues, Linkage
+from robostiff.model import Chain, Link, PlacedSpring
+from robostiff.network import JointElement, Network, Node, SpringElement
+
+
+def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
+    """The part of a linkage that its platform feels, at joint coordinates.
+
+    Parameters
+    ----------
+    linkage : Linkage
+    values : mapping of str to float or sequence of float, optional
+        Coordinates of joints that keep them [m, rad]; the others start at home and follow.
+
+    Raises
+    ------
+    NoAnswerError
+        When the loops do not close.
+    InputError
+        When a name in `values` is no joint's, or nothing connects the platform with the base.
+    """
+    given = linkage.checked(values or {})
+    part = essential(linkage)
+    felt = {joint.name for joint in part.joints}
+    found = close(part, {name: q.tolist() for name, q in given.items() if name in felt})
+    if not found.is_closed:
+        raise NoAnswerError(
+            f"the loops of {linkage.name!r} do not close: {found.complaint}; give other joint "
+            "values, or leave more joints free to follow"
+        )
+    return network_of(part, found)
+
+
+def network_of(part: Linkage, found: Configuration) -> Network:
+    """An essential linkage in a closed configuration as a network."""
+    platform = found.frames[part.platform]
+    joints, springs = [], []
+    for c in part.connections:
+        if isinstance(c.element, Link):
+            springs.append(_spring(c, c.element, found))
+        else:
+            freedoms = placed_freedoms(c, found.coordinates[c.name], found.frames[c.a])
+            joints.append(JointElement(c.name, c.a, c.b, tuple(freedoms)))
+    return Network(
+        part.name,
+        tuple(Node(body, found.frames[body].p) for body in part.bodies),
+        (part.base,),
+        part.platform,
+        platform.p + platform.R @ part.reference_point,
+        springs=tuple(springs),
+        joints=tuple(joints),
+        description=part.title,
+    )
+
+
+def _spring(c: Connection, link: Link, found: Configuration) -> SpringElement:
+    start = found.frames[c.a] @ c.before
+    chain = Chain((link,))
+    (placed,) = place_chain(chain, found.coordinates[c.name], start.R, start.p).elements
+    if not isinstance(placed, PlacedSpring):
+        raise TypeError(f"{c.name!r} is no elastic part")
+    return SpringElement(c.name, c.a, c.b, placed.point, placed.rotation, placed.elasticity)

@@ -1,0 +1,116 @@
+"""A spanning tree of a linkage: the way to every body, and the connections that close loops."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from robostiff.kinematics import place_chain
+from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.model import Chain
+from robostiff.spatial import Frame
+
+Way = tuple[tuple[Connection, float], ...]
+"""Connections from the base to a body, with 1 where they are passed from a to b and -1 otherwise."""
+
+
+@dataclass(frozen=True)
+class SpanningTree:
+    """Which connections lead to the bodies, and which close loops.
+
+    Attributes
+    ----------
+    base : str
+    ways : mapping of str to Way
+        For every body that is connected with the base, in an order that walks outwards.
+    cuts : tuple of Connection
+        Those that close loops.
+    """
+
+    base: str
+    ways: Mapping[str, Way]
+    cuts: tuple[Connection, ...]
+
+    @cached_property
+    def in_loops(self) -> frozenset[str]:
+        """Names of the connections that are part of a loop."""
+        names: set[str] = set()
+        for cut in self.cuts:
+            one, other = ({c.name for c, _ in self.ways[body]} for body in (cut.a, cut.b))
+            names |= (one ^ other) | {cut.name}
+        return frozenset(names)
+
+    def frames(self, q: Mapping[str, np.ndarray]) -> dict[str, Frame]:
+        """Frame of every body in the world at joint coordinates."""
+        frames: dict[str, Frame] = {}
+        for body, way in self.ways.items():
+            if not way:
+                frames[body] = Frame.identity()
+                continue
+            connection, direction = way[-1]
+            if direction > 0:
+                frames[body] = self.beyond(connection, q, frames[connection.a])
+            else:
+                across = self.beyond(connection, q, Frame.identity())
+                frames[body] = frames[connection.b] @ across.inverse
+        return frames
+
+    def beyond(self, connection: Connection, q: Mapping[str, np.ndarray], frame_a: Frame) -> Frame:
+        """Frame of body b of a connection, where body a is."""
+        start = frame_a @ connection.before
+        if connection.element is not None:
+            chain = Chain((connection.element,))
+            end = place_chain(chain, q[connection.name], start.R, start.p)
+            start = Frame(end.R, end.p)
+        return start @ connection.after
+
+    def gaps(
+        self, q: Mapping[str, np.ndarray], frames: Mapping[str, Frame]
+    ) -> dict[str, tuple[float, float]]:
+        """By how much each loop misses: shift [m] and turn [rad]."""
+        gaps = {}
+        for cut in self.cuts:
+            meant, there = self.beyond(cut, q, frames[cut.a]), frames[cut.b]
+            chord = there.R - meant.R
+            half_sine = min(1.0, float(np.sqrt((chord * chord).sum() / 8.0)))
+            shift = float(np.linalg.norm(there.p - meant.p))
+            gaps[cut.name] = shift, 2.0 * float(np.arcsin(half_sine))
+        return gaps
+
+    def length(self, frames: Mapping[str, Frame]) -> float:
+        """Largest distance of a body or a joint from the base [m]; 1 where all are in one point."""
+        far = [float(np.linalg.norm(frame.p)) for frame in frames.values()]
+        for cut in self.cuts:
+            far.append(float(np.linalg.norm((frames[cut.a] @ cut.before).p)))
+        return max(far) or 1.0
+
+
+def spanning_tree(linkage: Linkage) -> SpanningTree:
+    """The tree that a search in breadth from the base finds; nearer connections come first."""
+    at: dict[str, list[Connection]] = {body: [] for body in linkage.bodies}
+    for connection in linkage.connections:
+        at[connection.a].append(connection)
+        at[connection.b].append(connection)
+    ways: dict[str, Way] = {linkage.base: ()}
+    used: set[str] = set()
+    cuts: dict[str, Connection] = {}
+    waiting = deque([linkage.base])
+    while waiting:
+        body = waiting.popleft()
+        for connection in at[body]:
+            if connection.name in used:
+                continue
+            used.add(connection.name)
+            forward = connection.a == body
+            other = connection.b if forward else connection.a
+            if other in ways:
+                cuts[connection.name] = connection
+            else:
+                ways[other] = (*ways[body], (connection, 1.0 if forward else -1.0))
+                waiting.append(other)
+    in_order = tuple(c for c in linkage.connections if c.name in cuts)
+    return SpanningTree(linkage.base, ways, in_order)

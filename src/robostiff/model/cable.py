@@ -1,0 +1,244 @@
+"""A cable robot: a rigid platform held by cables, which pull and never push."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.model.checks import vector3
+from robostiff.model.robot import ALL_COORDINATES, Coordinate
+from robostiff.spatial import Frame, Space
+
+_PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
+_IN_PLANE = 1e-9  # [m]
+
+
+@dataclass(frozen=True)
+class Cable:
+    """A cable from an eyelet of the base to a point of the platform, with its winch.
+
+    Attributes
+    ----------
+    name : str
+    exit_point : (3,) array
+        Where it leaves the base, in the world [m]: an ideal eyelet, which does not move.
+    attachment : (3,) array
+        Where it meets the platform, in the platform frame [m].
+    EA : float or None
+        Axial rigidity, Young's modulus times section [N]; None for one that does not stretch.
+    guide_length : float
+        Length between winch and exit point, which stretches too [m].
+    winch_stiffness : float or None
+        Of winch, gear and frame, along the cable [N/m]; None for a rigid winch.
+    least_tension, greatest_tension : float
+        Between which it may be used [N]; infinite when nothing is known.
+    tension : float or None
+        At the pose that is asked for, where it is given rather than computed [N].
+
+    Raises
+    ------
+    InputError
+        When a number is out of its range, or nothing of the cable is elastic.
+
+    Examples
+    --------
+    >>> Cable("rope", [0, 0, 3], [0, 0, 0], EA=2e5).greatest_tension
+    inf
+    """
+
+    name: str
+    exit_point: np.ndarray
+    attachment: np.ndarray
+    EA: float | None = None
+    guide_length: float = 0.0
+    winch_stiffness: float | None = None
+    least_tension: float = 0.0
+    greatest_tension: float = np.inf
+    tension: float | None = None
+
+    def __post_init__(self) -> None:
+        for attribute in ("exit_point", "attachment"):
+            point = vector3(f"{attribute} of cable {self.name!r}", getattr(self, attribute))
+            object.__setattr__(self, attribute, _numbers(self.name, point))
+        if self.EA is None and self.winch_stiffness is None:
+            raise InputError(
+                f"cable {self.name!r}",
+                got="nothing that is elastic",
+                expected="EA or winch_stiffness, or both",
+                hint="a cable that does not give way is infinitely stiff",
+            )
+        for attribute in ("EA", "winch_stiffness"):
+            if getattr(self, attribute) is not None:
+                self._check(attribute, strict=True)
+        self._check("guide_length")
+        self._check("least_tension")
+        if self.tension is not None:
+            self._check("tension")
+        if not self.greatest_tension > self.least_tension:
+            raise InputError(
+                f"greatest tension of cable {self.name!r}",
+                got=self.greatest_tension,
+                expected=f"more than the least, {self.least_tension:g} N",
+            )
+
+    def _check(self, attribute: str, *, strict: bool = False) -> None:
+        value = getattr(self, attribute)
+        expected = "a positive number" if strict else "zero or a positive number"
+        right = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+        if not (right and np.isfinite(value) and (value > 0 if strict else value >= 0)):
+            words = attribute.replace("_", " ")
+            raise InputError(f"{words} of cable {self.name!r}", got=value, expected=expected)
+
+
+@dataclass(frozen=True)
+class Weight:
+    """A force that keeps its direction in the world and acts at a point of the platform.
+
+    Attributes
+    ----------
+    force : (3,) array
+        In world axes [N].
+    point : (3,) array
+        In the platform frame [m]: the centre of mass.
+    """
+
+    force: np.ndarray
+    point: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        for attribute in ("force", "point"):
+            vector = vector3(f"{attribute} of the weight", getattr(self, attribute))
+            object.__setattr__(self, attribute, _numbers("weight", vector))
+
+
+@dataclass(frozen=True)
+class CableRobot:
+    """A rigid platform that hangs in cables, or is braced by them.
+
+    Attributes
+    ----------
+    name : str
+    cables : tuple of Cable
+    home : Frame
+        Platform pose in the home configuration.
+    weight : Weight or None
+        Of the platform with its payload.
+    reference_point : (3,) array
+        Point of the platform about which stiffness is given, in the platform frame [m].
+    tension_level : float
+        Where between the least (0) and the greatest (1) tension of each cable the tensions aim,
+        where they are computed.
+    space : Space
+        Planar for a robot in the x-y plane that is computed with 3 x 3 matrices.
+    title, source : str
+        What it is, and where its numbers come from.
+
+    Raises
+    ------
+    InputError
+        When names recur, tensions are given for some cables only, or a planar robot leaves its
+        plane.
+    """
+
+    name: str
+    cables: tuple[Cable, ...]
+    home: Frame
+    weight: Weight | None = None
+    reference_point: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    tension_level: float = 0.0
+    space: Space = Space.SPATIAL
+    title: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        subject = f"reference point of {self.name!r}"
+        point = _numbers(self.name, vector3(subject, self.reference_point))
+        object.__setattr__(self, "reference_point", point)
+        object.__setattr__(self, "home", Frame.of(self.home))
+        object.__setattr__(self, "cables", tuple(self.cables))
+        if not self.cables:
+            raise InputError(f"cable robot {self.name!r}", got="no cable", expected="at least one")
+        names = self.cable_names
+        if len(set(names)) < len(names):
+            raise InputError("names of the cables", got=names, expected="each name once")
+        if not 0 <= self.tension_level <= 1:
+            raise InputError("tension level", got=self.tension_level, expected="0 to 1")
+        unbounded = [c.name for c in self.cables if not np.isfinite(c.greatest_tension)]
+        if self.tension_level > 0 and unbounded:
+            raise InputError(
+                "tension level",
+                got=f"{self.tension_level:g}, and no greatest tension of {unbounded[0]!r}",
+                expected="a greatest tension of every cable, between which and the least it lies",
+            )
+        without = [cable.name for cable in self.cables if cable.tension is None]
+        if 0 < len(without) < len(self.cables):
+            raise InputError(
+                "given tensions",
+                got=f"none of {', '.join(without)}",
+                expected="a tension of every cable, or of none",
+            )
+        self._check_plane()
+
+    @property
+    def cable_names(self) -> list[str]:
+        """Names of the cables."""
+        return [cable.name for cable in self.cables]
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The pose coordinates that can be chosen freely."""
+        return _PLANAR_COORDINATES if self.space is Space.PLANAR else ALL_COORDINATES
+
+    @property
+    def coordinate_places(self) -> list[int]:
+        """Places of its free coordinates among x, y, z, rx, ry, rz."""
+        return [ALL_COORDINATES.index(coordinate) for coordinate in self.coordinates]
+
+    @property
+    def given_tensions(self) -> np.ndarray | None:
+        """Tensions of all cables (m,) [N], where they are given."""
+        if self.cables[0].tension is None:
+            return None
+        return np.array([cable.tension for cable in self.cables], dtype=float)
+
+    @property
+    def tension_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest tensions of all cables, twice (m,) [N]."""
+        least = np.array([cable.least_tension for cable in self.cables], dtype=float)
+        return least, np.array([cable.greatest_tension for cable in self.cables], dtype=float)
+
+    def _check_plane(self) -> None:
+        if self.space is not Space.PLANAR:
+            return
+        for cable in self.cables:
+            end = self.home.R @ cable.attachment + self.home.p
+            if max(abs(cable.exit_point[2] - self.home.p[2]), abs(end[2] - self.home.p[2])) > (
+                _IN_PLANE
+            ):
+                raise InputError(
+                    f"cable {cable.name!r} of a planar robot",
+                    got=f"from z = {cable.exit_point[2]:g} to {end[2]:g} m",
+                    expected=f"a cable in the plane z = {self.home.p[2]:g} m",
+                    hint="leave planar: out for a robot in space",
+                )
+        if self.weight is not None and self.weight.force[2] != 0:
+            raise InputError(
+                f"weight of the planar robot {self.name!r}",
+                got=self.weight.force,
+                expected="a force in the x-y plane, such as [0, -100 N, 0]",
+            )
+
+
+def _numbers(owner: str, vector: np.ndarray) -> np.ndarray:
+    if vector.dtype == object:
+        raise InputError(
+            f"numbers of {owner!r}", got=_text(vector), expected="numbers: cables take no formulas"
+        )
+    return vector
+
+
+def _text(vector: Any) -> str:
+    return ", ".join(str(entry) for entry in vector)

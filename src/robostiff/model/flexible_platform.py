@@ -1,0 +1,255 @@
+"""A platform that bends: nodes, and the beams, springs and rigid members between them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
+from robostiff.errors import InputError
+from robostiff.model.beam_link import beam_link
+from robostiff.model.checks import vector3
+from robostiff.spatial.formula import vanishes
+
+_SAME_PLACE = 1e-9  # of the size of the platform
+
+
+@dataclass(frozen=True)
+class PlatformNode:
+    """A small rigid body of the platform.
+
+    Attributes
+    ----------
+    name : str
+    at : (3,) array
+        Where it is in the platform frame [m].
+    """
+
+    name: str
+    at: np.ndarray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "at", vector3(f"node {self.name!r} of the platform", self.at))
+
+
+@dataclass(frozen=True)
+class PlatformPart:
+    """What connects two nodes: a beam, a spring, or a rigid member.
+
+    Attributes
+    ----------
+    name, a, b : str
+        Its own name, and those of the nodes.
+    point : (3,) array
+        About which its elasticity is given, in the platform frame [m]; for a beam, its end at b.
+    axes : (3, 3) array
+        Columns: its own axes in the platform frame.
+    elasticity : Elasticity
+        Of node b against node a; without compliance for a rigid member.
+    """
+
+    name: str
+    a: str
+    b: str
+    point: np.ndarray
+    axes: np.ndarray
+    elasticity: Elasticity
+
+
+@dataclass(frozen=True)
+class FlexiblePlatform:
+    """Nodes that hold the legs and the tool, and what bends between them.
+
+    The pose is that of the tool; where the nodes are while nothing bends follows from it.
+
+    Attributes
+    ----------
+    nodes : tuple of PlatformNode
+    parts : tuple of PlatformPart
+    tool : str
+        The node that carries the reference point.
+
+    Raises
+    ------
+    InputError
+        Two nodes or parts of one name, a name that no node has, a part from a node to itself, or a
+        node that nothing connects with the tool.
+
+    Examples
+    --------
+    >>> from robostiff.elasticity import circle, material
+    >>> hub, rim = PlatformNode("hub", np.zeros(3)), PlatformNode("rim", np.array([0.2, 0, 0]))
+    >>> arm = platform_beam(hub, rim, material("steel"), circle(0.02), name="arm")
+    >>> FlexiblePlatform((hub, rim), (arm,), tool="hub").node_of(None, np.array([0.2, 0, 0]))
+    'rim'
+    """
+
+    nodes: tuple[PlatformNode, ...]
+    parts: tuple[PlatformPart, ...]
+    tool: str
+
+    def __post_init__(self) -> None:
+        names = [node.name for node in self.nodes]
+        for what, given in (("node", names), ("part", [part.name for part in self.parts])):
+            for name, count in Counter(given).items():
+                if count > 1:
+                    raise InputError(
+                        f"{what} of the platform", got=name, expected=f"a name no other {what} has"
+                    )
+        for what, name in [("tool", self.tool)] + [
+            (f"node of {part.name!r}", name) for part in self.parts for name in (part.a, part.b)
+        ]:
+            if name not in names:
+                raise InputError(
+                    f"{what} of the platform", got=name, expected=f"a node: {', '.join(names)}"
+                )
+        for part in self.parts:
+            if part.a == part.b:
+                raise InputError(
+                    f"nodes of {part.name!r} of the platform",
+                    got=part.a,
+                    expected="two different nodes",
+                )
+        loose = [name for name in names if name not in self._connected]
+        if loose or not self.parts:
+            raise InputError(
+                "nodes of the platform",
+                got=f"{', '.join(loose) or self.tool} apart from all others",
+                expected=f"beams, springs or rigid members from every node to {self.tool!r}",
+            )
+
+    @property
+    def _connected(self) -> set[str]:
+        """Nodes that a chain of parts leads to from the tool."""
+        found, size = {self.tool}, 0
+        while len(found) > size:
+            size = len(found)
+            for part in self.parts:
+                if part.a in found or part.b in found:
+                    found |= {part.a, part.b}
+        return found
+
+    def point_of(self, name: str) -> np.ndarray:
+        """Where a node is in the platform frame (3,) [m]."""
+        return next(node.at for node in self.nodes if node.name == name)
+
+    def node_of(self, name: str | None, point: np.ndarray) -> str:
+        """The node that holds a leg: that of the name, or where none is given the one at a point.
+
+        Parameters
+        ----------
+        name : str or None
+        point : (3,) array
+            In the platform frame [m].
+
+        Raises
+        ------
+        InputError
+            When there is none, or more than one.
+        """
+        if name is not None:
+            names = [node.name for node in self.nodes]
+            if name not in names:
+                raise InputError(
+                    "node that holds the leg", got=name, expected=f"a node: {', '.join(names)}"
+                )
+            return name
+        there = [node.name for node in self.nodes if self._same(node.at, point)]
+        if len(there) != 1:
+            raise InputError(
+                "end of the leg on a flexible platform",
+                got=point,
+                expected="the place of one node: "
+                + ", ".join(f"{n.name} at {_shown(n.at)}" for n in self.nodes),
+                hint="name the node that holds the leg",
+            )
+        return there[0]
+
+    def _same(self, one: np.ndarray, other: np.ndarray) -> bool:
+        gap = one - other
+        if gap.dtype == object:
+            return vanishes(gap)
+        numbers = [np.abs(node.at).max() for node in self.nodes if node.at.dtype != object]
+        return bool(np.abs(gap).max() <= _SAME_PLACE * max(numbers, default=0.0))
+
+
+def platform_beam(
+    a: PlatformNode,
+    b: PlatformNode,
+    material: Material,
+    section: CrossSection,
+    *,
+    y_axis: np.ndarray | None = None,
+    theory: BeamTheory | None = None,
+    name: str = "beam",
+) -> PlatformPart:
+    """Straight beam between two nodes of a platform.
+
+    Raises
+    ------
+    InputError
+        When the nodes are in one place, or the section needs a `y_axis` and has none.
+
+    Examples
+    --------
+    >>> from robostiff.elasticity import circle, material
+    >>> a, b = PlatformNode("a", np.zeros(3)), PlatformNode("b", np.array([0.2, 0, 0]))
+    >>> platform_beam(a, b, material("steel"), circle(0.02)).point
+    array([0.2, 0. , 0. ])
+    """
+    to = b.at - a.at
+    if not np.any(to):
+        raise InputError(
+            f"beam {name!r} of the platform",
+            got=f"nodes {a.name!r} and {b.name!r} at one place",
+            expected="nodes at different places",
+        )
+    link = beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
+    return PlatformPart(name, a.name, b.name, b.at, link.axes, link.elasticity)
+
+
+def rigid_member(a: PlatformNode, b: PlatformNode, name: str = "rigid") -> PlatformPart:
+    """Rigid member between two nodes of a platform."""
+    return PlatformPart(name, a.name, b.name, b.at, np.eye(3), Elasticity(np.zeros((6, 6))))
+
+
+@dataclass(frozen=True)
+class PlacedPlatform:
+    """A flexible platform in the world.
+
+    Attributes
+    ----------
+    platform : FlexiblePlatform
+    holds : tuple of str
+        The node that holds each leg.
+    rotation : (..., 3, 3) array
+        Columns: the axes of the platform frame.
+    origin : (..., 3) array
+        Its origin [m].
+    """
+
+    platform: FlexiblePlatform
+    holds: tuple[str, ...]
+    rotation: np.ndarray
+    origin: np.ndarray
+
+    def one(self, index: int) -> PlacedPlatform:
+        """The platform at one pose of a batch along one axis."""
+        rotation = self.rotation if self.rotation.ndim == 2 else self.rotation[index]
+        origin = self.origin if self.origin.ndim == 1 else self.origin[index]
+        return PlacedPlatform(self.platform, self.holds, rotation, origin)
+
+    def in_world(self, point: np.ndarray) -> np.ndarray:
+        """A point of the platform frame (3,) in the world (..., 3) [m]."""
+        return self.origin + np.einsum("...ij,j->...i", self.rotation, point)
+
+    def in_platform(self, point: np.ndarray) -> np.ndarray:
+        """A point of the world (..., 3) in the platform frame (..., 3) [m]."""
+        return np.einsum("...ji,...j->...i", self.rotation, point - self.origin)
+
+
+def _shown(point: np.ndarray) -> str:
+    entries = (str(x) if point.dtype == object else f"{x:.6g}" for x in point)
+    return f"[{', '.join(entries)}]"

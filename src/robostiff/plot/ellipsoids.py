@@ -1,0 +1,161 @@
+"""An ellipsoid of stiffness or compliance at the tool point."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robostiff.analysis import RobotStiffness
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.model import Robot, Snapshot
+from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_axes
+from robostiff.plot.geometry.legs import extent
+from robostiff.plot.geometry.surface import ellipsoid_mesh
+from robostiff.plot.picture import Category, Item, Mesh, Path, Scene, Tone, Weight
+from robostiff.plot.posed_robot import backdrop, drawing_unit, is_plane
+from robostiff.plot.posture import snapshot_at
+from robostiff.plot.prefix import prefixed, short
+from robostiff.plot.single import single_stiffness
+
+_IN_ROBOT = 0.22  # of the robot: the longest semi-axis
+_OPEN = 1.6  # of the longest limited semi-axis: how far a free direction is shown
+
+
+def ellipsoid(
+    result: RobotStiffness,
+    quality: Quality = Quality.COMPLIANCE,
+    *,
+    within: Robot | Snapshot | None = None,
+    backend: Backend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw an ellipsoid of stiffness or compliance about the reference point.
+
+    Its semi-axes are the principal values of one block of C or K: the surface is the displacement
+    under a force of 1 N in every direction, or the force that a displacement of 1 m needs. Where
+    the platform is free it is no ellipsoid: the compliance is a tube or a pair of plates without
+    end, the stiffness is flat.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        At a single pose.
+    quality : Quality
+    within : Robot or Snapshot, optional
+        Draws it at the reference point of this robot, at the pose of the result.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When the result is of several poses.
+    NoAnswerError
+        When there is no stiffness matrix, or the platform is free in all directions.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> result = rs.stiffness(rs.load("hexapod"))
+    >>> rs.plot.ellipsoid(result).get_zlabel()
+    'z [nm/N]'
+    """
+    single_stiffness(result, "an ellipsoid")
+    snapshot = None
+    if within is not None:
+        snapshot = snapshot_at(within, None if isinstance(within, Snapshot) else _pose(result))
+    return drawn_by(backend, ellipsoid_picture(result, quality, snapshot))
+
+
+def ellipsoid_picture(
+    result: RobotStiffness, quality: Quality, snapshot: Snapshot | None = None
+) -> Scene:
+    """The picture of `ellipsoid`, as data."""
+    axes = principal_axes(result, quality)
+    bounded = axes.lengths[~axes.is_free]
+    if not len(bounded) or bounded.max() == 0:
+        raise NoAnswerError(
+            f"no ellipsoid of {quality.value} of {result.name!r}: "
+            "the platform is free in all directions"
+        )
+    times, unit = prefixed(float(bounded.max()), quality.unit)
+    if snapshot is None:
+        centre, factor, size, items = np.zeros(3), 1.0, times, []
+        labels = tuple(f"{axis} [{unit}]" for axis in ("x", "y", "z"))
+    else:
+        factor, metre = drawing_unit(snapshot)
+        centre = factor * result.reference_point
+        size = factor * _IN_ROBOT * extent(snapshot) / float(bounded.max())
+        items = backdrop(snapshot, factor)
+        labels = tuple(f"{axis} [{metre}]" for axis in ("x", "y", "z"))
+    items = [*items, *_items(axes, quality, centre, size, (times, unit))]
+    is_flat = len(axes.lengths) < 3 and (snapshot is None or is_plane(snapshot))
+    x, y, z = labels
+    return Scene(
+        f"{result.name}: {quality.value}",
+        (x, y, z),
+        tuple(items),
+        is_flat=is_flat,
+        notes=_notes(axes, quality),
+    )
+
+
+def _items(
+    axes: PrincipalAxes,
+    quality: Quality,
+    centre: np.ndarray,
+    size: float,
+    shown: tuple[float, str],
+) -> list[Item]:
+    times, unit = shown
+    bounded = axes.lengths[~axes.is_free]
+    without_end = np.isinf(axes.lengths)
+    reach = np.where(without_end, _OPEN * bounded.max(), axes.lengths)
+    half = np.zeros((3, 3))
+    half[: len(reach)] = size * reach[:, None] * axes.directions
+    open_axes = tuple(int(i) for i in np.flatnonzero(without_end))
+    items: list[Item] = []
+    if len(axes.lengths) == 1:
+        items.append(Path(centre + np.array([-half[0], half[0]]), Category(0), Weight.BOLD))
+    else:
+        vertices, triangles = ellipsoid_mesh(half, open_axes)
+        items.append(Mesh(centre + vertices, triangles, Category(0), 0.25, quality.value))
+    for i, length in enumerate(axes.lengths):
+        ends = centre + np.array([-half[i], half[i]])
+        if np.isinf(length):
+            label = "free: without limit"
+            ends = centre + 1.25 * np.array([-half[i], half[i]])
+        elif length == 0:
+            label = "free: no resistance"
+        else:
+            label = f"{short(times * length)} {unit}"
+        dashed = bool(axes.is_free[i])
+        items.append(Path(ends, Category(i + 1), Weight.LINE, dashed, label, label))
+    items.append(Path(centre[None], Tone.INK))
+    return items
+
+
+def _notes(axes: PrincipalAxes, quality: Quality) -> tuple[str, ...]:
+    notes = {
+        Quality.COMPLIANCE: "displacement per force, free to turn",
+        Quality.STIFFNESS: "force per displacement, rotations held",
+        Quality.ROTATIONAL_COMPLIANCE: "rotation per moment, free to shift",
+        Quality.ROTATIONAL_STIFFNESS: "moment per rotation, displacements held",
+    }
+    free = int(np.count_nonzero(axes.is_free))
+    words = f"free in {free} direction{'s' if free > 1 else ''}"
+    return (notes[quality], *((words,) if free else ()))
+
+
+def _pose(result: RobotStiffness) -> np.ndarray:
+    if result.pose is None:
+        raise InputError(
+            "robot around an ellipsoid",
+            got=f"the stiffness of snapshot {result.name!r}",
+            expected="the snapshot itself",
+            hint="write within=snapshot",
+        )
+    return result.pose

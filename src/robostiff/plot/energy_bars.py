@@ -1,0 +1,89 @@
+"""Who bends: the elastic energy of legs and parts as bars."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robostiff.analysis import Deflection
+from robostiff.errors import InputError
+from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.picture import Bars, Category, Group, Panel, Series, Tone
+from robostiff.plot.prefix import prefixed, short
+
+_MOST = 7  # kinds of parts that colours tell apart
+
+
+def energy_shares(deflection: Deflection, *, backend: Backend[Drawn] = PAPER) -> Drawn:
+    """Draw the share of every leg in the elastic energy, part by part.
+
+    Parts of one name in several legs have one colour; beyond seven names, those with the least
+    energy are added up.
+
+    Parameters
+    ----------
+    deflection : Deflection
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When it is no deflection.
+    NoAnswerError
+        When there is no deflection.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> bent = rs.deflection(rs.load("hexapod"), wrench=[0, 0, -1000, 0, 0, 0])
+    >>> rs.plot.energy_shares(bent).get_xlabel()
+    'share of elastic energy [%]'
+    """
+    if not isinstance(deflection, Deflection):
+        raise InputError(
+            "deflection of a plot",
+            got=deflection,
+            expected="what rs.deflection(robot, pose, wrench) returns",
+        )
+    return drawn_by(backend, energy_picture(deflection))
+
+
+def energy_picture(deflection: Deflection) -> Bars:
+    """The picture of `energy_shares`, as data."""
+    _ = deflection.twist  # says why when there is none
+    legs = list(dict.fromkeys(_legs_in_order(deflection)))
+    totals: dict[str, float] = {}
+    shares: dict[tuple[str, str], float] = {}
+    for part in deflection.parts:
+        percent = 100 * part.share
+        totals[part.part] = totals.get(part.part, 0.0) + percent
+        key = (part.leg, part.part)
+        shares[key] = shares.get(key, 0.0) + percent
+    names = sorted(totals, key=lambda name: -round(totals[name], 9))
+    kept, rest = (names, []) if len(names) <= _MOST + 1 else (names[:_MOST], names[_MOST:])
+    series = [
+        Series(name, Category(i), np.array([shares.get((leg, name), 0.0) for leg in legs]))
+        for i, name in enumerate(kept)
+    ]
+    if rest:
+        added = [sum(shares.get((leg, name), 0.0) for name in rest) for leg in legs]
+        series.append(Series(f"{len(rest)} more parts", Tone.MUTED, np.array(added)))
+    whole = np.sum([one.values for one in series], axis=0) if series else np.zeros(len(legs))
+    groups = tuple(Group(leg, f"{share:.1f} %") for leg, share in zip(legs, whole, strict=True))
+    times, unit = prefixed(deflection.energy, "J")
+    return Bars(
+        f"{deflection.stiffness.name}: who bends",
+        (Panel("share of elastic energy [%]", groups, tuple(series)),),
+        is_stacked=True,
+        notes=(f"elastic energy {short(times * deflection.energy)} {unit}",),
+    )
+
+
+def _legs_in_order(deflection: Deflection) -> list[str]:
+    """Names of the legs, as the robot has them."""
+    along = [reaction.leg for reaction in deflection.reactions]
+    return along + [part.leg for part in deflection.parts]

@@ -1,0 +1,221 @@
+"""How every body of a robot moves when its platform is deflected.
+
+The platform moves by the twist t and each leg carries the wrench F = K_leg t. Along the leg, an
+elastic part gives way by C F; what is left of t is motion of the passive joints,
+
+    J_q dq = t - sum of C_i F,
+
+the least motion where they are redundant. The sums up to each element are the twists of the bodies
+between them, and the last of them is that of the platform.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.analysis import Deflection
+from robostiff.elastostatics import (
+    CartesianStiffness,
+    Tolerance,
+    WrenchBasis,
+    aggregate,
+    scaling,
+    solve_chain,
+)
+from robostiff.kinematics import (
+    freedom_twist,
+    leg_compliance,
+    passive_jacobian,
+    spring_compliance,
+)
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model.snapshot import PlacedBlock
+from robostiff.spatial import Space, move_twist, move_wrench
+
+Element = PlacedFreedom | PlacedSpring | PlacedBlock
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """Twist (6,) of a body: translation of the point `about` (3,), rotation [m, rad]."""
+
+    twist: np.ndarray
+    about: np.ndarray
+
+    def displacement(self, point: np.ndarray) -> np.ndarray:
+        """By how much a point (3,) of the body moves [m]."""
+        return self.twist[:3] + np.cross(self.twist[3:], point - self.about)
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """By how much the body turns (3,) [rad]."""
+        return self.twist[3:]
+
+
+@dataclass(frozen=True)
+class LegMotion:
+    """How the bodies of a leg move.
+
+    Attributes
+    ----------
+    bodies : tuple of BodyMotion
+        The one before the first element, and the one after each element.
+    branches : dict of int to tuple of LegMotion
+        Of the elements that are parallel blocks, by their place.
+    """
+
+    bodies: tuple[BodyMotion, ...]
+    branches: dict[int, tuple[LegMotion, ...]]
+
+
+@dataclass(frozen=True)
+class RobotMotion:
+    """How the platform and all bodies of the legs move."""
+
+    platform: BodyMotion
+    legs: tuple[LegMotion, ...]
+
+
+def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
+    """How the bodies of a robot move under the load of a deflection.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        The robot at the single pose that was loaded.
+    bent : Deflection
+
+    Raises
+    ------
+    NoAnswerError
+        When there is no deflection.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("planar-link")
+    >>> bent = rs.deflection(robot, wrench=[0, 10, 0])
+    >>> motion = motion_under(rs.find_posture(robot).snapshot.one(0), bent)
+    >>> bool(np.allclose(motion.legs[0].bodies[-1].twist, motion.platform.twist))
+    True
+    """
+    answer = bent.stiffness
+    rows = list(answer.space.rows)
+    to_origin = answer.origin - answer.reference_point
+    to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
+    t = move_twist(bent.twist, to_origin)
+    if answer.serial_compliance is not None:
+        wrenches = [move_wrench(bent.wrench, to_origin)]
+    else:
+        wrenches = [leg.matrix @ t for leg in answer.legs]
+    held = answer.about_reference
+    solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance)
+    platform = _spatial(t, rows)
+    legs = tuple(
+        solver.motion(leg, np.zeros(6), platform, _spatial(F, rows))
+        for leg, F in zip(snapshot.legs, wrenches, strict=True)
+    )
+    return RobotMotion(BodyMotion(platform, answer.origin), legs)
+
+
+def at_rest(snapshot: Snapshot) -> RobotMotion:
+    """No motion at all."""
+    still = BodyMotion(np.zeros(6), np.zeros(3))
+    return RobotMotion(still, tuple(_leg_at_rest(leg, still) for leg in snapshot.legs))
+
+
+def _leg_at_rest(leg: PlacedLeg, still: BodyMotion) -> LegMotion:
+    branches = {
+        i: tuple(_leg_at_rest(branch, still) for branch in element.branches)
+        for i, element in enumerate(leg.elements)
+        if isinstance(element, PlacedBlock)
+    }
+    return LegMotion((still,) * (len(leg.elements) + 1), branches)
+
+
+@dataclass(frozen=True)
+class _LegSolver:
+    origin: np.ndarray
+    space: Space
+    length: np.ndarray
+    tolerance: Tolerance
+
+    def motion(
+        self, leg: PlacedLeg, t_start: np.ndarray, t_end: np.ndarray, F: np.ndarray
+    ) -> LegMotion:
+        """Motion of a leg whose ends move by t_start and t_end (6,) while it carries F (6,)."""
+        given = [self._compliance_and_freedoms(element) for element in leg.elements]
+        sprung = np.array([C @ F for C, _ in given])
+        q = self._joint_motion(
+            np.concatenate([N for _, N in given], axis=1), t_end - t_start - sprung.sum(axis=0)
+        )
+        t, start = t_start, 0
+        twists, branches = [t_start], {}
+        for i, (element, (_, N)) in enumerate(zip(leg.elements, given, strict=True)):
+            own = sprung[i] + N @ q[start : start + N.shape[1]]
+            start += N.shape[1]
+            if isinstance(element, PlacedBlock):
+                branches[i] = tuple(
+                    self.motion(branch, t, t + own, self._branch_stiffness(branch) @ own)
+                    for branch in element.branches
+                )
+            t = t + own
+            twists.append(t)
+        return LegMotion(tuple(BodyMotion(twist, self.origin) for twist in twists), branches)
+
+    def _compliance_and_freedoms(self, element: Element) -> tuple[np.ndarray, np.ndarray]:
+        """Compliance (6, 6) and free twists (6, k) of an element, about the origin."""
+        if isinstance(element, PlacedBlock):
+            return self._of_block(element)
+        alone = PlacedLeg("", (element,), self.origin)
+        N, _ = passive_jacobian(alone, self.origin)
+        if isinstance(element, PlacedSpring):
+            return spring_compliance(element, self.origin), N
+        if element.stiffness is None:
+            return np.zeros((6, 6)), N
+        column = freedom_twist(element, self.origin)
+        return np.outer(column, column) / element.stiffness, N
+
+    def _of_block(self, block: PlacedBlock) -> tuple[np.ndarray, np.ndarray]:
+        whole = aggregate([self._solved(branch) for branch in block.branches])
+        s = scaling(self.length, self.space)
+        U, values, _ = np.linalg.svd(whole.held)
+        rank = int(np.count_nonzero(values > self.tolerance.independence))
+        held, free = U[:, :rank], U[:, rank:]
+        K = held.T @ (whole.matrix / np.outer(s, s)) @ held
+        C = held @ np.linalg.solve(K, held.T) / np.outer(s, s)
+        rows = list(self.space.rows)
+        C_spatial, N = np.zeros((6, 6)), np.zeros((6, free.shape[1]))
+        C_spatial[np.ix_(rows, rows)] = C
+        N[rows] = free / s[:, None]
+        return C_spatial, N
+
+    def _branch_stiffness(self, branch: PlacedLeg) -> np.ndarray:
+        rows = list(self.space.rows)
+        K = np.zeros((6, 6))
+        K[np.ix_(rows, rows)] = self._solved(branch).matrix
+        return K
+
+    def _solved(self, branch: PlacedLeg) -> CartesianStiffness:
+        rows = list(self.space.rows)
+        C = leg_compliance(branch, self.origin)[np.ix_(rows, rows)]
+        J_q = passive_jacobian(branch, self.origin)[0][rows]
+        return solve_chain(C, J_q, WrenchBasis(), self.length, self.tolerance)
+
+    def _joint_motion(self, N: np.ndarray, missing: np.ndarray) -> np.ndarray:
+        """Least joint motion with twist N q = missing."""
+        rows = list(self.space.rows)
+        s = scaling(self.length, self.space)
+        columns = N[rows] * s[:, None]
+        size = np.linalg.norm(columns, axis=0)
+        size = np.where(size > 0, size, 1.0)
+        cut = self.tolerance.independence
+        return np.linalg.lstsq(columns / size, missing[rows] * s, rcond=cut)[0] / size
+
+
+def _spatial(values: np.ndarray, rows: list[int]) -> np.ndarray:
+    whole = np.zeros(6)
+    whole[rows] = values
+    return whole

@@ -1,0 +1,152 @@
+"""Ellipsoids of stiffness and compliance, and what becomes of them where motions are free."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from robostiff.analysis import RobotStiffness
+from robostiff.elastostatics import scaling
+
+_SMALL = 1e-7  # as in words of free motions: a smaller part of a twist is none
+
+
+class Quality(Enum):
+    """What an ellipsoid is about.
+
+    ``COMPLIANCE``
+        Displacement under a unit force in every direction; the platform is free to turn.
+    ``STIFFNESS``
+        Force that a unit displacement in every direction needs; the platform is held from turning.
+    ``ROTATIONAL_COMPLIANCE``, ``ROTATIONAL_STIFFNESS``
+        The same of rotations and moments: free to shift, held from shifting.
+    """
+
+    COMPLIANCE = "translational compliance"
+    STIFFNESS = "translational stiffness"
+    ROTATIONAL_COMPLIANCE = "rotational compliance"
+    ROTATIONAL_STIFFNESS = "rotational stiffness"
+
+    @property
+    def is_compliance(self) -> bool:
+        """Whether large means soft."""
+        return self in {Quality.COMPLIANCE, Quality.ROTATIONAL_COMPLIANCE}
+
+    @property
+    def is_rotational(self) -> bool:
+        """Whether it is about rotations and moments."""
+        return self in {Quality.ROTATIONAL_COMPLIANCE, Quality.ROTATIONAL_STIFFNESS}
+
+    @property
+    def unit(self) -> str:
+        """Of its semi-axes."""
+        if self.is_rotational:
+            return "rad/(N m)" if self.is_compliance else "N m/rad"
+        return "m/N" if self.is_compliance else "N/m"
+
+
+@dataclass(frozen=True)
+class PrincipalAxes:
+    """Semi-axes of an ellipsoid, the image of the unit sphere.
+
+    Attributes
+    ----------
+    directions : (d, 3) array
+        Unit vectors, rows.
+    lengths : (d,) array
+        Ascending; inf along a free direction, 0 where nothing resists.
+    """
+
+    directions: np.ndarray
+    lengths: np.ndarray
+
+    @property
+    def is_free(self) -> np.ndarray:
+        """Along which axes motion is free (d,): without limit, or without resistance."""
+        return np.isinf(self.lengths) | (self.lengths == 0)
+
+
+def principal_axes(result: RobotStiffness, quality: Quality) -> PrincipalAxes:
+    """Principal axes of one block of the stiffness or the compliance at a single pose.
+
+    Where free motions F t = 0 remain, the compliance is that of the wrenches which do no work on
+    them; along the directions that the free motions cover it has no limit.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+    quality : Quality
+
+    Raises
+    ------
+    NoAnswerError
+        When there is no stiffness matrix.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> result = rs.stiffness(rs.load("gough-stewart-a"))
+    >>> principal_axes(result, Quality.COMPLIANCE).lengths
+    array([0.0e+00, inf, inf])
+    """
+    space = result.space
+    own = np.array([(row >= 3) == quality.is_rotational for row in space.rows])
+    axes = np.eye(3)[[row % 3 for row in np.array(space.rows)[own]]]
+    if quality.is_compliance:
+        free = _covered(result, own)
+        lengths, directions = _of_block(_held_compliance(result)[np.ix_(own, own)], free, np.inf)
+    else:
+        free = _alone(result, own)
+        lengths, directions = _of_block(result.K[np.ix_(own, own)], free, 0.0)
+    return PrincipalAxes(directions @ axes, lengths)
+
+
+def _of_block(
+    block: np.ndarray, free: np.ndarray, at_free: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ascending semi-axes of a block (d, d) and their directions, the free ones (k, d) given."""
+    others = np.linalg.svd(free)[2][len(free) :] if len(free) else np.eye(len(block))
+    values, axes = np.linalg.eigh(others @ block @ others.T)
+    lengths = np.concatenate([np.maximum(values, 0.0), np.full(len(free), at_free)])
+    directions = np.concatenate([axes.T @ others, free])
+    order = np.argsort(lengths, kind="stable")
+    return lengths[order], directions[order]
+
+
+def _free_twists(result: RobotStiffness) -> np.ndarray:
+    """Orthonormal free twists (k, n) about the reference point, rotations times length."""
+    twists = np.array([motion.twist for motion in result.free_motions])
+    if not len(twists):
+        return np.zeros((0, result.space.size))
+    return np.linalg.qr((twists * _scaling(result)).T)[0].T
+
+
+def _covered(result: RobotStiffness, own: np.ndarray) -> np.ndarray:
+    """Orthonormal directions (k, d) in which free motions move some coordinates."""
+    _, values, directions = np.linalg.svd(_free_twists(result)[:, own], full_matrices=False)
+    return directions[values > _SMALL]
+
+
+def _alone(result: RobotStiffness, own: np.ndarray) -> np.ndarray:
+    """Orthonormal directions (k, d) of free motions that move no other coordinates."""
+    free = _free_twists(result)
+    U, values, _ = np.linalg.svd(free[:, ~own])
+    moved = int(np.count_nonzero(values > _SMALL))
+    return np.linalg.qr((U.T @ free)[moved:, own].T)[0].T
+
+
+def _held_compliance(result: RobotStiffness) -> np.ndarray:
+    """Compliance on the wrenches that do no work on the free motions."""
+    C = result.compliance
+    if C is not None:
+        return C
+    free, s = _free_twists(result), _scaling(result)
+    held = np.linalg.svd(free)[2][len(free) :].T
+    K = result.K / np.outer(s, s)
+    return held @ np.linalg.solve(held.T @ K @ held, held.T) / np.outer(s, s)
+
+
+def _scaling(result: RobotStiffness) -> np.ndarray:
+    return scaling(np.asarray(result.about_reference.length), result.space)

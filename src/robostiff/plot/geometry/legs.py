@@ -1,0 +1,190 @@
+"""The lines of a leg: from joint to joint, straight or bent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from robostiff.model import Motion, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model.snapshot import PlacedBlock
+from robostiff.plot.geometry.displacement import BodyMotion, LegMotion
+
+_BENDS = 17  # points along a bent part
+_APART = 1e-9  # of the leg's extent
+
+
+class MemberKind(Enum):
+    """What a line of a leg is."""
+
+    RIGID = "rigid"
+    ELASTIC = "elastic"
+    SLIDE = "slide"
+
+
+@dataclass(frozen=True)
+class Member:
+    """A line of a leg.
+
+    Attributes
+    ----------
+    leg : str
+    part : str
+        Joint or elastic part whose line it is; empty for a rigid one.
+    points : (n, 3) array
+        [m].
+    kind : MemberKind
+    """
+
+    leg: str
+    part: str
+    points: np.ndarray
+    kind: MemberKind
+
+
+@dataclass(frozen=True)
+class JointMark:
+    """Where a joint is: its name with that of its leg, its point (3,) [m], itself."""
+
+    name: str
+    point: np.ndarray
+    freedom: PlacedFreedom
+
+
+def leg_members(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> list[Member]:
+    """The lines of a leg at a single pose, its bodies displaced by `scale` times their motion.
+
+    Parameters
+    ----------
+    leg : PlacedLeg
+    motion : LegMotion
+    scale : float
+        0 for the leg as it is.
+
+    Returns
+    -------
+    list of Member
+        Base to platform; without those that are too short to be seen.
+    """
+    return list(_Walk(leg.name, scale, _apart(leg)).along(leg, motion, None))
+
+
+def joint_marks(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> Iterator[JointMark]:
+    """Where the joints of a leg are, displaced with the body before them."""
+    for i, element in enumerate(leg.elements):
+        if isinstance(element, PlacedFreedom):
+            moved = element.point + scale * motion.bodies[i].displacement(element.point)
+            yield JointMark(f"{leg.name}/{element.name}", moved, element)
+        elif isinstance(element, PlacedBlock):
+            for branch, own in zip(element.branches, motion.branches[i], strict=True):
+                yield from joint_marks(branch, own, scale)
+
+
+def foot(leg: PlacedLeg) -> np.ndarray:
+    """Where a leg meets the base (3,) [m]: its first joint or part."""
+    first = leg.elements[0]
+    if isinstance(first, PlacedBlock):
+        return np.mean([foot(branch) for branch in first.branches], axis=0)
+    return first.point
+
+
+def extent(snapshot: Snapshot) -> float:
+    """Length of the diagonal of the box around a robot at a single pose [m]."""
+    points = [snapshot.reference_point]
+    for leg in snapshot.legs:
+        points += [leg.end, *(part.point for part in leg.parts)]
+    return float(np.linalg.norm(np.ptp(np.array(points), axis=0)))
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A point (3,) and the motion of the body that it belongs to."""
+
+    point: np.ndarray
+    body: BodyMotion
+
+    def moved(self, scale: float) -> np.ndarray:
+        return self.point + scale * self.body.displacement(self.point)
+
+
+@dataclass(frozen=True)
+class _Walk:
+    name: str
+    scale: float
+    apart: float
+
+    def along(self, leg: PlacedLeg, motion: LegMotion, start: _Place | None) -> Iterator[Member]:
+        """Lines from a place, or from the first element, to the end of a leg."""
+        here = [] if start is None else [start]
+        slid = ""
+        for i, element in enumerate(leg.elements):
+            before, after = motion.bodies[i], motion.bodies[i + 1]
+            if isinstance(element, PlacedBlock):
+                ends = []
+                # a block begins wherever its branches do
+                for branch, own in zip(element.branches, motion.branches[i], strict=True):
+                    yield from self.along(branch, own, here[0] if here else None)
+                    ends.append(_Place(branch.end, after))
+                here, slid = ends, ""
+                continue
+            if isinstance(element, PlacedSpring):
+                for place in here:
+                    there = _Place(element.point, after)
+                    yield from self._line(place, there, element.name, MemberKind.ELASTIC)
+                here, slid = [_Place(element.point, after)], ""
+                continue
+            kind = MemberKind.SLIDE if slid else MemberKind.RIGID
+            for place in here:
+                yield from self._line(place, _Place(element.point, before), slid, kind)
+            # A rail belongs to the body before the slide, wherever the slide is on it.
+            here = [_Place(element.point, before)]
+            slid = element.name if element.motion is Motion.TRANSLATION else ""
+        for place in here:
+            kind = MemberKind.SLIDE if slid else MemberKind.RIGID
+            yield from self._line(place, _Place(leg.end, motion.bodies[-1]), slid, kind)
+
+    def _line(self, start: _Place, end: _Place, part: str, kind: MemberKind) -> Iterator[Member]:
+        if kind is MemberKind.ELASTIC and self.scale and self._is_long(start.point, end.point):
+            points = bent_line(start.point, end.point, start.body, end.body, self.scale)
+        else:
+            points = np.array([start.moved(self.scale), end.moved(self.scale)])
+        if self._is_long(points[0], points[-1]):
+            yield Member(self.name, part, points, kind)
+
+    def _is_long(self, start: np.ndarray, end: np.ndarray) -> bool:
+        return bool(np.linalg.norm(end - start) > self.apart)
+
+
+def bent_line(
+    start: np.ndarray, end: np.ndarray, first: BodyMotion, last: BodyMotion, scale: float
+) -> np.ndarray:
+    """Line of a beam (n, 3) whose ends move with two bodies.
+
+    Across the beam the cubic with the displacements and slopes of its ends, along it a straight
+    line: exact for a uniform Euler-Bernoulli beam that is loaded at its ends.
+
+    Parameters
+    ----------
+    start, end : (3,) arrays
+        [m].
+    first, last : BodyMotion
+    scale : float
+        By how much displacements are exaggerated.
+    """
+    along = end - start
+    s = np.linspace(0.0, 1.0, _BENDS)[:, None]
+    u_0, u_1 = first.displacement(start), last.displacement(end)
+    slope_0, slope_1 = np.cross(first.rotation, along), np.cross(last.rotation, along)
+    cubic = (1 - 3 * s**2 + 2 * s**3) * u_0 + (3 * s**2 - 2 * s**3) * u_1
+    cubic = cubic + (s - 2 * s**2 + s**3) * slope_0 + (s**3 - s**2) * slope_1
+    e = along / np.linalg.norm(along)
+    straight = (1 - s) * (u_0 @ e) + s * (u_1 @ e)
+    u = cubic - (cubic @ e)[:, None] * e + straight * e
+    return start + s * along + scale * u
+
+
+def _apart(leg: PlacedLeg) -> float:
+    points = np.array([leg.end, *(part.point for part in leg.parts)])
+    return _APART * float(np.linalg.norm(np.ptp(points, axis=0)) or 1.0)

@@ -1,0 +1,1 @@
+"""Plots of maps: slices, isosurfaces, percentiles."""

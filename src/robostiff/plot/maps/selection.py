@@ -1,0 +1,191 @@
+"""The part of a map that is to be drawn: one number a pose, over some coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.plot.extra import plot_extra
+from robostiff.plot.maps.regions import regions, shown_values
+from robostiff.plot.picture import Axis, Region
+from robostiff.plot.prefix import prefixed, short
+
+if TYPE_CHECKING:
+    import xarray
+
+At = Mapping[str, float | str | int]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """A quantity over some coordinates of a map.
+
+    Attributes
+    ----------
+    name : str
+        Of the robot.
+    label : str
+        Of the quantity, with the unit of the values.
+    axes : tuple of Axis
+    values : array
+        One axis a coordinate, in the unit of the label; NaN where a region stands instead.
+    regions : tuple of Region
+    where : str
+        What else was chosen, in words.
+    """
+
+    name: str
+    label: str
+    axes: tuple[Axis, ...]
+    values: np.ndarray
+    regions: tuple[Region, ...]
+    where: str
+
+
+def select(
+    found: xarray.Dataset,
+    variable: str,
+    along: tuple[str, ...],
+    at: At,
+    full_rank: int | None,
+    others: bool = False,
+) -> Selection:
+    """Values of a variable of a map over coordinates `along`, in this order.
+
+    Parameters
+    ----------
+    found : Dataset
+        What ``rs.stiffness_map`` returns over a grid.
+    variable : str
+    along : tuple of str
+    at : mapping of str to float, str or int
+        Coordinates at which to cut, the nearest of the grid; names of components
+        (``displacement_axis="dz"``), or their numbers from 0.
+    full_rank : int, optional
+        Number of rows of the stiffness matrix when left out.
+    others : bool
+        Whether the coordinates that are not named follow as further axes.
+
+    Raises
+    ------
+    InputError
+        When a name is not in the map, or something remains to be chosen.
+    """
+    _check_map(found)
+    if variable not in found.data_vars or variable in {"rank", "status"}:
+        names = [str(name) for name in found.data_vars if name not in {"rank", "status"}]
+        raise InputError("quantity of a map", got=variable, expected=" or ".join(names))
+    array = found[variable]
+    pose_dims = [str(dim) for dim in found["status"].dims]
+    for name in along:
+        if name not in pose_dims:
+            raise InputError(
+                "coordinate of a plot",
+                got=name,
+                expected=" or ".join(pose_dims),
+                hint="map over a grid: rs.Grid(x=rs.Axis(-0.1, 0.1, 21), ...)",
+            )
+    if len(set(along)) < len(along):
+        raise InputError("coordinates of a plot", got=along, expected="each name once")
+    chosen, words = _chosen(found, array, along, at)
+    remaining = [
+        str(dim)
+        for dim in array.dims
+        if dim not in along and dim not in chosen and (array.sizes[dim] > 1 or dim not in pose_dims)
+    ]
+    open_dims = [dim for dim in remaining if not (others and dim in pose_dims)]
+    if open_dims:
+        dim = open_dims[0]
+        raise InputError(
+            f"part of the map of {variable!r} to be drawn",
+            got=f"nothing about {', '.join(open_dims)}",
+            expected=f"a choice: {dim} has {_choices(found, array, dim)}",
+            hint=f"write at={{{dim!r}: {_first(found, dim)!r}}}",
+        )
+    own = found[["rank", "status"]].isel({d: i for d, i in chosen.items() if d in pose_dims})
+    part = array.isel(chosen)
+    order = [*along, *(dim for dim in own["status"].dims if dim not in along)]
+    own = own.transpose(*order)
+    values = np.asarray(part.transpose(*order).values, dtype=float)
+    rank = full_rank if full_rank is not None else _rows(found)
+    parts = regions(own, values, rank)
+    shown = shown_values(values, parts)
+    largest = float(np.nanmax(np.abs(shown))) if np.any(np.isfinite(shown)) else 0.0
+    times, unit = prefixed(largest, str(array.attrs.get("units", "")))
+    label = str(array.attrs.get("long_name", variable))
+    axes = tuple(coordinate_axis(found, name) for name in along)
+    title = f"{label} [{unit}]" if unit else label
+    return Selection(
+        str(found.attrs.get("robot", "")), title, axes, times * shown, parts, ", ".join(words)
+    )
+
+
+def coordinate_axis(found: xarray.Dataset, name: str) -> Axis:
+    """A coordinate with its unit."""
+    unit = found[name].attrs.get("units", "")
+    return Axis(f"{name} [{unit}]" if unit else name, np.asarray(found[name].values, dtype=float))
+
+
+def _check_map(found: Any) -> None:
+    with plot_extra():
+        import xarray
+    if not isinstance(found, xarray.Dataset) or not {"rank", "status"} <= set(found.data_vars):
+        raise InputError(
+            "map of a plot", got=type(found).__name__, expected="what rs.stiffness_map returns"
+        )
+
+
+def _chosen(
+    found: xarray.Dataset, array: xarray.DataArray, along: tuple[str, ...], at: At
+) -> tuple[dict[str, int], list[str]]:
+    """Places along the dimensions that are cut, and in words where."""
+    chosen: dict[str, int] = {}
+    words: list[str] = []
+    for name, wanted in at.items():
+        if name not in array.dims or name in along:
+            free = [str(dim) for dim in array.dims if dim not in along]
+            raise InputError("name in 'at'", got=name, expected=" or ".join(free) or "none")
+        size = array.sizes[name]
+        labels = found[name].values if name in found.coords else np.arange(size)
+        if isinstance(wanted, str) or labels.dtype.kind not in "fiu":
+            places = np.flatnonzero(labels == wanted)
+            if not len(places):
+                raise InputError(
+                    f"{name} in 'at'", got=wanted, expected=_choices(found, array, name)
+                )
+            chosen[name] = int(places[0])
+            words.append(f"{wanted}")
+        elif name in found.coords:
+            chosen[name] = int(np.argmin(np.abs(labels - wanted)))
+            unit = found[name].attrs.get("units", "")
+            words.append(f"{name} = {short(float(labels[chosen[name]]), 4)} {unit}".strip())
+        else:
+            if not 0 <= wanted < size or wanted != int(wanted):
+                raise InputError(f"{name} in 'at'", got=wanted, expected=f"0 to {size - 1}")
+            chosen[name] = int(wanted)
+            words.append(f"{name.replace('_', ' ')} {int(wanted) + 1} of {size}")
+    return chosen, words
+
+
+def _choices(found: xarray.Dataset, array: xarray.DataArray, name: str) -> str:
+    if name in found.coords:
+        values = found[name].values
+        if values.dtype.kind in "fiu":
+            return f"values from {values.min():.4g} to {values.max():.4g}"
+        return " or ".join(map(str, values))
+    return f"0 to {array.sizes[name] - 1}"
+
+
+def _first(found: xarray.Dataset, name: str) -> float | str | int:
+    if name in found.coords:
+        value = found[name].values[len(found[name]) // 2]
+        return float(value) if found[name].dtype.kind in "fiu" else str(value)
+    return 0
+
+
+def _rows(found: xarray.Dataset) -> int:
+    return 3 if len(str(found.attrs.get("pose_coordinates", "")).split()) == 3 else 6

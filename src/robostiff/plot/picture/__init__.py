@@ -1,0 +1,40 @@
+"""Pictures as data: what is to be seen, in the units in which it is written, without a backend."""
+
+from robostiff.plot.picture.bands import Bands, Percentile
+from robostiff.plot.picture.bars import Bars, Group, Panel, Series
+from robostiff.plot.picture.field import Cover, Field, Region
+from robostiff.plot.picture.matrix import BlockUnit, Matrix
+from robostiff.plot.picture.paint import Axis, Category, ColourScale, Paint, Ramp, Tone
+from robostiff.plot.picture.scene import Arrow, Face, Item, Marks, Mesh, Path, Scene, Shape, Weight
+
+Picture = Scene | Matrix | Bars | Field | Bands
+
+__all__ = [
+    "Arrow",
+    "Axis",
+    "Bands",
+    "Bars",
+    "BlockUnit",
+    "Category",
+    "ColourScale",
+    "Cover",
+    "Face",
+    "Field",
+    "Group",
+    "Item",
+    "Marks",
+    "Matrix",
+    "Mesh",
+    "Paint",
+    "Panel",
+    "Path",
+    "Percentile",
+    "Picture",
+    "Ramp",
+    "Region",
+    "Scene",
+    "Series",
+    "Shape",
+    "Tone",
+    "Weight",
+]

@@ -1,0 +1,131 @@
+"""Lines, faces and marks in space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from robostiff.plot.picture.paint import ColourScale, Paint
+
+
+class Weight(Enum):
+    """Width of a line, in points."""
+
+    THIN = 0.9
+    LINE = 1.6
+    BOLD = 3.2
+
+
+class Shape(Enum):
+    """Shape of a mark."""
+
+    RING = "ring"
+    DISC = "disc"
+    SQUARE = "square"
+    DIAMOND = "diamond"
+    CROSS = "cross"
+
+
+@dataclass(frozen=True)
+class Path:
+    """A line through points (n, 3); `label` is its name in the legend, `about` its story."""
+
+    points: np.ndarray
+    paint: Paint
+    weight: Weight = Weight.LINE
+    dashed: bool = False
+    label: str = ""
+    about: str = ""
+
+
+@dataclass(frozen=True)
+class Face:
+    """A plane face with corners (n, 3)."""
+
+    corners: np.ndarray
+    paint: Paint
+    opacity: float = 0.35
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Marks at points (n, 3)."""
+
+    points: np.ndarray
+    paint: Paint
+    shape: Shape
+    label: str = ""
+    about: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """An arrow from a start (3,) to a tip (3,); two-headed for a motion both ways."""
+
+    start: np.ndarray
+    tip: np.ndarray
+    paint: Paint
+    label: str = ""
+    both_ways: bool = False
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A surface of triangles (m, 3) between vertices (n, 3)."""
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    paint: Paint
+    opacity: float = 0.3
+    label: str = ""
+
+
+Item = Path | Face | Marks | Arrow | Mesh
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is to be seen in space.
+
+    Attributes
+    ----------
+    title : str
+    axes : tuple of str
+        Labels of x, y, z with their units.
+    items : tuple of Item
+        Coordinates in the units of the axes.
+    scale : ColourScale or None
+        Of the paints that are numbers.
+    is_flat : bool
+        Whether everything lies in the x-y plane, to be seen from above.
+    is_equal : bool
+        Whether all axes have one unit and one scale.
+    notes : tuple of str
+        What the reader must know, a line each.
+    """
+
+    title: str
+    axes: tuple[str, str, str]
+    items: tuple[Item, ...]
+    scale: ColourScale | None = None
+    is_flat: bool = False
+    is_equal: bool = True
+    notes: tuple[str, ...] = ()
+
+    @property
+    def points(self) -> np.ndarray:
+        """All points that are drawn (n, 3)."""
+        return np.concatenate([_points(item) for item in self.items])
+
+
+def _points(item: Item) -> np.ndarray:
+    if isinstance(item, Path | Marks):
+        return item.points
+    if isinstance(item, Face):
+        return item.corners
+    if isinstance(item, Arrow):
+        return np.stack([item.start, item.tip])
+    return item.vertices

@@ -1,0 +1,144 @@
+"""Colours on light and on dark ground, which all kinds of colour vision tell apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours of one theme, as #rrggbb.
+
+    Attributes
+    ----------
+    ground, ink, muted, faint : str
+        Behind everything; of text; of what is beside the point; of grids and plates.
+    categories : tuple of str
+        Of Okabe and Ito, those that stand out best on this ground first.
+    values : tuple of str
+        Of values, low to high: cividis.
+    signed : tuple of str
+        Of values with a sign, negative to positive; the middle is near the ground.
+    """
+
+    ground: str
+    ink: str
+    muted: str
+    faint: str
+    categories: tuple[str, ...]
+    values: tuple[str, ...]
+    signed: tuple[str, ...]
+
+    def along(self, stops: tuple[str, ...], where: float) -> str:
+        """Colour at a place from 0 to 1 along some stops.
+
+        Examples
+        --------
+        >>> Theme.LIGHT.palette.along(("#000000", "#ffffff"), 0.5)
+        '#808080'
+        """
+        place = min(max(where, 0.0), 1.0) * (len(stops) - 1)
+        i = min(int(place), len(stops) - 2)
+        low, high = _channels(stops[i]), _channels(stops[i + 1])
+        mixed = (round(a + (place - i) * (b - a)) for a, b in zip(low, high, strict=True))
+        return "#" + "".join(f"{channel:02x}" for channel in mixed)
+
+    def on(self, colour: str) -> str:
+        """Black or white, whichever is read more easily on a colour.
+
+        Examples
+        --------
+        >>> Theme.LIGHT.palette.on("#00224e")
+        '#ffffff'
+        """
+        light = luminance(colour)
+        return "#ffffff" if (light + 0.05) ** 2 < 0.05 * 1.05 else "#111111"
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of a colour, 0 (black) to 1 (white).
+
+    References
+    ----------
+    W3C: Web Content Accessibility Guidelines 2.1.
+
+    Examples
+    --------
+    >>> luminance("#ffffff")
+    1.0
+    """
+    shares = (c / 255 for c in _channels(colour))
+    linear = [s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4 for s in shares]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, other: str) -> float:
+    """Contrast of two colours, 1 to 21.
+
+    References
+    ----------
+    W3C: Web Content Accessibility Guidelines 2.1.
+
+    Examples
+    --------
+    >>> round(contrast("#ffffff", "#000000"), 6)
+    21.0
+    """
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def _channels(colour: str) -> tuple[int, int, int]:
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return red, green, blue
+
+
+# Cividis: J. R. Nuñez, C. R. Anderton, R. S. Renslow, PLoS ONE 13(7), 2018.
+_CIVIDIS = (
+    "#00224e",
+    "#123570",
+    "#3b496c",
+    "#575d6d",
+    "#707173",
+    "#8a8678",
+    "#a59c74",
+    "#c3b369",
+    "#e1cc55",
+    "#fee838",
+)
+# Okabe and Ito: Color universal design, 2008.
+_SKY, _GREEN, _YELLOW, _BLUE = "#56B4E9", "#009E73", "#F0E442", "#0072B2"
+_VERMILION, _PURPLE, _ORANGE = "#D55E00", "#CC79A7", "#E69F00"
+
+_LIGHT = Palette(
+    ground="#ffffff",
+    ink="#222222",
+    muted="#6e6e6e",
+    faint="#d9d9d9",
+    categories=(_BLUE, _VERMILION, _GREEN, _PURPLE, _ORANGE, _SKY, "#000000", _YELLOW),
+    values=_CIVIDIS,
+    signed=("#4a2377", "#8073ac", "#d8daeb", "#f9f9f9", "#fee0b6", "#e08214", "#8c3f04"),
+)
+_DARK = Palette(
+    ground="#16191d",
+    ink="#e8e8e8",
+    muted="#a0a4a8",
+    faint="#43484e",
+    categories=(_SKY, _ORANGE, _GREEN, _PURPLE, _YELLOW, _VERMILION, "#ffffff", "#4f9fd8"),
+    # the darkest steps would sink into the ground
+    values=("#3b5f9e", *_CIVIDIS[3:]),
+    signed=("#b9a6e3", "#8573b8", "#4b4468", "#24282d", "#5f4528", "#c0741c", "#fdb863"),
+)
+
+
+class Theme(Enum):
+    """Light or dark ground."""
+
+    LIGHT = "light"
+    DARK = "dark"
+
+    @property
+    def palette(self) -> Palette:
+        """Its colours."""
+        return _LIGHT if self is Theme.LIGHT else _DARK

@@ -1,0 +1,72 @@
+"""Random robots whose platform bends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from hypothesis import strategies as st
+
+from robostiff.elasticity import CrossSection, Elasticity, material
+from robostiff.model import (
+    FlexiblePlatform,
+    PlacedPlatform,
+    PlatformNode,
+    PlatformPart,
+    Snapshot,
+    platform_beam,
+    rigid_member,
+)
+from tests.generators.chains import SEEDS, random_rotation
+from tests.generators.robots import FreeRobot, robots
+
+STEEL = material("steel")
+BAR = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8)
+
+
+@dataclass(frozen=True)
+class OnPlatform:
+    """A robot, and the same on a platform that bends."""
+
+    robot: FreeRobot
+    snapshot: Snapshot
+
+
+def _part(rng: np.random.Generator, kind: str, a: PlatformNode, b: PlatformNode, name: str):
+    if kind == "beam":
+        return platform_beam(a, b, STEEL, BAR, y_axis=rng.normal(size=3), name=name)
+    if kind == "rigid":
+        return rigid_member(a, b, name)
+    point, axes = rng.uniform(-0.5, 0.5, 3), random_rotation(rng)
+    root = rng.normal(size=(6, 6)) * np.repeat([1e-4, 1e-3], 3)[:, None]
+    if kind == "spring":
+        return PlatformPart(name, a.name, b.name, point, axes, Elasticity(root @ root.T))
+    hinge = np.eye(6)[:, 3:4]  # a spring that turns freely about its own x axis
+    C = root @ root.T
+    C[3, :] = C[:, 3] = 0.0
+    return PlatformPart(name, a.name, b.name, point, axes, Elasticity(C, hinge))
+
+
+@st.composite
+def robots_on_platforms(draw: st.DrawFn, kinds: tuple[str, ...] = ()) -> OnPlatform:
+    """Nodes joined by a tree of parts and some more that close loops; legs hold any of them."""
+    robot = draw(robots())
+    rng = np.random.default_rng(draw(SEEDS))
+    kinds = kinds or draw(
+        st.sampled_from([("beam",), ("beam", "spring", "rigid"), ("beam", "hinge", "spring")])
+    )
+    count = draw(st.integers(2, 5))
+    nodes = [PlatformNode(f"n{i}", rng.uniform(-0.5, 0.5, 3)) for i in range(count)]
+    ends = [(int(rng.integers(i)), i) for i in range(1, count)]
+    for _ in range(draw(st.integers(0, 3))):
+        a, b = rng.choice(count, 2, replace=False)
+        ends.append((int(a), int(b)))
+    parts = tuple(
+        _part(rng, kinds[rng.integers(len(kinds))], nodes[a], nodes[b], f"part{i}")
+        for i, (a, b) in enumerate(ends)
+    )
+    platform = FlexiblePlatform(tuple(nodes), parts, "n0")
+    snapshot = robot.snapshot
+    holds = tuple(f"n{rng.integers(count)}" for _ in snapshot.legs)
+    placed = PlacedPlatform(platform, holds, random_rotation(rng), rng.uniform(-1, 1, 3))
+    return OnPlatform(robot, replace(snapshot, platform=placed))
