@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_result import CableStiffness, stability_of
 from robostiff.analysis.cable_tensions import cable_tensions
-from robostiff.cables import CableStatus, TensionRule, axial_stiffness
+from robostiff.cables import (
+    CableStatus,
+    TensionRule,
+    axial_stiffness,
+    elastic_stiffness,
+    geometric_stiffness,
+    structure_matrix,
+    weight_stiffness,
+)
 from robostiff.elastostatics import Tolerance
+from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
@@ -95,29 +106,39 @@ def cable_stiffness(
 
 def judged(result: CableStiffness) -> CableStiffness:
     """The same answer with rank and status of every pose."""
-    from dataclasses import replace
-
-    batch, poses = result.batch_shape, result.status_codes.size
-    status = result.status_codes.reshape(-1).copy()
-    ranks = np.full((2, poses), -1)
-    flat = result if batch else None
-    for i, index in enumerate(np.ndindex(batch)):
-        one = result[index] if flat is not None else result
+    n, batch = result.space.size, result.batch_shape
+    status = result.status_codes.copy()
+    held_rank, rank = np.full(batch, -1), np.full(batch, -1)
+    plain = _plain(result)
+    held_rank[plain], rank[plain] = n, n
+    for index in np.ndindex(batch):
+        if plain[index]:
+            continue
+        one = result[index]
         if not one.answered:
             continue
         found = stability_of(one)
-        ranks[:, i] = found.held, found.rank
-        if found.rank < result.space.size:
-            status[i] |= CableStatus.FREE_MOTIONS
+        held_rank[index], rank[index] = found.held, found.rank
+        if found.rank < n:
+            status[index] |= CableStatus.FREE_MOTIONS
         if found.unstable.shape[-1]:
-            status[i] |= CableStatus.UNSTABLE
+            status[index] |= CableStatus.UNSTABLE
         if found.doubtful:
-            status[i] |= CableStatus.ILL_CONDITIONED
-        if np.any((one.tensions <= 0) & (one.axial > 0)):
-            status[i] |= CableStatus.UNTENSIONED
-    return replace(
-        result,
-        status_codes=status.reshape(batch),
-        held_rank=ranks[0].reshape(batch),
-        rank=ranks[1].reshape(batch),
-    )
+            status[index] |= CableStatus.ILL_CONDITIONED
+    loose = np.any((result.tensions <= 0) & (result.axial > 0), axis=-1)
+    status = np.where(loose & result.answered, status | np.uint16(CableStatus.UNTENSIONED), status)
+    return replace(result, status_codes=status, held_rank=held_rank, rank=rank)
+
+
+def _plain(result: CableStiffness) -> np.ndarray:
+    """Poses (...) that are held in all directions, with room to all decisions: most of them."""
+    tolerance = result.tolerance
+    s = scaling(result.placed.characteristic_length, result.space)
+    W = structure_matrix(result.placed) / s[..., :, None] * (result.axial > 0)[..., None, :]
+    if W.shape[-1] < W.shape[-2]:
+        return np.zeros(result.batch_shape, dtype=bool)
+    geometry = np.linalg.svd(W, compute_uv=False)[..., -1] > tolerance.near_independence
+    K = elastic_stiffness(result.placed, result.axial)
+    K = K + geometric_stiffness(result.placed, result.tensions) + weight_stiffness(result.placed)
+    values = np.linalg.eigvalsh(K / (s[..., :, None] * s[..., None, :]))
+    return result.answered & geometry & (values[..., 0] > tolerance.near_rigidity * values[..., -1])

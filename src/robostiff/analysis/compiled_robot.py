@@ -33,9 +33,9 @@ from robostiff.record import Entry
 from robostiff.recorded import RecordedRobot, record_at_joints, record_at_pose
 from robostiff.spatial.batch import empty_batch
 
-# Poses at once: their rows of inputs and results stay in the second-level cache until they are
-# written to their places. A multiple of all widths of vectors, so that no bit depends on it.
-_CHUNK = 4096
+# Poses at once: their rows of results stay in the cache until they are written to their places. A
+# multiple of all widths of vectors, so that no bit depends on it.
+_CHUNK = 8192
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.flexible_platform import legs_on_platform
 from robostiff.analysis.leg_matrices import LegMatrices, leg_matrices
+from robostiff.analysis.cable_result import CableStiffness
+from robostiff.analysis.cable_stiffness import cable_stiffness
 from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import (
@@ -26,6 +28,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Pose, Posture, PostureFinder
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space, as_floats
 
@@ -60,6 +63,7 @@ class SnapshotStiffness:
     origin: np.ndarray
 
 
+@overload
 def stiffness(
     robot: Robot | Snapshot | Network,
     pose: Pose = None,
@@ -67,7 +71,23 @@ def stiffness(
     method: Form = _DEFAULT_METHOD,
     at: ArrayLike | None = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
-) -> RobotStiffness:
+) -> RobotStiffness: ...
+@overload
+def stiffness(
+    robot: CableRobot,
+    pose: Pose = None,
+    *,
+    at: ArrayLike | None = None,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> CableStiffness: ...
+def stiffness(
+    robot: Robot | Snapshot | Network | CableRobot,
+    pose: Pose = None,
+    *,
+    method: Form = _DEFAULT_METHOD,
+    at: ArrayLike | None = None,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> RobotStiffness | CableStiffness:
     """Cartesian stiffness matrix K_C of a robot at a pose or a batch of poses, F = K_C t.
 
     Each leg's stiffness comes from its compliance and its passive joints by `method`; the legs are
@@ -75,7 +95,7 @@ def stiffness(
 
     Parameters
     ----------
-    robot : Robot, Snapshot or Network
+    robot : Robot, Snapshot, Network or CableRobot
     pose : RigidTransform, array, JointCoordinates or None
         Platform pose; coordinates (..., 6) as x, y, z [m] and rotation vector [rad], or the free
         coordinates of the robot, the others following from the legs; joint coordinates for a serial
@@ -91,6 +111,7 @@ def stiffness(
     Returns
     -------
     RobotStiffness
+        Of a cable robot a `CableStiffness`, as `cable_stiffness` answers it.
 
     Raises
     ------
@@ -107,6 +128,14 @@ def stiffness(
     rotation about x through (0, 0, 2) m
     """
     _check_arguments(robot, method, tolerance)
+    if isinstance(robot, CableRobot):
+        if method != _DEFAULT_METHOD:
+            raise InputError(
+                f"method for cable robot {robot.name!r}",
+                got=method.name,
+                expected="none: forms of K_C are of legs",
+            )
+        return cable_stiffness(robot, pose, at=at, tolerance=tolerance)
     if isinstance(robot, Snapshot | Network) and pose is not None:
         kind = "network" if isinstance(robot, Network) else "snapshot"
         raise InputError(
@@ -241,11 +270,11 @@ def _origin(snapshot: Snapshot, length: np.ndarray) -> np.ndarray:
 
 
 def _check_arguments(robot: Any, method: Any, tolerance: Any) -> None:
-    if not isinstance(robot, Robot | Snapshot | Network):
+    if not isinstance(robot, Robot | Snapshot | Network | CableRobot):
         raise InputError(
             "robot",
             got=robot,
-            expected="a Robot, a Snapshot or a Network",
+            expected="a Robot, a Snapshot, a Network or a CableRobot",
             hint='write load("hexapod")',
         )
     if isinstance(method, type) or not isinstance(method, Form):

@@ -84,7 +84,7 @@ def print_stiffness(
     """Print K at a pose."""
     form = _method(method)
     robot = load(source, parameters_from(settings))
-    result = stiffness(robot, pose_from(robot, place), method=form, at=_at(place))
+    result = stiffness(robot, pose_from(robot, place), method=form, at=point_from(place))
     if as_json:
         _print_json(stiffness_data(result))
     elif tables.on_terminal():
@@ -100,7 +100,7 @@ def print_deflection(
     """Print the deflection under a load."""
     robot = load(source, parameters_from(settings))
     F = wrench_from(wrench, robot.space)
-    result = deflection(robot, pose_from(robot, place), F, at=_at(place))
+    result = deflection(robot, pose_from(robot, place), F, at=point_from(place))
     if as_json:
         _print_json(deflection_data(result))
     elif tables.on_terminal():
@@ -210,7 +210,8 @@ def _joints(robot: Robot, text: str) -> list[float]:
     return parse_quantities(text, dimensions, names, "--joints")
 
 
-def _at(place: Place) -> list[float] | None:
+def point_from(place: Place) -> list[float] | None:
+    """The point asked for, or None for the robot's own."""
     if place.at is None:
         return None
     return parse_quantities(place.at, [Dimension.LENGTH] * 3, ["x", "y", "z"], "--at")

@@ -164,6 +164,37 @@ def deflection(
 
 @app.command()
 @reported
+def indices(
+    robot: RobotArgument,
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    at: AtOption = None,
+    length: Annotated[
+        str | None,
+        typer.Option(
+            "--length",
+            metavar="LENGTH",
+            help="Characteristic length of the indices that need one [m]; the robot's own at the "
+            "pose when left out.",
+        ),
+    ] = None,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Print stiffness indices: how stiff, in which directions, about which points and axes.
+
+    Example: robostiff indices hexapod --pose "60 mm 0 0.9 0 10 deg 0" --length "100 mm"
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands import Place
+    from robostiff.cli.commands_indices import print_indices
+
+    return print_indices(robot, Place(pose, joints, at), length, set_ or [], json_)
+
+
+@app.command()
+@reported
 def verify(
     robot: RobotArgument,
     pose: PoseOption = None,

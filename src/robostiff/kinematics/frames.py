@@ -36,6 +36,8 @@ class Loop:
 
     Attributes
     ----------
+    name : str
+        Of the branch; empty for the chain itself, which must end on the platform.
     R, p : (..., 3, 3) and (..., 3) arrays
         Frame in which the branch ends [m].
     R_wanted, p_wanted : (..., 3, 3) and (..., 3) arrays
@@ -44,6 +46,7 @@ class Loop:
         Places of the coordinates that move the one and the other.
     """
 
+    name: str
     R: np.ndarray
     p: np.ndarray
     R_wanted: np.ndarray
@@ -167,10 +170,11 @@ class _Walk:
         first = walks[0]
         end = block.branches[0].end.inverse
         first.go(end.p, end.R)
-        for branch, walk, (R, p) in zip(block.branches[1:], walks[1:], ends[1:], strict=True):
+        for i, branch in enumerate(block.branches[1:], start=1):
             wanted = _Walk(first.R, first.p, self.way)
             wanted.go(branch.end.p, branch.end.R)
-            loop = Loop(R, p, wanted.R, wanted.p, tuple(walk.led_by), tuple(first.led_by))
+            moved_by = tuple(walks[i].led_by), tuple(first.led_by)
+            loop = Loop(legs[i].name, *ends[i], wanted.R, wanted.p, *moved_by)
             self.way.loops.append(loop)
         self.placed.append(PlacedBlock(f"{self.prefix}{block.name}", tuple(legs)))
         self.R, self.p = first.R, first.p

@@ -6,7 +6,7 @@ whose bodies form legs between base and platform becomes a `model.Robot`; any ot
 """
 
 from robostiff.linkage.closure import Configuration, close
-from robostiff.linkage.essential import essential
+from robostiff.linkage.essential import essential, welded_places
 from robostiff.linkage.legs import robot_of
 from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.linkage.network_at import network_at
@@ -19,4 +19,5 @@ __all__ = [
     "essential",
     "network_at",
     "robot_of",
+    "welded_places",
 ]

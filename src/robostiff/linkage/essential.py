@@ -40,7 +40,7 @@ def _welded(linkage: Linkage) -> Linkage:
     InputError
         When base and platform become one, or welds contradict each other.
     """
-    places = _places_in_wholes(linkage)
+    places = welded_places(linkage)
     if places[linkage.base][0] == places[linkage.platform][0]:
         raise InputError(
             f"platform {linkage.platform!r}",
@@ -56,8 +56,14 @@ def _welded(linkage: Linkage) -> Linkage:
     return _with(linkage, tuple(kept))
 
 
-def _places_in_wholes(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
-    """For every body the one that it becomes part of, and its frame in that one."""
+def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
+    """For every body the one that it becomes part of, and its frame in that one.
+
+    Raises
+    ------
+    InputError
+        When welds contradict each other.
+    """
     welds: dict[str, list[tuple[str, Frame, str]]] = {body: [] for body in linkage.bodies}
     for c in linkage.connections:
         if c.element is None:

@@ -32,7 +32,8 @@ class PlatformFlexibility:
         For each part by its name a matrix E: wrenches F on the nodes store the energy F . E F / 2
         in it [m/N, 1/N, rad/(N m)].
     motions : (n N, k) array
-        Motions of the nodes that the platform itself leaves free [m, rad].
+        Motions of the nodes that the platform itself leaves free [m, rad]; zero for motions that
+        leave all of them at rest.
     motion_names : tuple of str
         The freedoms of parts that move in each of them.
     """
@@ -104,8 +105,8 @@ def platform_flexibility(
     for c, rows in zip(equations.connections, system.wrench_rows, strict=True):
         carried = x[rows]
         parts[c.name] = carried.T @ c.S @ carried / unit
-    motions = _motions(able, nodes, transports)
-    return PlatformFlexibility(parts, motions / s[:, None], _motion_names(equations, able))
+    motions, names = _motions(equations, able, nodes, transports)
+    return PlatformFlexibility(parts, motions / s[:, None], names)
 
 
 def _network(platform: FlexiblePlatform, space: Space) -> Network:
@@ -126,24 +127,27 @@ def _network(platform: FlexiblePlatform, space: Space) -> Network:
     )
 
 
-def _motions(able: Mobility, nodes: Sequence[str], transports: list[np.ndarray]) -> np.ndarray:
-    """Scaled motions of the nodes (n N, k)."""
-    n = len(transports[0])
-    columns = [np.zeros((n * len(nodes), 0))]
+def _motions(
+    equations: Equations, able: Mobility, nodes: Sequence[str], transports: list[np.ndarray]
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Scaled unit motions of the nodes (n N, k), and which freedoms move in each.
+
+    Exact zeros tell a motion that leaves all these nodes where they are.
+    """
+    n = equations.size
+    freedoms = [name for c in equations.connections for name in c.freedom_names]
+    columns, names = [np.zeros((n * len(nodes), 0))], []
     for mechanism in able.mechanisms:
         own = np.zeros((n * len(nodes), mechanism.motions.shape[-1]))
         for i, (name, D) in enumerate(zip(nodes, transports, strict=True)):
             if name in mechanism.nodes:
                 own[n * i : n * (i + 1)] = D @ mechanism.motions[mechanism.nodes.index(name)]
-        columns.append(own)
-    return np.hstack(columns)
-
-
-def _motion_names(equations: Equations, able: Mobility) -> tuple[str, ...]:
-    freedoms = [name for c in equations.connections for name in c.freedom_names]
-    names = []
-    for mechanism in able.mechanisms:
-        for rates in freedom_rates(equations, mechanism).T:
-            moving = [name for name, rate in zip(freedoms, rates, strict=True) if abs(rate) > _MOVES]
+        U, values, Vt = np.linalg.svd(own)
+        kept = np.zeros_like(own)
+        for k in np.flatnonzero(values > equations.tolerance.independence):
+            kept[:, k] = U[:, k]
+        columns.append(kept)
+        for rates in (freedom_rates(equations, mechanism) @ Vt.T).T:
+            moving = (name for name, rate in zip(freedoms, rates, strict=True) if abs(rate) > _MOVES)
             names.append(" + ".join(moving))
-    return tuple(names)
+    return np.hstack(columns), tuple(names)

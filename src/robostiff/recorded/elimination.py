@@ -57,24 +57,25 @@ class Conjugate:
     losses: list[Any]
 
 
-def transmitted_by(twists: Sequence[Column], size: int, length: float) -> Transmitted:
+def transmitted_by(
+    twists: Sequence[Column], start: Sequence[Column], scale: Sequence[float]
+) -> Transmitted:
     """Basis of the wrenches that do no work on passive twists, by elimination.
 
-    All unit wrenches are transmitted to begin with; each joint removes the one that drives it, a
+    All of a start are transmitted to begin with; each joint removes the one that drives it, a
     trivial joint by deletion as in (19).
 
     Parameters
     ----------
     twists : sequence of Column
         J_q column by column.
-    size : int
-        6, or 3 in the plane.
-    length : float
-        Characteristic length [m], by which turns and moments are scaled.
+    start : sequence of Column
+        Unit wrenches, or others, perhaps with further entries that come along.
+    scale : sequence of float
+        By which entries of twists are multiplied, and those of wrenches divided, to be compared:
+        1 for a shift or force, the characteristic length [m] for a turn or moment.
     """
-    turns = size // 2 if size == 6 else 2
-    scale = [1.0] * turns + [length] * (size - turns)
-    wrenches: list[Column] = [[int(i == k) for i in range(size)] for k in range(size)]
+    wrenches = [list(w) for w in start]
     losses: list[Any] = []
     redundant = []
     for twist in twists:
@@ -123,7 +124,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     Raises
     ------
     InputError
-        When a wrench meets no compliance.
+        When a wrench meets no compliance. (One that holds nothing may: it is left out.)
     """
     left = [list(w) for w in wrenches]
     n = len(left)
@@ -138,6 +139,8 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
         part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
         pivot = min(open_, key=lambda i: _coupling(M[i], i, part[i]))
         if part[pivot] <= _RIGID:
+            if all(_idle(left[i]) for i in open_):
+                break  # stress that rigid branches give one another
             raise InputError(
                 f"leg {leg!r}",
                 got="a transmitted wrench that meets no compliance",
@@ -160,6 +163,11 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
                 if j >= i:
                     M[i][j] = M[j][i] = M[i][j] - factor * M[pivot][j]
     return Conjugate(done, mu, losses)
+
+
+def _idle(wrench: Column) -> bool:
+    """Whether nothing but rounding is left of a wrench."""
+    return all(_most(x) <= _RIGID for x in wrench)
 
 
 def dot(a: Sequence[Any] | np.ndarray, b: Sequence[Any] | np.ndarray) -> Any:

@@ -11,18 +11,12 @@ import numpy as np
 from robostiff.model import PlacedLeg
 from robostiff.record import Entry, Record
 from robostiff.recorded.bounds import lower_bound
-from robostiff.recorded.elimination import (
-    Column,
-    Conjugate,
-    made_conjugate,
-    transmitted_by,
-    usual_size,
-)
+from robostiff.recorded.carried import carried_by
+from robostiff.recorded.elimination import Column, Conjugate, made_conjugate, usual_size
 from robostiff.recorded.rigidity import compliance_ratio
 from robostiff.recorded.working_frame import (
     LocalLeg,
     WorkingFrame,
-    energy_of,
     local_leg,
     to_world,
     working_frames,
@@ -111,19 +105,17 @@ class LegRecorder:
         self, leg: PlacedLeg, local: LocalLeg, frame: WorkingFrame, number: int
     ) -> RecordedLeg:
         rows = self.space.rows
-        twists = [[twist[row] for row in rows] for twist in local.twists]
-        transmitted = transmitted_by(twists, len(rows), self.length)
-        energy = energy_of(local, transmitted.wrenches, rows)
-        conjugate = made_conjugate(transmitted.wrenches, energy, leg.name)
+        carried = carried_by(local, rows, self.length)
+        conjugate = made_conjugate(carried.wrenches, carried.energy, leg.name)
         return RecordedLeg(
             name=leg.name,
             wrenches=[to_world(w, frame, self.reference, rows) for w in conjugate.wrenches],
             mu=conjugate.mu,
-            losses=[*transmitted.losses, *conjugate.losses, *self._near_rigid(local, conjugate)],
-            redundant=transmitted.redundant,
+            losses=[*carried.losses, *conjugate.losses, *self._near_rigid(local, conjugate)],
+            redundant=carried.redundant,
             frame=number,
-            basis=[to_world(w, frame, self.reference, rows) for w in transmitted.wrenches],
-            energy=energy,
+            basis=[to_world(w, frame, self.reference, rows) for w in carried.wrenches],
+            energy=carried.energy,
         )
 
     def _near_rigid(self, local: LocalLeg, conjugate: Conjugate) -> list[Any]:

@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics import BlockCompliance, Tolerance, block_compliance
 from robostiff.record import Entry
 from robostiff.recorded.elimination import Column, Conjugate
 from robostiff.recorded.working_frame import LocalLeg
 from robostiff.spatial import skew
+
+_NOTHING = 1e-20  # square of a wrench beside 1: rounding
 
 
 def compliance_ratio(
@@ -37,19 +40,43 @@ def compliance_ratio(
         return 1.0
     own = list(rows)
     scale = np.array([1.0] * 3 + [length] * 3)[own]
-    C = sum(
-        (_moved_compliance(spring.R, spring.p, spring.compliance, count) for spring in leg.springs),
-        np.zeros((count, 6, 6)),
-    )
-    for twist, stiffness in leg.drives:
-        t = at_samples(twist, count)
-        C = C + t[:, :, None] * t[:, None, :] / at_samples([stiffness], count)[:, :, None]
+    C = _compliance(leg, length, count)
     trace = np.einsum("sii,i->s", C[:, own][:, :, own], scale**2)
     ratios = []
     for w, mu in zip(conjugate.wrenches, conjugate.mu, strict=True):
         unit = at_samples(w, count) / scale
-        ratios.append(at_samples([mu], count)[:, 0] / np.einsum("si,si->s", unit, unit) / trace)
-    return float(np.min(ratios))
+        square = np.einsum("si,si->s", unit, unit)
+        if np.all(square > _NOTHING):
+            ratios.append(at_samples([mu], count)[:, 0] / square / trace)
+    return float(np.min(ratios, initial=1.0))
+
+
+def _compliance(leg: LocalLeg, length: float, count: int) -> np.ndarray:
+    """Compliance of a leg about the origin of its frame, joints held (samples, 6, 6)."""
+    C = np.zeros((count, 6, 6))
+    for spring in leg.springs:
+        C = C + _moved_compliance(spring.R, spring.p, spring.compliance, count)
+    for twist, stiffness in leg.drives:
+        t = at_samples(twist, count)
+        C = C + t[:, :, None] * t[:, None, :] / at_samples([stiffness], count)[:, :, None]
+    for block in leg.blocks:
+        C = C + _block(block, length, count).C
+    return C
+
+
+def _block(block: Sequence[LocalLeg], length: float, count: int) -> BlockCompliance:
+    branches = []
+    for branch in block:
+        J_q = [at_samples(twist, count) for twist in branch.twists]
+        J_q += [J for inner in branch.blocks for J in _freedoms(inner, length, count)]
+        J = np.stack(J_q, axis=-1) if J_q else np.zeros((count, 6, 0))
+        branches.append((_compliance(branch, length, count), J))
+    return block_compliance(branches, np.full(count, length), Tolerance())
+
+
+def _freedoms(block: Sequence[LocalLeg], length: float, count: int) -> list[np.ndarray]:
+    J_q = _block(block, length, count).J_q
+    return [J_q[..., i] for i in range(J_q.shape[-1])]
 
 
 def at_samples(column: Column | np.ndarray, count: int) -> np.ndarray:

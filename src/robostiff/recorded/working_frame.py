@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -50,11 +50,14 @@ class LocalLeg:
     springs : list of LocalSpring
     drives : list of (Column, stiffness)
         Twists of the elastic joints.
+    blocks : list of tuples of LocalLeg
+        The branches of each parallel block.
     """
 
     twists: list[Column]
     springs: list[LocalSpring]
     drives: list[tuple[Column, Any]]
+    blocks: list[tuple[LocalLeg, ...]] = field(default_factory=list)
 
     @property
     def entries(self) -> int:
@@ -62,13 +65,18 @@ class LocalLeg:
         seen = [x for twist in self.twists for x in twist]
         seen += [x for spring in self.springs for x in (*spring.R.flat, *spring.p)]
         seen += [x for twist, _ in self.drives for x in twist]
-        return sum(isinstance(x, Entry) for x in seen)
+        inner = sum(branch.entries for block in self.blocks for branch in block)
+        return sum(isinstance(x, Entry) for x in seen) + inner
 
 
 def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float) -> LocalLeg:
     """A leg in a working frame; what is 0 or 1 there at all poses becomes a number."""
     twists, springs, drives = [], [], []
-    for element in leg.elements:
+    blocks = [
+        tuple(local_leg(branch, frame, record, length) for branch in block.branches)
+        for block in leg.blocks
+    ]
+    for element in leg.without_blocks.elements:
         p = [record.settled(x, length) for x in turned_back(frame.R, element.point - frame.p)]
         if isinstance(element, PlacedFreedom):
             axis = [record.settled(x) for x in turned_back(frame.R, element.axis)]
@@ -88,7 +96,7 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
         spring = LocalSpring(R, np.array(p, dtype=object), element.elasticity.compliance)
         springs.append(spring)
         twists.extend(_spring_freedom(spring, f) for f in element.elasticity.freedoms.T)
-    return LocalLeg(twists, springs, drives)
+    return LocalLeg(twists, springs, drives, blocks)
 
 
 def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame]:
@@ -99,7 +107,7 @@ def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame
     yield world
     rotations = [e.rotation for e in leg.springs] or list(_frames_of_joints(leg))
     points = [
-        e.point for e in leg.elements if isinstance(e, PlacedSpring) or e.motion is Motion.ROTATION
+        e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.motion is Motion.ROTATION
     ]
     tried: set[tuple[Any, ...]] = set()
     for R in rotations or [world.R]:
@@ -125,8 +133,8 @@ def _vanishes(value: Any) -> bool:
     return abs(float(value)) < _SQUARE
 
 
-def energy_of(leg: LocalLeg, wrenches: Sequence[Column], rows: tuple[int, ...]) -> list[list[Any]]:
-    """W^T C W of a leg's wrenches (in some rows of six), spring by spring."""
+def energy_of(leg: LocalLeg, wrenches: Sequence[Column], rows: Sequence[int]) -> list[list[Any]]:
+    """W^T C W of a leg's wrenches (in some rows of six), spring by spring, blocks left out."""
     whole = [_whole(w, rows) for w in wrenches]
     n = len(whole)
     energy: list[list[Any]] = [[0] * n for _ in range(n)]
@@ -189,7 +197,7 @@ def _spring_freedom(spring: LocalSpring, twist: np.ndarray) -> Column:
     return [*(a + b for a, b in zip(move, lever, strict=True)), *turn]
 
 
-def _whole(w: Column, rows: tuple[int, ...]) -> Column:
+def _whole(w: Column, rows: Sequence[int]) -> Column:
     whole: Column = [0] * 6
     for row, x in zip(rows, w, strict=True):
         whole[row] = x

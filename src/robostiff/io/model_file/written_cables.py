@@ -14,6 +14,7 @@ from robostiff.io.model_file.written_repeat import (
     one_or_pattern,
 )
 
+
 class WrittenCableBody(Written):
     """What a cable and the template of repeated cables have in common."""
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,16 +13,15 @@ from robostiff.io.expression import ParameterError, Parameters
 from robostiff.io.model_file.geometry import point
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
-from robostiff.io.rigid_tree.build_joints import build_joints, told_coordinates
+from robostiff.io.rigid_tree.build_joints import build_joints
 from robostiff.io.rigid_tree.build_links import TOOL, LinkEnd, build_links, far_body
 from robostiff.io.rigid_tree.build_loops import Loop, build_loops
 from robostiff.io.rigid_tree.choices import check_known
-from robostiff.io.rigid_tree.tree import JointType, RigidTree
+from robostiff.io.rigid_tree.tree import RigidTree
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool
 from robostiff.io.suggest import Words, listing
-from robostiff.linkage import Connection, Linkage
+from robostiff.linkage import Connection, Linkage, welded_places
 from robostiff.model import Joint
-from robostiff.spatial import Frame
 
 if TYPE_CHECKING:
     from pint import Quantity
@@ -59,8 +59,7 @@ def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
     loops = build_loops(top, written, tree)
     stock = Stock.of_file(top, written.materials, written.sections)
     tool_point = point(top / "tool" / "at", tool.at)
-    wanted = {base, tool.link, *(link for loop in loops for link in loop.links)}
-    ends = _ends(tree, loops, tool.link, tool_point, wanted, joints)
+    ends = _ends(tree, loops, tool, tool_point, base, joints)
     elastic = build_links(top, written.links, tree, ends, stock)
 
     def body(link: str, end: str) -> str:
@@ -80,15 +79,75 @@ def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
         before, after = loop.frames[0], loop.frames[1].inverse
         connections.append(Connection(loop.name, a, b, before, loop.element, after))
     held = {name for name in written.home if isinstance(joints.get(name), Joint)}
+    tool_body = body(tool.link, TOOL)
+    platform = tool_body if written.platform in (None, tool.link) else written.platform
     with top.complaints():
         linkage = Linkage(
             name=written.name or tree.name,
             connections=tuple(connections),
             base=base,
-            platform=body(tool.link, TOOL),
+            platform=platform,
             reference_point=tool_point,
             held=frozenset(held),
             title=written.title,
             source=written.source,
         )
-    return linkage
+        places = welded_places(linkage)
+    (whole, platform_place), (other, tool_place) = places[platform], places[tool_body]
+    if whole != other:
+        raise (top / "tool").error(
+            f"tool on the link {tool.link!r}",
+            got=Words("a link that moves against the platform"),
+            expected=f"one that is fixed to {written.platform!r}",
+        )
+    seen = platform_place.inverse @ tool_place
+    return replace(linkage, reference_point=seen.p + seen.R @ tool_point + 0.0)
+
+
+def _tool(top: Place, written: WrittenSide, tree: RigidTree) -> WrittenTool:
+    if written.platform is not None:
+        check_known(top / "platform", written.platform, "link", tree.links)
+    match written.tool:
+        case WrittenTool():
+            check_known(top / "tool" / "link", written.tool.link, "link", tree.links)
+            return written.tool
+        case str():
+            link = check_known(top / "tool", written.tool, "link", tree.links)
+        case _ if written.platform is not None:
+            link = written.platform
+        case _ if len(tree.leaves) == 1:
+            (link,) = tree.leaves
+        case _:
+            raise (top / "tool").error(
+                "missing key",
+                expected=f"tool: the link whose stiffness is asked for, one of "
+                f"{listing(list(tree.leaves), 30)}, or another one",
+            )
+    return WrittenTool(link=link)
+
+
+def _ends(
+    tree: RigidTree,
+    loops: list[Loop],
+    tool: WrittenTool,
+    tool_point: np.ndarray,
+    base: str,
+    connecting: Container[str],
+) -> dict[str, list[LinkEnd]]:
+    """What each link holds."""
+    leading: set[str] = set()
+    for link in {base, tool.link, *(link for loop in loops for link in loop.links)}:
+        joint = tree.joint_into(link)
+        while joint is not None and joint.name not in leading:
+            leading.add(joint.name)
+            joint = tree.joint_into(joint.parent)
+    ends: dict[str, list[LinkEnd]] = {link: [] for link in tree.links}
+    for joint in tree.joints:
+        if joint.name in connecting:
+            end = LinkEnd(joint.name, joint.before.p, joint.name in leading)
+            ends[joint.parent].append(end)
+    for loop in loops:
+        for link, frame in zip(loop.links, loop.frames, strict=True):
+            ends[link].append(LinkEnd(loop.name, frame.p, leads_on=True))
+    ends[tool.link].append(LinkEnd(TOOL, tool_point, leads_on=bool(np.any(tool_point))))
+    return ends

@@ -113,7 +113,12 @@ def _home(
     """The coordinates that are told, those that follow from another joint, or the tree's own."""
     factor, offset = 1.0, 0.0
     passed = set()
-    while joint.name not in told and joint.mimic is not None and joint.name not in passed:
+    while (
+        joint.name not in told
+        and joint.mimic is not None
+        and joint.mimic.joint in by_name
+        and joint.name not in passed
+    ):
         passed.add(joint.name)
         factor, offset = factor * joint.mimic.multiplier, offset + factor * joint.mimic.offset
         joint = by_name[joint.mimic.joint]

@@ -78,6 +78,7 @@ def build_links(
         Materials and sections of the side file.
     """
     links = {}
+    taken = {joint.name for joint in tree.joints} | {loop.name for loop in tree.loops}
     for name, entry in written.items():
         place = top / "links" / name
         check_known(place, name, "link", tree.links)
@@ -85,8 +86,9 @@ def build_links(
         joint = tree.joint_into(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
         link = _link(place, name, entry, end.point - start, stock)
+        own = f"link {name}" if name in taken else name
         connection = Connection(
-            name, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
+            own, name, far_body(name), _at(start), link, _at(-start - np.asarray(link.to))
         )
         links[name] = ElasticLink(connection, end.name)
     return links

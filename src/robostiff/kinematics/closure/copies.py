@@ -52,14 +52,17 @@ def _is_copy(first: Branch, other: Branch) -> bool:
         np.abs(other.end.R - first.end.R).max(),
         np.abs(two.R - one.R).max(),
     )
-    shifted = [two.p - one.p - shift, other.end.p - first.end.p - shift]
+    shifted = [two.p - one.p - shift]
     for f, g in zip(one.freedoms, two.freedoms, strict=True):
         if f.motion is not g.motion or np.abs(f.axis - g.axis).max() > _SAME:
             return False
         if f.motion is Motion.ROTATION:
             apart = g.point - f.point - shift
             shifted.append(apart - f.axis * (f.axis @ apart))
-    return max(turned) <= _SAME and max(np.linalg.norm(gap) for gap in shifted) <= size
+    # The body after the block may be turned against the one before.
+    longer = np.linalg.norm(other.end.p - first.end.p) - np.linalg.norm(shift)
+    apart = max(abs(longer), *(np.linalg.norm(gap) for gap in shifted))
+    return bool(max(turned) <= _SAME and apart <= size)
 
 
 def _kinds(chain: Chain) -> list[object]:

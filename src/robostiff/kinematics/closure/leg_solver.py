@@ -19,6 +19,7 @@ from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side, product
 
 ClosedForm = Strut | Rod | SlidingRod
+_CLOSED = 1e-7
 
 
 @dataclass(frozen=True)
@@ -95,14 +96,14 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
         )
     if closed_form is not None and copies is not None:
         home = _copied(closed_form.solve(R_home, p_home), copies)
-    else:
-        copies = np.arange(leg.chain.size)
-        task = NewtonTask((leg,), (), length)
-        guess = leg.chain.home[None, :]
-        _, (closed,) = task.close(home_pose[None, :], [guess])
-        home = closed[0]
-    _check_home(leg, home, home_pose, length)
-    return LegSolver(leg, closed_form, copies, home_pose, home, length)
+        if not leg.chain.has_blocks or max(_gap_at_home(leg, home, home_pose, length)) <= _CLOSED:
+            _check_home(leg, home, home_pose, length)
+            return LegSolver(leg, closed_form, copies, home_pose, home, length)
+    task = NewtonTask((leg,), (), length)
+    _, (closed,) = task.close(home_pose[None, :], [leg.chain.home[None, :]])
+    _check_home(leg, closed[0], home_pose, length)
+    alone = np.arange(leg.chain.size)
+    return LegSolver(leg, None, alone, home_pose, closed[0], length)
 
 
 def _recognised(path: Chain) -> ClosedForm | None:
@@ -135,17 +136,24 @@ def frame_in_base(
 
 
 def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
-    R_wanted, p_wanted = attachment_frame(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
-    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
-    shift, turn = 0.0, 0.0
-    for gap in gaps(leg, placed, R_wanted, p_wanted):
-        shift = max(shift, float(np.linalg.norm(gap.p_wanted - gap.p)))
-        turn = max(turn, float(np.linalg.norm(vector_of_turn(gap.R_wanted @ gap.R.T))))
-    if shift > 1e-7 * length or turn > 1e-7:
+    shift, turn = _gap_at_home(leg, q, home_pose, length)
+    if max(shift, turn) > _CLOSED:
         raise InputError(
             f"home configuration of leg {leg.name!r}",
-            got=f"a gap of {shift:.4g} m and {np.degrees(turn):.4g} deg at the platform",
+            got=f"a gap of {shift * length:.4g} m and {np.degrees(turn):.4g} deg at the platform",
             expected="a leg that closes at the home pose",
             hint="check its dimensions and the directions of its frames and axes, or give the "
             "joints home coordinates near the closed configuration",
         )
+
+
+def _gap_at_home(
+    leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float
+) -> tuple[float, float]:
+    """Largest shift, as a part of the length, and turn by which the leg or a loop stays open."""
+    frame = attachment_frame(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
+    shift, turn = 0.0, 0.0
+    for gap in gaps(leg, place_chain(leg.chain, q, leg.base.R, leg.base.p), *frame):
+        shift = max(shift, float(np.linalg.norm(gap.p_wanted - gap.p)) / length)
+        turn = max(turn, float(np.linalg.norm(vector_of_turn(gap.R_wanted @ gap.R.T))))
+    return shift, turn

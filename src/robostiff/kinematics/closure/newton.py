@@ -191,7 +191,7 @@ def gaps(
 ) -> Iterator[Loop]:
     """What must close: the leg on its frame of the platform, then the loops inside the leg."""
     main = tuple(leg.chain.main_places.tolist())
-    yield Loop(placed.R, placed.p, R_platform, p_platform, own=main, leading=())
+    yield Loop("", placed.R, placed.p, R_platform, p_platform, own=main, leading=())
     yield from placed.loops
 
 

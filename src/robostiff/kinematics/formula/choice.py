@@ -39,7 +39,8 @@ def choice_of(chain: Chain, A: Cluster, B: Cluster, along: np.ndarray, spin: int
     Parameters
     ----------
     chain : Chain
-        Of floats.
+        Of floats; places of coordinates are those of its main path. Where it has parallel blocks
+        everything is chosen: a half turn moves their other branches.
     A, B : Cluster
         Joints at the ends of the rod.
     along : (3,) array
@@ -48,6 +49,8 @@ def choice_of(chain: Chain, A: Cluster, B: Cluster, along: np.ndarray, spin: int
         Place of a turn about the rod itself.
     """
     turned_by_far = spin is not None or A.is_ball
+    if chain.has_blocks:
+        return Choice(_has_two_ways(A), turned_by_far and _has_two_ways(B), spin=True)
     far = (A.places[-1] if spin is None else spin) + 1, B.places[0]
     near = A.places[-1] + 1, B.places[0] if spin is None else spin
     second = (

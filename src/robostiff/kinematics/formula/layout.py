@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics.formula.body import Body, direction_across
-from robostiff.kinematics.frames import PlacedChain, telescopic_elasticity
+from robostiff.kinematics.formula.tidy import size_of, tidied_point
+from robostiff.kinematics.frames import Loop, PlacedChain, telescopic_elasticity
 from robostiff.model import (
     Chain,
     Joint,
     Link,
+    ParallelBlock,
+    PlacedBlock,
+    PlacedElement,
     PlacedFreedom,
+    PlacedLeg,
     PlacedSpring,
     Rigid,
     Telescope,
@@ -43,8 +48,31 @@ class Stretch:
 
 
 @dataclass(frozen=True)
+class _Shift:
+    """From the first branch of a block to a copy, at zero coordinates and now."""
+
+    zero: np.ndarray
+    now: np.ndarray
+
+    def point(self, body: Body, x: np.ndarray) -> np.ndarray:
+        """Where a point of a copy is, which a body like this one carries."""
+        return body.point(x) if self is _UNSHIFTED else body.point(x - self.zero) + self.now
+
+
+_UNSHIFTED = _Shift(np.zeros(3, dtype=object), np.zeros(3, dtype=object))
+
+
+@dataclass(frozen=True)
+class _Tour:
+    """What is met while elements are laid out."""
+
+    loops: Mapping[str, Loop]
+    misses: list[np.ndarray] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
 class Layout:
-    """Bodies of a leg in the world.
+    """Bodies of a leg in the world; joints and places are those of the main path of its chain.
 
     Attributes
     ----------
@@ -64,29 +92,74 @@ class Layout:
         """The body that follows so many elementary joints."""
         return self.bodies[max(start for start in self.bodies if start <= joints)]
 
-    def elements(self, chain: Chain, zero: PlacedChain) -> Iterator[PlacedFreedom | PlacedSpring]:
-        """The elements of a chain, taken along by the bodies that carry them."""
-        freedoms = zero.freedoms
-        springs = (e for e in zero.elements if isinstance(e, PlacedSpring))
-        joints = 0
+    def elements(
+        self, chain: Chain, zero: PlacedChain
+    ) -> tuple[list[PlacedElement], list[np.ndarray]]:
+        """The elements of a chain, taken along by the bodies that carry them.
+
+        Branches of its blocks are copies, shifted from the first: they move as it does. By how much
+        the body after a block then misses their ends comes second, as parts of the shift.
+        """
+        tour = _Tour({loop.name: loop for loop in zero.loops})
+        return list(self._elements(chain, zero.elements, 0, _UNSHIFTED, tour)), tour.misses
+
+    def _elements(
+        self,
+        chain: Chain,
+        zero: Sequence[PlacedElement],
+        joints: int,
+        shift: _Shift,
+        tour: _Tour,
+    ) -> Iterator[PlacedElement]:
+        """Elements of a chain or a branch that begins after so many joints of the main path."""
+        left: Iterator[Any] = iter(zero)
         for element in chain.elements:
-            if isinstance(element, Link):
-                yield self._spring(next(springs), self.after(joints))
+            if isinstance(element, ParallelBlock):
+                yield self._block(element, next(left), joints, shift, tour)
+                joints += element.branches[0].chain.main_places.size
+            elif isinstance(element, Link):
+                yield self._spring(next(left), self.after(joints), shift)
             elif not isinstance(element, Rigid):
                 size = element.size if isinstance(element, Joint) else 1
                 for place in range(joints, joints + size):
-                    yield self._freedom(freedoms[place], place)
+                    yield self._freedom(next(left), place, shift)
                 joints += size
                 if isinstance(element, Telescope):
-                    yield from self._beams(element, springs, joints - 1)
+                    yield from self._beams(element, left, joints - 1, shift)
 
-    def lengths(self, chain: Chain) -> Iterator[Any]:
-        """Lengths of the telescopes' beams that a pose can make negative [m]."""
+    def _block(
+        self, block: ParallelBlock, zero: PlacedBlock, joints: int, shift: _Shift, tour: _Tour
+    ) -> PlacedBlock:
+        first, near = zero.branches[0], self.after(joints)
+        far = self.after(joints + block.branches[0].chain.main_places.size)
+        legs = []
+        for branch, own in zip(block.branches, zero.branches, strict=True):
+            shifted = shift
+            if own is not first:
+                apart = tidied_point(own.end - first.end)
+                now = near.direction(apart)
+                shifted = _Shift(shift.zero + apart, shift.now + now)
+                wanted = tidied_point(tour.loops[own.name].p_wanted - first.end)
+                size = np.linalg.norm([size_of(x) for x in wanted])
+                tour.misses.append((far.direction(wanted) - now) * (1 / size))
+            elements = tuple(self._elements(branch.chain, own.elements, joints, shifted, tour))
+            legs.append(PlacedLeg(own.name, elements, shifted.point(far, own.end)))
+        return PlacedBlock(zero.name, tuple(legs))
+
+    def lengths(self, chain: Chain, copies: Sequence[int]) -> Iterator[Any]:
+        """Lengths of the telescopes' beams that a pose can make negative [m].
+
+        Parameters
+        ----------
+        chain : Chain
+        copies : sequence of int
+            For each of its coordinates the place on the main path.
+        """
         for element, where in chain.moving:
-            if isinstance(element, Telescope) and where.start in self.slides:
+            if isinstance(element, Telescope) and copies[where.start] in self.slides:
                 for beam in element.beams:
                     if not is_zero(beam.share):
-                        yield self.slides[where.start].of(beam)
+                        yield self.slides[copies[where.start]].of(beam)
 
     def coordinate(self, zero: PlacedChain, place: int) -> Any:
         """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.
@@ -112,36 +185,36 @@ class Layout:
         sine = near.direction(freedom.axis) @ cross(before, after)
         return arc_tangent(sine, before @ after)
 
-    def _freedom(self, freedom: PlacedFreedom, place: int) -> PlacedFreedom:
+    def _freedom(self, freedom: PlacedFreedom, place: int, shift: _Shift) -> PlacedFreedom:
         body = self.after(place)
         axis = self.ball_axes.get(place)
         axis = body.direction(freedom.axis) if axis is None else axis
         return PlacedFreedom(
-            freedom.name, freedom.motion, body.point(freedom.point), axis, freedom.role
+            freedom.name, freedom.motion, shift.point(body, freedom.point), axis, freedom.role
         )
 
-    def _spring(self, spring: PlacedSpring, body: Body) -> PlacedSpring:
+    def _spring(self, spring: PlacedSpring, body: Body, shift: _Shift) -> PlacedSpring:
         return PlacedSpring(
-            spring.name, body.point(spring.point), body.axes(spring.rotation), spring.elasticity
+            spring.name, shift.point(body, spring.point), body.axes(spring.rotation), spring.elasticity
         )
 
     def _beams(
-        self, telescope: Telescope, springs: Iterator[PlacedSpring], place: int
+        self, telescope: Telescope, springs: Iterator[PlacedSpring], place: int, shift: _Shift
     ) -> Iterator[PlacedSpring]:
         near, far = self.after(place), self.after(place + 1)
         share: Any = 0
         for beam in telescope.beams:
             spring = next(springs)
             if place not in self.slides:  # locked: its length is that at home
-                yield self._spring(spring, near)
+                yield self._spring(spring, near, shift)
                 continue
             stretch = self.slides[place]
             share = share + beam.share
             if share == 1:
-                point = far.point(spring.point)
+                point = shift.point(far, spring.point)
             else:
                 e = spring.rotation[:, 0]
-                point = near.point(spring.point + e * (share * stretch.offset))
+                point = shift.point(near, spring.point + e * (share * stretch.offset))
                 point = point + near.direction(e) * (share * stretch.length)
             elasticity = telescopic_elasticity(beam, np.asarray(stretch.of(beam), dtype=object))
             yield PlacedSpring(spring.name, point, near.axes(spring.rotation), elasticity)

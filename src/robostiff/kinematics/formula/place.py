@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from robostiff.kinematics.formula.pose import FormulaPose
 from robostiff.kinematics.formula.rod_ends import PlacedRod, RodEnds, placed_rod
 from robostiff.kinematics.formula.tidy import size_of, tidied, tidied_point
 from robostiff.kinematics.frames import PlacedChain, place_chain
-from robostiff.model import Leg, PlacedLeg, PlacedSpring
+from robostiff.model import Chain, Leg, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, is_one, is_zero, square_root
 
 _VANISHES = 1e-20  # a square beside 1
@@ -58,7 +59,7 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
             expected="a strut, or a rod on a slide or a crank",
             hint="close it by its solver and write place_leg_at_joints(leg, q)",
         )
-    site = _Site.of(leg, pose, solver.leg)
+    site = _Site.of(leg, pose, solver)
     if isinstance(form, Strut):
         return site.strut(form)
     if isinstance(form, Rod):
@@ -74,8 +75,10 @@ class _Site:
     ----------
     leg, twin : Leg
         The one to be recorded, and the same in floats.
-    zero : PlacedChain
-        At zero coordinates in its own base frame, locked joints at home.
+    copies : sequence of int
+        For each coordinate of the leg its place on the main path.
+    whole, zero : PlacedChain
+        The leg and its main path at zero coordinates in its own base frame, locked joints at home.
     base, platform : Body
     pose : FormulaPose
         Of the platform.
@@ -83,15 +86,16 @@ class _Site:
 
     leg: Leg
     twin: Leg
+    copies: Sequence[int]
+    whole: PlacedChain
     zero: PlacedChain
     base: Body
     platform: Body
     pose: FormulaPose
 
     @classmethod
-    def of(cls, leg: Leg, pose: FormulaPose, twin: Leg) -> _Site:
-        q = np.where(leg.chain.free, 0.0, leg.chain.home)
-        zero = place_chain(leg.chain, q, np.eye(3), np.zeros(3))
+    def of(cls, leg: Leg, pose: FormulaPose, solver: LegSolver) -> _Site:
+        whole, zero = _at_zero(leg.chain), _at_zero(leg.chain.main_path)
         identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
         base = Body(*identity, tidied(leg.base.R), tidied_point(leg.base.p))
         # the platform frame at zero coordinates, in the leg's base frame
@@ -100,7 +104,7 @@ class _Site:
         platform = Body(
             tidied(R_platform), tidied_point(p_platform), tidied(pose.R), tidied_point(pose.p)
         )
-        return cls(leg, twin, zero, base, platform, pose)
+        return cls(leg, solver.leg, solver.copies.tolist(), whole, zero, base, platform, pose)
 
     def strut(self, form: Strut) -> PlacedFormula:
         A, B, place = self._own(form.A), self._own(form.B), form.slide.place
@@ -119,7 +123,7 @@ class _Site:
                 A_now=self.base.point(A.point),
                 B_now=B_now,
                 spin=form.spin,
-                home=self.leg.chain.home,
+                home=self.leg.chain.main_path.home,
                 side=self._side(along),
                 choice=choice_of(self.twin.chain, form.A, form.B, form.slide.axis, form.spin),
             )
@@ -166,7 +170,7 @@ class _Site:
                 A_now=drive.A_now,
                 B_now=B_now,
                 spin=None,
-                home=self.leg.chain.home,
+                home=self.leg.chain.main_path.home,
                 side=self._side(along),
                 choice=choice_of(
                     self.twin.chain, form.A, form.B, line / np.linalg.norm(line), None
@@ -182,21 +186,22 @@ class _Site:
         leg, zero = self.leg, self.zero
         layout = Layout(bodies, slides, rod.ball_axes)
         end = self.platform.point(zero.p)
-        closing = [x for x in rod.misses if size_of(x) > _VANISHES]
+        elements, apart = layout.elements(leg.chain, self.whole)
+        closing = [x for x in (*rod.misses, *(v @ v for v in apart)) if size_of(x) > _VANISHES]
         reaching = [x for x in rod.out_of_reach if not is_zero(x)]
         return PlacedFormula(
-            leg=PlacedLeg(leg.name, tuple(layout.elements(leg.chain, zero)), end),
+            leg=PlacedLeg(leg.name, tuple(elements), end),
             gap=(*closing, *reaching),
-            lengths=tuple(x for x in layout.lengths(leg.chain) if isinstance(x, Entry)),
-            coordinate=lambda place: layout.coordinate(zero, place),
+            lengths=tuple(x for x in layout.lengths(leg.chain, self.copies) if isinstance(x, Entry)),
+            coordinate=lambda place: layout.coordinate(zero, self.copies[place]),
             platform=self.pose,
         )
 
     def _own(self, cluster: Cluster) -> Cluster:
         """A cluster recognised on the leg in floats, with the entries of the leg to be recorded."""
-        own = [self.zero.freedoms[place] for place in cluster.places]
-        axes = tuple(tidied(freedom.axis) for freedom in own)
-        return replace(cluster, point=tidied_point(own[0].point), axes=axes)
+        axes = tuple(tidied(self.zero.freedoms[place].axis) for place in cluster.places)
+        point = tidied_point(self.zero.freedoms[cluster.drawn_at].point)
+        return replace(cluster, point=point, axes=axes)
 
     def _axis(self, slide: Slide) -> np.ndarray:
         return tidied(self.zero.freedoms[slide.place].axis)
@@ -209,3 +214,8 @@ class _Site:
             ):
                 return tidied(spring.rotation[:, 1])
         return direction_across(along)
+
+
+def _at_zero(chain: Chain) -> PlacedChain:
+    zero = np.where(chain.free, 0.0, chain.home)
+    return place_chain(chain, zero, np.eye(3), np.zeros(3))

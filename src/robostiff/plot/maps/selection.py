@@ -36,6 +36,8 @@ class Selection:
     regions : tuple of Region
     where : str
         What else was chosen, in words.
+    factor : float
+        From SI units to the unit of the label.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Selection:
     values: np.ndarray
     regions: tuple[Region, ...]
     where: str
+    factor: float
 
 
 def select(
@@ -111,7 +114,7 @@ def select(
     order = [*along, *(dim for dim in own["status"].dims if dim not in along)]
     own = own.transpose(*order)
     values = np.asarray(part.transpose(*order).values, dtype=float)
-    rank = full_rank if full_rank is not None else _rows(found)
+    rank = full_rank if full_rank is not None else matrix_size(found)
     parts = regions(own, values, rank)
     shown = shown_values(values, parts)
     largest = float(np.nanmax(np.abs(shown))) if np.any(np.isfinite(shown)) else 0.0
@@ -120,7 +123,13 @@ def select(
     axes = tuple(coordinate_axis(found, name) for name in along)
     title = f"{label} [{unit}]" if unit else label
     return Selection(
-        str(found.attrs.get("robot", "")), title, axes, times * shown, parts, ", ".join(words)
+        name=str(found.attrs.get("robot", "")),
+        label=title,
+        axes=axes,
+        values=times * shown,
+        regions=parts,
+        where=", ".join(words),
+        factor=times,
     )
 
 
@@ -187,5 +196,25 @@ def _first(found: xarray.Dataset, name: str) -> float | str | int:
     return 0
 
 
-def _rows(found: xarray.Dataset) -> int:
-    return 3 if len(str(found.attrs.get("pose_coordinates", "")).split()) == 3 else 6
+def matrix_size(found: xarray.Dataset) -> int:
+    """Rows of the stiffness matrix whose ranks a map tells.
+
+    Raises
+    ------
+    InputError
+        When the map does not tell.
+    """
+    for dim, planar in (("row", 3), ("principal_rotation", 1), ("rotation_axis", 1)):
+        if dim in found.sizes:
+            return 3 if found.sizes[dim] == planar else 6
+    if "wrench_order" in found.attrs:
+        return len(str(found.attrs["wrench_order"]).split())
+    coordinates = set(str(found.attrs.get("pose_coordinates", "")).split())
+    if coordinates != {"x", "y", "rz"} or int(found["rank"].max()) > 3:
+        return 6
+    raise InputError(
+        "rank of a regular pose",
+        got="a map over x, y and rz that tells neither K nor principal stiffnesses",
+        expected="to know whether the robot is planar",
+        hint="write full_rank=3 for a planar robot, or full_rank=6",
+    )

@@ -26,6 +26,7 @@ class Shape(Enum):
     SQUARE = "square"
     DIAMOND = "diamond"
     CROSS = "cross"
+    DOT = "dot"
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,8 @@ class Scene:
         Whether all axes have one unit and one scale.
     notes : tuple of str
         What the reader must know, a line each.
+    frame : (2, 3) array or None
+        Opposite corners of what the axes show, whatever is drawn.
     """
 
     title: str
@@ -114,11 +117,16 @@ class Scene:
     is_flat: bool = False
     is_equal: bool = True
     notes: tuple[str, ...] = ()
+    frame: np.ndarray | None = None
 
     @property
-    def points(self) -> np.ndarray:
-        """All points that are drawn (n, 3)."""
-        return np.concatenate([_points(item) for item in self.items])
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner (3,) of what the axes show."""
+        parts = [_points(item) for item in self.items]
+        if self.frame is not None:
+            parts.append(self.frame)
+        points = np.concatenate(parts)
+        return points.min(axis=0), points.max(axis=0)
 
 
 def _points(item: Item) -> np.ndarray:

@@ -1,0 +1,257 @@
+"""How a cable robot gives way under a load while its winches are locked, and what becomes slack."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from robostiff.analysis.cable_result import CableStiffness
+from robostiff.analysis.cable_stiffness import cable_stiffness, judged
+from robostiff.cables import CableStatus, TensionRule
+from robostiff.cables.equilibrium import Hanging, Loading, first_slack, load_path
+from robostiff.elastostatics import Tolerance
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Pose
+from robostiff.model.cable import CableRobot
+from robostiff.spatial import Space, as_floats
+
+_DEFAULT_TOLERANCE = Tolerance()
+_FURTHEST = 100.0  # times the load, up to which slack is looked for
+
+
+@dataclass(frozen=True)
+class SlackEvent:
+    """The first cable that becomes slack while the load grows.
+
+    Attributes
+    ----------
+    factor : float
+        Part of the load at which it does; above 1 beyond the load.
+    cable : str
+    """
+
+    factor: float
+    cable: str
+
+
+@dataclass(frozen=True, repr=False)
+class CableResponse:
+    """A cable robot under a load on top of its weight.
+
+    Attributes
+    ----------
+    load : (n,) array
+        About the reference point, which it follows; it keeps its direction [N, N m].
+    before : CableStiffness
+        Without the load.
+    status : CableStatus
+    carried : float
+        Part of the load up to which there is a stable rest; 1 for all of it.
+    displacement : (n,) array or None
+        Of the reference point [m], and rotation vector [rad]: not small for certain. None where the
+        load is not carried.
+    after : CableStiffness or None
+        Tensions and stiffness under the load, slack cables left out.
+    first_slack : SlackEvent or None
+        None where no cable becomes slack up to a hundred times the load, or up to where the
+        platform moves away.
+    """
+
+    load: np.ndarray
+    before: CableStiffness
+    status: CableStatus
+    carried: float
+    displacement: np.ndarray | None = None
+    after: CableStiffness | None = None
+    first_slack: SlackEvent | None = None
+
+    @property
+    def has_answer(self) -> bool:
+        """Whether the load is carried."""
+        return self.after is not None
+
+    @property
+    def tensions(self) -> np.ndarray:
+        """Tensions under the load (m,) [N]; zero for slack cables.
+
+        Raises
+        ------
+        NoAnswerError
+            When the load is not carried.
+        """
+        return self._answer().tensions
+
+    @property
+    def K(self) -> np.ndarray:
+        """Stiffness matrix under the load (n, n), of the cables that are taut.
+
+        Raises
+        ------
+        NoAnswerError
+            When the load is not carried.
+        """
+        return self._answer().K
+
+    @property
+    def slack(self) -> tuple[str, ...]:
+        """Cables that are slack under the load."""
+        after = self._answer()
+        return tuple(
+            name for name, axial in zip(after.cable_names, after.axial, strict=True) if axial == 0
+        )
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to know about this answer, a sentence each."""
+        return self.status.advice
+
+    def __repr__(self) -> str:
+        slack = f"slack {', '.join(self.slack) or 'none'}" if self.has_answer else "no rest"
+        return f"<CableResponse of {self.before.name!r}: {slack}, status {self.status}>"
+
+    def _answer(self) -> CableStiffness:
+        if self.after is None:
+            advice = " ".join(f"{line}." for line in self.advice)
+            raise NoAnswerError(
+                f"{self.before.name!r} does not carry the load ({self.status}): {advice}"
+            )
+        return self.after
+
+
+def cable_response(
+    robot: CableRobot,
+    pose: Pose = None,
+    load: ArrayLike | None = None,
+    *,
+    tensions: TensionRule | None = None,
+    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+) -> CableResponse:
+    """Rest of a cable robot under a load, with locked winches: displacement, tensions, slack cables.
+
+    At the pose the tensions balance the weight. Then the load grows, the cables stretch as
+    ``t = max(0, k (l - l_slack))``, and the platform moves to where it rests again; displacements
+    need not be small. The load keeps its direction and acts at the reference point.
+
+    Parameters
+    ----------
+    robot : CableRobot
+    pose : RigidTransform, array or None
+        A single pose, as for `stiffness`.
+    load : (n,) array
+        About the reference point [N, N m].
+    tensions : TensionRule, optional
+        Tensions before the load, as for `cable_tensions`.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    CableResponse
+
+    Raises
+    ------
+    InputError
+        When an argument does not fit, or several poses are given.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> bent = rs.cable_response(rs.load("cable-4-planar"), load=[0, -200, 0])
+    >>> bent.slack, round(bent.first_slack.factor, 2)
+    (('cable1', 'cable2'), 0.47)
+    """
+    before = cable_stiffness(robot, pose, tensions=tensions, tolerance=tolerance)
+    if before.batch_shape:
+        raise InputError(
+            "pose of a loaded cable robot",
+            got=f"{int(np.prod(before.batch_shape))} poses",
+            expected="one pose",
+            hint="loop over the poses",
+        )
+    F = _load(load, robot.space)
+    barred = CableStatus.FREE_MOTIONS | CableStatus.UNSTABLE
+    if not before.answered:
+        return CableResponse(F, before, before.status, 0.0)
+    if before.status & barred:
+        return CableResponse(F, before, before.status | CableStatus.NO_EQUILIBRIUM, 0.0)
+    rest = Hanging.at_rest(before.placed, before.axial, before.tensions)
+    event, state, carried = _followed(rest, F)
+    names = before.cable_names
+    slack = None if event is None else SlackEvent(event[0], names[event[1]])
+    if state is None:
+        status = before.status | CableStatus.NO_EQUILIBRIUM
+        return CableResponse(F, before, status, carried, first_slack=slack)
+    after = _after(before, robot, state, F)
+    status = after.status
+    if np.any(after.axial == 0):
+        status |= CableStatus.SLACK
+    return CableResponse(F, before, status, 1.0, _displacement(state, robot.space), after, slack)
+
+
+def _followed(
+    rest: Hanging, F: np.ndarray
+) -> tuple[tuple[float, int] | None, Hanging | None, float]:
+    """The first slack cable, the state under the full load, and the part that is carried."""
+    if not np.any(F):
+        return None, rest, 1.0
+    # Others hold what the tensions do not balance, before the load and under it.
+    loading = Loading(rest.holding, F)
+    event, last = None, (0.0, rest)
+    for here in load_path(loading, last, 1.0):
+        event = event or first_slack(loading, last, here)
+        last = here
+    if last[0] < 1.0:
+        return event, None, last[0]
+    state = last[1]
+    if event is None:
+        for here in load_path(loading, last, _FURTHEST):
+            event = first_slack(loading, last, here)
+            if event is not None:
+                break
+            last = here
+    return event, state, 1.0
+
+
+def _after(
+    before: CableStiffness, robot: CableRobot, state: Hanging, F: np.ndarray
+) -> CableStiffness:
+    pulls = state.pulls
+    tensions = state.tensions
+    least, greatest = robot.tension_limits
+    taut = pulls > 0
+    beyond = np.any(taut & ((tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9))))
+    status = np.uint16(before.status & CableStatus.UNBALANCED)
+    if beyond:
+        status |= np.uint16(CableStatus.OVERLOADED)
+    turn = Rotation.from_matrix(state.R) * Rotation.from_rotvec(before.pose[3:])
+    origin = before.pose[:3] - before.reference_point
+    position = before.reference_point + state.shift + state.R @ origin
+    return judged(
+        replace(
+            before,
+            pose=np.concatenate([position, turn.as_rotvec()]),
+            placed=state.now,
+            tensions=tensions,
+            axial=np.where(taut, before.axial, 0.0),
+            wrench=F,
+            status_codes=np.asarray(status),
+            rule="locked winches",
+        )
+    )
+
+
+def _displacement(state: Hanging, space: Space) -> np.ndarray:
+    turn = Rotation.from_matrix(state.R).as_rotvec()
+    return np.concatenate([state.shift, turn])[list(space.rows)]
+
+
+def _load(load: ArrayLike | None, space: Space) -> np.ndarray:
+    expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
+    if load is None:
+        raise InputError("load", expected=expected, hint="write load=[...]")
+    F = as_floats("load", load, expected)
+    if F.shape != (space.size,):
+        raise InputError("load", got=load, expected=expected)
+    return F

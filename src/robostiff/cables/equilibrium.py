@@ -1,0 +1,222 @@
+"""Rest of a platform in cables with locked winches, under a load: large displacements, slack."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
+from robostiff.cables.placement import PlacedCables
+from robostiff.cables.stiffness_matrix import (
+    elastic_stiffness,
+    geometric_stiffness,
+    weight_stiffness,
+    wrench_derivative,
+)
+from robostiff.cables.structure_matrix import structure_matrix, weight_wrench
+
+_ITERATIONS = 50
+_SHORTEST_STEP = 1e-4  # of the load, before the path is given up
+_TOLERANCE = 1e-12
+_TAUT = 1e-10
+
+
+@dataclass(frozen=True)
+class Hanging:
+    """A platform in cables whose winches are locked, at some displacement from a first pose.
+
+    Attributes
+    ----------
+    placed : PlacedCables
+        At the first pose, a single one.
+    axial : (m,) array
+        Stiffness of every cable [N/m].
+    slack_lengths : (m,) array
+        Length from exit point to attachment below which a cable is slack [m].
+    size : float
+        Characteristic length, by which moments are compared with forces [m].
+    shift : (3,) array
+        Displacement of the reference point [m].
+    R : (3, 3) array
+        Rotation since the first pose.
+    """
+
+    placed: PlacedCables
+    axial: np.ndarray
+    slack_lengths: np.ndarray
+    size: float
+    shift: np.ndarray
+    R: np.ndarray
+
+    @classmethod
+    def at_rest(cls, placed: PlacedCables, axial: np.ndarray, tensions: np.ndarray) -> Hanging:
+        """At the first pose, where the cables have given tensions (m,) [N]."""
+        slack = placed.lengths - tensions / axial
+        size = float(placed.characteristic_length)
+        return cls(placed, axial, slack, size, np.zeros(3), np.eye(3))
+
+    @property
+    def now(self) -> PlacedCables:
+        """Where the cables run now."""
+        origin = self.placed.reference_point
+        return replace(
+            self.placed,
+            attachments=origin + self.shift + self.placed.arms @ self.R.T,
+            reference_point=origin + self.shift,
+            weight_point=origin + self.shift + self.R @ self.placed.weight_arm,
+        )
+
+    @property
+    def pulls(self) -> np.ndarray:
+        """Stiffness times stretch (m,) [N]: the tension, or negative for a slack cable."""
+        return self.axial * (self.now.lengths - self.slack_lengths)
+
+    @property
+    def tensions(self) -> np.ndarray:
+        """Tensions (m,) [N]; zero for slack cables."""
+        return np.maximum(self.pulls, 0.0)
+
+    @property
+    def holding(self) -> np.ndarray:
+        """Wrench that must be applied to hold the platform here (n,) [N, N m]."""
+        now = self.now
+        return -(structure_matrix(now) @ self.tensions + weight_wrench(now))
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Second derivative of the energy (n, n), of the cables that are taut."""
+        now, pulls = self.now, self.pulls
+        taut = np.where(pulls >= 0, self.axial, 0.0)
+        return (
+            elastic_stiffness(now, taut)
+            + geometric_stiffness(now, np.maximum(pulls, 0.0))
+            + weight_stiffness(now)
+        )
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether the platform returns after a small push."""
+        s = self.scale
+        values = np.linalg.eigvalsh(self.stiffness / np.outer(s, s))
+        return bool(values[0] > 1e-14 * values[-1])
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Factors (n,) that turn a displacement into lengths."""
+        space = self.placed.space
+        turns = space.size - space.translations
+        return np.array([1.0] * space.translations + [self.size] * turns)
+
+    def moved(self, x: np.ndarray) -> Hanging:
+        """Displaced by a translation of the reference point and then a turn about it (n,)."""
+        six = np.zeros(6)
+        six[list(self.placed.space.rows)] = x
+        turn = Rotation.from_rotvec(six[3:]).as_matrix()
+        return replace(self, shift=self.shift + six[:3], R=turn @ self.R)
+
+    def settled(self, wrench: np.ndarray) -> Hanging | None:
+        """At rest under a wrench (n,) that keeps its direction, from here on; None without rest.
+
+        Newton's method on the balance of forces, with steps that do not enlarge what is missing.
+        """
+        state, s = self, self.scale
+        missing = (wrench - state.holding) / s
+        # What rounding leaves of forces that cancel.
+        floor = _TOLERANCE * max(
+            float(np.abs(wrench / s).max()),
+            float(state.tensions.max()),
+            float(np.abs(self.placed.weight_force).max()),
+        )
+        for _ in range(_ITERATIONS):
+            if np.abs(missing).max() <= floor:
+                return state
+            tangent = wrench_derivative(state.stiffness, state.holding) / np.outer(s, s)
+            try:
+                step = np.linalg.solve(tangent, missing) / s
+            except np.linalg.LinAlgError:
+                return None
+            turn = np.linalg.norm(step[state.placed.space.translations :])
+            factor = min(1.0, 0.3 / turn) if turn > 0 else 1.0
+            for _ in range(30):
+                trial = state.moved(factor * step)
+                left = (wrench - trial.holding) / s
+                if np.linalg.norm(left) < np.linalg.norm(missing):
+                    break
+                factor *= 0.5
+            else:  # no step is better: this is rounding, or no rest nearby
+                return state if np.abs(missing).max() <= 1e3 * floor else None
+            state, missing = trial, left
+        return None
+
+
+@dataclass(frozen=True)
+class Loading:
+    """A wrench that grows on top of what holds the platform before.
+
+    Attributes
+    ----------
+    base, growing : (n,) arrays
+        The wrench at load factor f is ``base + f growing`` [N, N m].
+    """
+
+    base: np.ndarray
+    growing: np.ndarray
+
+    def rest(self, factor: float, start: Hanging) -> Hanging | None:
+        """At rest under a part of the load, looked for from another state."""
+        return start.settled(self.base + factor * self.growing)
+
+
+def load_path(
+    loading: Loading, start: tuple[float, Hanging], last: float
+) -> Iterator[tuple[float, Hanging]]:
+    """Stable rests under a growing load: pairs of load factor and state, after `start` up to `last`.
+
+    The path ends early where the next rest is lost or not stable.
+    """
+    factor, state = start
+    step = min(1.0, last - factor)
+    while factor < last:
+        target = min(factor + step, last)
+        found = loading.rest(target, state)
+        if found is not None and found.is_stable and _near(state, found):
+            factor, state = target, found
+            yield factor, state
+            step *= 2.0
+            continue
+        step *= 0.5
+        if step < _SHORTEST_STEP * last:
+            return
+
+
+def first_slack(
+    loading: Loading, before: tuple[float, Hanging], after: tuple[float, Hanging]
+) -> tuple[float, int] | None:
+    """Load factor at which the first cable becomes slack on a piece of the path, and which it is."""
+    start = before[1]
+    # A cable may be just taut, within rounding.
+    margin = _TAUT * float(start.tensions.max())
+    taut = start.pulls >= -margin
+    if not np.any(after[1].pulls[taut] < -margin):
+        return None
+
+    def least(factor: float) -> float:
+        found = loading.rest(factor, start)
+        # Where Newton does not reach, the cable is slack already.
+        return -1.0 if found is None else float(found.pulls[taut].min()) + margin
+
+    if least(before[0]) <= 0:
+        return before[0], int(np.argmin(np.where(taut, start.pulls, np.inf)))
+    factor = float(brentq(least, before[0], after[0], xtol=1e-12, rtol=1e-12))
+    state = loading.rest(factor, start) or after[1]
+    return factor, int(np.argmin(np.where(taut, state.pulls, np.inf)))
+
+
+def _near(before: Hanging, after: Hanging) -> bool:
+    """Whether two states are a step of a path, and not two ways to rest."""
+    turn = Rotation.from_matrix(after.R @ before.R.T).magnitude()
+    shift = np.linalg.norm(after.shift - before.shift)
+    return bool(turn < 0.3 and shift < 0.1 * before.size)

@@ -1,0 +1,36 @@
+"""What ``robostiff indices`` does."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+import typer
+
+from robostiff.analysis import stiffness
+from robostiff.analysis.indices import indices
+from robostiff.cli.commands import Place, parameters_from, point_from, pose_from
+from robostiff.cli.failure import BAD_STATUS
+from robostiff.io.results.indices_data import indices_data
+from robostiff.io.results.indices_text import indices_text
+from robostiff.io.results.text import stiffness_text
+from robostiff.io.units import Dimension, parse_quantities
+from robostiff.robots import load
+
+
+def print_indices(
+    source: str, place: Place, length: str | None, settings: Sequence[str], as_json: bool
+) -> int:
+    """Print the stiffness indices at a pose; 1 where there is no matrix, or one to take care of."""
+    robot = load(source, parameters_from(settings))
+    L = None
+    if length is not None:
+        L = parse_quantities(length, [Dimension.LENGTH], ["length"], "--length")[0]
+    result = stiffness(robot, pose_from(robot, place), at=point_from(place))
+    found = indices(result, length=L) if np.all(result.answered) else None
+    if as_json:
+        typer.echo(json.dumps(indices_data(result, found), indent=1, allow_nan=False))
+    else:
+        typer.echo(stiffness_text(result) if found is None else indices_text(found))
+    return BAD_STATUS if result.status.is_bad else 0

@@ -1,0 +1,135 @@
+"""From an MJCF file to a tree of rigid links."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robostiff.io.mjcf.compiled import compiled_model
+from robostiff.io.mjcf.frames import frame_of
+from robostiff.io.mjcf.loops import read_equalities
+from robostiff.io.mjcf.names import Names
+from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
+from robostiff.kinematics.turn import turn_about
+from robostiff.model import Actuated, Passive, Role
+from robostiff.spatial import Frame
+
+_FREE, _BALL, _SLIDE, _HINGE = range(4)
+_TYPES = {
+    _FREE: JointType.FLOATING,
+    _BALL: JointType.SPHERICAL,
+    _SLIDE: JointType.PRISMATIC,
+    _HINGE: JointType.REVOLUTE,
+}
+_ONE_AXIS = (JointType.REVOLUTE, JointType.PRISMATIC)
+
+
+def read_mjcf(source: Path | str) -> RigidTree:
+    """Read an MJCF file.
+
+    Bodies and sites become links. Of several joints of one body, all but the last hang on links of
+    their own, ``BODY before JOINT``. A joint with an actuator is actuated, one with a stiffness has
+    a spring of that stiffness, any other is passive. ``connect``, ``weld`` and ``joint`` equalities
+    become loops and joints that follow others.
+
+    Parameters
+    ----------
+    source : path or str
+
+    Raises
+    ------
+    FileError
+        When it cannot be read, or holds what has no counterpart here.
+    InputError
+        When mujoco is not installed.
+    """
+    model, driven = compiled_model(source)
+    names = Names(model)
+    loops, mimics = read_equalities(model, names, str(source))
+    joints: list[TreeJoint] = []
+    for body in range(1, model.nbody):
+        joints += _joints_of_body(model, names, body, driven, mimics)
+    for site in range(model.nsite):
+        joints.append(_site(model, names, site))
+    links = [names.bodies[0], *(joint.child for joint in joints)]
+    return RigidTree(
+        name=_model_name(model, source),
+        file=str(source),
+        links=tuple(links),
+        joints=tuple(joints),
+        loops=loops,
+    )
+
+
+def _joints_of_body(
+    model: Any, names: Names, body: int, driven: frozenset[str], mimics: dict[str, Any]
+) -> list[TreeJoint]:
+    """The joint, joints or weld by which a body hangs on its parent."""
+    name, parent = names.bodies[body], names.bodies[int(model.body_parentid[body])]
+    drawn = frame_of(model.body_pos[body], model.body_quat[body])
+    first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    if count == 0:
+        return [_fixed(name, parent, drawn)]
+    joints = []
+    for i in range(first, first + count):
+        own = names.joints[i]
+        last = i == first + count - 1
+        child = name if last else f"{name} before {names.joints[i + 1]}"
+        kind = _TYPES[int(model.jnt_type[i])]
+        anchor = Frame(np.eye(3), np.array(model.jnt_pos[i], dtype=float))
+        if kind is JointType.FLOATING:
+            anchor = Frame.identity()
+        axis = np.array(model.jnt_axis[i], dtype=float)
+        home = float(model.qpos0[model.jnt_qposadr[i]]) if kind in _ONE_AXIS else 0.0
+        joints.append(
+            TreeJoint(
+                name=own,
+                type=kind,
+                parent=parent,
+                child=child,
+                before=drawn @ anchor @ _moved_back(kind, axis, home),
+                axis=axis,
+                after=anchor.inverse,
+                role=_role(model, i, own in driven),
+                home=home,
+                mimic=mimics.get(own),
+            )
+        )
+        parent, drawn = child, Frame.identity()
+    return joints
+
+
+def _moved_back(kind: JointType, axis: np.ndarray, home: float) -> Frame:
+    """The joint is drawn at its reference coordinate, not at zero."""
+    if kind is JointType.REVOLUTE:
+        return Frame(turn_about(axis, np.array(-home)), np.zeros(3))
+    return Frame(np.eye(3), -home * axis if kind is JointType.PRISMATIC else np.zeros(3))
+
+
+def _role(model: Any, joint: int, is_driven: bool) -> Role:
+    limits = None
+    if model.jnt_limited[joint]:
+        low, high = (float(value) for value in model.jnt_range[joint])
+        one_axis = _TYPES[int(model.jnt_type[joint])] in _ONE_AXIS
+        limits = (low, high) if low < high and one_axis else None
+    stiffness = float(np.ravel(model.jnt_stiffness[joint])[0])
+    if stiffness > 0:
+        return Actuated(stiffness, limits)
+    return Actuated(limits=limits) if is_driven else Passive()
+
+
+def _site(model: Any, names: Names, site: int) -> TreeJoint:
+    parent = names.bodies[int(model.site_bodyid[site])]
+    seen = frame_of(model.site_pos[site], model.site_quat[site])
+    return _fixed(names.sites[site], parent, seen)
+
+
+def _fixed(child: str, parent: str, frame: Frame) -> TreeJoint:
+    return TreeJoint(f"{child} on {parent}", JointType.FIXED, parent, child, frame, np.zeros(3))
+
+
+def _model_name(model: Any, source: Path | str) -> str:
+    name = bytes(model.names).split(b"\0", 1)[0].decode()
+    return name if name and name != "MuJoCo Model" else Path(source).stem

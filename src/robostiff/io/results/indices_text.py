@@ -1,0 +1,147 @@
+"""Stiffness indices as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from robostiff.analysis.free_motion import FreeMotion
+from robostiff.analysis.indices import (
+    Centre,
+    CollinearStiffness,
+    DirectionalStiffness,
+    Eigenwrench,
+    PrincipalStiffness,
+    StiffnessIndices,
+)
+from robostiff.elastostatics import Status
+from robostiff.io.results.text import about, number, row
+
+_STRAIGHT = 1e-6
+_SMALL = 1e-9
+
+
+def indices_text(found: StiffnessIndices) -> str:
+    """What `indices` answered, as lines of text.
+
+    Parameters
+    ----------
+    found : StiffnessIndices
+    """
+    result = found.result
+    worst, ratio = found.worst_deflection, found.anisotropy
+    lines = [f"{result.name}, {about(result)}", f"status: {result.status}"]
+    lines += ["", "stiffness along world axes [N/m]     free        held"]
+    lines += [_along_axis(along) for along in found.along_axes]
+    lines += ["", f"principal stiffness: {found.principal.about}"]
+    lines += _loads(found.principal)
+    lines += ["", f"collinear stiffness: {found.collinear.about}"]
+    lines += _loads(found.collinear)
+    lines += ["", f"worst deflection {worst.about}"]
+    lines.append(
+        _worst(worst.translational, "m/N", f"along {_words(worst.translational_direction)}")
+    )
+    lines.append(
+        _worst(worst.rotational, "rad/(N m)", f"about {_turn(worst.rotational_direction)}")
+    )
+    lines.append(
+        f"anisotropy: {_known(ratio.translational)} of displacements, "
+        f"{_known(ratio.rotational)} of rotations"
+    )
+    lines += ["", f"eigenscrews: {found.eigenscrews.about}"]
+    lines += [_line(w.stiffness, "N/m", _wrench(w)) for w in found.eigenscrews.wrenches]
+    lines += [
+        _line(t.stiffness, "N m/rad", str(FreeMotion(np.zeros(6), t.screw)))
+        for t in found.eigenscrews.twists
+    ]
+    lines += [
+        f"compliant axis: {_words(axis.direction)} through ({_place(axis.point)}) m"
+        for axis in found.eigenscrews.compliant_axes
+    ]
+    lines.append(f"centre of stiffness:  {_centre(found.centre_of_stiffness)}")
+    lines.append(f"centre of compliance: {_centre(found.centre_of_compliance)}")
+    lines += ["", f"rotations measured by the characteristic length {number(found.length)} m:"]
+    lines += [
+        _line(k, "N/m", str(motion))
+        for k, motion in zip(found.eigenstiffness.values, found.eigenstiffness.motions, strict=True)
+    ]
+    condition, work = found.condition, found.virtual_work
+    lines.append(
+        f"condition number: {_known(condition.two_norm)} (two-norm), "
+        f"{_known(condition.frobenius)} (Frobenius); isotropy {number(condition.isotropy)}"
+    )
+    lines.append(
+        f"virtual work of unit loads: {_known(work.worst)} J/N^2 at worst, "
+        f"{_known(work.mean)} J/N^2 in the mean"
+    )
+    lines += [f"advice: {advice}" for advice in result.advice]
+    return "\n".join(lines)
+
+
+def _along_axis(along: DirectionalStiffness) -> str:
+    held = number(along.held)
+    moves = "  moves freely" if Status.UNBALANCED in along.status else ""
+    return f"  {_words(along.direction):<25}{number(along.free):>14}{held:>12}{moves}"
+
+
+def _loads(found: PrincipalStiffness | CollinearStiffness) -> Iterator[str]:
+    forces = zip(found.translational, found.translational_directions, strict=True)
+    moments = zip(found.rotational, found.rotational_directions, strict=True)
+    yield from (_line(k, "N/m", f"force along {_words(u)}") for k, u in forces)
+    yield from (_line(k, "N m/rad", f"moment about {_turn(w)}") for k, w in moments)
+
+
+def _line(value: float, unit: str, words: str) -> str:
+    return f"  {number(value):>11} {unit:<9}{'free: ' if value == 0 else ''}{words}"
+
+
+def _worst(value: float | None, unit: str, words: str) -> str:
+    if value is None:
+        return f"    unlimited {unit:<9} {words}, which meets no stiffness"
+    return f"  {number(value):>11} {unit:<9} {words}"
+
+
+def _wrench(found: Eigenwrench) -> str:
+    screw = found.screw
+    if screw is None or screw.point is None:
+        return f"translation along {_words(found.direction)}"
+    line = f"along {_words(screw.direction)} through ({_place(screw.point)}) m"
+    if screw.is_rotation:  # of a wrench: a pitch of zero
+        return f"force {line}"
+    return f"wrench {line}, {1e3 * (screw.pitch or 0.0):.4g} N mm per N"
+
+
+def _centre(centre: Centre) -> str:
+    if centre.point is None or centre.coupling is None:
+        return "none"
+    where = f"({_place(centre.point)}) m"
+    if centre.line is not None:
+        where += f" and along {_words(centre.line)}"
+    rest = "decoupled" if centre.is_decoupled else f"coupling {number(centre.coupling)}"
+    return f"{where}, {rest}"
+
+
+def _words(direction: np.ndarray) -> str:
+    """A direction as x, y or z where it is one."""
+    e = np.append(direction, np.zeros(3 - len(direction)))
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        if np.linalg.norm(np.cross(e, axis)) < _STRAIGHT:
+            return name
+    return f"({_four(e)})"
+
+
+def _turn(axis: np.ndarray) -> str:
+    return "z" if len(axis) == 1 else _words(axis)
+
+
+def _place(point: np.ndarray) -> str:
+    return row(np.where(np.abs(point) < _SMALL, 0.0, point))
+
+
+def _four(values: Iterable[float]) -> str:
+    return ", ".join(f"{0.0 if abs(v) < _STRAIGHT else v:.4g}" for v in values)
+
+
+def _known(value: float | None) -> str:
+    return "unlimited" if value is None else number(value)

@@ -1,0 +1,135 @@
+"""From a tree and a side file to a robot, a network, or a linkage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from robostiff.io.document import Document
+from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.verify import verified
+from robostiff.io.rigid_tree.build import build_linkage, place_of
+from robostiff.io.rigid_tree.build_joints import undecided_mimics
+from robostiff.io.rigid_tree.tree import RigidTree
+from robostiff.io.rigid_tree.written_side import WrittenSide
+from robostiff.io.suggest import Words, listing
+from robostiff.io.validation import validate
+from robostiff.linkage import Linkage, close, essential, robot_of
+from robostiff.linkage.network_at import network_of
+from robostiff.model import Coordinate, Joint, Link, Robot
+from robostiff.network import Network
+
+
+def robot_of_tree(
+    tree: RigidTree, side: Document, parameters: Mapping[str, str | float] | None = None
+) -> Robot | Network:
+    """The robot that a tree and a side file describe.
+
+    A serial arm, or legs that share nothing but base and platform, become a `Robot`; anything else
+    a `Network` at its home configuration.
+
+    Parameters
+    ----------
+    tree : RigidTree
+    side : Document
+    parameters : mapping of str to (str or float), optional
+        Other values for some of the side file's parameters.
+
+    Raises
+    ------
+    FileError
+        At the place in the side file or in the description that is to blame.
+    """
+    written, top = _read(side, parameters)
+    _, linkage = _linkages(written, top, tree)
+    found = close(linkage)
+    if not found.is_closed:
+        raise (top / "home").error(
+            "loops",
+            got=Words(found.complaint),
+            expected="loops that close in the home configuration",
+            hint="give joints other values: under home those that they keep, under start those "
+            "from which they follow",
+        )
+    with (top / "joints").complaints(hint=_hint(linkage)):
+        robot = robot_of(linkage, found)
+    if robot is None:
+        return network_of(linkage, found)
+    return _with_coordinates(robot, written, top)
+
+
+def linkage_of_tree(
+    tree: RigidTree, side: Document, parameters: Mapping[str, str | float] | None = None
+) -> Linkage:
+    """The linkage that a tree and a side file describe, to be looked at in any configuration.
+
+    Raises
+    ------
+    FileError
+        At the place in the side file or in the description that is to blame.
+    """
+    written, top = _read(side, parameters)
+    return _linkages(written, top, tree)[0]
+
+
+def _read(
+    side: Document, parameters: Mapping[str, str | float] | None
+) -> tuple[WrittenSide, Place]:
+    written = validate(WrittenSide, side)
+    return written, place_of(side, written, parameters or {})
+
+
+def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkage, Linkage]:
+    """The whole linkage, and the part of it that the platform feels, checked."""
+    linkage = build_linkage(top, written, tree)
+    with (top / "tool").complaints():
+        part = essential(linkage)
+    felt = {joint.name for joint in part.joints}
+    following = [name for name in undecided_mimics(written, tree, top) if name in felt]
+    if following:
+        raise (top / "joints").error(
+            f"joint {sorted(following)[0]!r}",
+            got=Words("a joint that follows another one"),
+            expected="its role, as if it were a joint of its own",
+            hint=f"write {sorted(following)[0]}: {{role: locked}}, or {{stiffness: ...}} of what "
+            "makes it follow",
+        )
+    if not any(_gives_way(c.element) for c in part.connections):
+        raise (top / "joints").error(
+            f"robot {linkage.name!r}",
+            got=Words("no compliance at all"),
+            expected="the stiffness of at least one joint or link",
+            hint=_hint(part),
+        )
+    return linkage, part
+
+
+def _gives_way(element: Joint | Link | None) -> bool:
+    if isinstance(element, Link):
+        return bool(np.any(element.elasticity.compliance))
+    return getattr(getattr(element, "role", None), "stiffness", None) is not None
+
+
+def _hint(part: Linkage) -> str:
+    names = [joint.name for joint in part.joints]
+    if not names:
+        return "write links: {NAME: {type: beam, material: steel, section: ...}}"
+    return (
+        f"write joints: {{{names[0]}: {{stiffness: 1e4 N m/rad}}}} or the like; its joints are "
+        f"{listing(names, 12)}"
+    )
+
+
+def _with_coordinates(robot: Robot, written: WrittenSide, top: Place) -> Robot:
+    """The robot with the coordinates of its platform that are written, or fitting ones."""
+    chosen = written.coordinates is not None
+    if written.coordinates is not None:
+        coordinates = tuple(dict.fromkeys(map(Coordinate, written.coordinates)))
+        if robot.is_serial:
+            raise (top / "coordinates").error(
+                "coordinates of a serial arm", expected="none: its joints pose it", key=True
+            )
+        robot = replace(robot, coordinates=coordinates)
+    return verified(robot, top, [top] * len(robot.legs), chosen=chosen)

@@ -1,0 +1,157 @@
+"""XML of strangers: bounded, without entities, every element with its place."""
+
+from __future__ import annotations
+
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+from xml.parsers import expat
+
+from robostiff.errors import FileError, Location
+from robostiff.io.suggest import Words
+
+
+@dataclass(frozen=True)
+class XmlLimits:
+    """Bounds on a description.
+
+    Parameters
+    ----------
+    size : int
+        Of the file [bytes].
+    depth : int
+        Of elements inside each other.
+    elements : int
+        In all, those that MJCF replicates counted as often.
+    """
+
+    size: int = 16_000_000
+    depth: int = 200
+    elements: int = 200_000
+
+
+@dataclass
+class XmlElement:
+    """An element: its name, attributes, place and children."""
+
+    tag: str
+    attributes: dict[str, str]
+    location: Location
+    children: list[XmlElement]
+
+    def all(self, tag: str) -> list[XmlElement]:
+        """Its children of that name."""
+        return [child for child in self.children if child.tag == tag]
+
+    def one(self, tag: str) -> XmlElement | None:
+        """Its first child of that name."""
+        return next(iter(self.all(tag)), None)
+
+
+_LIMITS = XmlLimits()
+
+
+def read_bytes(source: Path | str, limits: XmlLimits = _LIMITS) -> bytes:
+    """The content of a file that is not too large.
+
+    Raises
+    ------
+    FileError
+        When it cannot be read, is a folder or too large.
+    """
+    file = str(source)
+    try:
+        if stat.S_ISDIR(os.stat(source).st_mode):
+            raise FileError(Location(file), "a folder", expected="a robot description")
+        with open(source, "rb") as stream:
+            content = stream.read(limits.size + 1)
+    except OSError as error:
+        raise FileError(
+            Location(file),
+            "cannot read the file",
+            got=Words(error.strerror or str(error)),
+            expected="a readable file",
+        ) from None
+    if len(content) > limits.size:
+        raise FileError(
+            Location(file),
+            "file too large",
+            got=Words(f"more than {limits.size} bytes"),
+            expected=f"at most {limits.size} bytes",
+        )
+    return content
+
+
+def parse_xml(content: bytes, file: str, limits: XmlLimits = _LIMITS) -> XmlElement:
+    """The root element of a text in XML.
+
+    A document type is refused before it is read, so that there are no entities to expand.
+
+    Raises
+    ------
+    FileError
+        When it is no XML, has a document type, or is too large.
+
+    Examples
+    --------
+    >>> parse_xml(b"<robot name='r'><link name='a'/></robot>", "r.urdf").all("link")[0].attributes
+    {'name': 'a'}
+    """
+    return _Reader(file, limits).read(content)
+
+
+class _Reader:
+    def __init__(self, file: str, limits: XmlLimits) -> None:
+        self.file, self.limits = file, limits
+        self.open: list[XmlElement] = []
+        self.root: XmlElement | None = None
+        self.count = 0
+        self.parser = expat.ParserCreate()
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.StartDoctypeDeclHandler = self.refuse_doctype
+
+    def read(self, content: bytes) -> XmlElement:
+        try:
+            self.parser.Parse(content, True)
+        except expat.ExpatError as error:
+            place = Location(self.file, error.lineno, error.offset + 1)
+            words = Words(expat.ErrorString(error.code))
+            raise FileError(place, "XML", got=words, expected="a well-formed document") from None
+        if self.root is None:
+            raise FileError(Location(self.file), "XML", expected="an element")
+        return self.root
+
+    @property
+    def here(self) -> Location:
+        return Location(
+            self.file, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
+        )
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.count += 1
+        if self.count > self.limits.elements or len(self.open) >= self.limits.depth:
+            raise FileError(
+                self.here,
+                "XML",
+                got=Words("more elements, or deeper ones"),
+                expected=f"at most {self.limits.elements}, {self.limits.depth} inside each other",
+            )
+        element = XmlElement(tag, attributes, self.here, [])
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+
+    def end(self, _: str) -> None:
+        self.open.pop()
+
+    def refuse_doctype(self, *_: object) -> None:
+        raise FileError(
+            self.here,
+            "document type",
+            got=Words("<!DOCTYPE"),
+            expected="none: robot descriptions need no document type, and no entities",
+        )

@@ -1,0 +1,44 @@
+"""Plots of results: on paper with Matplotlib, in the browser with Plotly.
+
+Every function takes results, draws a picture on a backend, and returns what the backend makes of it:
+Matplotlib's axes or a figure of Plotly. Nothing is shown, and no setting of either is changed. What
+is to be seen is computed without them, in ``picture``; ``geometry`` finds the lines of legs, bent
+or not, of screws, ellipsoids and isosurfaces.
+"""
+
+from robostiff.plot.backend import Backend
+from robostiff.plot.ellipsoids import ellipsoid
+from robostiff.plot.energy_bars import energy_shares
+from robostiff.plot.free_motion_screws import free_motions
+from robostiff.plot.geometry.ellipsoid import Quality
+from robostiff.plot.maps.isosurfaces import map_isosurface
+from robostiff.plot.maps.percentile_bands import map_bands
+from robostiff.plot.maps.slice import map_slice
+from robostiff.plot.matrix_cells import Kind, Shade, matrix
+from robostiff.plot.on_matplotlib.backend import Matplotlib, Width
+from robostiff.plot.on_plotly.backend import Plotly
+from robostiff.plot.posed_robot import Colouring, robot
+from robostiff.plot.theme import Theme
+from robostiff.plot.two_designs import Measure, comparison
+
+__all__ = [
+    "Backend",
+    "Colouring",
+    "Kind",
+    "Matplotlib",
+    "Measure",
+    "Plotly",
+    "Quality",
+    "Shade",
+    "Theme",
+    "Width",
+    "comparison",
+    "ellipsoid",
+    "energy_shares",
+    "free_motions",
+    "map_bands",
+    "map_isosurface",
+    "map_slice",
+    "matrix",
+    "robot",
+]

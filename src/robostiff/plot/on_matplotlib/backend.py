@@ -1,0 +1,69 @@
+"""Matplotlib as a backend: one axes a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from robostiff.plot.extra import plot_extra
+from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
+from robostiff.plot.theme import Theme
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Width(Enum):
+    """Width of a figure in a paper [mm]."""
+
+    HALF = 85.0
+    FULL = 170.0
+
+
+@dataclass(frozen=True)
+class Matplotlib:
+    """Draws on Matplotlib's axes, those of a new figure or those given; shows and saves nothing.
+
+    ``axes.figure.savefig("k.pdf")`` writes what was drawn. Text has 8 points, so that a figure goes
+    into a paper as it is.
+
+    Attributes
+    ----------
+    ax : Axes or None
+        Where to draw; pictures of space want axes with ``projection="3d"``, planar robots and
+        everything else want plain ones.
+    width : Width
+        Of a new figure.
+    theme : Theme
+    """
+
+    ax: Any = None
+    width: Width = Width.FULL
+    theme: Theme = Theme.LIGHT
+
+    def draw(self, picture: Picture) -> Axes:
+        """Draw a picture.
+
+        Raises
+        ------
+        InputError
+            When Matplotlib is missing, or the axes given do not suit the picture.
+        """
+        with plot_extra():
+            import matplotlib as mpl
+
+        from robostiff.plot.on_matplotlib import bands, bars, field, matrix, scene
+        from robostiff.plot.on_matplotlib.canvas import Canvas, style
+
+        draws = {
+            Scene: scene.draw_scene,
+            Matrix: matrix.draw_matrix,
+            Bars: bars.draw_bars,
+            Field: field.draw_field,
+            Bands: bands.draw_bands,
+        }
+        palette = self.theme.palette
+        with mpl.rc_context(style(palette)):
+            canvas = Canvas(self.ax, self.width.value / 25.4, palette)
+            return draws[type(picture)](picture, canvas)

@@ -1,0 +1,150 @@
+"""Where a picture goes: its axes, and what all pictures have there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from mpl_toolkits.mplot3d import Axes3D
+
+from robostiff.errors import InputError
+from robostiff.plot.picture import ColourScale
+from robostiff.plot.theme import Palette
+
+SMALL = 7.0  # points
+
+
+def style(palette: Palette) -> dict[str, Any]:
+    """Settings of Matplotlib while a picture is drawn."""
+    return {
+        "font.family": "DejaVu Sans",
+        "font.size": 8.0,
+        "axes.titlesize": 8.5,
+        "axes.labelsize": 8.0,
+        "xtick.labelsize": SMALL,
+        "ytick.labelsize": SMALL,
+        "legend.fontsize": SMALL,
+        "legend.title_fontsize": SMALL,
+        "legend.frameon": False,
+        "hatch.linewidth": 0.5,
+        "axes.linewidth": 0.6,
+        "grid.linewidth": 0.5,
+        "grid.color": palette.faint,
+        "axes.facecolor": palette.ground,
+        "figure.facecolor": palette.ground,
+        "savefig.facecolor": palette.ground,
+        "text.color": palette.ink,
+        "axes.labelcolor": palette.ink,
+        "axes.titlecolor": palette.ink,
+        "axes.edgecolor": palette.muted,
+        "xtick.color": palette.ink,
+        "ytick.color": palette.ink,
+    }
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """Axes to draw on, or none yet; the width of a new figure [inches]."""
+
+    ax: Any
+    width: float
+    palette: Palette
+
+    def axes(self, height: float) -> Axes:
+        """Plain axes; those of a new figure have a height [inches]."""
+        if self.ax is None:
+            return self._figure(height).add_subplot()
+        if not isinstance(self.ax, Axes) or isinstance(self.ax, Axes3D):
+            raise InputError(
+                "ax of Matplotlib",
+                got=type(self.ax).__name__,
+                expected="plain axes of Matplotlib",
+                hint="write figure.add_subplot()",
+            )
+        return self.ax
+
+    def axes_in_space(self, height: float) -> Axes3D:
+        """Axes of a space; those of a new figure have a height [inches]."""
+        ax = self.ax if self.ax is not None else self._figure(height).add_subplot(projection="3d")
+        if not isinstance(ax, Axes3D):
+            raise InputError(
+                "ax of Matplotlib",
+                got=type(self.ax).__name__,
+                expected="axes of a space",
+                hint='write figure.add_subplot(projection="3d")',
+            )
+        return ax
+
+    def _figure(self, height: float) -> Figure:
+        return Figure(figsize=(self.width, height), layout="constrained")
+
+    @property
+    def is_narrow(self) -> bool:
+        """Whether there is room for one column alone."""
+        return self._room < 4.5
+
+    @property
+    def _room(self) -> float:
+        if self.ax is None:
+            return self.width
+        figure = self.ax.figure
+        return float(figure.get_figwidth() * self.ax.get_position().width)
+
+    def columns(self, labels: Sequence[str]) -> int:
+        """How many columns of a legend fit."""
+        longest = max(map(len, labels), default=1)
+        letters = self._room / 0.056  # inches a letter of small text
+        return int(min(max(1, letters // (longest + 7)), max(len(labels), 1)))
+
+
+def colour_map(scale: ColourScale, palette: Palette) -> LinearSegmentedColormap:
+    """Colours of a scale."""
+    return LinearSegmentedColormap.from_list(scale.ramp.value, list(scale.ramp.stops(palette)))
+
+
+def colour_bar(ax: Axes, drawn: Any, scale: ColourScale, shrink: float = 1.0) -> None:
+    """The scale beside the axes."""
+    figure = ax.figure
+    bar = figure.colorbar(drawn, ax=ax, shrink=shrink, aspect=24 * shrink, pad=0.03)
+    bar.set_label(scale.label, fontsize=SMALL)
+    bar.outline.set_linewidth(0.5)
+    if scale.ticks:
+        bar.set_ticks([place for place, _ in scale.ticks], labels=[t for _, t in scale.ticks])
+
+
+def norm(scale: ColourScale) -> Normalize:
+    """Where along the colours a value is."""
+    high = scale.high if scale.high > scale.low else scale.low + abs(scale.low or 1.0)
+    return Normalize(scale.low, high)
+
+
+def legend_below(
+    ax: Axes,
+    canvas: Canvas,
+    handles: Sequence[Any],
+    labels: Sequence[str],
+    notes: Sequence[str] = (),
+    below: float = 0.0,
+) -> None:
+    """A legend under the axes, headed by the notes."""
+    if not labels and not notes:
+        return
+    legend = ax.legend(
+        handles,
+        labels,
+        loc="upper center",
+        bbox_to_anchor=(0.5, below),
+        ncols=canvas.columns(labels),
+        title="; ".join(notes) or None,
+        borderaxespad=0.2,
+        handlelength=1.8,
+        columnspacing=1.2,
+        labelcolor=canvas.palette.ink,
+    )
+    title: Text = legend.get_title()
+    title.set_color(canvas.palette.muted)

@@ -1,0 +1,173 @@
+"""A scene on Matplotlib: in space, or from above."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from robostiff.plot.on_matplotlib.canvas import (
+    Canvas,
+    colour_bar,
+    colour_map,
+    legend_below,
+    norm,
+)
+from robostiff.plot.picture import Arrow, Face, Item, Marks, Mesh, Path, Scene, Shape, Weight
+from robostiff.plot.picture.paint import colour_of
+
+_MARKERS = {
+    Shape.RING: ("o", 3.4),
+    Shape.DISC: ("o", 3.4),
+    Shape.SQUARE: ("s", 3.6),
+    Shape.DIAMOND: ("D", 3.2),
+    Shape.CROSS: ("x", 6.0),
+    Shape.DOT: (".", 2.5),
+}
+_HEAD = 0.05  # of the picture
+_MARGIN = 0.03
+
+
+def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
+    """Draw a scene."""
+    height = canvas.width * (0.95 if canvas.is_narrow else 0.66)
+    if picture.is_flat:
+        ax: Any = canvas.axes(height)
+    else:
+        ax = canvas.axes_in_space(height)
+    pencil = _Pencil(ax, picture, canvas)
+    for item in picture.items:
+        pencil.draw(item)
+    _frame(ax, picture, canvas)
+    if picture.scale is not None:
+        shown = ScalarMappable(norm(picture.scale), colour_map(picture.scale, canvas.palette))
+        colour_bar(ax, shown, picture.scale, 0.6)
+    ax.set_title(picture.title)
+    handles = [handle for handle, _ in pencil.named]
+    labels = [label for _, label in pencil.named]
+    legend_below(ax, canvas, handles, labels, picture.notes, -0.14 if picture.is_flat else -0.02)
+    return ax
+
+
+class _Pencil:
+    """Draws items, and keeps those that the legend names."""
+
+    def __init__(self, ax: Any, picture: Scene, canvas: Canvas) -> None:
+        self.ax, self.picture, self.palette = ax, picture, canvas.palette
+        low, high = picture.box
+        self.size = float(np.linalg.norm(high - low)) or 1.0
+        self.named: list[tuple[Any, str]] = []
+
+    def draw(self, item: Item) -> None:
+        colour = colour_of(item.paint, self.palette, self.picture.scale)
+        handle: Any
+        if isinstance(item, Path):
+            handle = self._line(item.points, colour, item.weight, item.dashed)
+        elif isinstance(item, Marks):
+            handle = self._marks(item, colour)
+        elif isinstance(item, Arrow):
+            handle = self._arrow(item, colour)
+        else:
+            handle = self._faces(item, colour)
+        if item.label:
+            self.named.append((handle, item.label))
+
+    def _line(self, points: np.ndarray, colour: str, weight: Weight, dashed: bool) -> Line2D:
+        look = {"color": colour, "linewidth": weight.value, "solid_capstyle": "round"}
+        style = (0, (4, 2.5)) if dashed else "-"
+        return self.ax.plot(*self._places(points), linestyle=style, **look)[0]
+
+    def _marks(self, item: Marks, colour: str) -> Line2D:
+        marker, size = _MARKERS[item.shape]
+        inside = self.palette.ground if item.shape is Shape.RING else colour
+        return self.ax.plot(
+            *self._places(item.points),
+            linestyle="none",
+            marker=marker,
+            markersize=size,
+            markeredgecolor=colour,
+            markerfacecolor=inside,
+            markeredgewidth=1.2 if item.shape is Shape.CROSS else 0.8,
+        )[0]
+
+    def _arrow(self, item: Arrow, colour: str) -> Line2D:
+        ends = np.stack([item.start, item.tip])
+        handle = self._line(ends, colour, Weight.LINE, False)
+        self._head(item.tip, item.tip - item.start, colour)
+        if item.both_ways:
+            self._head(item.start, item.start - item.tip, colour)
+        return handle
+
+    def _head(self, tip: np.ndarray, along: np.ndarray, colour: str) -> None:
+        """A cross of two flat arrow heads, which is seen from every side."""
+        e = along / (np.linalg.norm(along) or 1.0)
+        across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
+        across = across / np.linalg.norm(across)
+        length = _HEAD * self.size
+        back = tip - length * e
+        for side in (across, np.cross(e, across)):
+            corners = np.array([tip, back + 0.3 * length * side, back - 0.3 * length * side])
+            self._polygons([corners], colour, 1.0, colour)
+
+    def _faces(self, item: Face | Mesh, colour: str) -> Patch:
+        if isinstance(item, Face):
+            self._polygons([item.corners], colour, item.opacity, colour)
+        else:
+            self._polygons(item.vertices[item.triangles], colour, item.opacity, None)
+        return Patch(facecolor=colour, alpha=item.opacity, edgecolor=colour)
+
+    def _polygons(self, corners: Any, colour: str, opacity: float, edge: str | None) -> None:
+        from matplotlib.colors import to_rgba
+
+        look = {
+            "facecolor": to_rgba(colour, opacity),
+            "edgecolor": "none" if edge is None else to_rgba(edge, min(1.0, 2 * opacity)),
+            "linewidth": 0.0 if edge is None else 0.6,
+        }
+        if isinstance(self.ax, Axes3D):
+            self.ax.add_collection3d(Poly3DCollection(corners, **look))
+        else:
+            for polygon in corners:
+                self.ax.add_patch(Polygon(polygon[:, :2], **look))
+
+    def _places(self, points: np.ndarray) -> np.ndarray:
+        return points[:, :2].T if self.picture.is_flat else points.T
+
+
+def _frame(ax: Any, picture: Scene, canvas: Canvas) -> None:
+    low, high = picture.box
+    margin = _MARGIN * float(np.max(high - low)) or 1.0
+    if picture.is_equal:
+        low, high = low - margin, high + margin
+    x, y, z = picture.axes
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    if picture.is_flat:
+        ax.set_xlim(low[0], high[0])
+        ax.set_ylim(low[1], high[1])
+        ax.set_aspect("equal")
+        ax.grid(True)
+        ax.set_axisbelow(True)
+        return
+    ax.set_zlabel(z)
+    ax.set_xlim(low[0], high[0])
+    ax.set_ylim(low[1], high[1])
+    ax.set_zlim(low[2], high[2])
+    ax.set_box_aspect(high - low if picture.is_equal else (1, 1, 1), zoom=0.92)
+    ax.view_init(elev=22, azim=-52)
+    shown = canvas.palette
+    for axis, length in zip((ax.xaxis, ax.yaxis, ax.zaxis), high - low, strict=True):
+        part = 1.0 if not picture.is_equal else length / float(np.max(high - low))
+        axis.set_major_locator(MaxNLocator(max(1, round(4 * part))))
+        axis.set_pane_color(shown.ground)
+        axis.line.set_color(shown.muted)
+        axis._axinfo["grid"].update(color=shown.faint, linewidth=0.4)
+    ax.tick_params(pad=-1)
+    ax.set_facecolor(shown.ground)

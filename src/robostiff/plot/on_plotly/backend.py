@@ -1,0 +1,49 @@
+"""Plotly as a backend: one figure a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from robostiff.plot.extra import plot_extra
+from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
+from robostiff.plot.theme import Theme
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+
+@dataclass(frozen=True)
+class Plotly:
+    """Draws figures of Plotly, to be turned and zoomed in a browser; shows and writes nothing.
+
+    ``figure.write_html("robot.html")`` writes what was drawn.
+
+    Attributes
+    ----------
+    theme : Theme
+    """
+
+    theme: Theme = Theme.LIGHT
+
+    def draw(self, picture: Picture) -> Figure:
+        """Draw a picture.
+
+        Raises
+        ------
+        InputError
+            When Plotly is missing.
+        """
+        with plot_extra():
+            import plotly.graph_objects  # noqa: F401
+
+        from robostiff.plot.on_plotly import bands, bars, field, matrix, scene
+
+        draws = {
+            Scene: scene.draw_scene,
+            Matrix: matrix.draw_matrix,
+            Bars: bars.draw_bars,
+            Field: field.draw_field,
+            Bands: bands.draw_bands,
+        }
+        return draws[type(picture)](picture, self.theme.palette)

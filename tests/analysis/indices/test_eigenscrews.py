@@ -1,0 +1,170 @@
+"""Eigenwrenches and eigentwists are all of K, and belong to the machine, not to a point."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import robostiff as rs
+from robostiff.analysis.indices import Eigenscrews, eigenscrews
+from robostiff.spatial import move_wrench
+from tests.analysis.indices.machines import (
+    any_rotation,
+    body_on_spring,
+    clamped_beam,
+    on_struts,
+    planar_body,
+    random_body,
+    turned_body,
+)
+from tests.generators.metric import distance
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def rebuilt(found: Eigenscrews, reference: np.ndarray) -> np.ndarray:
+    """The sum of k w w^T over eigenwrenches, and over the couples of eigentwists."""
+    K = np.zeros((6, 6))
+    for wrench in found.wrenches:
+        if wrench.screw is not None and wrench.screw.point is not None:
+            f = wrench.screw.direction
+            w = np.concatenate([f, (wrench.screw.pitch or 0.0) * f])
+            w = move_wrench(w, reference - wrench.screw.point)
+            K += wrench.stiffness * np.outer(w, w)
+    for twist in found.twists:
+        couple = np.concatenate([np.zeros(3), twist.direction])
+        K += twist.stiffness * np.outer(couple, couple)
+    return K
+
+
+@given(SEEDS)
+def test_eigenscrews_are_all_of_K(seed: int):
+    result = random_body(seed)
+    assert distance(rebuilt(eigenscrews(result), result.reference_point), result.K) <= 1e-7
+
+
+@given(SEEDS, st.integers(1, 5))
+def test_eigenscrews_are_all_of_a_singular_K(seed: int, number: int):
+    result = on_struts(seed, number)
+    found = eigenscrews(result)
+    assert distance(rebuilt(found, result.reference_point), result.K) <= 1e-6
+    held = sum(k.stiffness > 0 for k in (*found.wrenches, *found.twists))
+    assert held == int(result.rank) == number
+
+
+@given(SEEDS, SEEDS)
+def test_eigenscrews_do_not_depend_on_the_reference_point(seed: int, other: int):
+    result = random_body(seed)
+    v = np.random.default_rng(other).uniform(-2, 2, 3)
+    here, there = eigenscrews(result), eigenscrews(result.about(result.reference_point + v))
+    for one, two in zip((*here.wrenches, *here.twists), (*there.wrenches, *there.twists)):
+        assert np.isclose(one.stiffness, two.stiffness, rtol=1e-9)
+        assert np.allclose(one.screw.point, two.screw.point, atol=1e-7)
+
+
+@given(SEEDS, SEEDS)
+def test_eigenscrews_turn_with_the_robot(seed: int, other: int):
+    R = any_rotation(other)
+    here, there = eigenscrews(random_body(seed)), eigenscrews(turned_body(seed, R))
+    for one, two in zip((*here.wrenches, *here.twists), (*there.wrenches, *there.twists)):
+        assert np.isclose(one.stiffness, two.stiffness, rtol=1e-8)
+        assert np.isclose(one.screw.pitch, two.screw.pitch, atol=1e-6)
+        # lines: the moment of the direction about the origin turns with the rest
+        moment = R @ np.cross(one.screw.point, one.screw.direction)
+        other_moment = np.cross(two.screw.point, two.screw.direction)
+        sign = np.sign(two.screw.direction @ R @ one.screw.direction)
+        assert np.allclose(sign * moment, other_moment, atol=1e-6)
+
+
+@given(SEEDS)
+def test_an_eigenwrench_displaces_along_itself_without_turning(seed: int):
+    result = random_body(seed)
+    for wrench in eigenscrews(result).wrenches:
+        f = wrench.screw.direction
+        w = np.concatenate([f, wrench.screw.pitch * f])
+        w = move_wrench(w, result.reference_point - wrench.screw.point)
+        twist = result.required_compliance() @ w
+        assert np.allclose(twist[:3], f / wrench.stiffness, atol=1e-6 / wrench.stiffness)
+        assert np.allclose(twist[3:], 0.0, atol=1e-6 / wrench.stiffness)
+
+
+@given(SEEDS)
+def test_a_couple_of_an_eigentwist_turns_about_itself(seed: int):
+    result = random_body(seed)
+    for found in eigenscrews(result).twists:
+        twist = result.required_compliance() @ np.concatenate([np.zeros(3), found.direction])
+        assert np.allclose(twist[3:] * found.stiffness, found.direction, atol=1e-6)
+        r = result.reference_point - found.screw.point
+        shift = np.cross(found.direction, r) + found.screw.pitch * found.direction
+        assert np.allclose(twist[:3] * found.stiffness, shift, atol=1e-6)
+
+
+@given(SEEDS)
+def test_a_beam_has_three_compliant_axes_through_its_middle(seed: int):
+    R = any_rotation(seed)
+    result, beam = clamped_beam(0.8, R)
+    L = 0.8
+    axes = sorted(eigenscrews(result).compliant_axes, key=lambda a: a.translational)
+    assert len(axes) == 3
+    expected = [
+        (12 * beam["EIy"] / L**3, beam["EIy"] / L, 1),
+        (12 * beam["EIz"] / L**3, beam["EIz"] / L, 2),
+        (beam["EA"] / L, beam["GJ"] / L, 0),
+    ]
+    bending_y, bending_z, along = axes
+    # pushing along z bends about y, so the axes along z and y exchange their rigidities
+    assert np.isclose(bending_y.translational, expected[0][0], rtol=1e-9)
+    assert np.isclose(bending_y.rotational, beam["EIz"] / L, rtol=1e-9)
+    assert np.isclose(bending_z.translational, expected[1][0], rtol=1e-9)
+    assert np.isclose(bending_z.rotational, beam["EIy"] / L, rtol=1e-9)
+    assert np.isclose(along.translational, expected[2][0], rtol=1e-9)
+    assert np.isclose(along.rotational, expected[2][1], rtol=1e-9)
+    for axis in axes:
+        off = np.cross(axis.direction, axis.point - 0.5 * L * R[:, 0])
+        assert np.linalg.norm(off) < 1e-9
+
+
+def test_a_general_body_has_no_compliant_axis():
+    assert eigenscrews(random_body(1)).compliant_axes == ()
+
+
+def test_a_screw_spring_has_its_pitch():
+    h = 0.02
+    w = np.array([0, 0, 1.0, 0, 0, h])
+    K = 1e5 * np.outer(w, w) + np.diag([1e4, 1e4, 0, 50.0, 50.0, 40.0])
+    along_z = eigenscrews(body_on_spring(K)).wrenches[-1]
+    assert np.isclose(along_z.stiffness, 1e5)
+    assert np.isclose(along_z.screw.pitch, h)
+
+
+@given(SEEDS)
+def test_in_the_plane_all_axes_meet_in_the_elastic_centre(seed: int):
+    result = planar_body(seed)
+    found = eigenscrews(result)
+    assert (len(found.wrenches), len(found.twists)) == (2, 1)
+    centre = found.twists[0].screw.point
+    for wrench in found.wrenches:
+        assert wrench.screw.pitch == 0.0
+        assert np.linalg.norm(np.cross(wrench.screw.direction, centre - wrench.screw.point)) < 1e-7
+
+
+def test_what_is_free_has_stiffness_zero():
+    found = eigenscrews(rs.stiffness(rs.load("gough-stewart-a")))
+    assert [twist.stiffness for twist in found.twists] == [0.0, 0.0, 0.0]
+    assert all(wrench.stiffness > 0 for wrench in found.wrenches)
+    # all legs meet in the apex: so do the axes
+    for screw in (wrench.screw for wrench in found.wrenches):
+        assert np.linalg.norm(np.cross(screw.direction, [0, 0, 2] - screw.point)) < 1e-9
+    assert found.compliant_axes == ()
+    assert rs.Status.FREE_MOTIONS in found.status
+
+
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_a_free_translation_has_no_wrench(lost: int):
+    stiffnesses = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0])
+    stiffnesses[lost] = 0.0
+    found = eigenscrews(body_on_spring(np.diag(stiffnesses), [0.1, 0.2, 0.3]))
+    assert found.wrenches[0].stiffness == 0.0
+    assert found.wrenches[0].screw is None
+    assert np.array_equal(np.abs(found.wrenches[0].direction), np.eye(3)[lost])
+    assert [round(twist.stiffness) for twist in found.twists] == [400, 500, 600]

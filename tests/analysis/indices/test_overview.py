@@ -1,0 +1,74 @@
+"""All indices of a pose at once."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.errors import InputError, NoAnswerError
+
+
+def numbers(value):
+    """Every float inside an object."""
+    if isinstance(value, rs.RobotStiffness):
+        return
+    if dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from numbers(getattr(value, field.name))
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from numbers(item)
+    elif isinstance(value, np.ndarray):
+        yield from value.ravel().tolist()
+    elif isinstance(value, float):
+        yield value
+
+
+@pytest.mark.parametrize("name", rs.shipped_robots())
+def test_every_shipped_robot_has_indices_without_nan(name: str):
+    found = rs.indices(rs.stiffness(rs.load(name)))
+    assert np.all(np.isfinite(list(numbers(found))))
+    assert found.status == found.result.status
+
+
+def test_parts_agree_with_one_another():
+    found = rs.indices(rs.stiffness(rs.load("six-joint-arm")), length=0.3)
+    wrenches, twists = found.eigenscrews.wrenches, found.eigenscrews.twists
+    assert np.allclose([w.stiffness for w in wrenches], found.principal.translational)
+    assert np.allclose([t.stiffness for t in twists], found.collinear.rotational)
+    assert np.isclose(found.worst_deflection.translational, 1 / found.collinear.smallest)
+    assert np.isclose(found.virtual_work.worst, 0.5 / found.eigenstiffness.values[0])
+    assert found.length == found.condition.length == found.virtual_work.length == 0.3
+
+
+def test_the_length_is_the_robots_own_when_left_out():
+    result = rs.stiffness(rs.load("hexapod"))
+    assert rs.indices(result).length == float(result.about_reference.length)
+
+
+def test_a_batch_is_told_what_to_do():
+    poses = np.zeros((3, 6))
+    poses[:, 2] = 0.8
+    batch = rs.stiffness(rs.load("gough-stewart-b"), poses)
+    with pytest.raises(InputError, match=r"got '3 poses', expected a single one; take result\[i\]"):
+        rs.indices(batch)
+    assert rs.indices(batch[1]).length > 0
+
+
+def test_a_pose_out_of_reach_has_no_indices():
+    with pytest.raises(NoAnswerError, match="falls short of the pose"):
+        rs.indices(rs.stiffness(rs.load("3-puu"), [1.0, 0, 0.3]))
+
+
+def test_something_else_is_refused():
+    with pytest.raises(InputError, match="what stiffness answers"):
+        rs.indices(np.eye(6))  # pyright: ignore[reportArgumentType]
+
+
+def test_far_away_points_do_not_blur_what_does_not_depend_on_them():
+    result = rs.stiffness(rs.load("hexapod"))
+    near, far = rs.indices(result), rs.indices(result.about(np.array([1e5, 0, 0])))
+    assert np.allclose(far.centre_of_stiffness.point, near.centre_of_stiffness.point, atol=1e-9)
+    for one, two in zip(near.eigenscrews.twists, far.eigenscrews.twists, strict=True):
+        assert np.isclose(one.stiffness, two.stiffness, rtol=1e-12)

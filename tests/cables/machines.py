@@ -1,0 +1,54 @@
+"""Cable robots for tests: random ones, and a ring that rests under its own tension."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robostiff.cables import PlacedCables, structure_matrix
+from robostiff.model.cable import Cable, CableRobot, Weight
+from robostiff.spatial import Frame, Space
+
+
+def random_robot(seed: int, cables: int = 8, *, weight: bool = True, winch: bool = True):
+    """A cable robot around a platform of a tenth of its size, numbers without pattern."""
+    rng = np.random.default_rng(seed)
+    exits = rng.uniform(-2, 2, (cables, 3))
+    exits *= (rng.uniform(2, 3, cables) / np.linalg.norm(exits, axis=-1))[:, None]
+    return CableRobot(
+        "random",
+        tuple(
+            Cable(
+                f"cable{i}",
+                exits[i],
+                rng.uniform(-0.3, 0.3, 3),
+                EA=rng.uniform(0.5e5, 2e5),
+                guide_length=rng.uniform(0, 1),
+                winch_stiffness=rng.uniform(1e5, 1e6) if winch else None,
+                least_tension=rng.uniform(10, 50),
+                greatest_tension=rng.uniform(500, 900),
+            )
+            for i in range(cables)
+        ),
+        home=Frame.identity(),
+        weight=Weight([0, 0, -100.0], rng.uniform(-0.2, 0.2, 3)) if weight else None,
+        reference_point=rng.uniform(-0.2, 0.2, 3),
+    )
+
+
+def random_placed(seed: int, cables: int = 5) -> tuple[PlacedCables, np.ndarray, np.ndarray]:
+    """Cables, their stiffnesses and tensions, in equilibrium with nothing."""
+    rng = np.random.default_rng(seed)
+    placed = PlacedCables(
+        exit_points=rng.uniform(-3, 3, (cables, 3)),
+        attachments=rng.uniform(-0.5, 0.5, (cables, 3)),
+        reference_point=rng.uniform(-0.5, 0.5, 3),
+        weight_force=rng.uniform(-200, 200, 3),
+        weight_point=rng.uniform(-0.5, 0.5, 3),
+        space=Space.SPATIAL,
+    )
+    return placed, rng.uniform(1e3, 1e5, cables), rng.uniform(10, 2000, cables)
+
+
+def pulled(placed: PlacedCables, tensions: np.ndarray) -> np.ndarray:
+    """Wrench of the cables on the platform."""
+    return structure_matrix(placed) @ tensions
