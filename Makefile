@@ -85,12 +85,12 @@ $(STAMP)-runtime: pyproject.toml constraints.txt | $(BIN)/python
 	@touch $@
 
 $(STAMP)-test: $(STAMP)-runtime
-	$(PIP) --editable '.[test,sections,maps]'
+	$(PIP) --editable '.[test,sections,maps,urdf,mjcf]'
 	@touch $@
 
 # Other programs to compare with.
 $(STAMP)-bench: $(STAMP)-test
-	$(PIP) --editable '.[test,sections,maps,bench]'
+	$(PIP) --editable '.[test,sections,maps,urdf,mjcf,bench]'
 	@touch $@
 
 # Pyright runs on Node.js, which need not be there: it comes as a wheel.

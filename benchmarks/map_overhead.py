@@ -16,6 +16,7 @@ import numpy as np
 
 import robostiff as rs
 from robostiff.analysis.maps.dataset import MapArrays
+from robostiff.analysis.maps.evaluator import room_for
 from robostiff.analysis.maps.job import MapJob
 from robostiff.analysis.maps.new_store import create_store
 from robostiff.analysis.maps.pose_columns import SIX, pose_columns
@@ -24,7 +25,6 @@ from robostiff.analysis.maps.quantity_variables import map_variables
 from robostiff.analysis.maps.run import run_in_threads
 from robostiff.analysis.maps.store import MapStore
 from robostiff.analysis.maps.summary import MapSummary
-from robostiff.spatial.batch import empty_batch
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,16 @@ class Filling:
     def variables(self):
         return map_variables(self.robot, (self.quantity,))
 
-    def evaluate(self, poses):
-        found = {}
+    def evaluate(self, poses, out=None):
+        out = room_for(self.variables, len(poses)) if out is None else out
         for variable in self.variables:
-            array = empty_batch((len(poses),), variable.shape, variable.dtype)
+            array = out[variable.name]
             if variable.is_float:
                 for k, entry in enumerate(np.ndindex(variable.shape)):
                     array[(slice(None), *entry)] = poses[:, k % 6] + 1.234 * poses[:, (k + 1) % 6]
             else:
                 array[...] = 0
-            found[variable.name] = array
-        return found
+        return out
 
 
 def main() -> None:

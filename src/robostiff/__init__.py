@@ -18,20 +18,23 @@ from robostiff.version import __version__
 
 _HOMES = {
     "robostiff.analysis": (
+        "CableResponse",
+        "CableStiffness",
+        "CableTensions",
         "CompiledAnswer",
         "CompiledRobot",
         "Deflection",
         "RobotStiffness",
+        "cable_response",
+        "cable_stiffness",
+        "cable_tensions",
         "compile",
         "compliance",
         "deflection",
         "stiffness",
         "verify",
     ),
-    "robostiff.analysis.indices": (
-        "StiffnessIndices",
-        "indices",
-    ),
+    "robostiff.analysis.indices": ("StiffnessIndices", "indices"),
     "robostiff.analysis.maps": (
         "Axis",
         "Batched",
@@ -42,6 +45,12 @@ _HOMES = {
         "RandomPoses",
         "Threads",
         "stiffness_map",
+    ),
+    "robostiff.cables": (
+        "CableStatus",
+        "ClosedFormTensions",
+        "GivenTensions",
+        "NearestTensions",
     ),
     "robostiff.compiled": (
         "Backend",
@@ -92,11 +101,18 @@ _HOMES = {
         "spherical",
         "universal",
     ),
+    "robostiff.model.cable": (
+        "Cable",
+        "CableRobot",
+        "Weight",
+    ),
     "robostiff.robots": (
         "load",
+        "shipped_cable_robots",
         "shipped_robots",
     ),
     "robostiff.robots.derivation": ("derive",),
+    "robostiff.robots.descriptions": ("load_linkage",),
     "robostiff.elastostatics": (
         "Block",
         "IndexRules",
@@ -127,6 +143,7 @@ _HOMES = {
     "robostiff.spatial": ("Frame",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+_PACKAGES = ("plot",)
 
 __all__ = [
     "ALL_PARAMETERS",
@@ -138,8 +155,15 @@ __all__ = [
     "Backend",
     "Batched",
     "Block",
+    "Cable",
+    "CableResponse",
+    "CableRobot",
+    "CableStatus",
+    "CableStiffness",
+    "CableTensions",
     "Chain",
     "Closed",
+    "ClosedFormTensions",
     "Compiled",
     "CompiledAnswer",
     "CompiledRobot",
@@ -153,6 +177,7 @@ __all__ = [
     "EulerBernoulli",
     "FileError",
     "Frame",
+    "GivenTensions",
     "Grid",
     "IndexRules",
     "InputError",
@@ -161,6 +186,7 @@ __all__ = [
     "Link",
     "Locked",
     "Material",
+    "NearestTensions",
     "Network",
     "NoAnswerError",
     "NoMachineCodeWarning",
@@ -186,11 +212,15 @@ __all__ = [
     "Threads",
     "Timoshenko",
     "Tolerance",
+    "Weight",
     "WorstDeflection",
     "WrenchBasis",
     "__version__",
     "beam_link",
     "box",
+    "cable_response",
+    "cable_stiffness",
+    "cable_tensions",
     "chain_stiffness",
     "circle",
     "compile",
@@ -202,12 +232,14 @@ __all__ = [
     "i_section",
     "indices",
     "load",
+    "load_linkage",
     "material",
     "planar",
     "prismatic",
     "rectangle",
     "revolute",
     "rotational_spring",
+    "shipped_cable_robots",
     "shipped_robots",
     "spherical",
     "stiffness",
@@ -219,21 +251,25 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from robostiff import plot as plot
     from robostiff.analysis import (
+        CableResponse,
+        CableStiffness,
+        CableTensions,
         CompiledAnswer,
         CompiledRobot,
         Deflection,
         RobotStiffness,
+        cable_response,
+        cable_stiffness,
+        cable_tensions,
         compile,
         compliance,
         deflection,
         stiffness,
         verify,
     )
-    from robostiff.analysis.indices import (
-        StiffnessIndices,
-        indices,
-    )
+    from robostiff.analysis.indices import StiffnessIndices, indices
     from robostiff.analysis.maps import (
         Axis,
         Batched,
@@ -252,6 +288,12 @@ if TYPE_CHECKING:
         Closed,
         RobotDerivation,
         Steps,
+    )
+    from robostiff.cables import (
+        CableStatus,
+        ClosedFormTensions,
+        GivenTensions,
+        NearestTensions,
     )
     from robostiff.compiled import (
         Backend,
@@ -322,15 +364,24 @@ if TYPE_CHECKING:
         spherical,
         universal,
     )
+    from robostiff.model.cable import (
+        Cable,
+        CableRobot,
+        Weight,
+    )
     from robostiff.network import (
         Network,
     )
     from robostiff.robots import (
         load,
+        shipped_cable_robots,
         shipped_robots,
     )
     from robostiff.robots.derivation import (
         derive,
+    )
+    from robostiff.robots.descriptions import (
+        load_linkage,
     )
     from robostiff.spatial import (
         Frame,
@@ -342,6 +393,8 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(_HOME_OF[name]), name)
         globals()[name] = value
         return value
+    if name in _PACKAGES:
+        return import_module(f"robostiff.{name}")
     raise AttributeError(f"module 'robostiff' has no attribute {name!r}")
 
 

@@ -93,7 +93,11 @@ def test_planar_matrix_is_part_of_the_spatial_one():
     rng = np.random.default_rng(5)
     exits, ends = rng.uniform(-2, 2, (4, 3)), rng.uniform(-0.3, 0.3, (4, 3))
     exits[:, 2] = ends[:, 2] = 0
-    reference, force, at = np.array([0.1, 0.2, 0]), np.array([5.0, -80, 0]), np.array([0.1, -0.3, 0])
+    reference, force, at = (
+        np.array([0.1, 0.2, 0]),
+        np.array([5.0, -80, 0]),
+        np.array([0.1, -0.3, 0]),
+    )
     args = (exits, ends, reference, force, at)
     spatial, planar = PlacedCables(*args, Space.SPATIAL), PlacedCables(*args, Space.PLANAR)
     axial, tensions = rng.uniform(1e4, 1e5, 4), rng.uniform(10, 100, 4)
@@ -130,7 +134,7 @@ def test_torsion_of_a_trifilar_pendulum():
     angles = np.arange(3) * 2 * np.pi / 3
     ends = np.stack([r * np.cos(angles), r * np.sin(angles), np.zeros(3)], axis=-1)
     placed = PlacedCables(
-        ends + [0, 0, length],
+        ends + np.array([0, 0, length]),
         ends,
         np.zeros(3),
         np.array([0, 0, -weight]),

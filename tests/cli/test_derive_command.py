@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import robostiff as rs
 from robostiff.analytic.export import derivation_from_data
 from robostiff.cli.main import app
+from tests.interrupts import takes_interrupts
 
 
 @pytest.fixture(autouse=True)
@@ -128,7 +129,11 @@ def test_an_interrupt_ends_with_130():
     command = [shutil.which("robostiff", path=str(Path(sys.executable).parent)), "derive"]
     arguments = ["hexapod", "--closed", "--limit", "1000000"]
     process = subprocess.Popen(
-        [*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*command, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=takes_interrupts,
     )
     time.sleep(5)
     process.send_signal(signal.SIGINT)

@@ -1,23 +1,29 @@
 """The graph form of snapshot files: what it says, and what it may not say."""
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
 import robostiff as rs
-from robostiff.errors import FileError
+from robostiff import find_posture, load, stiffness
+from robostiff.errors import FileError, InputError
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import (
     is_graph,
     is_snapshot,
     network_from_document,
     network_schema,
+    network_to_data,
     read_network,
+    snapshot_to_data,
 )
-from robostiff.network import Network
-from tests.network.frames import GRAPH_NAMES, GRAPHS
+from robostiff.model import Robot
+from robostiff.network import Network, network_of_snapshot
+from tests.network.frames import GRAPH_NAMES, GRAPHS, graph
 
 # One element a line, so that lines can be counted.
 TEXT = """{
@@ -173,3 +179,32 @@ def test_the_cases_fit_the_schema(name):
 
 def test_the_schema_is_one():
     Draft202012Validator.check_schema(network_schema())
+
+
+@pytest.mark.parametrize("name", ["hexapod", "3-rpr-beams", "six-joint-arm", "star"])
+def test_networks_are_written_and_read_back(name):
+    file = Path(__file__).parents[1] / "model" / "star-platform.yaml"
+    robot = load(file if name == "star" else name)
+    assert isinstance(robot, Robot)
+    network = network_of_snapshot(find_posture(robot).snapshot.one(0))
+    text = json.dumps(network_to_data(network))
+    again = network_from_document(parse_document(text, file="network.json"))
+    K = stiffness(network).K
+    assert np.allclose(stiffness(again).K, K, rtol=1e-9, atol=1e-9 * np.abs(K).max())
+    assert again.space is network.space
+
+
+def test_beams_and_welds_are_written():
+    network, oracle = graph(GRAPH_NAMES[0])
+    again = network_from_document(parse_document(json.dumps(network_to_data(network))))
+    K = np.array(oracle["K"])
+    assert np.allclose(stiffness(again).K, K, rtol=0, atol=1e-9 * np.abs(K).max())
+    with pytest.raises(InputError, match="without compliance"):
+        network_to_data(replace(network, beams=(), springs=(), joints=()))
+
+
+def test_a_flexible_platform_is_written_as_a_graph():
+    robot = load(Path(__file__).parents[1] / "model" / "star-platform.yaml")
+    assert isinstance(robot, Robot)
+    with pytest.raises(InputError, match="network_to_data"):
+        snapshot_to_data(find_posture(robot).snapshot.one(0))

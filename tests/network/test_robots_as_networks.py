@@ -10,7 +10,7 @@ from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
-from robostiff.model import PlacedLeg, PlacedSpring, Robot, Snapshot
+from robostiff.model import Motion, PlacedLeg, PlacedSpring, Robot, Snapshot
 from robostiff.network import energy_stiffness, network_of_snapshot
 from robostiff.robots import load, shipped_robots
 from tests.cases.metric import distance
@@ -23,8 +23,10 @@ POSES = 20
 def poses_of(robot: Robot) -> Pose:
     if not robot.is_serial:
         return random_poses(robot.name, PostureFinder(robot), POSES)
-    turns = np.random.default_rng(3).uniform(-1, 1, (POSES, len(robot.legs[0].chain.home)))
-    return JointCoordinates(robot.legs[0].chain.home + turns)
+    chain = robot.legs[0].chain
+    room = [0.05 if f.motion is Motion.TRANSLATION else 1.0 for f in chain.freedoms]
+    steps = np.random.default_rng(3).uniform(-1, 1, (POSES, chain.size)) * room
+    return JointCoordinates(chain.home + steps)
 
 
 @pytest.mark.parametrize("name", shipped_robots())

@@ -1,5 +1,9 @@
 """The questions: stiffness at a pose, compliance, deflection under a load and who bends."""
 
+from robostiff.analysis.cable_response import CableResponse, SlackEvent, cable_response
+from robostiff.analysis.cable_result import CableStiffness
+from robostiff.analysis.cable_stiffness import cable_stiffness
+from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
 from robostiff.analysis.compiled_robot import CompiledAnswer, CompiledRobot
 from robostiff.analysis.compiled_robot import compile_robot as compile
 from robostiff.analysis.deflection_under_load import (
@@ -16,6 +20,9 @@ from robostiff.analysis.verification import Comparison, Outcome, Verification, v
 
 __all__ = [
     "ActuatorLoad",
+    "CableResponse",
+    "CableStiffness",
+    "CableTensions",
     "Comparison",
     "CompiledAnswer",
     "CompiledRobot",
@@ -25,7 +32,11 @@ __all__ = [
     "Outcome",
     "PartShare",
     "RobotStiffness",
+    "SlackEvent",
     "Verification",
+    "cable_response",
+    "cable_stiffness",
+    "cable_tensions",
     "compile",
     "compliance",
     "deflection",

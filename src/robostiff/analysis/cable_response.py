@@ -129,7 +129,7 @@ def cable_response(
     tensions: TensionRule | None = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> CableResponse:
-    """Rest of a cable robot under a load, with locked winches: displacement, tensions, slack cables.
+    """Rest of a cable robot under a load with locked winches: displacement, tensions, slack.
 
     At the pose the tensions balance the weight. Then the load grows, the cables stretch as
     ``t = max(0, k (l - l_slack))``, and the platform moves to where it rests again; displacements
@@ -160,7 +160,7 @@ def cable_response(
     >>> import robostiff as rs
     >>> bent = rs.cable_response(rs.load("cable-4-planar"), load=[0, -200, 0])
     >>> bent.slack, round(bent.first_slack.factor, 2)
-    (('cable1', 'cable2'), 0.47)
+    (('cable1', 'cable2'), 0.27)
     """
     before = cable_stiffness(robot, pose, tensions=tensions, tolerance=tolerance)
     if before.batch_shape:
@@ -224,7 +224,7 @@ def _after(
     beyond = np.any(taut & ((tensions < least - 1e-9) | (tensions > greatest * (1 + 1e-9))))
     status = np.uint16(before.status & CableStatus.UNBALANCED)
     if beyond:
-        status |= np.uint16(CableStatus.OVERLOADED)
+        status |= np.uint16(CableStatus.BEYOND_LIMITS)
     turn = Rotation.from_matrix(state.R) * Rotation.from_rotvec(before.pose[3:])
     origin = before.pose[:3] - before.reference_point
     position = before.reference_point + state.shift + state.R @ origin

@@ -162,9 +162,7 @@ class CableStiffness:
         """Cables without tension, at any pose."""
         without = (self.tensions <= 0) & self.answered[..., None]
         lost = without.any(axis=tuple(range(without.ndim - 1)))
-        return tuple(
-            name for name, is_lost in zip(self.cable_names, lost, strict=True) if is_lost
-        )
+        return tuple(name for name, is_lost in zip(self.cable_names, lost, strict=True) if is_lost)
 
     @property
     def missing_wrench(self) -> np.ndarray:
@@ -230,7 +228,9 @@ class CableStiffness:
     def _require_answer(self) -> None:
         if np.all(self.answered):
             return
-        advice = " ".join(f"{line}." for line in CableStatus(self.status & WITHOUT_STIFFNESS).advice)
+        advice = " ".join(
+            f"{line}." for line in CableStatus(self.status & WITHOUT_STIFFNESS).advice
+        )
         where = "at this pose"
         if self.batch_shape:
             poses = np.count_nonzero(~self.answered)

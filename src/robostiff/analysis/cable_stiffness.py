@@ -37,7 +37,7 @@ def cable_stiffness(
     at: ArrayLike | None = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> CableStiffness:
-    """Stiffness K of a cable robot at a pose or a batch of poses: elastic, geometric, of its weight.
+    """Stiffness K of a cable robot at a pose or a batch of poses, with its geometric part.
 
     The winches are locked, with tensions that balance the weight and a wrench, which keeps its
     direction. K is the second derivative of the potential energy of cables and weight by the

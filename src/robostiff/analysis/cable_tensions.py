@@ -112,9 +112,8 @@ class CableTensions:
     def __repr__(self) -> str:
         if self.batch_shape:
             count = int(np.count_nonzero(self.feasible))
-            return (
-                f"<CableTensions of {self.name!r}, {self.feasible.size} poses, {count} with tensions>"
-            )
+            poses = self.feasible.size
+            return f"<CableTensions of {self.name!r}, {poses} poses, {count} with tensions>"
         values = ", ".join(f"{value:.5g}" for value in self.values) if self.feasible else "none"
         return f"<CableTensions of {self.name!r}: {values} N, status {self.status}>"
 
@@ -136,8 +135,8 @@ def cable_tensions(
     wrench : (n,) or (..., n) array, optional
         On the platform beside its weight, about the reference point [N, N m].
     tensions : TensionRule, optional
-        ``NearestTensions(level)``, ``ClosedForm(level)`` or ``GivenTensions(values)``. When left
-        out, those that the robot gives, else the nearest to the robot's level.
+        ``NearestTensions(level)``, ``ClosedFormTensions(level)`` or ``GivenTensions(values)``.
+        When left out, those that the robot gives, else the nearest to the robot's level.
 
     Returns
     -------
@@ -182,7 +181,7 @@ def cable_tensions(
     status = np.where(no_length, np.uint16(CableStatus.NO_LENGTH), status)
     missing = CableStatus.INFEASIBLE | CableStatus.NO_LENGTH | CableStatus.RULE_FAILED
     feasible = (status & int(missing)) == 0
-    status = status | (feasible & ~problem.within(values)) * np.uint16(CableStatus.OVERLOADED)
+    status = status | (feasible & ~problem.within(values)) * np.uint16(CableStatus.BEYOND_LIMITS)
     batch, cables = request.batch, len(robot.cables)
     return CableTensions(
         name=robot.name,

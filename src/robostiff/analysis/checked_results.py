@@ -61,7 +61,11 @@ class CheckedResults:
 
 
 def checked_results(
-    kernel: Kernel, results: np.ndarray, missed: np.ndarray, general: AtGeneralPoses
+    kernel: Kernel,
+    results: np.ndarray,
+    missed: np.ndarray,
+    loose: np.ndarray,
+    general: AtGeneralPoses,
 ) -> CheckedResults:
     """Rows by output, with status, rank and guard at each pose.
 
@@ -72,6 +76,8 @@ def checked_results(
         Of the kernel; changed where there is no answer.
     missed : (N,) array of bool
         Poses that are known to be out of reach.
+    loose : (N,) array of bool
+        Poses whose inputs are not to be trusted.
     general : AtGeneralPoses
     """
     rows, start = {}, 0
@@ -86,7 +92,7 @@ def checked_results(
         beyond = checks["limits"] < 0
         if beyond.any():
             status[beyond] |= np.uint8(Status.BEYOND_LIMITS)
-    guarded = _unsafe(checks, results.shape[1], general)
+    guarded = _unsafe(checks, results.shape[1], general) | loose
     out_of_reach = missed
     if "reach" in checks:
         out_of_reach = out_of_reach | (checks["reach"] < _OUT_OF_REACH)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.checked_results import AtGeneralPoses, CheckedResults, checked_results
 from robostiff.analysis.guarded_values import values_of
-from robostiff.analysis.kernel_inputs import KernelInputs
+from robostiff.analysis.kernel_inputs import InputRows, KernelInputs
 from robostiff.analysis.parameter_values import ParameterValues, with_parameters
 from robostiff.analysis.record_agreement import agrees
 from robostiff.analysis.stiffness_at_pose import stiffness
@@ -165,15 +165,15 @@ class CompiledRobot:
         InputError
             When the poses or the parameters do not fit the robot.
         """
-        rows, missed, _ = self._inputs_of(pose, parameters)
-        yield from self._checked(rows, missed, slice(0, len(missed)))
+        told, _ = self._inputs_of(pose, parameters)
+        yield from self._checked(told, slice(0, len(told.missed)))
 
     def _attempt(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
     ) -> tuple[CompiledAnswer, ParameterValues]:
         threads = whole_threads(threads)
-        rows, missed, parameter_values = self._inputs_of(pose, parameters)
-        count = len(missed)
+        told, parameter_values = self._inputs_of(pose, parameters)
+        count = len(told.missed)
         answer = CompiledAnswer(
             values={
                 output.name: empty_batch((count,), output.shape(self.robot.space))
@@ -185,7 +185,7 @@ class CompiledRobot:
         )
 
         def fill(part: slice) -> None:
-            for where, found in self._checked(rows, missed, part):
+            for where, found in self._checked(told, part):
                 for name, values in answer.values.items():
                     unpack(found.rows[name], values[where])
                 answer.status_codes[where] = found.status_codes
@@ -205,23 +205,21 @@ class CompiledRobot:
 
     def _inputs_of(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None
-    ) -> tuple[np.ndarray, np.ndarray, ParameterValues]:
-        """Rows of inputs, which poses are known to be out of reach, and values of parameters."""
+    ) -> tuple[InputRows, ParameterValues]:
         given = self._inputs.checked(pose)
         values = ParameterValues.of(self.robot, parameters, len(given))
-        return *self._inputs.rows(pose, given, values), values
+        return self._inputs.rows(pose, given, values), values
 
-    def _checked(
-        self, rows: np.ndarray, missed: np.ndarray, part: slice
-    ) -> Iterator[tuple[slice, CheckedResults]]:
+    def _checked(self, told: InputRows, part: slice) -> Iterator[tuple[slice, CheckedResults]]:
         general = AtGeneralPoses(self.rank, self.status, self.verified)
         buffer = np.empty((self.kernel.rows, min(_CHUNK, part.stop - part.start)))
         for start in range(part.start, part.stop, _CHUNK):
             where = slice(start, min(start + _CHUNK, part.stop))
             count = where.stop - where.start
             room = buffer if count == buffer.shape[1] else np.empty((len(buffer), count))
-            results = self.kernel.evaluate(rows[:, where], room)
-            yield where, checked_results(self.kernel, results, missed[where], general)
+            results = self.kernel.evaluate(told.rows[:, where], room)
+            missed, loose = told.missed[where], told.loose[where]
+            yield where, checked_results(self.kernel, results, missed, loose, general)
 
     @property
     def _inputs(self) -> KernelInputs:

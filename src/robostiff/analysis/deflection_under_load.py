@@ -15,7 +15,16 @@ from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import CartesianStiffness, Status, Tolerance, scaling
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture, freedom_twist
-from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Robot, Snapshot
+from robostiff.model import (
+    Actuated,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Robot,
+    Snapshot,
+)
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space, as_floats, move_twist, move_wrench
 
@@ -188,6 +197,13 @@ def deflection(
     >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
     (-2.161, 0.167)
     """
+    if isinstance(robot, CableRobot):
+        raise InputError(
+            "robot of a deflection",
+            got=f"cable robot {robot.name!r}",
+            expected="a Robot or a Snapshot: cables may become slack, and need not stay near",
+            hint="write cable_response(robot, pose, load=...)",
+        )
     if isinstance(robot, Network):
         raise InputError(
             "robot of a deflection",

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from robostiff.elastostatics import (
     CartesianStiffness,
     Form,
-    Status,
     Tolerance,
     WrenchBasis,
     couple_legs,
@@ -19,8 +17,6 @@ from robostiff.elastostatics import (
 from robostiff.model import PlacedPlatform, Snapshot
 from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
 from robostiff.spatial import Space, block_rotation, twist_transport
-
-_RIGID_LEG = "it needs the stiffness of each leg, and a leg by itself is rigid in a direction"
 
 
 def legs_on_platform(
@@ -46,7 +42,8 @@ def legs_on_platform(
         Point of the tool [m].
     method : Form
         The wrench basis form takes the compliance of each leg as it is, so that legs may be rigid;
-        the others tell a stiffness, which is inverted on the transmitted wrenches.
+        the others tell a stiffness, which is inverted on the transmitted wrenches. They refuse
+        rigid legs.
 
     Returns
     -------
@@ -62,8 +59,6 @@ def legs_on_platform(
     nodes, flexibility = _flexibility(placed, space, tolerance)
     to_nodes = _to_nodes(placed, nodes, origin, space)
     direct = isinstance(method, WrenchBasis)
-    if not direct:
-        legs = tuple(map(_without_rigid_legs, legs))
     s = scaling(legs[0].length, space)
     wrenches = [to_nodes[i] @ (s[..., :, None] * leg.held) for i, leg in _on(placed, nodes, legs)]
     C, N = flexibility.compliance, flexibility.motions
@@ -156,22 +151,13 @@ def _met_by_compliance(leg: CartesianStiffness, C: np.ndarray) -> np.ndarray:
 
 
 def _met_by_stiffness(leg: CartesianStiffness) -> np.ndarray:
-    """Inverse of the stiffness between the transmitted wrenches; the identity where there is none."""
+    """Inverse of the stiffness between transmitted wrenches; the identity where there is none."""
     s = scaling(leg.length, leg.space)
     W = leg.held
     k = np.swapaxes(W, -1, -2) @ (leg.matrix / (s[..., :, None] * s[..., None, :])) @ W
     idle = ~np.any(W != 0, axis=-2) | ~leg.answered[..., None]
     k = np.where(idle[..., None] | idle[..., None, :], 0.0, k)
     return np.linalg.inv(k + idle[..., None] * np.eye(W.shape[-1]))
-
-
-def _without_rigid_legs(leg: CartesianStiffness) -> CartesianStiffness:
-    """A leg whose form cannot tell how it is held where it is rigid."""
-    rigid = (leg.status_codes & int(Status.RIGID_DIRECTION)) != 0
-    if not np.any(rigid):
-        return leg
-    status = leg.status_codes | rigid * np.uint8(Status.FORM_DOES_NOT_HOLD)
-    return replace(leg, status_codes=status, reason=leg.reason or _RIGID_LEG)
 
 
 def _blocks(rows: list[list[np.ndarray]]) -> np.ndarray:

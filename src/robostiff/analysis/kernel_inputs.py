@@ -14,7 +14,28 @@ from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
 
+# Of the length: legs that miss the platform by more are no matter for a record, which takes for
+# granted that they meet it; `stiffness` says where the platform is.
+_MET = 1e-12
 _OTHERWISE = "rs.stiffness takes poses in other ways, all six coordinates among them"
+
+
+@dataclass(frozen=True)
+class InputRows:
+    """Inputs of a kernel at N poses.
+
+    Attributes
+    ----------
+    rows : (inputs, N) array
+    missed : (N,) array of bool
+        Poses that are known to be out of reach.
+    loose : (N,) array of bool
+        Poses within reach whose legs do not meet the platform to the last digits.
+    """
+
+    rows: np.ndarray
+    missed: np.ndarray
+    loose: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -61,26 +82,24 @@ class KernelInputs:
             )
         return given
 
-    def rows(
-        self, pose: Pose, given: np.ndarray, values: ParameterValues
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of inputs (n, N), and which poses are known to be out of reach (N,)."""
-        missed = np.zeros(len(given), dtype=bool)
+    def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues) -> InputRows:
+        """Rows of inputs, and what is known of the poses before."""
+        missed, loose = np.zeros((2, len(given)), dtype=bool)
         if not self.joints or isinstance(pose, JointCoordinates):
             rows = given.T
         else:
             rows = np.empty((self.joints, len(given)))
             for robot, group in values.groups(~missed):
                 finder = PostureFinder(robot)
-                # In the chunks of `stiffness`: Newton's last digits depend on the company.
                 for start in range(0, len(group), CHUNK):
                     own = group[start : start + CHUNK]
                     posture = finder.find(given[own])
                     rows[:, own] = np.concatenate([q.T for q in posture.coordinates])
                     missed[own] = ~posture.reached
+                    loose[own] = posture.reached & ~posture.meets(_MET)
         if len(values.rows):
             rows = np.concatenate([rows, values.rows])
-        return np.ascontiguousarray(rows), missed
+        return InputRows(np.ascontiguousarray(rows), missed, loose)
 
     @property
     def _joints_in_words(self) -> str:

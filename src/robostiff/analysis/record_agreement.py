@@ -37,10 +37,10 @@ def agrees(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFinder)
         values = ParameterValues(robot, np.array(list(parameter_samples(robot, seed).values())))
         given = posture.coordinates[0] if by_joints else posture.pose[:, told]
         pose = JointCoordinates(given) if by_joints else given
-        rows, missed = inputs.rows(pose, given, values)
-        K = np.empty((len(program.outputs), rows.shape[1]))
-        ArrayCode(program).evaluate(rows, K)
-        for other, own in values.groups(~missed):
+        kernel_rows = inputs.rows(pose, given, values)
+        K = np.empty((len(program.outputs), kernel_rows.rows.shape[1]))
+        ArrayCode(program).evaluate(kernel_rows.rows, K)
+        for other, own in values.groups(~kernel_rows.missed):
             part = JointCoordinates(given[own]) if by_joints else given[own]
             result = stiffness(other, part, tolerance=_STRICT)
             if not _agree_at(recorded, K[:, own], result):

@@ -174,7 +174,7 @@ def stiffness(
 
 
 def compliance(
-    robot: Robot | Snapshot | Network,
+    robot: Robot | Snapshot | Network | CableRobot,
     pose: Pose = None,
     *,
     at: ArrayLike | None = None,
@@ -220,9 +220,7 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     whole, C = aggregate(legs), problems[0].C if alone else None
     if snapshot.platform is not None:
         of_legs = [own.C for own in problems]
-        whole, legs, C, more = legs_on_platform(
-            snapshot.platform, legs, of_legs, C, origin, method
-        )
+        whole, legs, C, more = legs_on_platform(snapshot.platform, legs, of_legs, C, origin, method)
         names += more
     return SnapshotStiffness(
         whole=whole,

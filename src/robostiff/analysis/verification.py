@@ -23,6 +23,7 @@ from robostiff.elastostatics import (
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network, energy_stiffness, network_of_snapshot
 
 _FORMS: tuple[Form, ...] = (SaddlePoint(), Block(), Recursive(), IndexRules())
@@ -130,6 +131,12 @@ def verify(
     """
     if not 0 < agreement < 1:
         raise InputError("agreement", got=agreement, expected="a number between 0 and 1")
+    if isinstance(robot, CableRobot):
+        raise InputError(
+            "robot of a verification",
+            got=f"cable robot {robot.name!r}",
+            expected="a Robot, a Snapshot or a Network: there is one method for cables",
+        )
     reference = stiffness(robot, pose, tolerance=tolerance)
     if reference.batch_shape:
         raise InputError(

@@ -70,7 +70,8 @@ def exact_leg(
     M = ExactMatrix.of_upper(field, m + n, upper, field.ring.constant(1))
     wrenches, met = [], []
     left = list(range(m))
-    while left:
+    # What is left without energy are stresses that rigid branches give one another.
+    while left := [i for i in left if not M.entries[i][i].is_zero()]:
         pivot = min(left, key=lambda i: _awkwardness(M, left, i))
         left.remove(pivot)
         before = M.denominator
@@ -79,6 +80,8 @@ def exact_leg(
         M = stage.after
         w = [field.fraction(x, field.one.num) for x in stage.u[m:]]
         factors = [field.fraction(stage.mu, D), field.fraction(before, field.one.num)]
+        if all(x.is_zero for x in w):
+            continue  # a stress of a loop in itself, which holds nothing
         w, own = _conjugate(field, w, factors)
         wrenches.append(w)
         met.append(own)
@@ -107,6 +110,8 @@ def _conjugate(
 
 def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], Element]:
     """A wrench without the factor that its entries share, such as 1 / L; by what it was scaled."""
+    if all(x.is_zero for x in w):
+        return w, field.one
     pivot = min((x for x in w if not x.is_zero), key=lambda x: x.terms)
     ratios = [x if x.is_zero else x / pivot for x in w]
     scale = Element(field, common_denominator(field, ratios), field.one.den)

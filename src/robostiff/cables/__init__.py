@@ -14,7 +14,7 @@ from robostiff.cables.stiffness_matrix import (
 from robostiff.cables.structure_matrix import structure_matrix, weight_wrench
 from robostiff.cables.tension_problem import TensionProblem
 from robostiff.cables.tension_rules import (
-    ClosedForm,
+    ClosedFormTensions,
     GivenTensions,
     NearestTensions,
     TensionRule,
@@ -22,7 +22,7 @@ from robostiff.cables.tension_rules import (
 
 __all__ = [
     "CableStatus",
-    "ClosedForm",
+    "ClosedFormTensions",
     "GivenTensions",
     "NearestTensions",
     "PlacedCables",

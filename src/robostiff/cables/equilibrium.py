@@ -173,7 +173,7 @@ class Loading:
 def load_path(
     loading: Loading, start: tuple[float, Hanging], last: float
 ) -> Iterator[tuple[float, Hanging]]:
-    """Stable rests under a growing load: pairs of load factor and state, after `start` up to `last`.
+    """Stable rests under a growing load: load factors and states, after `start` up to `last`.
 
     The path ends early where the next rest is lost or not stable.
     """
@@ -195,7 +195,7 @@ def load_path(
 def first_slack(
     loading: Loading, before: tuple[float, Hanging], after: tuple[float, Hanging]
 ) -> tuple[float, int] | None:
-    """Load factor at which the first cable becomes slack on a piece of the path, and which it is."""
+    """Load factor at which the first cable becomes slack on a piece of the path, and which."""
     start = before[1]
     # A cable may be just taut, within rounding.
     margin = _TAUT * float(start.tensions.max())

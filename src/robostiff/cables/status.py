@@ -10,16 +10,16 @@ class CableStatus(IntFlag):
 
     Examples
     --------
-    >>> status = CableStatus.UNSTABLE | CableStatus.OVERLOADED
+    >>> status = CableStatus.UNSTABLE | CableStatus.BEYOND_LIMITS
     >>> str(status), status.is_bad, status.has_stiffness
-    ('overloaded+unstable', True, True)
+    ('beyond-limits+unstable', True, True)
     """
 
     OK = 0
     FREE_MOTIONS = 1
     UNTENSIONED = 2
     ILL_CONDITIONED = 4
-    OVERLOADED = 8
+    BEYOND_LIMITS = 8
     UNBALANCED = 16
     INFEASIBLE = 32
     UNSTABLE = 64
@@ -64,7 +64,7 @@ _ADVICE = {
     CableStatus.ILL_CONDITIONED: (
         "near a singular pose, or near the loss of stability: few digits of the matrix hold"
     ),
-    CableStatus.OVERLOADED: "a cable carries less or more than its tension limits allow",
+    CableStatus.BEYOND_LIMITS: "a cable carries less or more than its tension limits allow",
     CableStatus.UNBALANCED: (
         "the tensions do not balance weight and wrench, so something else holds the platform: the "
         "matrix is that of the cables at this pose, and missing_wrench says what is lacking"

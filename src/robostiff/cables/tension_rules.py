@@ -56,7 +56,7 @@ class GivenTensions:
             raise InputError("tensions", got=given.shape, expected=f"one row, or {poses} of them")
         tensions = np.array(np.broadcast_to(rows, (poses, cables)))
         status = np.zeros(poses, dtype=np.uint16)
-        status[~problem.balanced(tensions)] |= CableStatus.UNBALANCED
+        status[~problem.balanced(tensions)] = CableStatus.UNBALANCED
         return tensions, status
 
 
@@ -86,8 +86,8 @@ class NearestTensions:
 
 
 @dataclass(frozen=True)
-class ClosedForm:
-    """Pott's improved closed form: t = t_aim - (A^T)^+ (F + A^T t_aim), then cables at limits fixed.
+class ClosedFormTensions:
+    """Pott's improved closed form, t = t_aim - (A^T)^+ (F + A^T t_aim), cables at limits fixed.
 
     The cable furthest beyond a limit is set to it and taken out, until all are within. Quick and
     continuous, but it may fail near the border of the workspace where `NearestTensions` does not.
@@ -96,7 +96,7 @@ class ClosedForm:
     Attributes
     ----------
     level : float or None
-        0.5 in the source, and when the robot's greatest tensions are known; 0 otherwise.
+        0 to 1, and 0.5 in the source; that of the robot when None.
     """
 
     level: float | None = 0.5
@@ -104,7 +104,7 @@ class ClosedForm:
 
     def choose(self, problem: TensionProblem) -> tuple[np.ndarray, np.ndarray]:
         """The tensions, and where the form finds none."""
-        poses, size, cables = problem.W.shape
+        poses, _, cables = problem.W.shape
         least, greatest = problem.least, problem.greatest
         open_ = np.ones((poses, cables), dtype=bool)
         tensions = np.array(np.broadcast_to(problem.aim, (poses, cables)))

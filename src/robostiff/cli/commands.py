@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import typer
 
-from robostiff.analysis import RobotStiffness, deflection, stiffness
+from robostiff.analysis import CableStiffness, RobotStiffness, deflection, stiffness
 from robostiff.cli import tables
 from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.network_facts import network_facts
@@ -33,8 +33,9 @@ from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.kinematics import JointCoordinates, Pose
 from robostiff.model import Actuated, Coordinate, Joint, Motion, Passive, Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.robots import describe, load, shipped_robots
+from robostiff.robots import describe, load, shipped_cable_robots, shipped_robots
 from robostiff.spatial import Space
 
 METHODS: dict[str, Form] = {
@@ -53,7 +54,8 @@ class Place:
 
 def list_robots(as_json: bool) -> int:
     """Print the shipped robots."""
-    listed = {name: describe(name) for name in shipped_robots()}
+    names = (*shipped_robots(), *shipped_cable_robots())
+    listed = {name: describe(name) for name in sorted(names)}
     if as_json:
         robots = [
             {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
@@ -64,10 +66,16 @@ def list_robots(as_json: bool) -> int:
     return 0
 
 
-def check_robot(source: str, settings: Sequence[str], as_json: bool) -> int:
+def check_robot(
+    source: str, settings: Sequence[str], as_json: bool, side: str | None = None
+) -> int:
     """Print what a robot consists of; reading it is the check."""
-    robot = load(source, parameters_from(settings))
-    if isinstance(robot, Network):
+    robot = load(source, parameters_from(settings), side=side)
+    if isinstance(robot, CableRobot):
+        from robostiff.cli.commands_cables import cable_robot_facts
+
+        facts = cable_robot_facts(robot)
+    elif isinstance(robot, Network):
         facts = {**network_facts(robot), "home": _home_facts(stiffness(robot))}
     else:
         facts = _snapshot_facts(robot) if isinstance(robot, Snapshot) else _robot_facts(robot)
@@ -79,12 +87,21 @@ def check_robot(source: str, settings: Sequence[str], as_json: bool) -> int:
 
 
 def print_stiffness(
-    source: str, place: Place, method: str, settings: Sequence[str], as_json: bool
+    source: str,
+    place: Place,
+    method: str,
+    settings: Sequence[str],
+    as_json: bool,
+    side: str | None = None,
 ) -> int:
     """Print K at a pose."""
     form = _method(method)
-    robot = load(source, parameters_from(settings))
+    robot = load(source, parameters_from(settings), side=side)
     result = stiffness(robot, pose_from(robot, place), method=form, at=point_from(place))
+    if isinstance(result, CableStiffness):
+        from robostiff.cli.commands_cables import print_cable_stiffness
+
+        return print_cable_stiffness(result, as_json)
     if as_json:
         _print_json(stiffness_data(result))
     elif tables.on_terminal():
@@ -95,10 +112,15 @@ def print_stiffness(
 
 
 def print_deflection(
-    source: str, place: Place, wrench: str, settings: Sequence[str], as_json: bool
+    source: str,
+    place: Place,
+    wrench: str,
+    settings: Sequence[str],
+    as_json: bool,
+    side: str | None = None,
 ) -> int:
     """Print the deflection under a load."""
-    robot = load(source, parameters_from(settings))
+    robot = load(source, parameters_from(settings), side=side)
     F = wrench_from(wrench, robot.space)
     result = deflection(robot, pose_from(robot, place), F, at=point_from(place))
     if as_json:
@@ -144,7 +166,7 @@ _POSE_DIMENSIONS = {
 }
 
 
-def pose_from(robot: Robot | Snapshot | Network, place: Place) -> Pose:
+def pose_from(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> Pose:
     """Where the robot stands."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
@@ -158,6 +180,10 @@ def pose_from(robot: Robot | Snapshot | Network, place: Place) -> Pose:
                 hint="describe the robot in a model file to move it",
             )
         return None
+    if isinstance(robot, CableRobot):
+        if place.joints is not None:
+            raise InputError("--joints", got=place.joints, expected="--pose: cables have no joints")
+        return None if place.pose is None else np.array(_pose_coordinates(robot, place.pose))
     if place.joints is not None:
         return JointCoordinates(_joints(robot, place.joints))
     if place.pose is None:
@@ -165,7 +191,7 @@ def pose_from(robot: Robot | Snapshot | Network, place: Place) -> Pose:
     return np.array(_pose_coordinates(robot, place.pose))
 
 
-def _pose_coordinates(robot: Robot, text: str) -> list[float]:
+def _pose_coordinates(robot: Robot | CableRobot, text: str) -> list[float]:
     """All six coordinates, or the free ones when there are as many numbers as those."""
     every = tuple(_POSE_DIMENSIONS)
     if 0 < len(robot.coordinates) < 6:

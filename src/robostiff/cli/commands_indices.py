@@ -12,10 +12,13 @@ from robostiff.analysis import stiffness
 from robostiff.analysis.indices import indices
 from robostiff.cli.commands import Place, parameters_from, point_from, pose_from
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.errors import InputError
 from robostiff.io.results.indices_data import indices_data
 from robostiff.io.results.indices_text import indices_text
 from robostiff.io.results.text import stiffness_text
 from robostiff.io.units import Dimension, parse_quantities
+from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
 from robostiff.robots import load
 
 
@@ -24,6 +27,12 @@ def print_indices(
 ) -> int:
     """Print the stiffness indices at a pose; 1 where there is no matrix, or one to take care of."""
     robot = load(source, parameters_from(settings))
+    if not isinstance(robot, Robot | Snapshot | Network):
+        raise InputError(
+            f"indices of {robot.name!r}",
+            got="a cable robot",
+            expected="a robot with legs: the stiffness of cables depends on their tensions",
+        )
     L = None
     if length is not None:
         L = parse_quantities(length, [Dimension.LENGTH], ["length"], "--length")[0]

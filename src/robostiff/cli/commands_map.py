@@ -34,6 +34,7 @@ from robostiff.io.map_files import (
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.model import Robot
+from robostiff.model.cable import CableRobot
 from robostiff.robots import load
 
 if TYPE_CHECKING:
@@ -56,10 +57,24 @@ class Run:
     batched: bool = False
 
 
-def make_map(source: str, asked: Asked, run: Run, settings: Sequence[str], as_json: bool) -> int:
+def make_map(
+    source: str,
+    asked: Asked,
+    run: Run,
+    settings: Sequence[str],
+    as_json: bool,
+    side: str | None = None,
+) -> int:
     """Compute a map, write it, and sum it up."""
     output = _checked_output(run)
-    robot = load(source, parameters_from(settings))
+    robot = load(source, parameters_from(settings), side=side)
+    if isinstance(robot, CableRobot):
+        raise InputError(
+            "robot of a map",
+            got=f"cable robot {source!r}",
+            expected="a robot with legs",
+            hint="in Python rs.stiffness(robot, poses) takes many poses of a cable robot at once",
+        )
     if not isinstance(robot, Robot):
         raise InputError(
             "robot of a map",

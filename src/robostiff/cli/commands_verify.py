@@ -16,9 +16,11 @@ from robostiff.robots import load
 from robostiff.version import __version__
 
 
-def print_verification(source: str, place: Place, settings: Sequence[str], as_json: bool) -> int:
+def print_verification(
+    source: str, place: Place, settings: Sequence[str], as_json: bool, side: str | None = None
+) -> int:
     """Print how far the methods are from one another at a pose; 1 when they disagree."""
-    robot = load(source, parameters_from(settings))
+    robot = load(source, parameters_from(settings), side=side)
     result = verify(robot, pose_from(robot, place))
     typer.echo(json.dumps(_data(result), indent=1) if as_json else _text(result))
     return 0 if result.agree else BAD_STATUS

@@ -25,8 +25,8 @@ RobotArgument = Annotated[
     str,
     typer.Argument(
         metavar="ROBOT",
-        help="A shipped robot (see 'robostiff robots'), a model file, a snapshot file, or - for "
-        "standard input.",
+        help="A shipped robot (see 'robostiff robots'), a model file, a snapshot file, a robot "
+        "description (URDF, xacro, MJCF), or - for standard input.",
     ),
 ]
 PoseOption = Annotated[
@@ -62,6 +62,15 @@ SetOption = Annotated[
         help="Give a parameter of the model file another value, such as --set R=350mm; repeatable.",
     ),
 ]
+SideOption = Annotated[
+    str | None,
+    typer.Option(
+        "--side",
+        metavar="FILE",
+        help="What a robot description (URDF, xacro, MJCF) cannot say: stiffnesses, passive "
+        "joints, loops. NAME.stiffness.yaml beside it when left out.",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
@@ -94,14 +103,19 @@ def robots(json_: JsonOption = False) -> int:
 
 @app.command()
 @reported
-def check(robot: RobotArgument, set_: SetOption = None, json_: JsonOption = False) -> int:
+def check(
+    robot: RobotArgument,
+    side: SideOption = None,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
     """Check a model or snapshot file, and tell what the robot consists of.
 
     Exit status: 0 when it can be used, 2 when it cannot.
     """
     from robostiff.cli.commands import check_robot
 
-    return check_robot(robot, set_ or [], json_)
+    return check_robot(robot, set_ or [], json_, side)
 
 
 @app.command()
@@ -119,6 +133,7 @@ def stiffness(
             help="wrench-basis, saddle-point, block, recursive or index-rules.",
         ),
     ] = "wrench-basis",
+    side: SideOption = None,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -130,7 +145,7 @@ def stiffness(
     """
     from robostiff.cli.commands import Place, print_stiffness
 
-    return print_stiffness(robot, Place(pose, joints, at), method, set_ or [], json_)
+    return print_stiffness(robot, Place(pose, joints, at), method, set_ or [], json_, side)
 
 
 @app.command()
@@ -148,6 +163,7 @@ def deflection(
     pose: PoseOption = None,
     joints: JointsOption = None,
     at: AtOption = None,
+    side: SideOption = None,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -159,7 +175,7 @@ def deflection(
     """
     from robostiff.cli.commands import Place, print_deflection
 
-    return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_)
+    return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_, side)
 
 
 @app.command()
@@ -199,6 +215,7 @@ def verify(
     robot: RobotArgument,
     pose: PoseOption = None,
     joints: JointsOption = None,
+    side: SideOption = None,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -211,7 +228,7 @@ def verify(
     from robostiff.cli.commands import Place
     from robostiff.cli.commands_verify import print_verification
 
-    return print_verification(robot, Place(pose, joints, None), set_ or [], json_)
+    return print_verification(robot, Place(pose, joints, None), set_ or [], json_, side)
 
 
 @app.command("map")
@@ -237,6 +254,7 @@ def map_(
     threads: options.ThreadsOption = None,
     scheduler: options.SchedulerOption = None,
     batched: options.BatchedOption = False,
+    side: SideOption = None,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -269,7 +287,7 @@ def map_(
         length,
     )
     run = Run(output, resume, workers, threads, scheduler, batched)
-    return make_map(robot, asked, run, set_ or [], json_)
+    return make_map(robot, asked, run, set_ or [], json_, side)
 
 
 @app.command()
@@ -310,6 +328,61 @@ def derive(
     asked = Formula(pose, symbols, steps, closed, limit, derivative)
     questions = Questions(rank, free_motions, eigenvalues)
     return print_formula(robot, asked, Sheet(format_, output), questions, set_ or [])
+
+
+@app.command()
+@reported
+def cables(
+    robot: RobotArgument,
+    pose: PoseOption = None,
+    wrench: Annotated[
+        str | None,
+        typer.Option(
+            "--wrench",
+            metavar='"fx fy fz mx my mz"',
+            help="A load on top of the weight while the winches are locked [N, N m]: how the "
+            "platform moves, and which cables become slack.",
+        ),
+    ] = None,
+    balance: Annotated[
+        str | None,
+        typer.Option(
+            "--balance",
+            metavar='"fx fy fz mx my mz"',
+            help="A wrench that the tensions balance at the pose itself [N, N m].",
+        ),
+    ] = None,
+    rule: Annotated[
+        str,
+        typer.Option("--rule", metavar="NAME", help="Of the tensions: nearest or closed-form."),
+    ] = "nearest",
+    level: Annotated[
+        float | None,
+        typer.Option(
+            "--level",
+            help="Where between least (0) and greatest (1) tensions they aim.",
+        ),
+    ] = None,
+    tensions: Annotated[
+        str | None,
+        typer.Option(
+            "--tensions", metavar='"t1 t2 ..."', help="The tensions themselves [N], one a cable."
+        ),
+    ] = None,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Print tensions and stiffness of a cable robot, and which cables become slack under a load.
+
+    Example: robostiff cables cable-8 --pose "0.5 0.2 1 0 0 0" --wrench "0 0 -200 N 0 0 0"
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands import Place
+    from robostiff.cli.commands_cables import print_cables
+
+    place = Place(pose, None, None)
+    return print_cables(robot, place, (wrench, balance), (rule, level, tensions), set_ or [], json_)
 
 
 def main() -> None:

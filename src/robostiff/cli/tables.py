@@ -57,6 +57,8 @@ def print_facts(facts: Mapping[str, Any]) -> None:
                 f"{leg['actuated_freedoms']} actuated"
             )
         )
+    if facts["kind"] == "cable robot":
+        console.print(Text(f"cables: {', '.join(facts['cables'])}"))
     if facts["kind"] == "network":
         counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
         words = (f"{facts[key]} {key.replace('_', ' ')}" for key in counted)

@@ -88,7 +88,8 @@ def couple_legs(
     tolerance = first.tolerance
     M = platform_compliance + _block_diagonal(leg_compliances)
     M = np.where(_idle(H)[..., None] | _idle(H)[..., None, :], 0.0, M)
-    Z, lost, doubtful = _combinations(platform_work, tolerance)
+    work = np.broadcast_to(platform_work, (*first.batch_shape, *platform_work.shape[-2:]))
+    Z, lost, doubtful = _combinations(work, tolerance)
     HZ = H @ Z
     answer = _inverted(M, Z, HZ, tolerance)
     s = scaling(first.length, first.space)

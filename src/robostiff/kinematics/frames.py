@@ -173,8 +173,9 @@ class _Walk:
         for i, branch in enumerate(block.branches[1:], start=1):
             wanted = _Walk(first.R, first.p, self.way)
             wanted.go(branch.end.p, branch.end.R)
-            moved_by = tuple(walks[i].led_by), tuple(first.led_by)
-            loop = Loop(legs[i].name, *ends[i], wanted.R, wanted.p, *moved_by)
+            R, p = ends[i]
+            own, leading = tuple(walks[i].led_by), tuple(first.led_by)
+            loop = Loop(legs[i].name, R, p, wanted.R, wanted.p, own, leading)
             self.way.loops.append(loop)
         self.placed.append(PlacedBlock(f"{self.prefix}{block.name}", tuple(legs)))
         self.R, self.p = first.R, first.p

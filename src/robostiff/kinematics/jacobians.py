@@ -168,7 +168,7 @@ def _plain(leg: PlacedLeg) -> Iterator[PlacedFreedom | PlacedSpring]:
                 f"leg {leg.name!r}",
                 got=f"the parallel block {element.name!r}",
                 expected="joints and springs in series",
-                hint="write stiffness(robot), which knows blocks",
+                hint="write stiffness(robot) or derive(robot), which know blocks",
             )
         yield element
 

@@ -69,9 +69,7 @@ def determine_pose(mobility: np.ndarray, coordinates: Sequence[Coordinate]) -> b
     return bool(np.all(values > 1e-6))
 
 
-def _end_motions(
-    leg: Leg, placed: PlacedChain, at: np.ndarray, scale: np.ndarray
-) -> np.ndarray:
+def _end_motions(leg: Leg, placed: PlacedChain, at: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Twists that a leg can give to its end, its loops kept closed; scaled columns (6, m)."""
     freedoms, free = placed.freedoms, leg.chain.free
     J = np.zeros((6, len(freedoms)))

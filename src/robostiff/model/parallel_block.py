@@ -74,7 +74,9 @@ class ParallelBlock:
             )
 
 
-def parallelogram(chain: Chain, across: np.ndarray, *, name: str = "parallelogram") -> ParallelBlock:
+def parallelogram(
+    chain: Chain, across: np.ndarray, *, name: str = "parallelogram"
+) -> ParallelBlock:
     """Two copies of a bar with its joints, side by side.
 
     Parameters

@@ -135,6 +135,12 @@ class Robot:
         names = [leg.name for leg in self.legs]
         if len(set(names)) < len(names):
             raise InputError("names of the legs", got=names, expected="each name once")
+        if self.home is None and any(leg.chain.has_blocks for leg in self.legs):
+            raise InputError(
+                f"home pose of {self.name!r}",
+                expected="the pose of the platform, for a leg with parallel blocks",
+                hint="joint coordinates alone could leave its loops open",
+            )
         if self.home is None and not self.is_serial:
             raise InputError(
                 f"home pose of {self.name!r}",

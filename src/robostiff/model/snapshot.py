@@ -123,9 +123,14 @@ class PlacedLeg:
         return tuple(e for e in self.elements if isinstance(e, PlacedBlock))
 
     @property
+    def own_parts(self) -> tuple[PlacedFreedom | PlacedSpring, ...]:
+        """Its joints and elastic parts, those of its parallel blocks left out."""
+        return tuple(e for e in self.elements if not isinstance(e, PlacedBlock))
+
+    @property
     def without_blocks(self) -> PlacedLeg:
         """The same leg, its parallel blocks left out."""
-        own = tuple(e for e in self.elements if not isinstance(e, PlacedBlock))
+        own = self.own_parts
         return self if len(own) == len(self.elements) else replace(self, elements=own)
 
     @property

@@ -148,6 +148,6 @@ def _motions(
             kept[:, k] = U[:, k]
         columns.append(kept)
         for rates in (freedom_rates(equations, mechanism) @ Vt.T).T:
-            moving = (name for name, rate in zip(freedoms, rates, strict=True) if abs(rate) > _MOVES)
-            names.append(" + ".join(moving))
+            moving = np.flatnonzero(np.abs(rates) > _MOVES)
+            names.append(" + ".join(freedoms[i] for i in moving))
     return np.hstack(columns), tuple(names)

@@ -11,7 +11,7 @@ from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
 from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_axes
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.geometry.surface import ellipsoid_mesh
-from robostiff.plot.picture import Category, Item, Mesh, Path, Scene, Tone, Weight
+from robostiff.plot.picture import Category, Face, Item, Mesh, Path, Scene, Weight
 from robostiff.plot.posed_robot import backdrop, drawing_unit, is_plane
 from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import prefixed, short
@@ -118,11 +118,11 @@ def _items(
     half[: len(reach)] = size * reach[:, None] * axes.directions
     open_axes = tuple(int(i) for i in np.flatnonzero(without_end))
     items: list[Item] = []
-    if len(axes.lengths) == 1:
-        items.append(Path(centre + np.array([-half[0], half[0]]), Category(0), Weight.BOLD))
-    else:
+    if len(axes.lengths) == 2 and len(open_axes) < 2:
+        items.append(Face(centre + _ellipse(half, open_axes), Category(0), 0.2, quality.value))
+    elif len(axes.lengths) == 3:
         vertices, triangles = ellipsoid_mesh(half, open_axes)
-        items.append(Mesh(centre + vertices, triangles, Category(0), 0.25, quality.value))
+        items.append(Mesh(centre + vertices, triangles, Category(0), 0.2, quality.value))
     for i, length in enumerate(axes.lengths):
         ends = centre + np.array([-half[i], half[i]])
         if np.isinf(length):
@@ -134,8 +134,17 @@ def _items(
             label = f"{short(times * length)} {unit}"
         dashed = bool(axes.is_free[i])
         items.append(Path(ends, Category(i + 1), Weight.LINE, dashed, label, label))
-    items.append(Path(centre[None], Tone.INK))
     return items
+
+
+def _ellipse(half: np.ndarray, open_axes: tuple[int, ...]) -> np.ndarray:
+    """Outline of an ellipse, or of a strip along an open axis."""
+    if open_axes:
+        (free,) = open_axes
+        u, v = half[free], half[1 - free]
+        return np.array([-u - v, u - v, u + v, -u + v])
+    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
+    return np.cos(angle) * half[0] + np.sin(angle) * half[1]
 
 
 def _notes(axes: PrincipalAxes, quality: Quality) -> tuple[str, ...]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError

@@ -23,6 +23,7 @@ from robostiff.plot.geometry.legs import (
     leg_members,
 )
 from robostiff.plot.geometry.polygon import plate
+from robostiff.plot.geometry.screw_line import screw_line
 from robostiff.plot.picture import (
     Arrow,
     Category,
@@ -39,7 +40,7 @@ from robostiff.plot.picture import (
 )
 from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import prefixed, short
-from robostiff.spatial import Space
+from robostiff.spatial import Screw, Space
 
 _SEEN = 0.1  # of the robot: the largest displacement that an exaggeration of its own choice draws
 _ARROW = 0.2
@@ -142,7 +143,7 @@ def robot_picture(
     items = robot_items(drawing, shares, Tone.INK if not shares else Tone.MUTED)
     if scale:
         items = [*_ghost(_Drawing(snapshot, motion, 0.0, factor)), *items]
-    items += _load(drawing, bent)
+    items += _load(drawing, bent, is_plane(snapshot))
     notes = (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
     label = "share of elastic energy [%]"
     top = max(shares.values(), default=0.0)
@@ -158,11 +159,11 @@ def backdrop(snapshot: Snapshot, factor: float) -> list[Item]:
     """A robot in the background of something else."""
     drawing = _Drawing(snapshot, at_rest(snapshot), 0.0, factor)
     paths = [
-        Path(factor * member.points, Tone.MUTED, Weight.LINE, member.kind is MemberKind.SLIDE)
+        Path(factor * member.points, Tone.MUTED, Weight.LINE)
         for leg, motion in zip(snapshot.legs, drawing.motion.legs, strict=True)
         for member in leg_members(leg, motion)
     ]
-    return [*_plates(drawing), *paths]
+    return [*_plates(drawing, Tone.MUTED), *paths]
 
 
 def robot_items(
@@ -178,10 +179,9 @@ def robot_items(
             paint: Paint = plain if share is None else share
             # a coloured leg is coloured all over, a coloured part alone
             weight = Weight.LINE if member.kind is MemberKind.RIGID else Weight.BOLD
-            dashed = member.kind is MemberKind.SLIDE and share is None
             about = f"{leg.name}/{member.part}" if member.part else leg.name
             about += "" if share is None else f": {share:.1f} %"
-            items.append(Path(d.factor * member.points, paint, weight, dashed, about=about))
+            items.append(Path(d.factor * member.points, paint, weight, about=about))
         marks += joint_marks(leg, motion, d.scale)
     items += _joints(marks, d.factor)
     point = d.snapshot.reference_point
@@ -190,7 +190,7 @@ def robot_items(
     return items
 
 
-def _plates(d: _Drawing) -> list[Item]:
+def _plates(d: _Drawing, paint: Tone = Tone.PLATE) -> list[Item]:
     ends = [leg.end for leg in d.snapshot.legs]
     point = d.snapshot.reference_point
     items: list[Item] = []
@@ -200,7 +200,7 @@ def _plates(d: _Drawing) -> list[Item]:
     moved = np.array([p + d.scale * d.motion.platform.displacement(p) for p in [*ends, point]])
     top = plate(moved[:-1])
     if top is not None:
-        items.append(Face(d.factor * top, Category(5), 0.35, "platform"))
+        items.append(Face(d.factor * top, paint, 0.35, "platform" if paint is Tone.PLATE else ""))
     # A point of the platform that is away from the leg ends is tied to them.
     away = np.linalg.norm(moved[:-1] - moved[-1], axis=1)
     if top is None and away.max() > 1e-9:
@@ -242,7 +242,7 @@ def _ghost(d: _Drawing) -> list[Item]:
     return items
 
 
-def _load(d: _Drawing, bent: Deflection) -> list[Item]:
+def _load(d: _Drawing, bent: Deflection, is_flat: bool) -> list[Item]:
     """Arrows of the force, towards the point where it acts, and of the moment, away from it."""
     F = np.zeros(6)
     F[list(bent.stiffness.space.rows)] = bent.wrench
@@ -257,11 +257,25 @@ def _load(d: _Drawing, bent: Deflection) -> list[Item]:
         size = float(np.linalg.norm(vector))
         if size > 0:
             times, shown = prefixed(size, unit)
-            arrow = length * vector / size
-            ends = (point - arrow, point) if name == "force" else (point, point + arrow)
             label = f"{name} {short(times * size)} {shown}"
-            items.append(Arrow(*ends, Category(row), label))
+            arrow = length * vector / size
+            if name == "force":
+                items.append(Arrow(point - arrow, point, Category(row), label))
+            elif is_flat:
+                items += turning_arrow(
+                    Screw(vector / size, point, 0.0), length, Category(row), label
+                )
+            else:
+                items.append(Arrow(point, point + arrow, Category(row), label))
     return items
+
+
+def turning_arrow(screw: Screw, size: float, paint: Paint, label: str) -> list[Item]:
+    """The way of a point around an axis, or a helix, with an arrow head."""
+    point = np.zeros(3) if screw.point is None else screw.point
+    way = screw_line(screw, point, size).way
+    line = Path(way[:-4], paint, Weight.LINE, label=label, about=label)
+    return [line, Arrow(way[-5], way[-1], paint)]
 
 
 def _shares(bent: Deflection, colouring: Colouring) -> dict[tuple[str, str], float]:
@@ -295,7 +309,9 @@ def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> Non
     length = float(bent.stiffness.about_reference.length)
     s = np.repeat([1.0, length], 3)
     size = np.linalg.norm(motion.platform.twist * s)
-    gaps = [np.linalg.norm((leg.bodies[-1].twist - motion.platform.twist) * s) for leg in motion.legs]
+    gaps = [
+        np.linalg.norm((leg.bodies[-1].twist - motion.platform.twist) * s) for leg in motion.legs
+    ]
     if max(gaps) > _MISSED * size:
         raise InputError(
             f"deflection in a plot of {snapshot.name!r}",
@@ -313,12 +329,13 @@ def _scene(
     notes: tuple[str, ...],
 ) -> Scene:
     x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
-    is_flat = snapshot.space is Space.PLANAR or is_plane(snapshot)
-    return Scene(snapshot.name, (x, y, z), tuple(items), scale, is_flat, notes=notes)
+    return Scene(snapshot.name, (x, y, z), tuple(items), scale, is_plane(snapshot), notes=notes)
 
 
 def is_plane(snapshot: Snapshot) -> bool:
-    """Whether all of a robot lies in one plane z = constant."""
+    """Whether a robot is planar, or all of it lies in one plane z = constant."""
+    if snapshot.space is Space.PLANAR:
+        return True
     heights = [snapshot.reference_point[2]]
     for leg in snapshot.legs:
         heights += [leg.end[2], *(part.point[2] for part in leg.parts)]

@@ -9,7 +9,7 @@ from robostiff.plot.theme import Palette
 
 # Of the categories of a palette; None is the ground.
 _TINTS = (None, None, None, 5, 3, 2, 1, None, None, None)
-_GREY = (0.0, 0.0, 0.55, 0.0, 0.0, 0.0, 0.0, 0.2, 0.0, 0.0)
+_GREY = (0.35, 0.15, 0.55, 0.0, 0.0, 0.0, 0.0, 0.2, 0.0, 0.0)
 _HATCHES = ("--", "..", "////", "++", "||", "\\\\\\\\", "xxxx", "oo", "\\\\", "...")
 _TINT = 0.38
 

@@ -12,8 +12,9 @@ class Palette:
 
     Attributes
     ----------
-    ground, ink, muted, faint : str
-        Behind everything; of text; of what is beside the point; of grids and plates.
+    ground, ink, muted, faint, plate : str
+        Behind everything; of text; of what is beside the point; of grids and the base; of the
+        platform.
     categories : tuple of str
         Of Okabe and Ito, those that stand out best on this ground first.
     values : tuple of str
@@ -26,6 +27,7 @@ class Palette:
     ink: str
     muted: str
     faint: str
+    plate: str
     categories: tuple[str, ...]
     values: tuple[str, ...]
     signed: tuple[str, ...]
@@ -116,6 +118,7 @@ _LIGHT = Palette(
     ink="#222222",
     muted="#6e6e6e",
     faint="#d9d9d9",
+    plate=_SKY,
     categories=(_BLUE, _VERMILION, _GREEN, _PURPLE, _ORANGE, _SKY, "#000000", _YELLOW),
     values=_CIVIDIS,
     signed=("#4a2377", "#8073ac", "#d8daeb", "#f9f9f9", "#fee0b6", "#e08214", "#8c3f04"),
@@ -125,6 +128,7 @@ _DARK = Palette(
     ink="#e8e8e8",
     muted="#a0a4a8",
     faint="#43484e",
+    plate=_SKY,
     categories=(_SKY, _ORANGE, _GREEN, _PURPLE, _YELLOW, _VERMILION, "#ffffff", "#4f9fd8"),
     # the darkest steps would sink into the ground
     values=("#3b5f9e", *_CIVIDIS[3:]),

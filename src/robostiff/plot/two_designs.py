@@ -120,7 +120,9 @@ def _of_stiffness(
     d = space.translations
     if measure is Measure.DIAGONAL:
         one, other = np.diag(first.K), np.diag(second.K)
-        names = tuple(f"{w}/{t}" for w, t in zip(space.wrench_order, space.twist_order, strict=True))
+        names = tuple(
+            f"{w}/{t}" for w, t in zip(space.wrench_order, space.twist_order, strict=True)
+        )
         return [
             _Quantities("force / displacement", "N/m", names[:d], one[:d], other[:d]),
             _Quantities("moment / rotation", "N m/rad", names[d:], one[d:], other[d:]),
@@ -143,18 +145,15 @@ def _panel(q: _Quantities, called: tuple[str, str]) -> Panel:
     times, unit = prefixed(largest, q.unit)
     # beside the largest they are rounding
     values = [np.where(np.abs(v) <= 1e-12 * largest, 0.0, v) for v in (q.first, q.second)]
+    texts = [[short(times * value) for value in own] for own in values]
+    for i, (one, other) in enumerate(zip(*values, strict=True)):
+        if one != 0:
+            texts[1][i] += f" (× {short(other / one)})"
     series = tuple(
-        Series(name, Category(i), times * own, tuple(short(times * value) for value in own))
-        for i, (name, own) in enumerate(zip(called, values, strict=True))
+        Series(name, Category(i), times * own, tuple(written))
+        for i, (name, own, written) in enumerate(zip(called, values, texts, strict=True))
     )
-    groups = tuple(
-        Group(name, _ratio(one, other)) for name, one, other in zip(q.names, *values, strict=True)
-    )
-    return Panel(f"{q.label} [{unit}]", groups, series)
-
-
-def _ratio(first: float, second: float) -> str:
-    return f"× {short(second / first)}" if first != 0 else ""
+    return Panel(f"{q.label} [{unit}]", tuple(Group(name) for name in q.names), series)
 
 
 def _names(first: RobotStiffness, second: RobotStiffness) -> tuple[str, str]:

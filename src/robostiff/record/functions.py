@@ -84,7 +84,7 @@ def least(a: Any, b: Any) -> Any:
 
 def greater(a: Any, b: Any) -> Any:
     """1 where a > b, else 0."""
-    return _of_two(Operation.GREATER, a, b, lambda x, y: int(x > y))
+    return _of_two(Operation.GREATER, a, b, lambda x, y: int(bool(x > y)))
 
 
 def _of_two(operation: Operation, a: Any, b: Any, of_numbers: Callable[[Any, Any], Any]) -> Any:

@@ -27,7 +27,8 @@ class Carried:
     losses : list of entries or numbers
         Of the recorded pivots.
     redundant : tuple of bool
-        Of the passive joints, those of branches included.
+        Of the passive joints: those of the leg, those of the branches of its blocks, and whether
+        each further block leaves anything free that the blocks before do.
     """
 
     wrenches: list[Column]
@@ -78,7 +79,11 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
         wrenches=[way[:n] for way in found.wrenches],
         energy=_energy(leg, found.wrenches, rows, branches),
         losses=[*found.losses, *(loss for branch in branches for loss in branch.losses)],
-        redundant=(*found.redundant, *(r for branch in branches for r in branch.redundant)),
+        redundant=(
+            *found.redundant[len(conditions) :],
+            *(r for branch in branches for r in branch.redundant),
+            *(any(found.redundant[k : k + n]) for k in range(0, len(conditions), n)),
+        ),
     )
 
 

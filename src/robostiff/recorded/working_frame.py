@@ -76,7 +76,7 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
         tuple(local_leg(branch, frame, record, length) for branch in block.branches)
         for block in leg.blocks
     ]
-    for element in leg.without_blocks.elements:
+    for element in leg.own_parts:
         p = [record.settled(x, length) for x in turned_back(frame.R, element.point - frame.p)]
         if isinstance(element, PlacedFreedom):
             axis = [record.settled(x) for x in turned_back(frame.R, element.axis)]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robostiff.errors import InputError
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from robostiff.io.document import Document
     from robostiff.io.model_file.symbols import Symbols
     from robostiff.model import Robot, Snapshot
-    from robostiff.model.cable import CableRobot
     from robostiff.network import Network
 
 __all__ = ["RobotInfo", "describe", "load", "robot_file", "shipped_cable_robots", "shipped_robots"]
@@ -112,19 +111,24 @@ def load(
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
-) -> Robot | Snapshot | Network | CableRobot:
-    """A robot by its name, or from a model file or a snapshot file.
+    side: str | Path | None = None,
+) -> Robot | Snapshot | Network | Any:  # or a CableRobot, which answers other questions
+    """A robot by its name, or from a model file, a snapshot file or a robot description.
 
     Parameters
     ----------
     name_or_path : str or path
         A name of `shipped_robots`, or a file: a model (YAML with ``robostiff: 1``) or a snapshot
-        (JSON or YAML, by legs or as a graph); ``-`` for standard input.
+        (JSON or YAML, by legs or as a graph); a robot description (URDF, xacro, MJCF) with a side
+        file; ``-`` for standard input.
     parameters : mapping of str to (str or float), optional
         Other values for some of the model's parameters, such as ``{"h": "750 mm"}``.
     symbols : iterable of str, or ALL_PARAMETERS
         Parameters of the model that stay SymPy symbols of the same name. ``robot.nominal`` has
         their values.
+    side : str or path, optional
+        For a robot description: the file with what it cannot say; ``arm.stiffness.yaml`` beside
+        ``arm.urdf`` when left out.
 
     Returns
     -------
@@ -144,12 +148,27 @@ def load(
     array([r/2, sqrt(3)*r/2, 0], dtype=object)
     """
     from robostiff.io.document import read_document
+    from robostiff.robots import descriptions
 
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in _all_names()
     if not shipped and name != "-" and not Path(name).exists():
         raise _unknown(name, "a file, or the name of a shipped robot")
+    if not shipped and descriptions.is_description(name):
+        if symbols:
+            raise descriptions.refuse_symbols(name, symbols)
+        return descriptions.load_description(name, parameters, side=side)
+    if side is not None:
+        raise InputError(
+            f"side file of {name!r}",
+            got=str(side),
+            expected="none: only robot descriptions (URDF, xacro, MJCF) have one",
+        )
     document = read_document(robot_file(name) if shipped else name_or_path)
+    if descriptions.names_description(document):
+        if symbols:
+            raise descriptions.refuse_symbols(name, symbols)
+        return descriptions.load_from_side(document, parameters)
     if not _is_snapshot(document):
         from robostiff.io.model_file import model_from_document
         from robostiff.io.model_file.build_cables import cable_robot_from_document, has_cables
@@ -158,8 +177,7 @@ def load(
             if symbols:
                 raise InputError(
                     f"symbols of {name!r}",
-                    got=symbols,
-                    expected="none: a cable robot is computed with numbers",
+                    expected="none: a cable robot is computed with numbers, not formulas",
                 )
             return cable_robot_from_document(document, parameters)
         return model_from_document(document, parameters, symbols=symbols)

@@ -1,5 +1,10 @@
 """Eigenwrenches and eigentwists are all of K, and belong to the machine, not to a point."""
 
+# What a regular robot has is optional for others: a None fails these tests by itself.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
+# pyright: reportOperatorIssue=false
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,6 +23,7 @@ from tests.analysis.indices.machines import (
     turned_body,
 )
 from tests.generators.metric import distance
+from tests.generators.robots import FreeRobot, robots
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -37,6 +43,10 @@ def rebuilt(found: Eigenscrews, reference: np.ndarray) -> np.ndarray:
     return K
 
 
+def all_of(found: Eigenscrews) -> tuple:
+    return (*found.wrenches, *found.twists)
+
+
 @given(SEEDS)
 def test_eigenscrews_are_all_of_K(seed: int):
     result = random_body(seed)
@@ -48,8 +58,20 @@ def test_eigenscrews_are_all_of_a_singular_K(seed: int, number: int):
     result = on_struts(seed, number)
     found = eigenscrews(result)
     assert distance(rebuilt(found, result.reference_point), result.K) <= 1e-6
-    held = sum(k.stiffness > 0 for k in (*found.wrenches, *found.twists))
+    held = sum(k.stiffness > 0 for k in all_of(found))
     assert held == int(result.rank) == number
+
+
+@given(robots())
+def test_eigenscrews_are_all_of_K_of_any_robot(robot: FreeRobot):
+    result = rs.stiffness(robot.snapshot)
+    if not result.answered:
+        return
+    found = eigenscrews(result)
+    # what is far stiffer elsewhere rounds what is soft
+    allowed = max(1e-6, 10 * robot.rounding())
+    assert distance(rebuilt(found, result.reference_point), result.K) <= allowed
+    assert sum(k.stiffness > 0 for k in all_of(found)) == int(result.rank)
 
 
 @given(SEEDS, SEEDS)
@@ -57,7 +79,9 @@ def test_eigenscrews_do_not_depend_on_the_reference_point(seed: int, other: int)
     result = random_body(seed)
     v = np.random.default_rng(other).uniform(-2, 2, 3)
     here, there = eigenscrews(result), eigenscrews(result.about(result.reference_point + v))
-    for one, two in zip((*here.wrenches, *here.twists), (*there.wrenches, *there.twists)):
+    for one, two in zip(
+        (*here.wrenches, *here.twists), (*there.wrenches, *there.twists), strict=True
+    ):
         assert np.isclose(one.stiffness, two.stiffness, rtol=1e-9)
         assert np.allclose(one.screw.point, two.screw.point, atol=1e-7)
 
@@ -66,7 +90,9 @@ def test_eigenscrews_do_not_depend_on_the_reference_point(seed: int, other: int)
 def test_eigenscrews_turn_with_the_robot(seed: int, other: int):
     R = any_rotation(other)
     here, there = eigenscrews(random_body(seed)), eigenscrews(turned_body(seed, R))
-    for one, two in zip((*here.wrenches, *here.twists), (*there.wrenches, *there.twists)):
+    for one, two in zip(
+        (*here.wrenches, *here.twists), (*there.wrenches, *there.twists), strict=True
+    ):
         assert np.isclose(one.stiffness, two.stiffness, rtol=1e-8)
         assert np.isclose(one.screw.pitch, two.screw.pitch, atol=1e-6)
         # lines: the moment of the direction about the origin turns with the rest

@@ -1,5 +1,10 @@
 """Principal, collinear and directional stiffness, worst deflection and anisotropy."""
 
+# What a regular robot has is optional for others: a None fails these tests by itself.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
+# pyright: reportOperatorIssue=false
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -59,13 +64,13 @@ def test_collinear_loads_move_along_themselves(seed: int, number: int):
     result = on_struts(seed, number)
     free = collinear_stiffness(result)
     K = result.K
-    for k, u in zip(free.translational, free.translational_directions):
+    for k, u in zip(free.translational, free.translational_directions, strict=True):
         # some rotation goes with the displacement u so that only the force k u remains
         turn = np.linalg.lstsq(K[3:, 3:], -K[3:, :3] @ u, rcond=1e-9)[0]
         wrench = K @ np.concatenate([u, turn])
         assert np.allclose(wrench[:3], k * u, atol=1e-6 * np.abs(K).max())
         assert np.allclose(wrench[3:], 0.0, atol=1e-6 * np.abs(K).max())
-    for k, w in zip(free.rotational, free.rotational_directions):
+    for k, w in zip(free.rotational, free.rotational_directions, strict=True):
         shift = np.linalg.lstsq(K[:3, :3], -K[:3, 3:] @ w, rcond=1e-9)[0]
         wrench = K @ np.concatenate([shift, w])
         assert np.allclose(wrench[3:], k * w, atol=1e-6 * np.abs(K).max())
@@ -159,6 +164,15 @@ def test_a_force_that_drives_a_free_motion_meets_no_stiffness():
     # what a force along z meets is the deflection under it
     bent = rs.deflection(rs.load("gough-stewart-a"), wrench=[0, 0, 1, 0, 0, 0])
     assert np.isclose(along.free, 1 / bent.twist[2])
+
+
+def test_about_the_apex_all_forces_are_met_and_no_moment_is():
+    result = rs.stiffness(rs.load("gough-stewart-a")).about(np.array([0.0, 0, 2]))
+    held, free = principal_stiffness(result), collinear_stiffness(result)
+    assert np.array_equal(held.rotational, np.zeros(3))
+    assert np.allclose(free.translational, held.translational, rtol=1e-12)
+    assert np.all(free.translational > 0)
+    assert worst_deflection(result).translational is not None
 
 
 def test_worst_deflection_without_bound_is_none_and_says_so():

@@ -1,5 +1,10 @@
 """Eigenvalues in a metric, condition numbers and virtual work: with a length, and what it does."""
 
+# What a regular robot has is optional for others: a None fails these tests by itself.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
+# pyright: reportOperatorIssue=false
+
 import numpy as np
 import pytest
 from hypothesis import given

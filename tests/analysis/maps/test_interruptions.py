@@ -12,6 +12,7 @@ import xarray
 import robostiff as rs
 from robostiff import RandomPoses
 from tests.analysis.maps.robots import loaded
+from tests.interrupts import takes_interrupts
 
 COUNT = 100_000
 ARGUMENTS = (
@@ -30,7 +31,12 @@ def undisturbed():
 def started(folder, *more):
     command = [sys.executable, "-m", "robostiff.cli.main", *ARGUMENTS, *more]
     return subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=takes_interrupts,
     )
 
 

@@ -144,8 +144,8 @@ class Guarding:
     def variables(self):
         return self.slow.variables
 
-    def evaluate(self, poses):
-        return {**self.slow.evaluate(poses), "guarded": poses[:, 0] > 0}
+    def evaluate(self, poses, out=None):
+        return {**self.slow.evaluate(poses, out), "guarded": poses[:, 0] > 0}
 
 
 def test_guarded_poses_are_counted():

@@ -80,7 +80,7 @@ def centre_of_stiffness(result: RobotStiffness) -> Centre:
     >>> import robostiff as rs
     >>> centre = centre_of_stiffness(rs.stiffness(rs.load("gough-stewart-b")))
     >>> centre.point.round(4) + 0.0
-    array([0.    , 0.    , 0.6209])
+    array([0.    , 0.    , 0.7368])
     """
     parts = _parts(result)
     d = parts.space.translations
@@ -123,7 +123,7 @@ def centre_of_compliance(result: RobotStiffness) -> Centre:
     >>> import robostiff as rs
     >>> centre = centre_of_compliance(rs.stiffness(rs.load("gough-stewart-b")))
     >>> centre.point.round(4) + 0.0
-    array([0.    , 0.    , 0.6209])
+    array([0.    , 0.    , 0.7368])
     """
     parts = _parts(result)
     C = parts.C

@@ -73,7 +73,7 @@ def collinear_stiffness(result: RobotStiffness) -> CollinearStiffness:
     >>> import robostiff as rs
     >>> free = collinear_stiffness(rs.stiffness(rs.load("hexapod")))
     >>> (free.translational / 1e6).round(1)
-    array([ 17.9,  17.9, 313. ])
+    array([ 17.9,  17.9, 321.8])
     """
     parts = stiffness_parts(result)
     forces, moments = parts.forces_rotations_free, parts.moments_translations_free

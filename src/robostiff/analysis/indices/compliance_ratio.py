@@ -50,7 +50,7 @@ def anisotropy(result: RobotStiffness) -> Anisotropy:
     --------
     >>> import robostiff as rs
     >>> round(anisotropy(rs.stiffness(rs.load("hexapod"))).translational, 2)
-    17.51
+    18.0
     """
     parts = stiffness_parts(result)
     return Anisotropy(

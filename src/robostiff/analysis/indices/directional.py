@@ -68,7 +68,7 @@ def directional_stiffness(result: RobotStiffness, direction: ArrayLike) -> Direc
     >>> import robostiff as rs
     >>> along_x = directional_stiffness(rs.stiffness(rs.load("hexapod")), [1, 0, 0])
     >>> print(f"{along_x.free / 1e6:.1f} N/um free, {along_x.held / 1e6:.1f} N/um held")
-    17.9 N/um free, 32.2 N/um held
+    17.9 N/um free, 32.3 N/um held
     """
     parts = stiffness_parts(result)
     u = _unit(direction, parts.space)
@@ -99,8 +99,8 @@ def stiffness_about_axis(result: RobotStiffness, axis: ArrayLike) -> Directional
     --------
     >>> import robostiff as rs
     >>> planar = stiffness_about_axis(rs.stiffness(rs.load("3-rrr")), [0, 0, 1])
-    >>> planar.unit, planar.free <= planar.held
-    ('N m/rad', True)
+    >>> print(f"{planar.free:.1f} {planar.unit}")
+    3883.7 N m/rad
     """
     parts = stiffness_parts(result)
     u = _vector(axis, "axis")

@@ -87,9 +87,9 @@ def indices(result: RobotStiffness, *, length: float | None = None) -> Stiffness
     >>> import robostiff as rs
     >>> found = rs.indices(rs.stiffness(rs.load("gough-stewart-b")))
     >>> found.centre_of_stiffness.is_decoupled
-    False
+    True
     >>> round(found.collinear.smallest / 1e6, 1)
-    35.5
+    67.8
     """
     space = stiffness_parts(result).space
     L = index_length(result, length)

@@ -70,7 +70,7 @@ def principal_stiffness(result: RobotStiffness) -> PrincipalStiffness:
     >>> import robostiff as rs
     >>> found = principal_stiffness(rs.stiffness(rs.load("gough-stewart-b")))
     >>> (found.translational / 1e6).round(1)
-    array([ 68.7,  68.7, 462.6])
+    array([ 68.7,  68.7, 462.7])
     """
     parts = stiffness_parts(result)
     forces, moments = parts.forces_rotations_held, parts.moments_translations_held

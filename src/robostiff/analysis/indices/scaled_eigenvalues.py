@@ -73,15 +73,15 @@ def eigenstiffness(
     ----------
     Length: O. Ma, J. Angeles: Optimum architecture design of platform manipulators. ICAR 1991.
     Normalisation by an eigenvalue problem that the inertia of the system itself provides:
-    J. Koevecses, S. Ebrahimi: Parameter analysis and normalization for the dynamics and design of
-    multibody systems. Journal of Computational and Nonlinear Dynamics 4(3), 031008, 2009.
+    J. Kövecses, S. Ebrahimi: Parameter analysis and normalization for the dynamics and design of
+    multibody systems. Journal of Computational and Nonlinear Dynamics 4, 2009.
 
     Examples
     --------
     >>> import robostiff as rs
     >>> found = eigenstiffness(rs.stiffness(rs.load("gough-stewart-b")), length=0.2)
     >>> (found.values / 1e6).round(1)
-    array([ 68.7,  68.7, 264.5, 358.4, 358.4, 462.6])
+    array([ 67.6,  67.6, 305. , 462.7, 521.5, 521.5])
     """
     parts = stiffness_parts(result)
     n = parts.space.size

@@ -127,7 +127,7 @@ def eigenscrews(result: RobotStiffness) -> Eigenscrews:
     >>> import robostiff as rs
     >>> found = eigenscrews(rs.stiffness(rs.load("gough-stewart-b")))
     >>> [round(float(twist.stiffness)) for twist in found.twists]
-    [10581090, 12281690, 12281690]
+    [12198795, 20545339, 20545339]
     """
     stiffness_parts(result)
     parts = stiffness_parts(result.about(result.origin))

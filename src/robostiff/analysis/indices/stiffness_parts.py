@@ -137,7 +137,10 @@ def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
     """
     if not isinstance(result, RobotStiffness):
         raise InputError(
-            "result", got=result, expected="what stiffness answers", hint="write stiffness(robot)"
+            "result",
+            got=result,
+            expected="what stiffness answers of a robot with legs, or of a network",
+            hint="write stiffness(robot)",
         )
     if result.batch_shape:
         raise InputError(

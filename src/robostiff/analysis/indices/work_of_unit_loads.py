@@ -64,7 +64,7 @@ def virtual_work(result: RobotStiffness, *, length: float | None = None) -> Virt
     ----------
     The idea to rate stiffness by virtual work: S. Yan, S. Ong, A. Nee: Stiffness analysis of
     parallelogram-type parallel manipulators using a strain energy method. Robotics and
-    Computer-Integrated Manufacturing 37, 2016. The definition is the one written above.
+    Computer-Integrated Manufacturing, 2016. The definition is the one written above.
 
     Examples
     --------

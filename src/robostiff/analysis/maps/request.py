@@ -23,6 +23,7 @@ from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_floats
 from robostiff.version import __version__
 
@@ -79,6 +80,13 @@ def checked_request(
     InputError
         When something does not fit.
     """
+    if isinstance(robot, CableRobot):
+        raise InputError(
+            "robot of a map",
+            got=f"cable robot {robot.name!r}",
+            expected="a Robot with legs",
+            hint="stiffness(robot, poses) takes many poses of a cable robot at once",
+        )
     if not isinstance(robot, Robot):
         raise InputError(
             "robot of a map",

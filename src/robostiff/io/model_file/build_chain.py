@@ -46,25 +46,33 @@ def build_element(place: Place, written: WrittenElement, name: str, stock: Stock
     """The element that is written at a place."""
     match written:
         case WrittenRigid():
-            return build_rigid(place, written, name)
+            element: Element = build_rigid(place, written, name)
         case WrittenBeam():
-            return build_beam(place, written, name, stock)
+            element = build_beam(place, written, name, stock)
         case WrittenSpring():
-            return build_spring(place, written, name)
+            element = build_spring(place, written, name)
         case WrittenLink():
-            return build_link(place, written, name)
+            element = build_link(place, written, name)
         case WrittenTelescope():
-            return build_telescope(place, written, name, stock)
-        case WrittenParallelogram():
-            across = point(place / "across", written.across)
-            chain = build_chain(place / "chain", written.chain, stock)
-            with place.complaints():
-                return parallelogram(chain, across, name=name)
-        case WrittenParallel():
-            branches = tuple(_branches(place / "branches", written.branches, stock))
-            with (place / "branches").complaints(hint="write at least two branches"):
-                return ParallelBlock(branches, name)
-    return build_joint(place, written, name)
+            element = build_telescope(place, written, name, stock)
+        case WrittenParallelogram() | WrittenParallel():
+            element = _block(place, written, name, stock)
+        case _:
+            element = build_joint(place, written, name)
+    return element
+
+
+def _block(
+    place: Place, written: WrittenParallelogram | WrittenParallel, name: str, stock: Stock
+) -> ParallelBlock:
+    if isinstance(written, WrittenParallelogram):
+        across = point(place / "across", written.across)
+        chain = build_chain(place / "chain", written.chain, stock)
+        with place.complaints():
+            return parallelogram(chain, across, name=name)
+    branches = tuple(_branches(place / "branches", written.branches, stock))
+    with (place / "branches").complaints(hint="write at least two branches"):
+        return ParallelBlock(branches, name)
 
 
 def _branches(

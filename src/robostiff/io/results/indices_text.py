@@ -39,12 +39,9 @@ def indices_text(found: StiffnessIndices) -> str:
     lines += ["", f"collinear stiffness: {found.collinear.about}"]
     lines += _loads(found.collinear)
     lines += ["", f"worst deflection {worst.about}"]
-    lines.append(
-        _worst(worst.translational, "m/N", f"along {_words(worst.translational_direction)}")
-    )
-    lines.append(
-        _worst(worst.rotational, "rad/(N m)", f"about {_turn(worst.rotational_direction)}")
-    )
+    along, axis = worst.translational_direction, worst.rotational_direction
+    lines.append(_worst(worst.translational, "m/N", f"along {_words(along)}"))
+    lines.append(_worst(worst.rotational, "rad/(N m)", f"about {_turn(axis)}"))
     lines.append(
         f"anisotropy: {_known(ratio.translational)} of displacements, "
         f"{_known(ratio.rotational)} of rotations"
@@ -144,4 +141,4 @@ def _four(values: Iterable[float]) -> str:
 
 
 def _known(value: float | None) -> str:
-    return "unlimited" if value is None else number(value)
+    return "infinite" if value is None else number(value)

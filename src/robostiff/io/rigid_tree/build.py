@@ -17,6 +17,7 @@ from robostiff.io.rigid_tree.build_joints import build_joints
 from robostiff.io.rigid_tree.build_links import TOOL, LinkEnd, build_links, far_body
 from robostiff.io.rigid_tree.build_loops import Loop, build_loops
 from robostiff.io.rigid_tree.choices import check_known
+from robostiff.io.rigid_tree.drawn import drawn_links, starting
 from robostiff.io.rigid_tree.tree import RigidTree
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool
 from robostiff.io.suggest import Words, listing
@@ -56,7 +57,8 @@ def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
         base = check_known(top / "base", written.base, "link", tree.links)
     tool = _tool(top, written, tree)
     joints = build_joints(top, written, tree)
-    loops = build_loops(top, written, tree)
+    drawn = drawn_links(tree, joints)
+    loops = [starting(loop, drawn) for loop in build_loops(top, written, tree)]
     stock = Stock.of_file(top, written.materials, written.sections)
     tool_point = point(top / "tool" / "at", tool.at)
     ends = _ends(tree, loops, tool, tool_point, base, joints)

@@ -125,6 +125,7 @@ class WrittenSide(Written):
     """A whole side file."""
 
     robostiff: Literal[1]
+    robot: str | None = None
     name: _Text | None = None
     title: str = ""
     source: _Text = Field(description="where the stiffnesses come from, in a sentence")

@@ -9,12 +9,14 @@ from robostiff.io.snapshot.read import (
 from robostiff.io.snapshot.read_graph import network_from_document, read_network
 from robostiff.io.snapshot.schema import network_schema, snapshot_schema
 from robostiff.io.snapshot.write import snapshot_to_data
+from robostiff.io.snapshot.write_graph import network_to_data
 
 __all__ = [
     "is_graph",
     "is_snapshot",
     "network_from_document",
     "network_schema",
+    "network_to_data",
     "read_network",
     "read_snapshot",
     "snapshot_from_document",

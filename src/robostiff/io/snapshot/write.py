@@ -46,6 +46,13 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     >>> data["legs"][0]["chain"][0]["k"]
     2000000.0
     """
+    if snapshot.platform is not None:
+        raise InputError(
+            f"snapshot {snapshot.name!r} as a file of legs",
+            got="a flexible platform",
+            expected="a rigid one",
+            hint="write it as a graph: network_to_data(network_of_snapshot(snapshot))",
+        )
     data: dict[str, Any] = {"name": snapshot.name or "robot"}
     if snapshot.description:
         data["description"] = snapshot.description
@@ -53,14 +60,14 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     if snapshot.space is Space.PLANAR:
         data["planar"] = True
     data["reference_point"] = _one_pose(snapshot.reference_point, 1)
-    names = _unique(leg.name for leg in snapshot.legs)
+    names = distinct(leg.name for leg in snapshot.legs)
     data["legs"] = [_leg(leg, name) for leg, name in zip(snapshot.legs, names, strict=True)]
     return data
 
 
 def _leg(leg: PlacedLeg, name: str) -> dict[str, Any]:
     elements = [e for e in leg.elements if not _is_rigid(e)]
-    names = _unique(e.name for e in elements)
+    names = distinct(e.name for e in elements)
     chain = [_element(e, n) for e, n in zip(elements, names, strict=True)]
     if all(element["type"] == "passive" for element in chain):
         raise InputError(
@@ -84,7 +91,7 @@ def _element(element: PlacedFreedom | PlacedSpring, name: str) -> dict[str, Any]
             "name": name,
             "point": _one_pose(element.point, 1),
             "rotation": _one_pose(element.rotation, 2),
-            **_matrix(element.elasticity, name),
+            **matrix_data(element.elasticity, name),
         }
     data = {
         "type": "passive" if element.is_passive else "spring",
@@ -96,7 +103,7 @@ def _element(element: PlacedFreedom | PlacedSpring, name: str) -> dict[str, Any]
     return data if element.is_passive else {**data, "k": element.stiffness}
 
 
-def _matrix(elasticity: Elasticity, name: str) -> dict[str, Any]:
+def matrix_data(elasticity: Elasticity, name: str) -> dict[str, Any]:
     """The stiffness of a spring if it says all there is to say, else its compliance."""
     compliance = _one_pose(elasticity.compliance, 2)
     K = _stiffness(np.array(compliance), elasticity.freedoms)
@@ -139,7 +146,7 @@ def _one_pose(array: np.ndarray, axes: int) -> list[Any]:
     return value.reshape(shape).tolist()
 
 
-def _unique(names: Iterable[str]) -> list[str]:
+def distinct(names: Iterable[str]) -> list[str]:
     """The names, with a number behind those that are taken already."""
     unique: list[str] = []
     for name in names:

@@ -14,4 +14,12 @@ from robostiff.kinematics.closure.newton import (
     gaps,
 )
 
-__all__ = ["LegSolver", "NewtonTask", "advance", "attachment_frame", "closing_rates", "gaps", "leg_solver"]
+__all__ = [
+    "LegSolver",
+    "NewtonTask",
+    "advance",
+    "attachment_frame",
+    "closing_rates",
+    "gaps",
+    "leg_solver",
+]

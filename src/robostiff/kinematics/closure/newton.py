@@ -97,15 +97,23 @@ class NewtonTask:
         return rows, at, own
 
     def close(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Close from a guess, by Levenberg steps damped by the square of the error."""
+        """Close from a guess, by Levenberg steps damped by the square of the error.
+
+        The answer at a pose is the same to the last bit whatever other poses come with it.
+        """
+        if len(pose) == 1:  # sums over a lone pose round in another order: it comes with its twin
+            twins = self.close(np.repeat(pose, 2, axis=0), [np.repeat(own, 2, axis=0) for own in q])
+            return twins[0][:1], [own[:1] for own in twins[1]]
         best = (pose, q)
         best_error = np.full(len(pose), np.inf)
+        done = np.zeros(len(pose), dtype=bool)
         for _ in range(_ITERATIONS):
             e, size = self._errors(pose, q)
-            better = size < best_error
+            better = (size < best_error) & ~done
             best_error = np.where(better, size, best_error)
             best = _where(better, (pose, q), best)
-            if np.all((best_error <= _CONVERGED) | (~better & (best_error < 1e-11))):
+            done |= (best_error <= _CONVERGED) | (~better & (best_error < 1e-11))
+            if np.all(done):
                 break
             J = self._jacobian(pose, q)
             if J.shape[-1] == 0:

@@ -110,7 +110,10 @@ def _append(
 
 def _meeting(a: Cluster, b: Cluster, loosely: bool) -> Cluster | None:
     """That of two single axes which is drawn where they meet."""
-    if a.is_ball or len(a.axes) > 1 or np.linalg.norm(np.cross(a.axes[0], b.axes[0])) <= _ALONG:
+    if a.is_ball or len(a.axes) != 1:
+        return None
+    (one,), (two, *_) = a.axes, b.axes
+    if np.linalg.norm(np.cross(one, two)) <= _ALONG:
         return None
     if np.array_equal(a.point, b.point):
         return a
@@ -118,6 +121,6 @@ def _meeting(a: Cluster, b: Cluster, loosely: bool) -> Cluster | None:
         return None
     apart = b.point - a.point
     size = _ON_AXIS * np.linalg.norm(apart)
-    if np.linalg.norm(np.cross(a.axes[0], apart)) <= size:
+    if np.linalg.norm(np.cross(one, apart)) <= size:
         return b
-    return a if np.linalg.norm(np.cross(b.axes[0], apart)) <= size else None
+    return a if np.linalg.norm(np.cross(two, apart)) <= size else None

@@ -43,7 +43,7 @@ def _part(chain: Chain, between: tuple[int, int]) -> Iterator[PlacedFreedom | Pl
     slides = np.array([freedom.motion is Motion.TRANSLATION for freedom in chain.freedoms])
     q = np.where(chain.free & ~slides, 0.0, chain.home)
     joints = 0
-    for element in place_chain(chain, q, np.eye(3), np.zeros(3)).elements:
+    for element in place_chain(chain, q, np.eye(3), np.zeros(3)).parts:
         is_last_joint = joints == between[1] and isinstance(element, PlacedFreedom)
         if between[0] <= joints <= between[1] and not is_last_joint:
             yield element

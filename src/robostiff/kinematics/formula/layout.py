@@ -195,7 +195,10 @@ class Layout:
 
     def _spring(self, spring: PlacedSpring, body: Body, shift: _Shift) -> PlacedSpring:
         return PlacedSpring(
-            spring.name, shift.point(body, spring.point), body.axes(spring.rotation), spring.elasticity
+            spring.name,
+            shift.point(body, spring.point),
+            body.axes(spring.rotation),
+            spring.elasticity,
         )
 
     def _beams(

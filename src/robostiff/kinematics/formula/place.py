@@ -188,11 +188,12 @@ class _Site:
         end = self.platform.point(zero.p)
         elements, apart = layout.elements(leg.chain, self.whole)
         closing = [x for x in (*rod.misses, *(v @ v for v in apart)) if size_of(x) > _VANISHES]
+        lengths = [x for x in layout.lengths(leg.chain, self.copies) if isinstance(x, Entry)]
         reaching = [x for x in rod.out_of_reach if not is_zero(x)]
         return PlacedFormula(
             leg=PlacedLeg(leg.name, tuple(elements), end),
             gap=(*closing, *reaching),
-            lengths=tuple(x for x in layout.lengths(leg.chain, self.copies) if isinstance(x, Entry)),
+            lengths=tuple(lengths),
             coordinate=lambda place: layout.coordinate(zero, self.copies[place]),
             platform=self.pose,
         )

@@ -103,9 +103,7 @@ def principal_axes(result: RobotStiffness, quality: Quality) -> PrincipalAxes:
     return PrincipalAxes(directions @ axes, lengths)
 
 
-def _of_block(
-    block: np.ndarray, free: np.ndarray, at_free: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _of_block(block: np.ndarray, free: np.ndarray, at_free: float) -> tuple[np.ndarray, np.ndarray]:
     """Ascending semi-axes of a block (d, d) and their directions, the free ones (k, d) given."""
     others = np.linalg.svd(free)[2][len(free) :] if len(free) else np.eye(len(block))
     values, axes = np.linalg.eigh(others @ block @ others.T)

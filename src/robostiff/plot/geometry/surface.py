@@ -7,7 +7,9 @@ import numpy as np
 _AROUND, _ALONG = 33, 17
 
 
-def ellipsoid_mesh(half_axes: np.ndarray, open_axes: tuple[int, ...] = ()) -> tuple[np.ndarray, np.ndarray]:
+def ellipsoid_mesh(
+    half_axes: np.ndarray, open_axes: tuple[int, ...] = ()
+) -> tuple[np.ndarray, np.ndarray]:
     """Surface of an ellipsoid around the origin.
 
     Parameters
@@ -44,7 +46,9 @@ def ellipsoid_mesh(half_axes: np.ndarray, open_axes: tuple[int, ...] = ()) -> tu
     return np.reshape(vertices, (-1, 3)), _grid_triangles(*a.shape)
 
 
-def _plates(half_axes: np.ndarray, closed: int, open_axes: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+def _plates(
+    half_axes: np.ndarray, closed: int, open_axes: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
     u, v = (half_axes[i] for i in open_axes)
     corners = np.array([-u - v, u - v, u + v, -u + v])
     plates = np.concatenate([corners + half_axes[closed], corners - half_axes[closed]])

@@ -11,7 +11,7 @@ from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
 from robostiff.plot.geometry.isosurface import isosurface
 from robostiff.plot.maps.selection import At, select
-from robostiff.plot.picture import Category, ColourScale, Item, Marks, Mesh, Scene, Shape, Tone
+from robostiff.plot.picture import Category, Item, Marks, Mesh, Scene, Shape
 from robostiff.plot.prefix import short
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def isosurface_picture(
     wanted = sorted(part.factor * float(level) for level in np.atleast_1d(levels))
     items: list[Item] = []
     unit = part.label.rpartition("[")[2].rstrip("]")
-    for level in wanted:
+    for i, level in enumerate(wanted):
         if not low < level <= high:
             raise InputError(
                 f"level of {variable!r}",
@@ -102,22 +102,22 @@ def isosurface_picture(
                 else "a map with values: no pose has one",
             )
         vertices, triangles = isosurface(part.values, level, (x.values, y.values, z.values))
-        items.append(Mesh(vertices, triangles, level, 0.5, f"{short(level, 4)} {unit}".strip()))
+        label = f"{short(level, 4)} {unit}".strip()
+        items.append(Mesh(vertices, triangles, Category(i), 0.45, label))
     grid = np.stack(np.meshgrid(x.values, y.values, z.values, indexing="ij"), axis=-1)
-    for region in part.regions:
+    for i, region in enumerate(part.regions):
         points = grid[region.where]
         label = region.name
         if len(points) > _MARKS:
             points = points[:: -(-len(points) // _MARKS)]
             label += " (some of the poses)"
-        paint = Tone.MUTED if region.order % 2 == 0 else Category(region.order)
-        items.append(Marks(points, paint, Shape.DOT, label))
+        items.append(Marks(points, Category(len(wanted) + i), Shape.DOT, label))
     units = {axis.label.rpartition("[")[2] for axis in part.axes}
     return Scene(
         part.name if not part.where else f"{part.name}: {part.where}",
         (x.label, y.label, z.label),
         tuple(items),
-        ColourScale(part.label, low, high),
         is_equal=len(units) == 1,
+        notes=(f"surfaces of equal {variable.replace('_', ' ')}",),
         frame=np.stack([grid[0, 0, 0], grid[-1, -1, -1]]),
     )

@@ -119,7 +119,7 @@ def select(
     shown = shown_values(values, parts)
     largest = float(np.nanmax(np.abs(shown))) if np.any(np.isfinite(shown)) else 0.0
     times, unit = prefixed(largest, str(array.attrs.get("units", "")))
-    label = str(array.attrs.get("long_name", variable))
+    label = variable.replace("_", " ")
     axes = tuple(coordinate_axis(found, name) for name in along)
     title = f"{label} [{unit}]" if unit else label
     return Selection(

@@ -66,4 +66,4 @@ class Matplotlib:
         palette = self.theme.palette
         with mpl.rc_context(style(palette)):
             canvas = Canvas(self.ax, self.width.value / 25.4, palette)
-            return draws[type(picture)](picture, canvas)
+            return canvas.finish(draws[type(picture)](picture, canvas))

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from robostiff.plot.on_matplotlib.canvas import SMALL, Canvas, legend_below
+from robostiff.plot.on_matplotlib.canvas import Canvas, legend_below
 from robostiff.plot.on_matplotlib.cells import patch_look
 from robostiff.plot.picture import Bands
 from robostiff.plot.region_style import region_style
@@ -16,7 +16,7 @@ _STRIP = (0.0, -0.24, 1.0, 0.18)
 
 def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
     """Draw bands between percentiles, and under them the share of poses without a value."""
-    ax = canvas.axes(canvas.width * (0.85 if canvas.is_narrow else 0.55))
+    ax = canvas.axes(canvas.width * (1.15 if canvas.is_narrow else 0.55))
     palette = canvas.palette
     colour = palette.categories[0]
     x = picture.x.values
@@ -46,11 +46,10 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
             top = start + 100 * region.where
             lowest.fill_between(x, start, top, **look)
             handles.append(Patch(**look))
-            labels.append(region.name)
+            labels.append(f"no value: {region.name}")
             start = top
         lowest.set_ylim(0, 100)
-        lowest.set_yticks([0, 100])
-        lowest.set_ylabel("no value\n[%]", fontsize=SMALL)
+        lowest.set_yticks([0, 100], ["0 %", "100 %"])
     lowest.set_xlabel(picture.x.label)
-    legend_below(ax, canvas, handles, labels, picture.notes, -0.44 if picture.left_out else -0.17)
+    legend_below(lowest, canvas, handles, labels, picture.notes, 0.42)
     return ax

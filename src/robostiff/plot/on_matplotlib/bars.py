@@ -9,6 +9,7 @@ from robostiff.plot.on_matplotlib.canvas import SMALL, Canvas, legend_below
 from robostiff.plot.picture import Bars, Panel
 from robostiff.plot.picture.paint import colour_of
 
+_NAMES = 0.5  # inches
 _ROOM = 0.32  # of the longest bar, for what is written behind it
 
 
@@ -16,7 +17,7 @@ def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
     """Draw bars, a panel above another."""
     rows = [_rows(panel, picture.is_stacked) for panel in picture.panels]
     ax = canvas.axes(0.9 + 0.19 * sum(rows) + 0.5 * len(rows))
-    panels = [ax] if len(picture.panels) == 1 else _stacked_axes(ax, rows)
+    panels = [ax] if len(picture.panels) == 1 else _stacked_axes(ax, rows, canvas.room)
     handles, labels = [], []
     for panel, own in zip(picture.panels, panels, strict=True):
         handles = (_stacked if picture.is_stacked else _grouped)(own, panel, canvas)
@@ -30,11 +31,7 @@ def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
         own.set_axisbelow(True)
     ax.set_title(picture.title)
     last = panels[-1]
-    inches = 0.42
-    height = last.get_position().height * ax.figure.get_figheight()
-    if len(panels) > 1:
-        height *= rows[-1] / (sum(rows) + 3 * (len(rows) - 1))
-    legend_below(last, canvas, handles, labels, picture.notes, -inches / max(height, 0.2))
+    legend_below(last, canvas, handles, labels, picture.notes, 0.42)
     return ax
 
 
@@ -42,14 +39,15 @@ def _rows(panel: Panel, is_stacked: bool) -> int:
     return len(panel.groups) * (1 if is_stacked else len(panel.series) + 1)
 
 
-def _stacked_axes(ax: Axes, rows: list[int]) -> list[Axes]:
-    """Axes within the axes, top to bottom, with room for the labels between them."""
+def _stacked_axes(ax: Axes, rows: list[int], room: float) -> list[Axes]:
+    """Axes within the axes, top to bottom, with room for the labels beside and between them."""
     ax.set_axis_off()
+    left = _NAMES / room
     gap = 3.0
     whole = sum(rows) + gap * (len(rows) - 1)
     found, top = [], 1.0
     for own in rows:
-        found.append(ax.inset_axes((0.0, top - own / whole, 1.0, own / whole)))
+        found.append(ax.inset_axes((left, top - own / whole, 1 - left, own / whole)))
         top -= (own + gap) / whole
     return found
 

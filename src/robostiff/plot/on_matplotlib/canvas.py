@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from matplotlib.transforms import ScaledTranslation
 from mpl_toolkits.mplot3d import Axes3D
 
 from robostiff.errors import InputError
@@ -17,6 +19,8 @@ from robostiff.plot.picture import ColourScale
 from robostiff.plot.theme import Palette
 
 SMALL = 7.0  # points
+_LETTER = 0.056  # inches of small text
+_EDGE = 0.05  # inches around all that is drawn
 
 
 def style(palette: Palette) -> dict[str, Any]:
@@ -81,15 +85,35 @@ class Canvas:
         return ax
 
     def _figure(self, height: float) -> Figure:
-        return Figure(figsize=(self.width, height), layout="constrained")
+        figure = Figure(figsize=(self.width, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        return figure
+
+    def finish(self, ax: Axes) -> Axes:
+        """Give a new figure the height of what is drawn on it: nothing is cut, no room is left."""
+        if self.ax is not None:
+            return ax
+        figure = ax.figure
+        figure.get_layout_engine().execute(figure)
+        figure.set_layout_engine("none")
+        renderer = figure.canvas.get_renderer()
+        height = figure.get_figheight()
+        box = figure.get_tightbbox(renderer)
+        low, whole = box.y0 - _EDGE, box.height + 2 * _EDGE
+        for own in figure.axes:
+            x, y, width, tall = own.get_position(original=True).bounds
+            own.set_position((x, (y * height - low) / whole, width, tall * height / whole))
+        figure.set_figheight(whole)
+        return ax
 
     @property
     def is_narrow(self) -> bool:
         """Whether there is room for one column alone."""
-        return self._room < 4.5
+        return self.room < 4.5
 
     @property
-    def _room(self) -> float:
+    def room(self) -> float:
+        """Width of the axes, or of the new figure [inches]."""
         if self.ax is None:
             return self.width
         figure = self.ax.figure
@@ -98,7 +122,7 @@ class Canvas:
     def columns(self, labels: Sequence[str]) -> int:
         """How many columns of a legend fit."""
         longest = max(map(len, labels), default=1)
-        letters = self._room / 0.056  # inches a letter of small text
+        letters = self.room / _LETTER
         return int(min(max(1, letters // (longest + 7)), max(len(labels), 1)))
 
 
@@ -107,10 +131,12 @@ def colour_map(scale: ColourScale, palette: Palette) -> LinearSegmentedColormap:
     return LinearSegmentedColormap.from_list(scale.ramp.value, list(scale.ramp.stops(palette)))
 
 
-def colour_bar(ax: Axes, drawn: Any, scale: ColourScale, shrink: float = 1.0) -> None:
+def colour_bar(
+    ax: Axes, drawn: Any, scale: ColourScale, shrink: float = 1.0, pad: float = 0.03
+) -> None:
     """The scale beside the axes."""
     figure = ax.figure
-    bar = figure.colorbar(drawn, ax=ax, shrink=shrink, aspect=24 * shrink, pad=0.03)
+    bar = figure.colorbar(drawn, ax=ax, shrink=shrink, aspect=24 * shrink, pad=pad)
     bar.set_label(scale.label, fontsize=SMALL)
     bar.outline.set_linewidth(0.5)
     if scale.ticks:
@@ -131,14 +157,16 @@ def legend_below(
     notes: Sequence[str] = (),
     below: float = 0.0,
 ) -> None:
-    """A legend under the axes, headed by the notes."""
+    """A legend some inches below the axes, headed by the notes."""
     if not labels and not notes:
         return
+    lower = ScaledTranslation(0, -below, ax.figure.dpi_scale_trans)
     legend = ax.legend(
         handles,
         labels,
         loc="upper center",
-        bbox_to_anchor=(0.5, below),
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=ax.transAxes + lower,
         ncols=canvas.columns(labels),
         title="; ".join(notes) or None,
         borderaxespad=0.2,

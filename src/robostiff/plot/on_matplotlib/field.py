@@ -65,5 +65,5 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
     ax.set_ylabel(picture.y.label)
     ax.set_title(picture.title)
     colour_bar(ax, shown, picture.scale)
-    legend_below(ax, canvas, handles, labels, picture.notes, -0.17 if canvas.is_narrow else -0.13)
+    legend_below(ax, canvas, handles, labels, picture.notes, 0.45)
     return ax

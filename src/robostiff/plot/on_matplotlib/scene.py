@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -33,11 +35,12 @@ _MARKERS = {
 }
 _HEAD = 0.05  # of the picture
 _MARGIN = 0.03
+_THINNEST = 0.3  # axis beside the longest
 
 
 def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
     """Draw a scene."""
-    height = canvas.width * (0.95 if canvas.is_narrow else 0.66)
+    height = canvas.width * (1.15 if canvas.is_narrow else 0.66)
     if picture.is_flat:
         ax: Any = canvas.axes(height)
     else:
@@ -48,11 +51,13 @@ def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
     _frame(ax, picture, canvas)
     if picture.scale is not None:
         shown = ScalarMappable(norm(picture.scale), colour_map(picture.scale, canvas.palette))
-        colour_bar(ax, shown, picture.scale, 0.6)
+        wide = 0.2 if canvas.is_narrow else 0.08  # the label of z stands in between
+        colour_bar(ax, shown, picture.scale, 0.6, 0.03 if picture.is_flat else wide)
     ax.set_title(picture.title)
     handles = [handle for handle, _ in pencil.named]
     labels = [label for _, label in pencil.named]
-    legend_below(ax, canvas, handles, labels, picture.notes, -0.14 if picture.is_flat else -0.02)
+    below = 0.45 if picture.is_flat else 0.3
+    legend_below(ax, canvas, handles, labels, picture.notes, below)
     return ax
 
 
@@ -124,18 +129,17 @@ class _Pencil:
         return Patch(facecolor=colour, alpha=item.opacity, edgecolor=colour)
 
     def _polygons(self, corners: Any, colour: str, opacity: float, edge: str | None) -> None:
-        from matplotlib.colors import to_rgba
-
-        look = {
-            "facecolor": to_rgba(colour, opacity),
-            "edgecolor": "none" if edge is None else to_rgba(edge, min(1.0, 2 * opacity)),
-            "linewidth": 0.0 if edge is None else 0.6,
+        look: dict[str, Any] = {
+            "facecolors": to_rgba(colour, opacity),
+            "edgecolors": to_rgba(edge or colour, min(1.0, 2 * opacity) if edge else 0.0),
+            "linewidths": 0.6 if edge else 0.0,
         }
         if isinstance(self.ax, Axes3D):
-            self.ax.add_collection3d(Poly3DCollection(corners, **look))
+            # Shades tell how a closed surface is curved.
+            self.ax.add_collection3d(Poly3DCollection(corners, shade=edge is None, **look))
         else:
-            for polygon in corners:
-                self.ax.add_patch(Polygon(polygon[:, :2], **look))
+            flat = [polygon[:, :2] for polygon in corners]
+            self.ax.add_collection(PolyCollection(flat, **look))
 
     def _places(self, points: np.ndarray) -> np.ndarray:
         return points[:, :2].T if self.picture.is_flat else points.T
@@ -146,6 +150,9 @@ def _frame(ax: Any, picture: Scene, canvas: Canvas) -> None:
     margin = _MARGIN * float(np.max(high - low)) or 1.0
     if picture.is_equal:
         low, high = low - margin, high + margin
+        # A thin box has no room for the numbers along its axes.
+        lacking = np.maximum(_THINNEST * np.max(high - low) - (high - low), 0) / 2
+        low, high = low - lacking, high + lacking
     x, y, z = picture.axes
     ax.set_xlabel(x)
     ax.set_ylabel(y)
@@ -160,14 +167,25 @@ def _frame(ax: Any, picture: Scene, canvas: Canvas) -> None:
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
     ax.set_zlim(low[2], high[2])
-    ax.set_box_aspect(high - low if picture.is_equal else (1, 1, 1), zoom=0.92)
+    ax.set_box_aspect(high - low if picture.is_equal else (1, 1, 1), zoom=1.0)
     ax.view_init(elev=22, azim=-52)
     shown = canvas.palette
-    for axis, length in zip((ax.xaxis, ax.yaxis, ax.zaxis), high - low, strict=True):
-        part = 1.0 if not picture.is_equal else length / float(np.max(high - low))
-        axis.set_major_locator(MaxNLocator(max(1, round(4 * part))))
+    axes = (ax.xaxis, ax.yaxis, ax.zaxis)
+    for axis, start, length in zip(axes, low, high - low, strict=True):
+        share = 1.0 if not picture.is_equal else length / float(np.max(high - low))
+        most = max(3, round((4 if canvas.is_narrow else 5) * share))
+        axis.set_ticks(_ticks(start, start + length, most))
         axis.set_pane_color(shown.ground)
         axis.line.set_color(shown.muted)
         axis._axinfo["grid"].update(color=shown.faint, linewidth=0.4)
-    ax.tick_params(pad=-1)
+    ax.tick_params(pad=-2)
+    for axis in axes:
+        axis.labelpad = -4 if canvas.is_narrow else 0
     ax.set_facecolor(shown.ground)
+
+
+def _ticks(low: float, high: float, most: int) -> list[float]:
+    """Round places away from the corners, where the numbers of two axes would meet."""
+    inset = 0.08 * (high - low)
+    values = MaxNLocator(most).tick_values(low, high)
+    return [value for value in values if low + inset <= value <= high - inset]

@@ -16,6 +16,7 @@ class Tone(Enum):
     INK = "ink"
     MUTED = "muted"
     FAINT = "faint"
+    PLATE = "plate"
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ def colour_of(paint: Paint, palette: Palette, scale: ColourScale | None = None) 
     '#0072B2'
     """
     if isinstance(paint, Tone):
-        return {Tone.INK: palette.ink, Tone.MUTED: palette.muted, Tone.FAINT: palette.faint}[paint]
+        return getattr(palette, paint.value)
     if isinstance(paint, Category):
         return palette.categories[paint.index % len(palette.categories)]
     if scale is None:

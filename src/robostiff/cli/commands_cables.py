@@ -1,0 +1,111 @@
+"""What ``robostiff cables`` does, and what other commands do for cable robots."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import typer
+
+from robostiff.analysis import CableStiffness, cable_response, cable_stiffness
+from robostiff.cables import (
+    ClosedFormTensions,
+    GivenTensions,
+    NearestTensions,
+    TensionRule,
+)
+from robostiff.cli.commands import Place, parameters_from, pose_from, wrench_from
+from robostiff.cli.failure import BAD_STATUS
+from robostiff.errors import InputError
+from robostiff.io.results.cables_data import cable_response_data, cable_stiffness_data
+from robostiff.io.results.cables_text import cable_response_text, cable_stiffness_text
+from robostiff.io.units import Dimension, parse_quantities
+from robostiff.model.cable import CableRobot
+from robostiff.robots import load
+
+_RULES = ("nearest", "closed-form")
+
+
+def print_cables(
+    source: str,
+    place: Place,
+    loads: tuple[str | None, str | None],
+    tensions: tuple[str, float | None, str | None],
+    settings: Sequence[str],
+    as_json: bool,
+) -> int:
+    """Print tensions and stiffness at a pose, and what a load on locked winches does."""
+    robot = load(source, parameters_from(settings))
+    if not isinstance(robot, CableRobot):
+        raise InputError(
+            "robot of cables",
+            got=source,
+            expected="a robot with cables, such as cable-8",
+            hint=f"write 'robostiff stiffness {source}' for a robot with legs",
+        )
+    wrench, balance = loads
+    rule = _rule(robot, *tensions)
+    pose = pose_from(robot, place)
+    if wrench is not None:
+        if balance is not None:
+            raise InputError("--wrench and --balance", expected="one of them")
+        result = cable_response(robot, pose, wrench_from(wrench, robot.space), tensions=rule)
+        text, data = cable_response_text, cable_response_data
+    else:
+        held = None if balance is None else wrench_from(balance, robot.space)
+        result = cable_stiffness(robot, pose, held, tensions=rule)
+        text, data = cable_stiffness_text, cable_stiffness_data
+    _print(data(result) if as_json else text(result))  # pyright: ignore[reportArgumentType]
+    return BAD_STATUS if result.status.is_bad else 0
+
+
+def print_cable_stiffness(result: CableStiffness, as_json: bool) -> int:
+    """Print K of a cable robot."""
+    _print(cable_stiffness_data(result) if as_json else cable_stiffness_text(result))
+    return BAD_STATUS if result.status.is_bad else 0
+
+
+def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:
+    """Facts for ``robostiff check``."""
+    home = cable_stiffness(robot)
+    return {
+        "name": robot.name,
+        "kind": "cable robot",
+        "title": robot.title,
+        "source": robot.source,
+        "space": robot.space.name.lower(),
+        "coordinates": [coordinate.value for coordinate in robot.coordinates],
+        "legs": [],
+        "cables": robot.cable_names,
+        "home": {
+            "status": str(home.status),
+            "rank": int(home.rank),
+            "free_motions": [str(motion) for motion in home.free_motions],
+            "advice": list(home.advice),
+        },
+    }
+
+
+def _rule(
+    robot: CableRobot, name: str, level: float | None, given: str | None
+) -> TensionRule | None:
+    if given is not None:
+        if level is not None:
+            raise InputError("--tensions and --level", expected="one of them")
+        count = len(robot.cables)
+        values = parse_quantities(given, [Dimension.FORCE] * count, robot.cable_names, "--tensions")
+        return GivenTensions(np.array(values))
+    if name not in _RULES:
+        raise InputError("--rule", got=name, expected=" or ".join(_RULES))
+    if name == "closed-form":
+        return ClosedFormTensions() if level is None else ClosedFormTensions(level)
+    return None if level is None else NearestTensions(level)
+
+
+def _print(answer: str | dict[str, Any]) -> None:
+    if isinstance(answer, str):
+        typer.echo(answer)
+    else:
+        typer.echo(json.dumps(answer, indent=1, allow_nan=False))

@@ -1,0 +1,93 @@
+"""Answers about cable robots as text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robostiff.analysis import CableResponse, CableStiffness
+from robostiff.elastostatics.tolerance import scaling
+from robostiff.io.results.text import matrix_lines, named, number, row
+
+_UNITS = "[N/m, N/rad, N m/rad]"
+
+
+def cable_stiffness_text(result: CableStiffness) -> str:
+    """What `cable_stiffness` answered at a single pose, as lines of text."""
+    lines = [*_head(result, str(result.status)), *_tension_lines(result)]
+    if np.all(result.answered):
+        lines += ["", f"K {_UNITS}:"]
+        lines += matrix_lines(result.K, result.space.wrench_order, result.space.twist_order)
+        lines += ["", _rank(result), *_motions(result)]
+    lines += [f"advice: {advice}" for advice in result.advice]
+    return "\n".join(lines)
+
+
+def cable_response_text(result: CableResponse) -> str:
+    """What `cable_response` answered, as lines of text."""
+    before = result.before
+    space = before.space
+    lines = _head(before, str(result.status))
+    lines.append(f"load:       {named(space.wrench_order, result.load, 'N', 'N m')}")
+    if result.after is not None and result.displacement is not None:
+        shown = _shown(result.displacement, before)
+        lines.append(f"moved by:   {named(space.twist_order, shown, 'um', 'urad')}")
+        lines += _tension_lines(before, result.after)
+        lines += ["", f"slack: {', '.join(result.slack) or 'none'}"]
+    elif np.all(before.answered):
+        lines += _tension_lines(before)
+        lines += ["", f"carried: {number(result.carried)} of the load"]
+    if result.first_slack is not None:
+        event = result.first_slack
+        lines.append(f"first slack: {event.cable}, at {number(event.factor)} times the load")
+    if result.after is not None:
+        lines += ["", f"K under the load, of the taut cables {_UNITS}:"]
+        lines += matrix_lines(result.after.K, space.wrench_order, space.twist_order)
+        lines += ["", _rank(result.after), *_motions(result.after)]
+    lines += [f"advice: {advice}" for advice in result.advice]
+    return "\n".join(lines)
+
+
+def _head(result: CableStiffness, status: str) -> list[str]:
+    where = f"about ({row(result.reference_point)}) m, world axes"
+    lines = [f"{result.name}, pose [{row(result.pose)}] (m, rad) {where}", f"status: {status}"]
+    if np.any(result.wrench):
+        lines.append(f"balanced:   {named(result.space.wrench_order, result.wrench, 'N', 'N m')}")
+    return lines
+
+
+def _tension_lines(before: CableStiffness, after: CableStiffness | None = None) -> list[str]:
+    if not np.all(before.answered):
+        return []
+    columns = ["length [m]", "stiffness [N/m]", "tension [N]"]
+    values: list[Sequence[float]] = [before.placed.lengths, before.axial, before.tensions]
+    if after is not None:
+        columns.append("under load [N]")
+        values.append(after.tensions)
+    width = max(5, *(len(name) for name in before.cable_names))
+    lines = ["", f"{'cable':<{width}}" + "".join(f"{column:>17}" for column in columns)]
+    for i, name in enumerate(before.cable_names):
+        cells = "".join(f"{number(float(column[i])):>17}" for column in values)
+        lines.append(f"{name:<{width}}{cells}")
+    lines.append(f"tensions: {before.rule}")
+    return lines
+
+
+def _shown(displacement: np.ndarray, result: CableStiffness) -> np.ndarray:
+    """In micrometres and microradians; rounding beside the whole displacement as zero."""
+    lengths = displacement * scaling(result.placed.characteristic_length, result.space)
+    kept = np.abs(lengths) > 1e-9 * np.abs(lengths).max()
+    return 1e6 * np.where(kept, displacement, 0.0)
+
+
+def _rank(result: CableStiffness) -> str:
+    return (
+        f"rank {int(result.rank)} of {result.space.size}, {int(result.held_rank)} by stretching of "
+        "cables"
+    )
+
+
+def _motions(result: CableStiffness) -> list[str]:
+    free = [f"free: {motion}" for motion in result.free_motions]
+    return free + [f"unstable: {motion}" for motion in result.unstable_motions]

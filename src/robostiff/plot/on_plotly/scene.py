@@ -1,0 +1,181 @@
+"""A scene on Plotly: in space, or from above."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from robostiff.plot.on_plotly.layout import colour_bar, colour_scale, figure
+from robostiff.plot.picture import (
+    Arrow,
+    ColourScale,
+    Face,
+    Item,
+    Marks,
+    Mesh,
+    Path,
+    Scene,
+    Shape,
+)
+from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.theme import Palette
+
+_SYMBOLS = {
+    Shape.RING: ("circle-open", 4),
+    Shape.DISC: ("circle", 4),
+    Shape.SQUARE: ("square", 4),
+    Shape.DIAMOND: ("diamond", 4),
+    Shape.CROSS: ("x", 4),
+    Shape.DOT: ("circle", 1.6),
+}
+_HEAD = 0.05  # of the picture
+_WIDER = 1.8  # pixels of a line to a point of its width
+_SCENE = 500  # pixels
+
+
+def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
+    """Draw a scene."""
+    low, high = picture.box
+    size = float(np.linalg.norm(high - low)) or 1.0
+    pencil = _Pencil(picture, palette, size)
+    traces = [trace for item in picture.items for trace in pencil.traces(item)]
+    if picture.scale is not None:
+        traces.append(_scale_alone(picture.scale, palette, picture.is_flat))
+    made = figure(palette, picture.title, traces, picture.notes, _SCENE)
+    x, y, z = picture.axes
+    if picture.is_flat:
+        made.update_xaxes(title=x)
+        made.update_yaxes(title=y, scaleanchor="x")
+        return made
+    made.update_scenes(
+        xaxis_title=x,
+        yaxis_title=y,
+        zaxis_title=z,
+        aspectmode="data" if picture.is_equal else "cube",
+        camera={"eye": {"x": 1.4, "y": -1.75, "z": 0.9}},
+        domain={"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
+    )
+    if picture.frame is not None:
+        for axis, start, stop in zip("xyz", low, high, strict=True):
+            made.update_scenes({f"{axis}axis_range": [start, stop]})
+    return made
+
+
+class _Pencil:
+    """Makes the traces of items."""
+
+    def __init__(self, picture: Scene, palette: Palette, size: float) -> None:
+        self.picture, self.palette, self.size = picture, palette, size
+
+    def traces(self, item: Item) -> list[Any]:
+        colour = colour_of(item.paint, self.palette, self.picture.scale)
+        if isinstance(item, Path):
+            line = {
+                "color": colour,
+                "width": _WIDER * item.weight.value,
+                "dash": "dash" if item.dashed else "solid",
+            }
+            return [self._scatter(item.points, item, "lines", line=line, text=item.about)]
+        if isinstance(item, Marks):
+            return [self._marks(item, colour)]
+        if isinstance(item, Arrow):
+            return self._arrow(item, colour)
+        return [self._surface(item, colour)]
+
+    def _marks(self, item: Marks, colour: str) -> Any:
+        symbol, size = _SYMBOLS[item.shape]
+        if self.picture.is_flat:
+            size *= 2
+        marker = {"symbol": symbol, "size": size, "color": colour}
+        return self._scatter(
+            item.points, item, "markers", marker=marker, text=list(item.about) or item.label
+        )
+
+    def _arrow(self, item: Arrow, colour: str) -> list[Any]:
+        """A line with heads of four barbs, which are seen from every side."""
+        heads = [(item.tip, item.tip - item.start)]
+        if item.both_ways:
+            heads.append((item.start, item.start - item.tip))
+        points = [item.start, item.tip]
+        for tip, along in heads:
+            e = along / (np.linalg.norm(along) or 1.0)
+            across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
+            across = across / np.linalg.norm(across)
+            back, wide = tip - _HEAD * self.size * e, 0.35 * _HEAD * self.size
+            for side in (across, -across, np.cross(e, across), -np.cross(e, across)):
+                points += [np.full(3, np.nan), tip, back + wide * side]
+        line = {"color": colour, "width": 4}
+        return [self._scatter(np.array(points), item, "lines", line=line, text=item.label)]
+
+    def _surface(self, item: Face | Mesh, colour: str) -> Any:
+        if self.picture.is_flat:
+            corners = item.corners if isinstance(item, Face) else item.vertices
+            closed = np.concatenate([corners, corners[:1]])
+            return go.Scatter(
+                x=closed[:, 0],
+                y=closed[:, 1],
+                fill="toself",
+                mode="none",
+                fillcolor=_see_through(colour, item.opacity),
+                hoverinfo="skip",
+                **_naming(item.label),
+            )
+        if isinstance(item, Face):
+            # A fan around the middle: plates are star-shaped.
+            n = len(item.corners)
+            vertices = np.concatenate([item.corners, item.corners.mean(axis=0)[None]])
+            around = np.arange(n)
+            triangles = np.stack([around, (around + 1) % n, np.full(n, n)], axis=-1)
+        else:
+            vertices, triangles = item.vertices, item.triangles
+        x, y, z = vertices.T
+        i, j, k = triangles.T
+        return go.Mesh3d(
+            x=x,
+            y=y,
+            z=z,
+            i=i,
+            j=j,
+            k=k,
+            color=colour,
+            opacity=item.opacity,
+            hoverinfo="skip",
+            flatshading=isinstance(item, Face),
+            **_naming(item.label),
+        )
+
+    def _scatter(self, points: np.ndarray, item: Any, mode: str, **look: Any) -> Any:
+        look["hoverinfo"] = "text" if look["text"] else "skip"
+        naming = _naming(item.label)
+        x, y, z = points.T
+        if self.picture.is_flat:
+            return go.Scatter(x=x, y=y, mode=mode, **look, **naming)
+        return go.Scatter3d(x=x, y=y, z=z, mode=mode, **look, **naming)
+
+
+def _naming(label: str) -> dict[str, Any]:
+    return {"name": label, "showlegend": bool(label)}
+
+
+def _see_through(colour: str, opacity: float) -> str:
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{opacity})"
+
+
+def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
+    """The scale of values, carried by a mark that is not seen."""
+    marker = {
+        "color": [scale.low],
+        "cmin": scale.low,
+        "cmax": scale.high if scale.high > scale.low else scale.low + 1,
+        "colorscale": colour_scale(scale, palette),
+        "colorbar": {**colour_bar(scale), "len": 0.7},
+        "showscale": True,
+        "size": 0.1,
+    }
+    look = {"mode": "markers", "marker": marker, "hoverinfo": "skip", "showlegend": False}
+    if is_flat:
+        return go.Scatter(x=[None], y=[None], **look)
+    return go.Scatter3d(x=[None], y=[None], z=[None], **look)

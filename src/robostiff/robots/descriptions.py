@@ -1,0 +1,148 @@
+"""Robots from robot description files, URDF, xacro and MJCF, with their side files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robostiff.errors import FileError, InputError
+from robostiff.io.suggest import Words
+
+if TYPE_CHECKING:
+    from robostiff.io.document import Document
+    from robostiff.io.rigid_tree import RigidTree
+    from robostiff.linkage import Linkage
+    from robostiff.model import Robot
+    from robostiff.network import Network
+
+ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+"""Of files that are robot descriptions."""
+
+
+def is_description(path: str | Path) -> bool:
+    """Whether a file is a robot description, by its ending.
+
+    Examples
+    --------
+    >>> is_description("cell/ur5.urdf"), is_description("hexapod.yaml")
+    (True, False)
+    """
+    return Path(path).suffix.lower() in ENDINGS
+
+
+def names_description(document: Document) -> bool:
+    """Whether a document is a side file that names the robot description it is about."""
+    return isinstance(document.data, dict) and "robostiff" in document.data and (
+        "robot" in document.data
+    )
+
+
+def load_description(
+    path: str | Path,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    side: str | Path | None = None,
+) -> Robot | Network:
+    """The robot of a description file and its side file; see `robostiff.load`."""
+    from robostiff.io.rigid_tree import read_side, robot_of_tree
+
+    # The side file first: it is the one that is likely to be missing.
+    document = read_side(path, side)
+    return robot_of_tree(_tree(path), document, parameters)
+
+
+def load_from_side(
+    document: Document, parameters: Mapping[str, str | float] | None = None
+) -> Robot | Network:
+    """The robot of a side file that names its description."""
+    from robostiff.io.rigid_tree import robot_of_tree
+
+    return robot_of_tree(_tree(_description_of(document)), document, parameters)
+
+
+def load_linkage(
+    path: str | Path,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    side: str | Path | None = None,
+) -> Linkage:
+    """A robot description with its side file as a linkage, to be placed at any joint coordinates.
+
+    `robostiff.load` makes the robot of it, or a network at home. A linkage is a network at every
+    configuration: ``linkage.network_at({"crank": 0.3})``.
+
+    Parameters
+    ----------
+    path : str or path
+        URDF, xacro or MJCF; or a side file that names its description under ``robot:``.
+    parameters : mapping of str to (str or float), optional
+        Other values for some of the side file's parameters.
+    side : str or path, optional
+        The side file; the one beside the description when left out.
+
+    Raises
+    ------
+    InputError
+        When there is no side file; a `FileError`, with the place, when a file cannot be used.
+    """
+    from robostiff.io.document import read_document
+    from robostiff.io.rigid_tree import linkage_of_tree, read_side
+
+    if is_description(path):
+        document = read_side(path, side)
+        return linkage_of_tree(_tree(path), document, parameters)
+    document = read_document(path)
+    if not names_description(document):
+        raise FileError(
+            document.location(),
+            "linkage",
+            got=Words("a file that is no robot description"),
+            expected="URDF, xacro or MJCF, or a side file with robot: FILE",
+        )
+    return linkage_of_tree(_tree(_description_of(document)), document, parameters)
+
+
+def _description_of(document: Document) -> Path:
+    """The file that a side file names, beside it."""
+    written = document.data["robot"]
+    place = document.location(("robot",))
+    if not isinstance(written, str) or not is_description(written):
+        raise FileError(
+            place, "robot", got=written, expected=f"a file with the ending {', '.join(ENDINGS)}"
+        )
+    path = Path(document.file).parent / written
+    if not path.exists():
+        raise FileError(place, "robot", got=written, expected="a file, seen from the side file")
+    return path
+
+
+def _tree(path: str | Path) -> RigidTree:
+    ending = Path(path).suffix.lower()
+    if ending == ".xacro":
+        from robostiff.io.urdf import expand_xacro, read_urdf
+
+        return read_urdf(path, expand_xacro(path))
+    if ending == ".urdf" or (ending == ".xml" and _begins_as_urdf(path)):
+        from robostiff.io.urdf import read_urdf
+
+        return read_urdf(path)
+    from robostiff.io.mjcf import read_mjcf
+
+    return read_mjcf(path)
+
+
+def _begins_as_urdf(path: str | Path) -> bool:
+    from robostiff.io.rigid_tree.xml_text import parse_xml, read_bytes
+
+    return parse_xml(read_bytes(path), str(path)).tag == "robot"
+
+
+def refuse_symbols(path: str, symbols: object) -> InputError:
+    """The complaint about symbols of a robot whose dimensions are decimals."""
+    return InputError(
+        f"symbols of {path!r}",
+        got=symbols,
+        expected="none: the dimensions of a robot description are decimals",
+        hint="write symbols=(), --symbols none on the command line",
+    )

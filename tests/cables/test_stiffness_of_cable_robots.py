@@ -1,0 +1,205 @@
+"""Stiffness of whole cable robots: laws, and ties to what is known otherwise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.cables import structure_matrix
+from robostiff.spatial import Space
+from tests.cables.exact_energy import hessian
+from tests.cables.machines import random_robot
+
+STATUS = rs.CableStatus
+NAMES = rs.shipped_cable_robots()
+
+
+def as_rods(robot: rs.CableRobot) -> rs.Robot:
+    """The same robot with elastic rods between ball joints in place of cables."""
+    legs = []
+    for cable in robot.cables:
+        along = robot.home.R @ cable.attachment + robot.home.p - cable.exit_point
+        length = float(np.linalg.norm(along))
+        k = 1 / (
+            ((length + cable.guide_length) / cable.EA if cable.EA else 0)
+            + (1 / cable.winch_stiffness if cable.winch_stiffness else 0)
+        )
+        chain = rs.Chain(
+            (
+                rs.spherical(rs.Passive(), name="base"),
+                rs.prismatic(along, rs.Actuated(k), home=length, name="rod"),
+                rs.spherical(rs.Passive(), name="tip"),
+            )
+        )
+        base = rs.Frame(np.eye(3), cable.exit_point)
+        attachment = rs.Frame(robot.home.R.T, cable.attachment)
+        legs.append(rs.Leg(cable.name, base, chain, attachment))
+    return rs.Robot(
+        "rods", tuple(legs), home=robot.home, reference_point=robot.reference_point
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_without_tension_cables_are_rods_between_ball_joints(seed):
+    robot = random_robot(seed, weight=False, winch=seed != 1)
+    cables = tuple(replace(cable, least_tension=0.0) for cable in robot.cables)
+    loose = rs.stiffness(replace(robot, cables=cables))
+    assert loose.status == STATUS.UNTENSIONED
+    assert loose.untensioned == tuple(robot.cable_names)
+    K = rs.stiffness(as_rods(robot)).K
+    np.testing.assert_allclose(loose.K, K, rtol=1e-9, atol=1e-9 * np.abs(K).max())
+    np.testing.assert_allclose(loose.taut_stiffness, 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_shipped_robots_stand_at_home(name):
+    robot = rs.load(name)
+    assert isinstance(robot, rs.CableRobot)
+    result = rs.stiffness(robot)
+    assert result.status == STATUS.OK
+    assert (np.linalg.eigvalsh(result.K) > 0).all()
+    np.testing.assert_allclose(result.missing_wrench, 0, atol=1e-7)
+    np.testing.assert_allclose(result.K, result.K.T, rtol=1e-12, atol=1e-9)
+    assert result.rank == len(result.K)
+    assert result.free_motions == result.unstable_motions == ()
+
+
+@pytest.mark.parametrize("name", ["cable-8", "cable-3-suspended"])
+def test_matrix_of_a_robot_is_that_of_its_energy(name):
+    result = rs.stiffness(rs.load(name))
+    exact = hessian(result.placed, result.axial, result.tensions)
+    np.testing.assert_allclose(result.K, exact, rtol=1e-10, atol=1e-10 * np.abs(exact).max())
+
+
+def test_batch_is_pose_by_pose():
+    robot = rs.load("cable-8-suspended")
+    rng = np.random.default_rng(0)
+    poses = [0, 0, 2, 0, 0, 0] + rng.uniform(-1, 1, (2, 6, 6)) * [3, 2, 1, 0.1, 0.1, 0.1]
+    batch = rs.stiffness(robot, poses)
+    assert batch.batch_shape == (2, 6)
+    for index in np.ndindex(2, 6):
+        one = rs.stiffness(robot, poses[index])
+        assert one.status_codes == batch.status_codes[index]
+        assert (one.rank, one.held_rank) == (batch.rank[index], batch.held_rank[index])
+        if one.answered:
+            np.testing.assert_allclose(batch[index].K, one.K, rtol=1e-9, atol=1e-6)
+
+
+def test_another_point_is_the_matrix_of_a_robot_with_that_reference_point():
+    robot = rs.load("cable-8")
+    tensions = rs.GivenTensions(np.linspace(60, 130, 8))  # held by others too
+    offset = np.array([0.2, -0.1, 0.4])
+    other = rs.cable_stiffness(replace(robot, reference_point=offset), tensions=tensions)
+    moved = rs.cable_stiffness(robot, tensions=tensions, at=robot.home.p + offset)
+    np.testing.assert_allclose(moved.K, other.K, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(moved.missing_wrench, other.missing_wrench, atol=1e-9)
+
+
+def test_turned_world_turns_the_matrix():
+    robot = random_robot(4)
+    R = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    R *= np.linalg.det(R)
+    turned = replace(
+        robot,
+        cables=tuple(replace(c, exit_point=R @ c.exit_point) for c in robot.cables),
+        home=rs.Frame(R, np.zeros(3)),
+        weight=replace(robot.weight, force=R @ robot.weight.force),
+    )
+    rule = rs.GivenTensions(np.full(8, 40.0))
+    T = np.kron(np.eye(2), R)
+    K = rs.cable_stiffness(robot, tensions=rule).K
+    expected = T @ K @ T.T
+    found = rs.cable_stiffness(turned, tensions=rule).K
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(K).max())
+
+
+def test_millimetres_decide_like_metres():
+    robot = rs.load("cable-3-suspended")
+    for factor in (1e-3, 1e3):
+        scaled = replace(
+            robot,
+            cables=tuple(
+                replace(c, exit_point=factor * c.exit_point, attachment=factor * c.attachment)
+                for c in robot.cables
+            ),
+            home=rs.Frame(np.eye(3), factor * robot.home.p),
+            weight=replace(robot.weight, point=factor * robot.weight.point),
+        )
+        result = rs.stiffness(scaled)
+        assert (result.status, int(result.rank), int(result.held_rank)) == (STATUS.OK, 6, 3)
+
+
+def test_platform_hung_in_its_centre_of_mass_is_free_to_turn():
+    rope = rs.Cable("rope", [0, 0, 1], [0, 0, 0], EA=1e5)
+    robot = rs.CableRobot("plumb", (rope,), rs.Frame.identity(), rs.Weight([0, 0, -100]))
+    result = rs.stiffness(robot)
+    assert result.status == STATUS.FREE_MOTIONS
+    assert (int(result.rank), int(result.held_rank)) == (3, 1)
+    motions = [str(motion) for motion in result.free_motions]
+    assert motions == [f"rotation about {axis} through (0, 0, 0) m" for axis in "xyz"]
+    assert result.compliance is None
+    with pytest.raises(rs.NoAnswerError, match="free|move without"):
+        rs.compliance(robot)
+
+
+def test_weight_below_steadies_and_weight_above_topples():
+    """A pendulum with its mass c below the eye: K_rx = F c; above it, -F c."""
+    rope = rs.Cable("rope", [0, 0, 1], [0, 0, 0], EA=1e5)
+    for c in (-0.2, 0.2):
+        weight = rs.Weight([0, 0, -100], [0, 0, c])
+        result = rs.stiffness(rs.CableRobot("pendulum", (rope,), rs.Frame.identity(), weight))
+        # The eye moves sideways: two pendulums in series.
+        assert result.K[3, 3] == pytest.approx(-100 * c)
+        assert (STATUS.UNSTABLE in result.status) == (c > 0)
+        assert len(result.unstable_motions) == (2 if c > 0 else 0)
+
+
+def test_crossed_tension_topples_a_platform_and_is_told():
+    """Turning a bar pulled across itself: elastic only along the cables, geometric negative."""
+    exits, ends = np.array([[1.0, 0, 0], [-1, 0, 0]]), np.array([[-0.2, 0, 0], [0.2, 0, 0]])
+    cables = tuple(
+        rs.Cable(f"c{i}", exits[i], ends[i], EA=1e5, least_tension=100) for i in range(2)
+    )
+    robot = rs.CableRobot("bar", cables, rs.Frame.identity(), space=Space.PLANAR)
+    result = rs.stiffness(robot)
+    assert result.status == STATUS.UNSTABLE
+    assert result.rank == 3
+    assert str(result.unstable_motions[0]) == "rotation about z through (0, 0, 0) m"
+    assert result.K[2, 2] == pytest.approx(2 * 100 * (0.04 / 1.2 - 0.2))
+
+
+def test_more_tension_stiffens_what_cables_hold_across():
+    robot = rs.load("cable-4-planar")
+    spatial = replace(robot, space=Space.SPATIAL, weight=None)
+    low, high = (
+        rs.cable_stiffness(spatial, tensions=rs.NearestTensions(level)) for level in (0, 1)
+    )
+    assert (low.held_rank, low.rank) == (3, 6)
+    assert high.K[2, 2] == pytest.approx(low.K[2, 2] * 400 / 20, rel=1e-9)
+
+
+def test_unstrained_length_decides_the_stiffness():
+    """t = EA (l - l0)/l0 has the slope EA/l0 at any stretch."""
+    EA, l0 = 1e4, 2.0
+    for t in (0.0, 1e3, 5e3):
+        length = l0 * (1 + t / EA)
+        rope = rs.Cable("rope", [0, 0, length], [0, 0, 0], EA=EA)
+        robot = rs.CableRobot("pendulum", (rope,), rs.Frame.identity())
+        result = rs.cable_stiffness(robot, tensions=rs.GivenTensions([t]))
+        assert result.axial[0] == pytest.approx(EA / l0, rel=1e-14)
+
+
+def test_winch_is_in_series():
+    rope = rs.Cable("rope", [0, 0, 2], [0, 0, 0], EA=1e4, guide_length=3.0, winch_stiffness=500.0)
+    robot = rs.CableRobot("pendulum", (rope,), rs.Frame.identity())
+    result = rs.stiffness(robot)
+    assert result.axial[0] == pytest.approx(1 / (5 / 1e4 + 1 / 500))
+    soft = replace(rope, EA=None)
+    assert rs.stiffness(replace(robot, cables=(soft,))).axial[0] == pytest.approx(500)
+
+
+def test_elastic_part_is_of_the_structure_matrix():
+    result = rs.stiffness(rs.load("cable-8-suspended"))
+    W = structure_matrix(result.placed)
+    np.testing.assert_allclose(result.elastic, W @ np.diag(result.axial) @ W.T, rtol=1e-12)

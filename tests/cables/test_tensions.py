@@ -1,0 +1,180 @@
+"""Tensions balance the wrench within limits, and are the ones that a rule promises."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import robostiff as rs
+from robostiff.cables import TensionProblem, nearest_tensions
+from robostiff.errors import InputError
+from tests.cables.machines import random_robot
+
+STATUS = rs.CableStatus
+
+
+def random_problem(seed: int, poses: int = 200, size: int = 6, cables: int = 8) -> TensionProblem:
+    """Structure matrices and wrenches, about half of which can be balanced."""
+    rng = np.random.default_rng(seed)
+    W = rng.normal(size=(poses, size, cables))
+    least = rng.uniform(1, 5, cables)
+    greatest = least + rng.uniform(20, 60, cables)
+    inside = rng.uniform(least, greatest, (poses, cables))
+    F = -np.einsum("nij,nj->ni", W, inside)
+    F[: poses // 2] += rng.normal(size=(poses // 2, size)) * 80
+    return TensionProblem(W, F, least, greatest, 0.3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nearest_tensions_exist_where_a_linear_program_finds_any(seed):
+    problem = random_problem(seed)
+    tensions, solved, impossible = nearest_tensions(problem)
+    assert solved[100:].all()
+    assert solved.tolist() == [problem.has_solution(i) for i in range(200)]
+    assert (impossible == ~solved).all()
+    assert problem.balanced(tensions)[solved].all()
+    assert problem.within(tensions).all()
+
+
+def test_nearest_tensions_satisfy_the_conditions_of_a_minimum():
+    """t - t_aim = A y up to pulls at the limits, inward at the least and outward at the greatest."""
+    problem = random_problem(9)
+    tensions, solved, _ = nearest_tensions(problem)
+    for i in np.flatnonzero(solved)[:60]:
+        t, W = tensions[i], problem.W[i]
+        inner = (t > problem.least + 1e-9) & (t < problem.greatest - 1e-9)
+        y = np.linalg.lstsq(W[:, inner].T, (t - problem.aim)[inner], rcond=None)[0]
+        if np.linalg.matrix_rank(W[:, inner]) < 6:
+            continue  # the multiplier is not unique
+        pull = t - problem.aim - W.T @ y
+        assert np.abs(pull[inner]).max() < 1e-8
+        assert (pull[t <= problem.least + 1e-9] > -1e-8).all()
+        assert (pull[t >= problem.greatest - 1e-9] < 1e-8).all()
+
+
+def test_nearest_tensions_agree_with_a_general_optimizer():
+    problem = random_problem(3, poses=8)
+    tensions, solved, _ = nearest_tensions(problem)
+    for i in np.flatnonzero(solved):
+        found = minimize(
+            lambda t: np.sum((t - problem.aim) ** 2),
+            problem.aim,
+            jac=lambda t: 2 * (t - problem.aim),
+            bounds=list(zip(problem.least, problem.greatest, strict=True)),
+            constraints={
+                "type": "eq",
+                "fun": lambda t, i=i: problem.W[i] @ t + problem.F[i],
+                "jac": lambda t, i=i: problem.W[i],
+            },
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 300},
+        )
+        np.testing.assert_allclose(tensions[i], found.x, atol=1e-4)
+
+
+def test_nearest_tensions_of_fewer_cables_than_freedoms():
+    robot = rs.load("cable-3-suspended")
+    answer = rs.cable_tensions(robot)
+    np.testing.assert_allclose(answer.tensions, 100 * np.sqrt(0.8**2 + 2**2) / 2, rtol=1e-12)
+    assert rs.cable_tensions(robot, wrench=[1, 0, 0, 0, 0, 0]).status == STATUS.INFEASIBLE
+
+
+def test_closed_form_is_the_nearest_where_no_limit_is_met():
+    robot = rs.load("cable-8")
+    closed = rs.cable_tensions(robot, tensions=rs.ClosedFormTensions(0.5))
+    nearest = rs.cable_tensions(robot, tensions=rs.NearestTensions(0.5))
+    np.testing.assert_allclose(closed.tensions, nearest.tensions, rtol=1e-9)
+
+
+def test_closed_form_answers_within_limits_or_says_so():
+    robot = rs.load("cable-8")
+    rng = np.random.default_rng(1)
+    poses = [0, 0, 1, 0, 0, 0] + rng.uniform(-1, 1, (400, 6)) * [1.8, 1.3, 0.9, 0.1, 0.1, 0.1]
+    closed = rs.cable_tensions(robot, poses, tensions=rs.ClosedFormTensions())
+    nearest = rs.cable_tensions(robot, poses, tensions=rs.NearestTensions(0.5))
+    failed = (closed.status_codes & STATUS.RULE_FAILED) > 0
+    assert (closed.feasible | failed).tolist() == nearest.feasible.tolist()
+    assert closed.feasible.sum() > 50
+    t = closed.values[closed.feasible]
+    assert (t > 50 - 1e-6).all()
+    assert (t < 720 + 1e-6).all()
+    result = rs.cable_stiffness(robot, poses[closed.feasible], tensions=rs.ClosedFormTensions())
+    assert np.abs(result.missing_wrench).max() < 1e-6
+
+
+@pytest.mark.parametrize("level", [0.0, 0.3, 1.0])
+def test_tensions_balance_weight_and_wrench(level):
+    robot, wrench = rs.load("cable-8"), [30.0, -20, 50, 1, 0.5, -0.3]
+    result = rs.cable_stiffness(robot, wrench=wrench, tensions=rs.NearestTensions(level))
+    np.testing.assert_allclose(result.missing_wrench, 0, atol=1e-9)
+
+
+def test_level_raises_tension():
+    robot = rs.load("cable-8")
+    totals = [
+        rs.cable_tensions(robot, tensions=rs.NearestTensions(level)).tensions.sum()
+        for level in (0, 0.25, 0.5, 1)
+    ]
+    assert totals == sorted(totals)
+
+
+def test_given_tensions_that_do_not_balance_are_said_to():
+    robot = rs.load("cable-4-planar")
+    result = rs.cable_stiffness(robot, tensions=rs.GivenTensions([100, 100, 100, 100.0]))
+    assert result.status == STATUS.UNBALANCED
+    np.testing.assert_allclose(result.missing_wrench, [0, 20, 0], atol=1e-9)
+    balanced = rs.GivenTensions(rs.cable_tensions(robot).tensions)
+    assert rs.cable_stiffness(robot, tensions=balanced).status == STATUS.OK
+    beyond = rs.cable_stiffness(robot, tensions=rs.GivenTensions([1000, 100, 100, 100.0]))
+    assert STATUS.BEYOND_LIMITS in beyond.status
+
+
+def test_tensions_of_the_file_are_used():
+    robot = random_robot(3)
+    t = rs.cable_tensions(robot, wrench=np.zeros(6), tensions=rs.NearestTensions())
+    assert t.rule == "nearest"
+    given = replace(robot, cables=tuple(replace(c, tension=77.0) for c in robot.cables))
+    assert rs.cable_tensions(given).values.tolist() == [77.0] * 8
+
+
+def test_pose_without_tensions_is_a_status_and_its_numbers_an_exception():
+    robot = rs.load("cable-8")
+    poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3.0, 0, 0, 0], [1.94, 1.44, 2, 0, 0, 0]]
+    result = rs.stiffness(robot, poses)
+    assert [str(rs.CableStatus(int(c))) for c in result.status_codes] == [
+        "ok",
+        "infeasible",
+        "no-length",
+    ]
+    assert result.answered.tolist() == [True, False, False]
+    assert result.rank.tolist() == [6, -1, -1]
+    with pytest.raises(rs.NoAnswerError, match="cables only pull"):
+        _ = result.K
+    assert np.isfinite(result[result.answered].K).all()
+    with pytest.raises(rs.NoAnswerError, match="at 2 of 3 poses"):
+        _ = rs.cable_tensions(robot, poses).tensions
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        (rs.GivenTensions([1, 2]), "8 tensions"),
+        (rs.GivenTensions([-1.0] * 8), "cables only pull"),
+        (rs.NearestTensions, r"write tensions=NearestTensions\(...\)"),
+        ([50.0] * 8, r"GivenTensions\(\[...\]\)"),
+        (rs.NearestTensions(2), "0 to 1"),
+    ],
+)
+def test_misuse_of_rules(rule, message):
+    with pytest.raises(InputError, match=message):
+        rs.cable_tensions(rs.load("cable-8"), tensions=rule)
+
+
+def test_levels_need_greatest_tensions():
+    robot = random_robot(1)
+    cables = tuple(replace(cable, greatest_tension=np.inf) for cable in robot.cables)
+    with pytest.raises(InputError, match="greatest tension"):
+        rs.cable_tensions(replace(robot, cables=cables), tensions=rs.NearestTensions(0.5))
+    with pytest.raises(InputError, match="greatest tension"):
+        replace(robot, cables=cables, tension_level=0.5)

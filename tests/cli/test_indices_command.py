@@ -1,0 +1,91 @@
+"""``robostiff indices`` as a user types it."""
+
+# pyright: reportArgumentType=false
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["indices", *arguments])
+
+
+def answer(*arguments: str, status: int = 0) -> dict:
+    outcome = run(*arguments, "--json")
+    assert outcome.exit_code == status, outcome.stderr
+    return json.loads(outcome.stdout)
+
+
+def test_json_has_every_index_with_its_unit_and_status():
+    found = answer("gough-stewart-b", "--length", "200 mm")
+    expected = rs.indices(rs.stiffness(rs.load("gough-stewart-b")), length=0.2)
+    assert found["length"] == 0.2
+    listed = found["indices"]
+    assert set(listed) == {
+        "along_axes",
+        "principal",
+        "collinear",
+        "worst_deflection",
+        "anisotropy",
+        "eigenscrews",
+        "centre_of_stiffness",
+        "centre_of_compliance",
+        "eigenstiffness",
+        "condition",
+        "virtual_work",
+    }
+    assert np.isclose(listed["condition"]["two_norm"], expected.condition.two_norm or 0.0)
+    assert listed["eigenstiffness"]["unit"] == "N/m"
+    assert listed["principal"]["units"] == ["N/m", "N m/rad"]
+    assert listed["centre_of_stiffness"]["status"] == "ok"
+    assert listed["eigenscrews"]["wrenches"][0]["screw"]["pitch"] == 0.0
+
+
+def test_what_is_unlimited_is_null_in_json_and_said_in_words():
+    found = answer("gough-stewart-a")
+    assert found["status"] == "free-motions"
+    assert found["indices"]["worst_deflection"]["translational"] is None
+    text = run("gough-stewart-a").stdout
+    assert "moves freely" in text
+    assert "centre of compliance: none" in text
+    assert "free: rotation about x through (0, 0, 2) m" in text
+
+
+def test_at_moves_what_depends_on_the_point_and_nothing_else():
+    here, there = answer("hexapod")["indices"], answer("hexapod", "--at", "0 0 1")["indices"]
+    assert np.allclose(
+        here["centre_of_stiffness"]["point"], there["centre_of_stiffness"]["point"], atol=1e-12
+    )
+    assert not np.isclose(
+        here["worst_deflection"]["translational"], there["worst_deflection"]["translational"]
+    )
+
+
+def test_a_pose_out_of_reach_is_a_bad_status():
+    found = answer("3-puu", "--pose", "0.8 0 0.3", status=1)
+    assert found["indices"] is None
+    assert found["status"] == "unreachable"
+    outcome = run("3-puu", "--pose", "0.8 0 0.3")
+    assert outcome.exit_code == 1
+    assert "falls short of the pose" in outcome.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("hexapod", "--length", "0 m"), "characteristic length: got 0.0"),
+        (("hexapod", "--length", "5 N"), "expected a length, such as 300 mm"),
+        (("cable-8",), "expected a robot with legs"),
+        (("hexapot",), "did you mean hexapod?"),
+    ],
+)
+def test_bad_input_ends_with_a_message_and_status_two(arguments, message: str):
+    outcome = run(*arguments)
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+    assert outcome.stdout == ""

@@ -1,0 +1,144 @@
+"""Random legs that hold parallel blocks, nested to some depth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import strategies as st
+
+from robostiff.elasticity import Elasticity
+from robostiff.model import (
+    Motion,
+    Passive,
+    PlacedBlock,
+    PlacedElement,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
+from robostiff.spatial import Space
+from tests.generators.chains import (
+    SEEDS,
+    Spring,
+    random_beam,
+    random_block,
+    random_joint,
+    random_rotation,
+    random_single,
+)
+
+_MAKERS = (random_beam, random_block, random_single)
+
+
+def placed_spring(name: str, spring: Spring) -> PlacedSpring:
+    """A spring of a random chain as the package knows it."""
+    return PlacedSpring(name, spring.point, spring.axes, Elasticity(spring.local_compliance))
+
+
+def _beam(rng: np.random.Generator, space: Space) -> Spring:
+    if space is Space.SPATIAL:
+        return _MAKERS[rng.integers(len(_MAKERS))](rng)
+    a = rng.uniform(-np.pi, np.pi)
+    R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    return replace(random_beam(rng), axes=R, point=np.append(rng.uniform(-1, 1, 2), 0.0))
+
+
+def _joint(name: str, rng: np.random.Generator, space: Space) -> PlacedFreedom:
+    joint = random_joint(rng)
+    point, axis = joint.point, joint.axis
+    if space is Space.PLANAR:
+        point = np.append(point[:2], 0.0)
+        axis = np.append(axis[:2], 0.0) if joint.motion == "P" else np.array([0, 0, 1.0])
+    return PlacedFreedom(
+        name, Motion(joint.motion), point, axis / np.linalg.norm(axis), Passive()
+    )
+
+
+class _Grower:
+    """Grows legs element by element."""
+
+    def __init__(self, rng: np.random.Generator, space: Space, rigid: bool) -> None:
+        self.rng, self.space, self.rigid = rng, space, rigid
+
+    def leg(self, name: str, depth: int, joints: int, elastic: bool = True) -> PlacedLeg:
+        """A leg with a block in it, unless the depth is spent."""
+        rng = self.rng
+        elements: list[PlacedElement] = []
+        if elastic:
+            elements += [
+                placed_spring(f"spring{i}", _beam(rng, self.space))
+                for i in range(int(rng.integers(1, 3)))
+            ]
+        elements += [_joint(f"joint{i}", rng, self.space) for i in range(joints)]
+        if joints and rng.uniform() < 0.25:  # the same axis once more
+            elements.append(replace(elements[-1], name="joint again"))
+        if depth:
+            elements += [
+                self.block(f"block{i}", depth) for i in range(1 + int(rng.uniform() < 0.25))
+            ]
+        order = rng.permutation(len(elements))
+        return PlacedLeg(name, tuple(elements[i] for i in order), self._point())
+
+    def block(self, name: str, depth: int) -> PlacedBlock:
+        """Two or three branches, a rigid one among them now and then."""
+        rng = self.rng
+        branches = []
+        for i in range(int(rng.integers(2, 4))):
+            elastic = not (self.rigid and rng.uniform() < 0.3)
+            most = 5 if self.space is Space.SPATIAL else 3
+            joints = int(rng.integers(0 if elastic else 1, most))
+            deeper = depth - 1 if rng.uniform() < 0.6 else 0
+            branches.append(self.leg(f"branch{i}", deeper, joints, elastic))
+        return PlacedBlock(name, tuple(branches))
+
+    def _point(self) -> np.ndarray:
+        p = self.rng.uniform(-1, 1, 3)
+        return p if self.space is Space.SPATIAL else np.append(p[:2], 0.0)
+
+
+@st.composite
+def nested_snapshots(
+    draw: st.DrawFn,
+    space: Space = Space.SPATIAL,
+    rigid: bool = False,
+    legs: int = 2,
+    depth: int = 2,
+) -> Snapshot:
+    """Random robots whose legs hold parallel blocks, up to `depth` of them one in another.
+
+    With `rigid`, some branches are rigid. Joints may be redundant.
+    """
+    rng = np.random.default_rng(draw(SEEDS))
+    grower = _Grower(rng, space, rigid)
+    number = draw(st.integers(1, legs))
+    grown = tuple(grower.leg(f"leg{i}", depth, int(rng.integers(0, 3))) for i in range(number))
+    reference = rng.uniform(-1, 1, 3)
+    if space is Space.PLANAR:
+        reference[2] = 0.0
+    return Snapshot("nested", grown, reference, space)
+
+
+def nested_leg(seed: int, space: Space = Space.SPATIAL, depth: int = 1) -> PlacedLeg:
+    """A random leg with a parallel block."""
+    rng = np.random.default_rng(seed)
+    return _Grower(rng, space, rigid=False).leg("leg", depth, int(rng.integers(0, 3)))
+
+
+def turned(leg: PlacedLeg, R: np.ndarray) -> PlacedLeg:
+    """The same leg, turned about the origin."""
+    elements: list[PlacedElement] = []
+    for e in leg.elements:
+        if isinstance(e, PlacedBlock):
+            elements.append(PlacedBlock(e.name, tuple(turned(b, R) for b in e.branches)))
+        elif isinstance(e, PlacedFreedom):
+            elements.append(replace(e, point=R @ e.point, axis=R @ e.axis))
+        else:
+            elements.append(replace(e, point=R @ e.point, rotation=R @ e.rotation))
+    return PlacedLeg(leg.name, tuple(elements), R @ leg.end)
+
+
+def random_turn(seed: int) -> np.ndarray:
+    """A rotation matrix."""
+    return random_rotation(np.random.default_rng(seed))

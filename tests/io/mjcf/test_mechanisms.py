@@ -1,0 +1,219 @@
+"""Mechanisms from MJCF, against the same ones as model files, and MuJoCo's own kinematics."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.linkage import close
+from tests.io.urdf.examples import matrix_distance
+
+FOUR_BAR = """
+<mujoco model="four bar">
+  <compiler angle="degree"/>
+  <asset><mesh name="shell" file="not there.stl"/></asset>
+  <worldbody>
+    <body name="crank">
+      <joint name="crank" type="hinge" axis="0 1 0"/>
+      <geom type="mesh" mesh="shell"/>
+      <body name="coupler" pos="0 0 0.2">
+        <joint name="knee" type="hinge" axis="0 1 0"/>
+        <site name="tip" pos="0.2 0 0.1"/>
+      </body>
+    </body>
+    <body name="rocker" pos="0.4 0 0">
+      <joint name="rocker" type="hinge" axis="0 1 0"/>
+    </body>
+  </worldbody>
+  <equality><connect name="ball" body1="coupler" body2="rocker" anchor="0.4 0 0"/></equality>
+  <actuator><motor name="motor" joint="crank"/></actuator>
+</mujoco>
+"""
+FOUR_BAR_SIDE = """
+robostiff: 1
+source: chosen here
+platform: coupler
+tool: tip
+joints: {crank: {stiffness: 4e3 N m/rad}}
+links:
+  crank: {type: beam, material: steel, section: {circle: {diameter: 16 mm}}}
+  rocker: {type: beam, material: steel, section: {circle: {diameter: 12 mm}}}
+"""
+FOUR_BAR_MODEL = """
+robostiff: 1
+name: four bar
+source: chosen here
+home: {at: [0, 0, 0.2]}
+reference_point: [0.2, 0, 0.1]
+legs:
+  - name: crank
+    chain:
+      - {type: revolute, axis: y, role: actuated, stiffness: 4e3 N m/rad}
+      - {type: beam, to: [0, 0, 0.2], material: steel, section: {circle: {diameter: 16 mm}}}
+      - {type: revolute, axis: y, role: passive}
+  - name: rocker
+    base: {at: [0.4, 0, 0]}
+    chain:
+      - {type: revolute, axis: y, role: passive}
+      - {type: beam, to: [0, 0, 0.2], material: steel, section: {circle: {diameter: 12 mm}}}
+      - {type: spherical, role: passive}
+    platform: {at: [0.4, 0, 0]}
+"""
+
+
+def _written(folder, name, text):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _loaded(folder, mjcf, side):
+    return rs.load(_written(folder, "m.xml", mjcf), side=_written(folder, "side.yaml", side))
+
+
+def test_a_four_bar_is_that_of_a_model_file(tmp_path):
+    robot = _loaded(tmp_path, FOUR_BAR, FOUR_BAR_SIDE)
+    written = rs.load(_written(tmp_path, "model.yaml", FOUR_BAR_MODEL))
+    assert isinstance(robot, rs.Robot)
+    assert [leg.chain.size for leg in robot.legs] == [2, 4]
+    result, wanted = rs.stiffness(robot), rs.stiffness(written)
+    assert result.rank == wanted.rank
+    assert matrix_distance(result.K, wanted.K) < 1e-9
+    assert rs.verify(robot).agree
+
+
+def test_a_four_bar_moves_as_in_mujoco(tmp_path):
+    """Positions that MuJoCo's own constraint calls closed."""
+    path = _written(tmp_path, "m.xml", FOUR_BAR.replace('<geom type="mesh" mesh="shell"/>', ""))
+    side = _written(tmp_path, "side.yaml", FOUR_BAR_SIDE)
+    found = close(rs.load_linkage(path, side=side), {"crank": 0.4})
+    assert found.is_closed
+    spec = mujoco.MjSpec.from_file(str(path))
+    for mesh in spec.meshes:
+        spec.delete(mesh)
+    spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for name in ("crank", "knee", "rocker"):
+        data.joint(name).qpos[:] = found.coordinates[name]
+    mujoco.mj_forward(model, data)
+    assert data.ne == 3
+    assert np.abs(data.efc_pos[:3]).max() < 1e-9
+    tip = found.frames["coupler"].p + found.frames["coupler"].R @ [0.2, 0, 0.1]
+    assert np.allclose(data.site("tip").xpos, tip, atol=1e-12)
+
+
+ARM = """
+<body name="{name} upper" pos="{x} 0 0" euler="0 0 {turn}">
+  <joint name="{name} yaw" axis="0 0 1"/>
+  <body name="{name} lower" pos="0.3 0 0.1">
+    <joint name="{name} pitch" axis="0 1 0" pos="0.02 0 0.01"/>
+    <body name="{name} hand" pos="0.2 0 0.2">
+      <joint name="{name} slide" type="slide" axis="0 0 1"/>
+      <joint name="{name} wrist" type="ball"/>
+      {content}
+    </body>
+  </body>
+</body>
+"""
+TWO_ARMS = (
+    '<mujoco model="two arms"><worldbody>'
+    + ARM.format(name="left", x=0, turn=0, content='<site name="grasp" pos="0.1 0 0"/>')
+    + ARM.format(name="right", x=1.2, turn=180, content='<site name="grasp2" pos="0.1 0 0"/>')
+    + "</worldbody><equality><weld site1='grasp' site2='grasp2'/></equality></mujoco>"
+)
+TWO_ARMS_SIDE = """
+robostiff: 1
+source: chosen here
+tool: grasp
+joints:
+  "* wrist": {role: actuated, stiffness: 500 N m/rad}
+  "* slide": {role: actuated, stiffness: 2e6 N/m}
+  "*": {role: actuated, stiffness: 8e3 N m/rad}
+"""
+
+
+def test_a_welded_pair_of_arms_is_the_sum_of_both(tmp_path):
+    robot = _loaded(tmp_path, TWO_ARMS, TWO_ARMS_SIDE)
+    assert isinstance(robot, rs.Robot)
+    assert [leg.chain.size for leg in robot.legs] == [6, 6]
+    result = rs.stiffness(robot)
+    assert result.rank == 6
+    total = np.zeros((6, 6))
+    for leg in robot.legs:
+        arm = rs.Robot("arm", (leg,), home=robot.home, reference_point=robot.reference_point)
+        total += rs.stiffness(arm).K
+    assert matrix_distance(result.K, total) < 1e-9
+    assert rs.verify(robot).agree
+
+
+def test_arms_with_several_joints_on_a_body_stand_as_in_mujoco(tmp_path):
+    mjcf = TWO_ARMS.split("<equality>")[0] + "</mujoco>"
+    robot = _loaded(tmp_path, mjcf, TWO_ARMS_SIDE)
+    (leg,) = robot.legs
+    assert leg.chain.size == 6
+    q = np.array([0.3, -0.4, 0.05, 0.1, 0.2, -0.3])
+    posture = rs.find_posture(robot, rs.JointCoordinates(q))
+    spec = mujoco.MjSpec.from_string(mjcf)
+    spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for name, value in zip(("yaw", "pitch", "slide"), q[:3], strict=True):
+        data.joint(f"left {name}").qpos[:] = value
+    angle = np.linalg.norm(q[3:])
+    quaternion = [np.cos(angle / 2), *(np.sin(angle / 2) * q[3:] / angle)]
+    data.joint("left wrist").qpos[:] = quaternion
+    mujoco.mj_forward(model, data)
+    assert np.allclose(posture.pose[0, :3], data.site("grasp").xpos, atol=1e-12)
+
+
+def test_reference_coordinates_of_joints_are_kept(tmp_path):
+    mjcf = """
+<mujoco><compiler angle="radian"/><worldbody><body name="arm" pos="0 0 1">
+  <joint name="turn" axis="0 1 0" ref="0.4"/><joint name="slide" type="slide" axis="1 0 0" ref="0.1"/>
+  <site name="tip" pos="0.5 0 0"/></body></worldbody></mujoco>
+"""
+    side = 'robostiff: 1\nsource: chosen here\ntool: tip\njoints: {"*": {stiffness: 1e4}}\n'
+    robot = _loaded(tmp_path, mjcf, side)
+    assert robot.legs[0].chain.home.tolist() == pytest.approx([0.4, 0.1])
+    assert np.allclose(rs.find_posture(robot).pose[0], [0.5, 0, 1, 0, 0, 0], atol=1e-15)
+
+
+def test_roles_that_mjcf_tells(tmp_path):
+    """Joints without actuator are passive; those with a stiffness are springs."""
+    sprung = FOUR_BAR.replace('<joint name="knee"', '<joint name="knee" stiffness="70"')
+    side = FOUR_BAR_SIDE.replace("joints: {crank: {stiffness: 4e3 N m/rad}}\n", "")
+    robot = _loaded(tmp_path, sprung, side)
+    roles = {joint.name: joint.role for leg in robot.legs for joint, _ in leg.chain.moving}
+    assert roles["crank"] == rs.Actuated()
+    assert roles["knee"] == rs.Actuated(70.0)
+    assert roles["rocker"] == rs.Passive()
+    assert roles["ball"] == rs.Passive()
+
+
+def test_a_platform_that_floats_and_is_connected_to_legs(tmp_path):
+    """Three struts of MJCF hold a free body by connect: a parallel robot."""
+    legs, loops = "", ""
+    for i in range(3):
+        x, y = np.cos(2.1 * i), np.sin(2.1 * i)
+        legs += f"""<body name="foot{i}" pos="{x} {y} 0"><joint name="a{i}" axis="{-y} {x} 0"/>
+          <body name="rod{i}"><joint name="slide{i}" type="slide" axis="0 0 1"/></body></body>"""
+        loops += f"<connect name='ball{i}' body1='rod{i}' body2='table' anchor='0 0 1'/>"
+    mjcf = f"""<mujoco><worldbody>{legs}<body name="table" pos="0 0 1"><freejoint/></body>
+      </worldbody><equality>{loops}</equality></mujoco>"""
+    side = """
+robostiff: 1
+source: chosen here
+platform: table
+joints: {"slide?": {role: actuated, stiffness: 1e7 N/m}}
+links:
+"""
+    for i in range(3):
+        side += f"  rod{i}: {{type: beam, material: steel, section: {{circle: {{diameter: 0.03}}}}}}\n"
+    robot = _loaded(tmp_path, mjcf, side)
+    assert isinstance(robot, rs.Robot)
+    # hinge, slide, beam and ball, and the way from the one to the other
+    assert [len(leg.chain.elements) for leg in robot.legs] == [5, 5, 5]
+    assert {c.value for c in robot.coordinates} == {"z", "rx", "ry"}
+    network = rs.load_linkage(tmp_path / "m.xml", side=tmp_path / "side.yaml").network_at()
+    assert matrix_distance(rs.stiffness(network).K, rs.stiffness(robot).K) < 1e-9

@@ -1,0 +1,91 @@
+"""Real robots from the example-robot-data package, and machines made of them."""
+
+from __future__ import annotations
+
+import re
+import sysconfig
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+_ROBOTS = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
+UR5 = _ROBOTS / "ur_description/urdf/ur5_robot.urdf"
+PANDA = _ROBOTS / "panda_description/urdf/panda.urdf"
+TALOS = _ROBOTS / "talos_data/robots/talos_full_v2.urdf"
+
+UR5_JOINTS = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+UR5_SIDE = """
+robostiff: 1
+source: chosen here
+tool: {link: tool0, at: [0, 0, 120 mm]}
+joints:
+  shoulder_*: {stiffness: 3e4 N m/rad}
+  elbow_joint: {stiffness: 3e4 N m/rad}
+  wrist_*: {stiffness: 5e3 N m/rad}
+home: {shoulder_lift_joint: -60 deg, elbow_joint: 90 deg, wrist_2_joint: 40 deg}
+"""
+
+needs_examples = pytest.mark.skipif(
+    not UR5.exists(), reason="example-robot-data has no wheel for this system"
+)
+
+
+def with_side(folder: Path, side: str) -> Path:
+    """A side file in a folder."""
+    path = folder / "side.yaml"
+    path.write_text(side, encoding="utf-8")
+    return path
+
+
+def pinocchio_model(path: Path):
+    """The robot as pinocchio reads it, with its data."""
+    pin = pytest.importorskip("pinocchio")
+    model = pin.buildModelFromUrdf(str(path))
+    return pin, model, model.createData()
+
+
+def two_ur5(folder: Path) -> Path:
+    """A cell of two UR5 that face each other, and a part in the hand of the left one."""
+    text = UR5.read_text(encoding="utf-8")
+    body = re.search(r"<robot[^>]*>(.*)</robot>", text, re.DOTALL)
+    assert body is not None
+    arms = "".join(
+        re.sub(r'(<(?:link|joint) name|link)="', rf'\1="{side}_', _kinematics(body[1]))
+        for side in ("left", "right")
+    )
+    cell = f"""<robot name="cell"><link name="cell"/>{arms}
+    <joint name="left_foot" type="fixed"><parent link="cell"/><child link="left_world"/></joint>
+    <joint name="right_foot" type="fixed"><parent link="cell"/><child link="right_world"/>
+      <origin xyz="1.1 0 0" rpy="0 0 3.141592653589793"/></joint>
+    <link name="part"/>
+    <joint name="grasp" type="fixed"><parent link="left_tool0"/><child link="part"/>
+      <origin xyz="0 0 0.1"/></joint>
+    </robot>"""
+    path = folder / "cell.urdf"
+    path.write_text(cell, encoding="utf-8")
+    return path
+
+
+def _kinematics(text: str) -> str:
+    """Links without contents, and joints."""
+    links = re.findall(r'<link name="[^"]*"', text)
+    joints = re.findall(r'<joint name="[^"]*" type=.*?</joint>', text, re.DOTALL)
+    return "".join(f"{link}/>" for link in links) + "".join(joints)
+
+
+def matrix_distance(K: np.ndarray, other: np.ndarray) -> float:
+    """Largest difference in units of the largest entry of its block."""
+    worst = 0.0
+    for rows in (slice(0, 3), slice(3, 6)):
+        for columns in (slice(0, 3), slice(3, 6)):
+            scale = np.abs(other[rows, columns]).max()
+            worst = max(worst, np.abs(K - other)[rows, columns].max() / scale)
+    return float(worst)

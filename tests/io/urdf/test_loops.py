@@ -1,0 +1,260 @@
+"""Trees whose loops a side file closes: two arms on one part, platforms on legs, linkages."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.linkage import close
+from tests.io.urdf.examples import matrix_distance, needs_examples, two_ur5, with_side
+
+GRASPED = """
+robostiff: 1
+source: chosen here
+tool: {{link: part, at: [0, 0, 50 mm]}}
+joints:
+  "*_wrist_*": {{stiffness: 5e3 N m/rad}}
+  "*": {{stiffness: 3e4 N m/rad}}
+loops:
+  - {{name: second grasp, between: [right_tool0, {{link: part, at: [0, 0, 20 mm], turn: [{{x: 180 deg}}]}}], joint: {joint}}}
+home: {{left_shoulder_lift_joint: -70 deg, left_elbow_joint: 100 deg, left_wrist_1_joint: -30 deg,
+       left_shoulder_pan_joint: 10 deg, left_wrist_2_joint: 20 deg, left_wrist_3_joint: 0}}
+start: {{right_shoulder_lift_joint: -70 deg, right_elbow_joint: 100 deg, right_wrist_1_joint: -30 deg}}
+"""
+
+
+@needs_examples
+def test_two_arms_that_hold_one_part_are_a_parallel_robot(tmp_path):
+    cell = two_ur5(tmp_path)
+    side = with_side(tmp_path, GRASPED.format(joint="fixed"))
+    robot = rs.load(cell, side=side)
+    assert [leg.chain.size for leg in robot.legs] == [6, 6]
+    assert len(robot.coordinates) == 6
+    result = rs.stiffness(robot)
+    assert result.status is rs.Status.OK
+    assert result.rank == 6
+    network = rs.load_linkage(cell, side=side).network_at()
+    assert matrix_distance(rs.stiffness(network).K, result.K) < 1e-9
+    assert rs.verify(robot).agree
+
+
+@needs_examples
+def test_joints_told_under_home_keep_their_values(tmp_path):
+    cell = two_ur5(tmp_path)
+    robot = rs.load(cell, side=with_side(tmp_path, GRASPED.format(joint="fixed")))
+    left = robot.legs[0].chain
+    told = np.radians([10, -70, 100, -30, 20, 0])
+    assert np.abs(left.home - told).max() < 1e-15
+
+
+@needs_examples
+def test_two_arms_are_the_sum_of_each_arm_alone(tmp_path):
+    """Eq. (12): legs in parallel add up, about one point."""
+    cell = two_ur5(tmp_path)
+    robot = rs.load(cell, side=with_side(tmp_path, GRASPED.format(joint="fixed")))
+    both = rs.stiffness(robot)
+    total = np.zeros((6, 6))
+    for leg in robot.legs:
+        arm = rs.Robot("arm", (leg,), home=robot.home, reference_point=robot.reference_point)
+        total += rs.stiffness(arm).K
+    assert matrix_distance(both.K, total) < 1e-12
+
+
+@needs_examples
+def test_an_elastic_second_grasp_is_softer_than_a_rigid_one(tmp_path):
+    cell = two_ur5(tmp_path)
+    rigid = rs.load(cell, side=with_side(tmp_path, GRASPED.format(joint="fixed")))
+    spring = "{type: spring, stiffness: [1e5, 1e5, 1e5, 1e3, 1e3, 1e3]}"
+    side = with_side(tmp_path, GRASPED.format(joint=spring))
+    elastic = rs.load(cell, side=side)
+    K = rs.stiffness(elastic).K
+    assert np.linalg.eigvalsh(rs.stiffness(rigid).K - K).min() > -1e-6
+    assert matrix_distance(rs.stiffness(rs.load_linkage(cell, side=side).network_at()).K, K) < 1e-9
+
+
+@needs_examples
+def test_other_joint_values_move_both_arms(tmp_path):
+    cell = two_ur5(tmp_path)
+    linkage = rs.load_linkage(cell, side=with_side(tmp_path, GRASPED.format(joint="fixed")))
+    home = rs.stiffness(linkage.network_at()).K
+    turned = linkage.network_at({"left_shoulder_pan_joint": 0.1, "left_elbow_joint": 1.8})
+    assert matrix_distance(rs.stiffness(turned).K, home) > 1e-2
+
+
+def _hexapod_tree():
+    """A Stewart platform of radii 0.5 and 0.3, drawn with its legs upright and open loops."""
+    links, joints, loops = ['<link name="base"/>', '<link name="platform"/>'], [], []
+
+    def joint(name, kind, parent, child, xyz="0 0 0", axis="0 0 1"):
+        links.append(f'<link name="{child}"/>')
+        joints.append(
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{xyz}"/><axis xyz="{axis}"/></joint>'
+        )
+
+    def at(radius, angle):
+        return f"{radius * np.cos(angle):.17g} {radius * np.sin(angle):.17g} 0"
+
+    for i in range(6):
+        joint(f"u{i}", "continuous", "base", f"a{i}", at(0.5, np.pi / 3 * i), "1 0 0")
+        joint(f"v{i}", "continuous", f"a{i}", f"b{i}", axis="0 1 0")
+        joint(f"slide{i}", "prismatic", f"b{i}", f"c{i}")
+        other = np.pi / 3 * (i + (0.5 if i % 2 else -0.5))
+        x, y, _ = at(0.3, other).split()
+        loops.append(f"  - {{between: [c{i}, {{link: platform, at: [{x}, {y}, 0]}}], joint: spherical}}")
+    joints.append(
+        '<joint name="free" type="floating"><parent link="base"/><child link="platform"/>'
+        '<origin xyz="0 0 0.8"/></joint>'
+    )
+    side = "\n".join(
+        [
+            "robostiff: 1",
+            "source: chosen here",
+            "platform: platform",
+            "joints:",
+            '  "slide?": {stiffness: 1e8 N/m}',
+            '  "[uv]?": {role: passive}',
+            "start:",
+            *(f"  slide{i}: 0.9" for i in range(6)),
+            "loops:",
+            *loops,
+        ]
+    )
+    return f'<robot name="hexapod">{"".join(links)}{"".join(joints)}</robot>', side
+
+
+def test_a_stewart_platform_as_tree_is_that_of_a_model_file(tmp_path):
+    urdf, side = _hexapod_tree()
+    path = tmp_path / "hexapod.urdf"
+    path.write_text(urdf, encoding="utf-8")
+    tree = rs.load(path, side=with_side(tmp_path, side))
+    assert isinstance(tree, rs.Robot)
+    assert len(tree.legs) == 6
+    model = tmp_path / "model.yaml"
+    model.write_text(
+        """
+robostiff: 1
+name: hexapod
+source: chosen here
+home: {at: [0, 0, 0.8]}
+legs:
+  repeat:
+    - {name: l0, phi: 0, half: -0.5}
+    - {name: l1, phi: 60 deg, half: 0.5}
+    - {name: l2, phi: 120 deg, half: -0.5}
+    - {name: l3, phi: 180 deg, half: 0.5}
+    - {name: l4, phi: 240 deg, half: -0.5}
+    - {name: l5, phi: 300 deg, half: 0.5}
+  let: {chi: phi + half*60 deg}
+  base: {at: [0.5*cos(phi), 0.5*sin(phi), 0]}
+  chain:
+    - {type: universal, axes: [x, y], role: passive}
+    - {type: prismatic, axis: z, role: actuated, stiffness: 1e8}
+    - {type: spherical, role: passive}
+  platform: {at: [0.3*cos(chi), 0.3*sin(chi), 0]}
+"""
+    )
+    written = rs.load(model)
+    for pose in ([0, 0, 0.8, 0, 0, 0], [0.05, -0.02, 0.85, 0.1, 0.05, -0.1]):
+        K, wanted = rs.stiffness(tree, pose).K, rs.stiffness(written, pose).K
+        assert matrix_distance(K, wanted) < 1e-9
+
+
+FIVE_BAR = """
+<robot name="five bar"><link name="ground"/><link name="left"/><link name="left rod"/>
+<link name="right"/><link name="right rod"/><link name="bridge"/>
+<joint name="left crank" type="continuous"><parent link="ground"/><child link="left"/>
+  <axis xyz="0 0 1"/></joint>
+<joint name="left elbow" type="continuous"><parent link="left"/><child link="left rod"/>
+  <origin xyz="0 0.3 0"/><axis xyz="0 0 1"/></joint>
+<joint name="right crank" type="continuous"><parent link="ground"/><child link="right"/>
+  <origin xyz="0.2 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="right elbow" type="continuous"><parent link="right"/><child link="right rod"/>
+  <origin xyz="0 0.3 0"/><axis xyz="0 0 1"/></joint>
+<joint name="brace" type="continuous"><parent link="left"/><child link="bridge"/>
+  <origin xyz="0 0.15 0"/><axis xyz="0 0 1"/></joint>
+</robot>
+"""
+FIVE_BAR_SIDE = """
+robostiff: 1
+source: chosen here
+tool: {link: left rod, at: [150 mm, 250 mm, 0]}
+joints:
+  "* crank": {stiffness: 2e3 N m/rad}
+  "*": {role: passive}
+links:
+  left rod: {type: beam, to: tool, material: steel, section: {circle: {diameter: 12 mm}}}
+  right rod: {type: beam, material: steel, section: {circle: {diameter: 12 mm}}}
+  left: {type: beam, to: left elbow, material: steel, section: {circle: {diameter: 20 mm}}}
+  right: {type: beam, to: right elbow, material: steel, section: {circle: {diameter: 20 mm}}}
+loops:
+  - between: [{link: left rod, at: [150 mm, 250 mm, 0]}, {link: right rod, at: [-50 mm, 250 mm, 0]}]
+    joint: {type: revolute, axis: z, role: passive}
+"""
+
+
+def _five_bar(folder, side):
+    path = folder / "five-bar.urdf"
+    path.write_text(FIVE_BAR, encoding="utf-8")
+    return path, with_side(folder, side)
+
+
+def test_a_beam_to_the_loop_leaves_a_robot_of_two_legs(tmp_path):
+    path, side = _five_bar(tmp_path, FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, "))
+    robot = rs.load(path, side=side)
+    assert isinstance(robot, rs.Robot)
+    assert [leg.name for leg in robot.legs] == ["left crank", "right crank"]
+    result = rs.stiffness(robot)
+    network = rs.load_linkage(path, side=side).network_at()
+    assert matrix_distance(rs.stiffness(network).K, result.K) < 1e-9
+
+
+def test_a_beam_to_the_tool_leaves_the_loop_on_its_near_end(tmp_path):
+    path, side = _five_bar(tmp_path, FIVE_BAR_SIDE)
+    network = rs.load(path, side=side)
+    assert isinstance(network, rs.Network)
+    assert network.platform == "left rod, far end"
+
+
+def test_a_beam_to_one_of_several_places_must_say_which(tmp_path):
+    path, side = _five_bar(tmp_path, FIVE_BAR_SIDE.replace("to: tool, ", ""))
+    with pytest.raises(rs.FileError, match="2 places to which it leads: loop1, tool"):
+        rs.load(path, side=side)
+
+
+def test_a_bridge_between_legs_makes_a_network(tmp_path):
+    bridged = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ") + (
+        "  - {between: [{link: bridge, at: [200 mm, 0, 0]}, {link: right, at: [0, 150 mm, 0]}],"
+        " joint: {type: revolute, axis: z, role: passive}}\n"
+    )
+    path, side = _five_bar(tmp_path, bridged)
+    network = rs.load(path, side=side)
+    assert isinstance(network, rs.Network)
+    without = rs.load(path, side=with_side(tmp_path, bridged.rsplit("  - {between", 1)[0]))
+    stiffer = rs.stiffness(network).K - rs.stiffness(without).K
+    assert np.linalg.eigvalsh(stiffer).min() > -1e-6 * np.abs(stiffer).max()
+    assert np.abs(stiffer).max() > 1.0
+
+
+def test_loops_follow_from_driven_joints(tmp_path):
+    side = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ")
+    path, file = _five_bar(tmp_path, side)
+    linkage = rs.load_linkage(path, side=file)
+    found = close(linkage, {"left crank": 0.3, "right crank": -0.2})
+    assert found.is_closed
+    assert found.coordinates["left crank"] == 0.3
+    tip = found.frames["left rod"].p + found.frames["left rod"].R @ [0.15, 0.25, 0]
+    for crank, angle in ((0.0, 0.3), (0.2, -0.2)):
+        elbow = np.array([crank - 0.3 * np.sin(angle), 0.3 * np.cos(angle), 0])
+        length = np.hypot(0.15, 0.25) if crank == 0 else np.hypot(0.05, 0.25)
+        assert np.linalg.norm(tip - elbow) == pytest.approx(length, abs=1e-12)
+
+
+def test_loops_that_cannot_close_are_told(tmp_path):
+    side = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ")
+    path, file = _five_bar(tmp_path, side)
+    linkage = rs.load_linkage(path, side=file)
+    with pytest.raises(rs.NoAnswerError, match="a gap of .* mm"):
+        linkage.network_at({"left crank": 1.5, "right crank": -1.5})
+    far = side + "home: {left crank: 86 deg, right crank: -86 deg}\n"
+    with pytest.raises(rs.FileError, match="loops that close in the home configuration"):
+        rs.load(path, side=with_side(tmp_path, far))

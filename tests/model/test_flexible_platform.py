@@ -1,0 +1,215 @@
+"""Platforms that bend, from model files: a reference case, formulas, and messages."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robostiff import (
+    Axis,
+    Batched,
+    Compiled,
+    FileError,
+    Grid,
+    InputError,
+    Quantity,
+    compile,
+    deflection,
+    derive,
+    load,
+    stiffness,
+    stiffness_map,
+)
+from robostiff.elasticity import CrossSection, material
+from robostiff.model import FlexiblePlatform, PlatformNode, Robot, platform_beam, rigid_member
+from tests.cases.metric import distance
+from tests.cases.reference_case import case
+
+FILE = Path(__file__).parent / "star-platform.yaml"
+LOAD = np.array([100.0, 50, -1000, 10, 20, 30])
+
+
+def star(**parameters: str | float) -> Robot:
+    robot = load(FILE, parameters)
+    assert isinstance(robot, Robot)
+    return robot
+
+
+def test_star_platform_against_sixty_digits():
+    known = case("g_stewartB_starplatform_home")
+    result = stiffness(star())
+    assert distance(result.K, known.K, known.size) < 1e-13
+    assert int(result.rank) == known.oracle["rank"]
+    assert result.status == 0
+
+
+def test_symbols_in_the_dimensions_of_a_platform():
+    robot = load(FILE, symbols=("r", "h"))
+    assert isinstance(robot, Robot)
+    assert [str(s) for s in robot.symbols] == ["h", "r"]
+    other = robot.substituted({"r": 0.25, "h": 0.7})
+    expected = stiffness(star(r="250 mm", h="700 mm")).K
+    assert np.allclose(stiffness(other).K, expected, rtol=1e-12, atol=1e-12 * expected.max())
+    with pytest.raises(InputError, match="formula of 'star-platform': got 'a flexible platform'"):
+        derive(robot)
+    with pytest.raises(InputError, match=r"kernel of .*method=Batched\(\)"):
+        compile(star())
+
+
+def test_maps_go_the_batched_way():
+    robot = star()
+    quantities = [
+        Quantity.STIFFNESS,
+        Quantity.DEFLECTION,
+        Quantity.ACTUATOR_FORCES,
+        Quantity.WORST_DEFLECTION,
+    ]
+    grid = Grid(x=Axis(-0.02, 0.02, 3), z=Axis(0.78, 0.8, 2))
+    for method in (None, Batched()):
+        made = stiffness_map(robot, grid, quantities, wrench=LOAD, method=method)
+        pose = np.array([0.02, 0, 0.78, 0, 0, 0])
+        assert np.allclose(made["K"].values[-1, 0], stiffness(robot, pose).K, rtol=1e-9, atol=1e-3)
+        bent = deflection(robot, pose, LOAD)
+        forces = [actuator.load for actuator in bent.actuators]
+        # In maps, forces have single precision.
+        assert np.allclose(made["actuator_force"].values[-1, 0], forces, rtol=1e-6)
+    with pytest.raises(InputError, match="flexible platform"):
+        stiffness_map(robot, grid, [Quantity.STIFFNESS], method=Compiled())
+
+
+def test_who_bends():
+    bent = deflection(star(), wrench=LOAD)
+    legs = {part.leg for part in bent.parts}
+    assert legs == {"platform", *(f"leg{i}" for i in range(1, 7))}
+    assert bent.parts[0].leg == "platform"  # arms of 15 kg/m bend more than tubes shorten
+    assert np.isclose(sum(part.share for part in bent.parts), 1.0)
+    assert np.isclose(sum(part.energy for part in bent.parts), bent.energy)
+
+
+def edited(tmp_path: Path, *changes: tuple[str, str]) -> Path:
+    text = FILE.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "robot.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_rigid_members_springs_and_theories_are_read(tmp_path):
+    path = edited(
+        tmp_path,
+        (
+            "    - {between: [end6, hub], material: metal, section: arm, y_axis: z}\n",
+            "  rigid: [{between: [end6, end5]}]\n"
+            "  springs:\n"
+            "    - {name: mount, between: [end1, end2], stiffness: [1 kN/mm, 1 kN/mm, 1 kN/mm, "
+            "50 N m/rad, 50 N m/rad, 50 N m/rad]}\n",
+        ),
+    )
+    robot = load(path)
+    assert isinstance(robot, Robot)
+    assert robot.platform is not None
+    assert [part.name for part in robot.platform.parts][-2:] == ["mount", "rigid1"]
+    assert np.allclose(robot.platform.parts[-2].point, robot.platform.point_of("end1"))
+    assert int(stiffness(robot).rank) == 6
+
+
+def test_legs_find_the_node_at_their_end(tmp_path):
+    text = FILE.read_text()
+    head, rest = text.split("platform:\n", 1)
+    legs = rest[rest.index("\nlegs:\n") :]
+    arm = "material: metal, section: arm, y_axis: z"
+    nodes = "".join(
+        f"    end{i}: [r*cos({phi} deg), r*sin({phi} deg), 0]\n"
+        for i, phi in enumerate((60, 180, 300))
+    )
+    beams = "".join(f"    - {{between: [hub, end{i}], {arm}}}\n" for i in range(3))
+    path = tmp_path / "three.yaml"
+    nodes = f"  nodes:\n    hub: [0, 0, 0]\n{nodes}"
+    path.write_text(f"{head}platform:\n{nodes}  beams:\n{beams}  tool: hub\n{legs}")
+    robot = load(path)
+    assert isinstance(robot, Robot)
+    assert robot.holds == ("end0", "end0", "end1", "end1", "end2", "end2")
+    symbolic = load(path, symbols=("r",))
+    assert isinstance(symbolic, Robot)
+    assert symbolic.holds == robot.holds
+    # Arms in pairs, one beside the other, share what one arm carries alone.
+    assert stiffness(robot).K[2, 2] < stiffness(star()).K[2, 2]
+
+
+MISTAKES = {
+    "unknown node": (
+        ("between: [end6, hub]", "between: [end6, hubb]"),
+        r"node of the platform.*hubb.*did you mean hub",
+    ),
+    "unknown tool": (("tool: hub", "tool: hbu"), r"tool of the platform.*hbu.*did you mean hub"),
+    "unknown leg": (("leg6: end6}", "leg7: end6}"), r"leg on the platform.*leg7.*did you mean"),
+    "leg at no node": (
+        ("  legs: {leg1: end1, ", "  legs: {"),
+        r"end of the leg on a flexible platform.*end1 at.*leg1: hub or the like under legs:",
+    ),
+    "loose node": (
+        ("    - {between: [end6, hub], material: metal, section: arm, y_axis: z}\n", ""),
+        r"platform:.*end6 apart from all others.*to 'hub'",
+    ),
+    "one node twice": (("between: [end6, hub]", "between: [hub, hub]"), "second node"),
+    "no y axis": (
+        (
+            "between: [end6, hub], material: metal, section: arm, y_axis: z",
+            "between: [end6, hub], material: metal, section: arm",
+        ),
+        r"y axis of the section.*write y_axis: z",
+    ),
+    "one place": (
+        ("between: [end6, hub]", "between: [end6, end5]"),
+        "nodes 'end6' and 'end5' at one",
+    ),
+    "node and place": (
+        ("  platform: {at: [r*cos", "  platform: {node: end1, at: [r*cos"),
+        "at beside node",
+    ),
+    "unknown key": (
+        ("  tool: hub\n", "  tool: hub\n  struts: []\n"),
+        "unknown key.*struts|struts.*unknown",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_messages_say_where_and_what_to_write(tmp_path, mistake):
+    change, words = MISTAKES[mistake]
+    with pytest.raises(FileError, match=words):
+        load(edited(tmp_path, change))
+
+
+def test_a_node_needs_a_platform_that_bends(tmp_path):
+    text = FILE.read_text()
+    start, stop = text.index("platform:\n"), text.index("\nlegs:\n")
+    path = tmp_path / "rigid.yaml"
+    leg = "  platform: {at: [r*cos(psi_i), r*sin(psi_i), 0]}"
+    path.write_text(text[:start] + text[stop:].replace(leg, "  platform: {node: end1}"))
+    with pytest.raises(FileError, match="as the platform is rigid"):
+        load(path)
+
+
+def test_a_spring_between_places_needs_one(tmp_path):
+    spring = "{between: [end1, hub], stiffness: [1, 1, 1, 1, 1, 1]}"
+    path = edited(tmp_path, ("  tool: hub\n", f"  springs: [{spring}]\n  tool: hub\n"))
+    with pytest.raises(FileError, match=r"spring between nodes at different places.*no at"):
+        load(path)
+
+
+def test_names_of_nodes_and_parts_are_unique():
+    a, b = PlatformNode("a", np.zeros(3)), PlatformNode("b", np.array([1.0, 0, 0]))
+    beam = platform_beam(a, b, material("steel"), CrossSection(1e-4, 1e-9, 1e-9, 2e-9))
+    with pytest.raises(InputError, match="node of the platform"):
+        FlexiblePlatform((a, a, b), (beam,), "a")
+    with pytest.raises(InputError, match="part of the platform"):
+        FlexiblePlatform((a, b), (beam, beam), "a")
+    with pytest.raises(InputError, match="nodes of 'rigid'"):
+        FlexiblePlatform((a, b), (beam, rigid_member(a, a)), "a")
+    with pytest.raises(InputError, match="node of 'beam'"):
+        FlexiblePlatform((a,), (beam,), "a")
+    with pytest.raises(InputError, match="apart from all others"):
+        FlexiblePlatform((a,), (), "a")

@@ -1,0 +1,213 @@
+"""What theory says of each architecture: freedoms, over-constraint, and a law of its own."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.elasticity import tube
+from robostiff.elastostatics import Status
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.jacobians import freedom_twists
+from robostiff.kinematics.mobility import fitting_coordinates, platform_mobility
+from robostiff.model import Robot
+from robostiff.robots import robot_file
+from tests.cases.metric import distance
+from tests.robots.test_every_robot import random_poses, shipped
+
+# Freedoms of the platform, and by how many wrenches more than needed the legs constrain it: the sum
+# over the legs, less the 6 - f that f freedoms leave (Gogu, Structural Synthesis of Parallel
+# Robots, part 1, 2008).
+THEORY = {
+    # A leg of six freedoms constrains nothing.
+    "hexa": ("x y z rx ry rz", 0),
+    "hexaglide": ("x y z rx ry rz", 0),
+    "hexapod-pus": ("x y z rx ry rz", 0),
+    "gantry-tau": ("x y z rx ry rz", 0),
+    # A leg of five constrains by one wrench: of a UPU it is a couple across all four axes (Tsai
+    # 1996), of an RPS or PRS a force through the ball joint along the hinge (Hunt 1983).
+    "3-upu": ("x y z", 0),
+    "3-rps": ("z rx ry", 0),
+    "3-prs": ("z rx ry", 0),
+    # The forces along four US rods meet in a point, where three are needed.
+    "us-ups": ("rx ry rz", 1),
+    # Legs x, y and turn transmit a couple each and leg z two, where two are needed.
+    "t3r1": ("x y z rz", 3),
+    # Three forces through the centre a leg, where three are needed.
+    "agile-eye": ("rx ry rz", 6),
+}
+
+
+@pytest.mark.parametrize("name", THEORY)
+def test_freedoms_and_over_constraint(name):
+    expected, surplus = THEORY[name]
+    robot = shipped(name)
+    assert " ".join(c.value for c in robot.coordinates) == expected
+    finder = PostureFinder(robot)
+    posture = finder.find(np.vstack([finder.home_pose, random_poses(name, finder, 5)]))
+    assert posture.reached.all()
+    for i, pose in enumerate(posture.pose):
+        q = [own[i] for own in posture.coordinates]
+        mobility = platform_mobility(robot, pose, q, finder.length)
+        assert len(fitting_coordinates(mobility)) == len(robot.coordinates)
+        snapshot = posture.snapshot.one(i)
+        held = sum(constraints(leg, snapshot.reference_point) for leg in snapshot.legs)
+        assert held - (6 - mobility.shape[1]) == surplus
+    assert (rs.stiffness(robot, posture.pose).rank == 6).all()
+
+
+def constraints(leg, about):
+    """How many wrenches a leg transmits whatever its drive does."""
+    return 6 - np.linalg.matrix_rank(freedom_twists(leg.freedoms, about), tol=1e-6)
+
+
+UPRIGHT, DIAGONAL = np.array([0, 0, 1.0]), np.ones(3) / np.sqrt(3)
+THREEFOLD = {
+    **dict.fromkeys(("hexa", "hexapod-pus", "3-upu", "3-rps", "3-prs"), UPRIGHT),
+    "agile-eye": DIAGONAL,
+}
+
+
+@pytest.mark.parametrize("name", THREEFOLD)
+def test_a_third_of_a_turn_changes_nothing_at_home(name):
+    K = rs.stiffness(rs.load(name)).K
+    R = np.kron(np.eye(2), Rotation.from_rotvec(2 * np.pi / 3 * THREEFOLD[name]).as_matrix())
+    assert distance(R @ K @ R.T, K) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("name", "along"), [("hexaglide", 0), ("gantry-tau", 0), ("hexapod-pus", 2)]
+)
+def test_stiffness_is_the_same_all_along_parallel_rails(name, along):
+    robot = shipped(name)
+    poses = random_poses(name, PostureFinder(robot), 5)
+    moved = poses.copy()
+    moved[:, along] += [-0.5, -0.1, 0.01, 0.3, 2.0]
+    for K, K_moved in zip(rs.stiffness(robot, poses).K, rs.stiffness(robot, moved).K, strict=True):
+        assert distance(K_moved, K) < 1e-11
+
+
+def test_leaning_rails_are_not_parallel():
+    robot = rs.load("hexapod-pus", {"tilt": "10 deg"})
+    K, K_higher = rs.stiffness(robot, [[0, 0, 0.7, 0, 0, 0], [0, 0, 0.8, 0, 0, 0]]).K
+    assert distance(K_higher, K) > 1e-2
+
+
+# Section of the rods, their modulus, stiffness of the drives and the direction of their rails.
+RODS = {
+    "hexaglide": (tube(0.032, 0.024), 210e9, 1e8, [1.0, 0, 0]),
+    "hexapod-pus": (tube(0.030, 0.022), 210e9, 5e7, [0, 0, 1.0]),
+    "gantry-tau": (tube(0.040, 0.032), 130e9, np.inf, [1.0, 0, 0]),
+}
+
+
+@pytest.mark.parametrize("name", RODS)
+def test_rods_between_joints_are_springs_along_themselves(name):
+    """K is the sum of w w^T / c, c = l/(E A) + (u.e)^2/k, with w the force u along the rod."""
+    section, E, k, rail = RODS[name]
+    robot = shipped(name)
+    snapshot = PostureFinder(robot).find(random_poses(name, PostureFinder(robot), 5)).snapshot
+    for i, K in enumerate(rs.stiffness(snapshot).K):
+        one, sum_over_rods = snapshot.one(i), np.zeros((6, 6))
+        for leg in one.legs:
+            rod = leg.end - next(f.point for f in leg.freedoms if f.name == "carriage joint[0]")
+            u = rod / np.linalg.norm(rod)
+            w = np.r_[u, np.cross(leg.end - one.reference_point, u)]
+            c = np.linalg.norm(rod) / (E * section.A) + (u @ rail) ** 2 / k
+            sum_over_rods += np.outer(w, w) / c
+        assert distance(K, sum_over_rods) < 1e-9
+
+
+def test_carriages_of_a_cluster_stay_together_until_the_platform_turns():
+    robot = shipped("gantry-tau")
+    finder = PostureFinder(robot)
+    clusters = [[1, 2], [3, 4, 5]]
+    assert [leg.name.split()[0] for leg in robot.legs] == ["arm1", *2 * ["arm2"], *3 * ["arm3"]]
+
+    def largest_gap(poses):
+        slides = np.array([q[:, 0] for q in finder.find(poses).coordinates])
+        return max(np.ptp(slides[cluster], axis=0).max() for cluster in clusters)
+
+    poses = random_poses("gantry-tau", finder)
+    assert largest_gap(poses) < 1e-14
+    assert largest_gap(np.add(poses, [0, 0, 0, 0, 0.01, 0])) > 1e-3
+
+
+@pytest.mark.parametrize("name", ["3-rps", "3-prs"])
+def test_tilting_platform_sways_by_the_known_formula_and_has_no_torsion(name):
+    """Bonev, Geometric Analysis of Parallel Mechanisms, Laval University (2002)."""
+    robot, r = shipped(name), 0.2
+    finder = PostureFinder(robot)
+    pose = random_poses(name, finder)
+    angle, azimuth = np.hypot(pose[:, 3], pose[:, 4]), np.arctan2(-pose[:, 3], pose[:, 4])
+    sway = r / 2 * (1 - np.cos(angle))
+    np.testing.assert_allclose(pose[:, 0], -sway * np.cos(2 * azimuth), atol=1e-12)
+    np.testing.assert_allclose(pose[:, 1], sway * np.sin(2 * azimuth), atol=1e-12)
+    np.testing.assert_allclose(pose[:, 5], 0, atol=1e-12)
+
+
+def radial_upu() -> Robot:
+    """The 3-UPU with radial outer axes, at home beside the middle."""
+    text = robot_file("3-upu").read_text()
+    for old, new in [("turned: 0 deg", "turned: 90 deg"), ("[0, 0, h]", "[80 mm, 30 mm, h]")]:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    return model_from_document(parse_document(text))
+
+
+def test_3_upu_with_radial_axes_turns_freely_all_along_its_middle():
+    """There the couples that the legs resist are all vertical; the struts' lines meet."""
+    robot = radial_upu()
+    assert rs.stiffness(robot).status == Status.OK
+    for z in (0.5, 0.65, 0.8):
+        result = rs.stiffness(robot, [0, 0, z])
+        assert (int(result.rank), result.status) == (4, Status.FREE_MOTIONS)
+        apex = z * 0.5 / (0.5 - 0.2)
+        for motion in result.free_motions:
+            assert motion.screw.is_rotation
+            assert motion.screw.direction[2] == pytest.approx(0, abs=1e-9)
+            np.testing.assert_allclose(motion.screw.point, [0, 0, apex], atol=1e-9)
+
+
+def test_3_upu_with_radial_axes_is_refused_with_its_home_in_the_middle():
+    with pytest.raises(rs.FileError, match="5 freedoms that the legs leave it"):
+        rs.load("3-upu", {"turned": "90 deg"})
+
+
+def test_t3r1_has_one_drive_for_each_translation_and_two_for_its_turn():
+    finder = PostureFinder(shipped("t3r1"))
+    pose = random_poses("t3r1", finder)
+    x, y, turn, z = (q[:, 0] for q in finder.find(pose).coordinates)
+    np.testing.assert_allclose(np.stack([x, y, z], axis=-1), pose[:, :3], atol=1e-12)
+    np.testing.assert_allclose(turn - y, 0.15 * np.sin(pose[:, 5]), atol=1e-12)
+
+
+def test_t3r1_turns_freely_where_its_lever_points_along_the_drive():
+    result = rs.stiffness(rs.load("t3r1"), [0, 0, 0, np.pi / 2])
+    assert (int(result.rank), result.status) == (5, Status.FREE_MOTIONS)
+    (motion,) = result.free_motions
+    assert str(motion) == "rotation about z through (0, 0, 0) m"
+
+
+def test_agile_eye_at_home_has_a_motor_for_each_axis():
+    """Motors and platform turn alike there, so that each motor takes the moment about its axis."""
+    done = rs.deflection(rs.load("agile-eye"), wrench=[0, 0, 0, 3.0, 5.0, -7.0])
+    assert [round(load.load, 9) for load in done.actuators] == [3.0, 5.0, -7.0]
+
+
+def test_one_rod_too_many_shares_the_load_of_the_others():
+    result = rs.deflection(shipped("us-ups"), wrench=[0, 0, -1000.0, 0, 0, 0])
+    rods = [part for part in result.parts if part.part == "rod"]
+    assert len(rods) == 4
+    assert np.ptp([part.energy for part in rods]) < 1e-9 * rods[0].energy
+    np.testing.assert_allclose([load.load for load in result.actuators], 0, atol=1e-6)
+
+
+def test_scara_stays_as_stiff_across_its_plane_when_its_motors_do_nothing():
+    soft = rs.load("scara", {"k1": "1 N m/rad", "k2": "1 N m/rad", "k3": "1 N m/rad"})
+    C, C_soft = (np.linalg.inv(rs.stiffness(robot).K) for robot in (rs.load("scara"), soft))
+    across = np.ix_([2, 3, 4], [2, 3, 4])
+    np.testing.assert_allclose(C_soft[across], C[across], rtol=1e-6, atol=1e-12)
+    assert (np.diag(C_soft)[[0, 1, 5]] > 100 * np.diag(C)[[0, 1, 5]]).all()
