@@ -19,6 +19,13 @@ parameter.
 This page is written by `docs/make_robots_page.py`.
 """
 
+CABLES = """\
+# Shipped cable robots
+
+See [cable robots](cables.md). `rs.load("cable-8")` and the commands `stiffness`, `cables` and
+`check` take them; `rs.shipped_cable_robots()` lists them.
+"""
+
 
 def main() -> None:
     sys.stdout.write(page())
@@ -26,7 +33,9 @@ def main() -> None:
 
 def page() -> str:
     """The whole page."""
-    return "\n".join([HEAD, table(), *(section(name) for name in rs.shipped_robots())])
+    sections = [section(name) for name in rs.shipped_robots()]
+    cables = [section(name) for name in rs.shipped_cable_robots()]
+    return "\n".join([HEAD, table(), *sections, CABLES, cable_table(), *cables])
 
 
 def table() -> str:
@@ -42,6 +51,19 @@ def table() -> str:
         K = ", ".join(f"{home.K[i, i] / 1e6:.3g}" for i in translations)
         rank = f"{int(home.rank)} of {home.space.size}"
         rows.append(f"| [{name}](#{name}) | {len(robot.legs)} | {free} | {rank} | {K} |")
+    return "\n".join(rows) + "\n"
+
+
+def cable_table() -> str:
+    """All cable robots and their stiffness at home, in a table."""
+    rows = ["| robot | cables | rank at home, by stretching | K_xx, K_yy, K_zz at home [N/mm] |"]
+    rows.append("|---|---|---|---|")
+    for name in rs.shipped_cable_robots():
+        robot = rs.load(name)
+        home = rs.stiffness(robot)
+        K = ", ".join(f"{home.K[i, i] / 1e3:.3g}" for i in range(home.space.translations))
+        rank = f"{int(home.rank)} of {home.space.size}, {int(home.held_rank)}"
+        rows.append(f"| [{name}](#{name}) | {len(robot.cables)} | {rank} | {K} |")
     return "\n".join(rows) + "\n"
 
 

@@ -10,6 +10,7 @@ import sympy as sp
 
 from robostiff.analytic import Closed, FormulaTooLargeError, Steps, derive_chain
 from robostiff.errors import InputError
+from tests.interrupts import takes_interrupts
 
 FULL = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
 INTERRUPTED = """
@@ -70,6 +71,7 @@ def test_interruption_is_heard():
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=takes_interrupts,
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "started\n"

@@ -12,6 +12,9 @@ from robostiff.errors import FileError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file.build_cables import cable_robot_from_document
 from robostiff.robots import describe, robot_file
+from tests.project.shown_output import ROOT
+
+STATUS = rs.CableStatus
 
 HEAD = """
 robostiff: 1
@@ -155,7 +158,11 @@ def test_robots_and_check_know_cable_robots():
     assert "cables: cable1, cable2" in ran("check", "cable-4-planar")[1]
 
 
-@pytest.mark.parametrize("status", rs.CableStatus, ids=str)
-def test_every_status_has_advice(status):
-    assert len(status.advice) == 1
-    assert status.advice[0]
+@pytest.mark.parametrize("status", [STATUS.OK, *STATUS], ids=str)
+def test_every_status_is_on_the_page_and_has_advice(status):
+    page = (ROOT / "docs/cables.md").read_text(encoding="utf-8")
+    row = next(line for line in page.splitlines() if line.startswith(f"| `{status.name}` |"))
+    bad, meaning = (cell.strip() for cell in row.split("|")[2:4])
+    assert bad == ("yes" if status.is_bad else "no")
+    assert ("no matrix" in meaning) == (not status.has_stiffness)
+    assert len(status.advice) == (status != STATUS.OK)

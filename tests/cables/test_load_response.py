@@ -78,13 +78,12 @@ def test_matrix_under_load_is_the_derivative_of_the_load():
             rs.cable_response(robot, load=load + sign * step * np.eye(6)[i]) for sign in (1, -1)
         )
         moved = more.after.pose - less.after.pose
-        turn = Rotation.from_rotvec(more.after.pose[3:]) * Rotation.from_rotvec(
-            less.after.pose[3:]
-        ).inv()
-        twist = np.concatenate([moved[:3], turn.as_rotvec()])
-        np.testing.assert_allclose(
-            response.K @ twist, 2 * step * np.eye(6)[i], atol=1e-3 * step
+        turn = (
+            Rotation.from_rotvec(more.after.pose[3:])
+            * Rotation.from_rotvec(less.after.pose[3:]).inv()
         )
+        twist = np.concatenate([moved[:3], turn.as_rotvec()])
+        np.testing.assert_allclose(response.K @ twist, 2 * step * np.eye(6)[i], atol=1e-3 * step)
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ def test_nearest_tensions_exist_where_a_linear_program_finds_any(seed):
 
 
 def test_nearest_tensions_satisfy_the_conditions_of_a_minimum():
-    """t - t_aim = A y up to pulls at the limits, inward at the least and outward at the greatest."""
+    """t - t_aim = A y but at the limits, where it pulls further out."""
     problem = random_problem(9)
     tensions, solved, _ = nearest_tensions(problem)
     for i in np.flatnonzero(solved)[:60]:

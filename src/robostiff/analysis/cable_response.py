@@ -236,6 +236,7 @@ def _after(
             tensions=tensions,
             axial=np.where(taut, before.axial, 0.0),
             wrench=F,
+            load_point=state.now.reference_point,
             status_codes=np.asarray(status),
             rule="locked winches",
         )

@@ -12,6 +12,7 @@ from robostiff.cables import (
     CableStatus,
     PlacedCables,
     elastic_stiffness,
+    force_stiffness,
     geometric_stiffness,
     structure_matrix,
     weight_stiffness,
@@ -44,6 +45,8 @@ class CableStiffness:
         Stiffness of every cable with its winch [N/m]; zero for a slack cable.
     wrench : (..., n) array
         Applied to the platform beside its weight, about the reference point [N, N m].
+    load_point : (..., 3) array
+        Point of the platform at which the force of the wrench acts, in the world [m].
     status_codes : (...) array of uint16
         `CableStatus` of every pose.
     held_rank, rank : (...) arrays of int
@@ -60,6 +63,7 @@ class CableStiffness:
     tensions: np.ndarray
     axial: np.ndarray
     wrench: np.ndarray
+    load_point: np.ndarray
     status_codes: np.ndarray
     held_rank: np.ndarray
     rank: np.ndarray
@@ -83,7 +87,7 @@ class CableStiffness:
 
     @property
     def K(self) -> np.ndarray:
-        """Stiffness matrix (..., n, n) [N/m, N, N m]: elastic, geometric and of the weight.
+        """Stiffness matrix (..., n, n) [N/m, N, N m]: elastic, geometric, of weight and wrench.
 
         The second derivative of the potential energy; symmetric.
 
@@ -92,7 +96,7 @@ class CableStiffness:
         NoAnswerError
             When a pose has none.
         """
-        return self.elastic + self.geometric + self.of_weight
+        return self.elastic + self.geometric + self.of_forces
 
     @property
     def elastic(self) -> np.ndarray:
@@ -107,16 +111,19 @@ class CableStiffness:
         return geometric_stiffness(self.placed, self.tensions)
 
     @property
-    def of_weight(self) -> np.ndarray:
-        """The part of the weight, which acts beside the reference point (..., n, n)."""
+    def of_forces(self) -> np.ndarray:
+        """The part of weight and wrench, forces that keep their direction (..., n, n).
+
+        Those that act at the reference point have none.
+        """
         self._require_answer()
-        return weight_stiffness(self.placed)
+        return _of_forces(self)
 
     @property
     def taut_stiffness(self) -> np.ndarray:
         """K without the cables that have no tension (..., n, n)."""
         taut = np.where(self.tensions > 0, self.axial, 0.0)
-        return elastic_stiffness(self.placed, taut) + self.geometric + self.of_weight
+        return elastic_stiffness(self.placed, taut) + self.geometric + self.of_forces
 
     @property
     def compliance(self) -> np.ndarray | None:
@@ -197,6 +204,7 @@ class CableStiffness:
             tensions=self.tensions[index],
             axial=self.axial[index],
             wrench=self.wrench[index],
+            load_point=self.load_point[index],
             status_codes=np.asarray(self.status_codes[index]),
             held_rank=np.asarray(self.held_rank[index]),
             rank=np.asarray(self.rank[index]),
@@ -239,11 +247,24 @@ class CableStiffness:
         raise NoAnswerError(f"no stiffness matrix of {self.name!r} {where}: {advice}")
 
 
+def steady_stiffness(result: CableStiffness) -> np.ndarray:
+    """The part that is not elastic, at poses without an answer too (..., n, n)."""
+    return geometric_stiffness(result.placed, result.tensions) + _of_forces(result)
+
+
+def _of_forces(result: CableStiffness) -> np.ndarray:
+    force = np.zeros((*result.wrench.shape[:-1], 3))
+    d = result.space.translations
+    force[..., :d] = result.wrench[..., :d]
+    arm = result.load_point - result.reference_point
+    return weight_stiffness(result.placed) + force_stiffness(force, arm, result.space)
+
+
 def stability_of(result: CableStiffness) -> Stability:
     """Rank and stability of a single pose."""
     s = scaling(result.placed.characteristic_length, result.space)
     scale = np.outer(s, s)
-    tension = result.geometric + result.of_weight
+    tension = steady_stiffness(result)
     # What the tensions could give, were none to cancel another.
     size = float(np.sum(result.tensions / result.placed.lengths))
     size = max(size, float(np.abs(tension / scale).max()))

@@ -7,16 +7,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.cable_result import CableStiffness, stability_of
+from robostiff.analysis.cable_result import CableStiffness, stability_of, steady_stiffness
 from robostiff.analysis.cable_tensions import cable_tensions
 from robostiff.cables import (
     CableStatus,
     TensionRule,
     axial_stiffness,
     elastic_stiffness,
-    geometric_stiffness,
     structure_matrix,
-    weight_stiffness,
 )
 from robostiff.elastostatics import Tolerance
 from robostiff.elastostatics.tolerance import scaling
@@ -39,10 +37,10 @@ def cable_stiffness(
 ) -> CableStiffness:
     """Stiffness K of a cable robot at a pose or a batch of poses, with its geometric part.
 
-    The winches are locked, with tensions that balance the weight and a wrench, which keeps its
-    direction. K is the second derivative of the potential energy of cables and weight by the
-    displacement of the reference point and the rotation vector, in world axes: symmetric, and
-    neither positive definite nor of full rank for certain.
+    The winches are locked, with tensions that balance the weight and a wrench, whose force keeps
+    its direction and acts at the robot's reference point. K is the second derivative of the
+    potential energy by displacement and rotation vector, in world axes: symmetric, and neither
+    positive definite nor of full rank for certain.
 
     Parameters
     ----------
@@ -84,12 +82,15 @@ def cable_stiffness(
         tensions=chosen.values,
         axial=np.where(chosen.feasible[..., None], axial, 0.0),
         wrench=chosen.wrench,
+        load_point=chosen.placed.reference_point,
         status_codes=chosen.status_codes,
         held_rank=np.full(chosen.batch_shape, -1),
         rank=np.full(chosen.batch_shape, -1),
         rule=chosen.rule,
         tolerance=tolerance,
     )
+    if not isinstance(tolerance, Tolerance):
+        raise InputError("tolerance", got=tolerance, expected="a Tolerance")
     result = judged(result)
     if at is None:
         return result
@@ -138,7 +139,6 @@ def _plain(result: CableStiffness) -> np.ndarray:
     if W.shape[-1] < W.shape[-2]:
         return np.zeros(result.batch_shape, dtype=bool)
     geometry = np.linalg.svd(W, compute_uv=False)[..., -1] > tolerance.near_independence
-    K = elastic_stiffness(result.placed, result.axial)
-    K = K + geometric_stiffness(result.placed, result.tensions) + weight_stiffness(result.placed)
+    K = elastic_stiffness(result.placed, result.axial) + steady_stiffness(result)
     values = np.linalg.eigvalsh(K / (s[..., :, None] * s[..., None, :]))
     return result.answered & geometry & (values[..., 0] > tolerance.near_rigidity * values[..., -1])

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.flexible_platform import platform_energies
+from robostiff.analysis.in_html import deflection_html
 from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
@@ -142,6 +143,9 @@ class Deflection:
             return f"<Deflection of {self.stiffness.name!r}, status {self.status}>"
         twist = ", ".join(f"{x:.4g}" for x in self.twist)
         return f"<Deflection of {self.stiffness.name!r}: ({twist}) m, rad, status {self.status}>"
+
+    def _repr_html_(self) -> str:
+        return deflection_html(self)
 
     @property
     def has_answer(self) -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
+from robostiff.analysis.in_html import stiffness_html
 from robostiff.analysis.structural_analysis import StructuralAnalysis
 from robostiff.elastostatics import CartesianStiffness, Form, RankDecision, Status
 from robostiff.errors import NoAnswerError
@@ -170,6 +171,9 @@ class RobotStiffness:
     def about(self, point: np.ndarray) -> RobotStiffness:
         """The same answer about another point of the platform (..., 3), in the world [m]."""
         return replace(self, reference_point=point)
+
+    def _repr_html_(self) -> str:
+        return stiffness_html(self)
 
     def __repr__(self) -> str:
         if self.batch_shape:

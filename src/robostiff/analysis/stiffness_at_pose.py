@@ -8,10 +8,10 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.flexible_platform import legs_on_platform
-from robostiff.analysis.leg_matrices import LegMatrices, leg_matrices
 from robostiff.analysis.cable_result import CableStiffness
 from robostiff.analysis.cable_stiffness import cable_stiffness
+from robostiff.analysis.flexible_platform import legs_on_platform
+from robostiff.analysis.leg_matrices import LegMatrices, leg_matrices
 from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import (

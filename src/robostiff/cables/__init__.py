@@ -6,6 +6,7 @@ from robostiff.cables.placement import PlacedCables, place_cables
 from robostiff.cables.status import CableStatus
 from robostiff.cables.stiffness_matrix import (
     elastic_stiffness,
+    force_stiffness,
     geometric_stiffness,
     move_loaded_stiffness,
     weight_stiffness,
@@ -30,6 +31,7 @@ __all__ = [
     "TensionRule",
     "axial_stiffness",
     "elastic_stiffness",
+    "force_stiffness",
     "geometric_stiffness",
     "move_loaded_stiffness",
     "nearest_tensions",

@@ -7,6 +7,7 @@ import numpy as np
 from robostiff.cables.tension_problem import TensionProblem
 
 _STEPS = 100
+_CHUNK = 4096  # poses worked on at once
 _REGULAR = 1e-12
 
 
@@ -36,6 +37,15 @@ def nearest_tensions(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, n
     >>> nearest_tensions(problem)
     (array([[ 5., 15.]]), array([ True]), array([False]))
     """
+    parts = [
+        _nearest(problem.part(slice(start, start + _CHUNK)))
+        for start in range(0, max(len(problem.F), 1), _CHUNK)
+    ]
+    tensions, solved, impossible = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return tensions, solved, impossible
+
+
+def _nearest(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     W, F = problem.W, problem.F
     poses, n, _ = W.shape
     low, high, aim = problem.least, problem.greatest, problem.aim

@@ -60,16 +60,19 @@ def geometric_stiffness(placed: PlacedCables, tensions: np.ndarray) -> np.ndarra
     >>> np.diag(geometric_stiffness(placed, np.array([100.0]))).tolist()
     [50.0, 50.0, 0.0, 0.0, 0.0, 0.0]
     """
-    e, b, lengths = placed.directions, placed.arms, placed.lengths
-    across = np.eye(3) - e[..., :, None] * e[..., None, :]
-    P = across / np.where(lengths > 0, lengths, 1.0)[..., None, None]
-    B = skew(b)
-    K = np.empty((*lengths.shape, 6, 6))
-    K[..., :3, :3] = P
-    K[..., :3, 3:] = -P @ B
-    K[..., 3:, :3] = B @ P
-    K[..., 3:, 3:] = -B @ P @ B + second_order_arm(e, b)
-    return _in_space(np.einsum("...m,...mij->...ij", tensions, K), placed.space)
+    directions, arms = placed.directions, placed.arms
+    per_length = tensions / np.where(placed.lengths > 0, placed.lengths, 1.0)
+    K = np.zeros((*tensions.shape[:-1], 6, 6))
+    for i in range(tensions.shape[-1]):  # cable by cable, for the memory of long batches
+        e, b = directions[..., i, :], arms[..., i, :]
+        across = np.eye(3) - e[..., :, None] * e[..., None, :]
+        P, B = per_length[..., i, None, None] * across, skew(b)
+        PB = P @ B
+        K[..., :3, :3] += P
+        K[..., :3, 3:] -= PB
+        K[..., 3:, :3] -= np.swapaxes(PB, -1, -2)
+        K[..., 3:, 3:] += tensions[..., i, None, None] * second_order_arm(e, b) - B @ PB
+    return _in_space(K, placed.space)
 
 
 def weight_stiffness(placed: PlacedCables) -> np.ndarray:
@@ -77,11 +80,28 @@ def weight_stiffness(placed: PlacedCables) -> np.ndarray:
 
     A weight below the reference point turns back like a pendulum; one above it topples.
     """
-    d = placed.weight_arm
-    force = np.broadcast_to(placed.weight_force, d.shape)
-    K = np.zeros((*d.shape[:-1], 6, 6))
-    K[..., 3:, 3:] = -second_order_arm(force, d)
-    return _in_space(K, placed.space)
+    arm = placed.weight_arm
+    return force_stiffness(np.broadcast_to(placed.weight_force, arm.shape), arm, placed.space)
+
+
+def force_stiffness(force: np.ndarray, arm: np.ndarray, space: Space) -> np.ndarray:
+    """Stiffness of a force of constant direction, -S(f, d) in the rotations (..., n, n).
+
+    Parameters
+    ----------
+    force, arm : (..., 3) arrays
+        On the platform [N], at a point of it seen from the reference point [m].
+    space : Space
+
+    Examples
+    --------
+    >>> down = np.array([0.0, 0, -100])
+    >>> force_stiffness(down, np.array([0, 0, -0.5]), Space.SPATIAL)[3, 3]
+    np.float64(50.0)
+    """
+    K = np.zeros((*arm.shape[:-1], 6, 6))
+    K[..., 3:, 3:] = -second_order_arm(force, arm)
+    return _in_space(K, space)
 
 
 def move_loaded_stiffness(K: np.ndarray, v: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -106,9 +126,8 @@ def move_loaded_stiffness(K: np.ndarray, v: np.ndarray, force: np.ndarray) -> np
     J_inverse[..., range(6), range(6)] = 1.0
     J_inverse[..., :3, 3:] = skew(v)
     J_inverse = _in_space(J_inverse, space)
-    extra = np.zeros((*v.shape[:-1], 6, 6))
-    extra[..., 3:, 3:] = -second_order_arm(force, v)
-    return np.swapaxes(J_inverse, -1, -2) @ K @ J_inverse + _in_space(extra, space)
+    moved = np.swapaxes(J_inverse, -1, -2) @ K @ J_inverse
+    return moved + force_stiffness(force, v, space)
 
 
 def wrench_derivative(K: np.ndarray, wrench: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linprog
@@ -38,6 +38,10 @@ class TensionProblem:
         if self.level == 0:
             return self.least
         return self.least + self.level * (self.greatest - self.least)
+
+    def part(self, poses: slice) -> TensionProblem:
+        """The problem at some of the poses."""
+        return replace(self, W=self.W[poses], F=self.F[poses])
 
     def missing(self, tensions: np.ndarray) -> np.ndarray:
         """Wrench (N, n) that the tensions leave to others, A^T t + F."""

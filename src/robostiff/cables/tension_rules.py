@@ -91,7 +91,7 @@ class ClosedFormTensions:
 
     The cable furthest beyond a limit is set to it and taken out, until all are within. Quick and
     continuous, but it may fail near the border of the workspace where `NearestTensions` does not.
-    (Pott 2014, in Advances in Robot Kinematics.)
+    (Pott 2014, An improved force distribution algorithm for over-constrained cable robots.)
 
     Attributes
     ----------

@@ -14,7 +14,8 @@ from rich.text import Text
 
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.elastostatics import Status
-from robostiff.io.results.text import about, named, number, row, shown_matrix, shown_twist
+from robostiff.io.results.text import about, named, shown_twist
+from robostiff.markup import number, row, shown_matrix
 from robostiff.robots import RobotInfo
 
 _MOST_PARTS = 12

@@ -52,10 +52,10 @@ def _settled(part: Linkage, found: Configuration) -> Linkage:
     """The linkage with the coordinates that were found as home coordinates."""
     settled = []
     for c in part.connections:
-        if isinstance(c.element, Joint):
-            home = tuple(found.coordinates[c.name].tolist())
-            c = replace(c, element=replace(c.element, home=home))
-        settled.append(c)
+        element = c.element
+        if isinstance(element, Joint):
+            element = replace(element, home=tuple(found.coordinates[c.name].tolist()))
+        settled.append(replace(c, element=element))
     return replace(part, connections=tuple(settled))
 
 

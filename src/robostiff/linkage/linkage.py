@@ -148,7 +148,7 @@ class Linkage:
         return {
             name: np.array(
                 finite_coordinates(
-                    f"coordinates of {name!r}", np.atleast_1d(np.asarray(value)), sizes[name]
+                    f"coordinates of {name!r}", np.atleast_1d(value).tolist(), sizes[name]
                 ),
                 dtype=float,
             )

@@ -15,7 +15,7 @@ from robostiff.model import Chain
 from robostiff.spatial import Frame
 
 Way = tuple[tuple[Connection, float], ...]
-"""Connections from the base to a body, with 1 where they are passed from a to b and -1 otherwise."""
+"""Connections from the base to a body, each with 1 where it is passed from a to b, otherwise -1."""
 
 
 @dataclass(frozen=True)
@@ -90,27 +90,35 @@ class SpanningTree:
 
 
 def spanning_tree(linkage: Linkage) -> SpanningTree:
-    """The tree that a search in breadth from the base finds; nearer connections come first."""
+    """The tree of the connections that come first; those that close loops are later ones."""
+    group = {body: body for body in linkage.bodies}
     at: dict[str, list[Connection]] = {body: [] for body in linkage.bodies}
+    cuts = []
     for connection in linkage.connections:
+        a, b = _root(group, connection.a), _root(group, connection.b)
+        if a == b:
+            cuts.append(connection)
+            continue
+        group[b] = a
         at[connection.a].append(connection)
         at[connection.b].append(connection)
     ways: dict[str, Way] = {linkage.base: ()}
-    used: set[str] = set()
-    cuts: dict[str, Connection] = {}
     waiting = deque([linkage.base])
     while waiting:
         body = waiting.popleft()
         for connection in at[body]:
-            if connection.name in used:
-                continue
-            used.add(connection.name)
             forward = connection.a == body
             other = connection.b if forward else connection.a
-            if other in ways:
-                cuts[connection.name] = connection
-            else:
+            if other not in ways:
                 ways[other] = (*ways[body], (connection, 1.0 if forward else -1.0))
                 waiting.append(other)
-    in_order = tuple(c for c in linkage.connections if c.name in cuts)
-    return SpanningTree(linkage.base, ways, in_order)
+    reached = tuple(cut for cut in cuts if cut.a in ways)
+    return SpanningTree(linkage.base, ways, reached)
+
+
+def _root(group: dict[str, str], body: str) -> str:
+    """The body that stands for all that are connected with this one."""
+    while group[body] != body:
+        group[body] = group[group[body]]
+        body = group[body]
+    return body

@@ -60,9 +60,7 @@ def _joint(joint: Joint) -> Joint:
 
 
 def _planar(joint: Joint) -> Joint:
-    placed = place_chain(
-        Chain((joint,)), np.array(joint.home, dtype=float), np.eye(3), np.zeros(3)
-    )
+    placed = place_chain(Chain((joint,)), np.array(joint.home, dtype=float), np.eye(3), np.zeros(3))
     slides = [f.axis for f in joint.freedoms if f.motion is Motion.TRANSLATION]
     normal = joint.freedoms[-1].axis
     back = -(placed.R.T @ placed.p)

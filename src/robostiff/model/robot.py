@@ -15,6 +15,7 @@ from robostiff.model.chain import Chain
 from robostiff.model.checks import vector3
 from robostiff.model.entries import formulas
 from robostiff.model.flexible_platform import FlexiblePlatform
+from robostiff.model.in_html import robot_html
 from robostiff.model.symbols import free_symbols, in_floats, numeric, substitute
 from robostiff.spatial import Frame, Space
 
@@ -256,6 +257,9 @@ class Robot:
     def coordinate_places(self) -> list[int]:
         """Places of its free coordinates among x, y, z, rx, ry, rz."""
         return [ALL_COORDINATES.index(coordinate) for coordinate in self.coordinates]
+
+    def _repr_html_(self) -> str:
+        return robot_html(self)
 
     def with_elbows(self, elbows: Elbow | Mapping[str, Elbow]) -> Robot:
         """The same robot in another working mode.

@@ -1,9 +1,9 @@
 """Plots of results: on paper with Matplotlib, in the browser with Plotly.
 
-Every function takes results, draws a picture on a backend, and returns what the backend makes of it:
-Matplotlib's axes or a figure of Plotly. Nothing is shown, and no setting of either is changed. What
-is to be seen is computed without them, in ``picture``; ``geometry`` finds the lines of legs, bent
-or not, of screws, ellipsoids and isosurfaces.
+Every function takes results, draws a picture on a backend, and returns what the backend makes of
+it: Matplotlib's axes or a figure of Plotly. Nothing is shown, and no setting of either is changed.
+What is to be seen is computed without them and told as data, in ``picture``; ``geometry`` finds the
+lines of legs, bent or not, of screws, ellipsoids and isosurfaces.
 """
 
 from robostiff.plot.backend import Backend

@@ -12,9 +12,9 @@ from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.geometry.surface import ellipsoid_mesh
 from robostiff.plot.picture import Category, Face, Item, Mesh, Path, Scene, Weight
-from robostiff.plot.posed_robot import backdrop, drawing_unit, is_plane
 from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import prefixed, short
+from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane
 from robostiff.plot.single import single_stiffness
 
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis

@@ -10,10 +10,11 @@ from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.geometry.screw_line import screw_line
 from robostiff.plot.picture import Arrow, Category, Item, Marks, Path, Scene, Shape, Tone, Weight
-from robostiff.plot.posed_robot import backdrop, drawing_unit, is_plane
 from robostiff.plot.posture import snapshot_at
+from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane, turning_arrow
 from robostiff.plot.single import single_stiffness
 
+_ALONG = 1e-9
 _PART = 0.3  # of the robot: half an axis
 
 
@@ -81,9 +82,7 @@ def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = Non
             items.append(Arrow(axis[0], axis[1], paint, label, both_ways=True))
             continue
         items.append(Path(axis, paint, Weight.THIN, dashed=True))
-        way = factor * lines.way
-        items.append(Path(way[:-4], paint, Weight.LINE, label=label, about=label))
-        items.append(Arrow(way[-5], way[-1], paint))
+        items += turning_arrow(factor * lines.way, paint, label)
     items.append(Marks(factor * point[None], Tone.INK, Shape.CROSS, "reference point"))
     x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
     free = len(result.free_motions)
@@ -98,7 +97,10 @@ def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = Non
 
 
 def _is_in_plane(result: RobotStiffness) -> bool:
+    """Whether all free motions are seen from above: translations in the plane, turns about z."""
     return all(
-        motion.screw.is_translation and abs(motion.screw.direction[2]) < 1e-9
+        abs(motion.screw.direction[2]) < _ALONG
+        if motion.screw.is_translation
+        else motion.screw.is_rotation and abs(motion.screw.direction[2]) > 1 - _ALONG
         for motion in result.free_motions
     )

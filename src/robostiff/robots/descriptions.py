@@ -33,8 +33,10 @@ def is_description(path: str | Path) -> bool:
 
 def names_description(document: Document) -> bool:
     """Whether a document is a side file that names the robot description it is about."""
-    return isinstance(document.data, dict) and "robostiff" in document.data and (
-        "robot" in document.data
+    return (
+        isinstance(document.data, dict)
+        and "robostiff" in document.data
+        and ("robot" in document.data)
     )
 
 

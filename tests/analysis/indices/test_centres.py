@@ -7,7 +7,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robostiff as rs
@@ -50,6 +50,7 @@ def test_centres_do_not_depend_on_the_reference_point(seed: int, other: int):
         assert np.allclose(centre(elsewhere).point, centre(result).point, atol=1e-8)
 
 
+@settings(max_examples=40)
 @given(SEEDS, SEEDS)
 def test_centres_turn_with_the_robot(seed: int, other: int):
     R = any_rotation(other)
@@ -59,6 +60,7 @@ def test_centres_turn_with_the_robot(seed: int, other: int):
         assert np.isclose(there.coupling, here.coupling, rtol=1e-6)
 
 
+@settings(max_examples=40)
 @given(SEEDS)
 def test_axes_of_eigenscrews_balance_about_the_centres(seed: int):
     result = random_body(seed)

@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 import sysconfig
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+
+import robostiff as rs
 
 _ROBOTS = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 UR5 = _ROBOTS / "ur_description/urdf/ur5_robot.urdf"
@@ -45,7 +48,21 @@ def with_side(folder: Path, side: str) -> Path:
     return path
 
 
-def pinocchio_model(path: Path):
+def robot_of(description: Path, side: Path) -> rs.Robot:
+    """The robot of a description and a side file, which must not be a network."""
+    robot = rs.load(description, side=side)
+    assert isinstance(robot, rs.Robot)
+    return robot
+
+
+def network_of(description: Path, side: Path) -> rs.Network:
+    """The network at home of a description and a side file that make no robot."""
+    network = rs.load(description, side=side)
+    assert isinstance(network, rs.Network)
+    return network
+
+
+def pinocchio_model(path: Path) -> Any:
     """The robot as pinocchio reads it, with its data."""
     pin = pytest.importorskip("pinocchio")
     model = pin.buildModelFromUrdf(str(path))

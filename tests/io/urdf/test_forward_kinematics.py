@@ -10,6 +10,7 @@ from tests.io.urdf.examples import (
     UR5,
     needs_examples,
     pinocchio_model,
+    robot_of,
     with_side,
 )
 
@@ -32,7 +33,7 @@ base: {base}
 tool: {tool}
 joints: {{"*": {{stiffness: 1e4}}}}
 """
-    return rs.load(path, side=with_side(folder, side))
+    return robot_of(path, with_side(folder, side))
 
 
 def _at_random(robot, seed):

@@ -5,7 +5,14 @@ import pytest
 
 import robostiff as rs
 from robostiff.linkage import close
-from tests.io.urdf.examples import matrix_distance, needs_examples, two_ur5, with_side
+from tests.io.urdf.examples import (
+    matrix_distance,
+    needs_examples,
+    network_of,
+    robot_of,
+    two_ur5,
+    with_side,
+)
 
 GRASPED = """
 robostiff: 1
@@ -15,10 +22,13 @@ joints:
   "*_wrist_*": {{stiffness: 5e3 N m/rad}}
   "*": {{stiffness: 3e4 N m/rad}}
 loops:
-  - {{name: second grasp, between: [right_tool0, {{link: part, at: [0, 0, 20 mm], turn: [{{x: 180 deg}}]}}], joint: {joint}}}
+  - name: second grasp
+    between: [right_tool0, {{link: part, at: [0, 0, 20 mm], turn: [{{x: 180 deg}}]}}]
+    joint: {joint}
 home: {{left_shoulder_lift_joint: -70 deg, left_elbow_joint: 100 deg, left_wrist_1_joint: -30 deg,
        left_shoulder_pan_joint: 10 deg, left_wrist_2_joint: 20 deg, left_wrist_3_joint: 0}}
-start: {{right_shoulder_lift_joint: -70 deg, right_elbow_joint: 100 deg, right_wrist_1_joint: -30 deg}}
+start: {{right_shoulder_lift_joint: -70 deg, right_elbow_joint: 100 deg,
+        right_wrist_1_joint: -30 deg}}
 """
 
 
@@ -26,7 +36,7 @@ start: {{right_shoulder_lift_joint: -70 deg, right_elbow_joint: 100 deg, right_w
 def test_two_arms_that_hold_one_part_are_a_parallel_robot(tmp_path):
     cell = two_ur5(tmp_path)
     side = with_side(tmp_path, GRASPED.format(joint="fixed"))
-    robot = rs.load(cell, side=side)
+    robot = robot_of(cell, side)
     assert [leg.chain.size for leg in robot.legs] == [6, 6]
     assert len(robot.coordinates) == 6
     result = rs.stiffness(robot)
@@ -40,7 +50,7 @@ def test_two_arms_that_hold_one_part_are_a_parallel_robot(tmp_path):
 @needs_examples
 def test_joints_told_under_home_keep_their_values(tmp_path):
     cell = two_ur5(tmp_path)
-    robot = rs.load(cell, side=with_side(tmp_path, GRASPED.format(joint="fixed")))
+    robot = robot_of(cell, with_side(tmp_path, GRASPED.format(joint="fixed")))
     left = robot.legs[0].chain
     told = np.radians([10, -70, 100, -30, 20, 0])
     assert np.abs(left.home - told).max() < 1e-15
@@ -50,7 +60,7 @@ def test_joints_told_under_home_keep_their_values(tmp_path):
 def test_two_arms_are_the_sum_of_each_arm_alone(tmp_path):
     """Eq. (12): legs in parallel add up, about one point."""
     cell = two_ur5(tmp_path)
-    robot = rs.load(cell, side=with_side(tmp_path, GRASPED.format(joint="fixed")))
+    robot = robot_of(cell, with_side(tmp_path, GRASPED.format(joint="fixed")))
     both = rs.stiffness(robot)
     total = np.zeros((6, 6))
     for leg in robot.legs:
@@ -62,10 +72,10 @@ def test_two_arms_are_the_sum_of_each_arm_alone(tmp_path):
 @needs_examples
 def test_an_elastic_second_grasp_is_softer_than_a_rigid_one(tmp_path):
     cell = two_ur5(tmp_path)
-    rigid = rs.load(cell, side=with_side(tmp_path, GRASPED.format(joint="fixed")))
+    rigid = robot_of(cell, with_side(tmp_path, GRASPED.format(joint="fixed")))
     spring = "{type: spring, stiffness: [1e5, 1e5, 1e5, 1e3, 1e3, 1e3]}"
     side = with_side(tmp_path, GRASPED.format(joint=spring))
-    elastic = rs.load(cell, side=side)
+    elastic = robot_of(cell, side)
     K = rs.stiffness(elastic).K
     assert np.linalg.eigvalsh(rs.stiffness(rigid).K - K).min() > -1e-6
     assert matrix_distance(rs.stiffness(rs.load_linkage(cell, side=side).network_at()).K, K) < 1e-9
@@ -100,7 +110,9 @@ def _hexapod_tree():
         joint(f"slide{i}", "prismatic", f"b{i}", f"c{i}")
         other = np.pi / 3 * (i + (0.5 if i % 2 else -0.5))
         x, y, _ = at(0.3, other).split()
-        loops.append(f"  - {{between: [c{i}, {{link: platform, at: [{x}, {y}, 0]}}], joint: spherical}}")
+        loops.append(
+            f"  - {{between: [c{i}, {{link: platform, at: [{x}, {y}, 0]}}], joint: spherical}}"
+        )
     joints.append(
         '<joint name="free" type="floating"><parent link="base"/><child link="platform"/>'
         '<origin xyz="0 0 0.8"/></joint>'
@@ -126,8 +138,7 @@ def test_a_stewart_platform_as_tree_is_that_of_a_model_file(tmp_path):
     urdf, side = _hexapod_tree()
     path = tmp_path / "hexapod.urdf"
     path.write_text(urdf, encoding="utf-8")
-    tree = rs.load(path, side=with_side(tmp_path, side))
-    assert isinstance(tree, rs.Robot)
+    tree = robot_of(path, with_side(tmp_path, side))
     assert len(tree.legs) == 6
     model = tmp_path / "model.yaml"
     model.write_text(
@@ -200,8 +211,7 @@ def _five_bar(folder, side):
 
 def test_a_beam_to_the_loop_leaves_a_robot_of_two_legs(tmp_path):
     path, side = _five_bar(tmp_path, FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, "))
-    robot = rs.load(path, side=side)
-    assert isinstance(robot, rs.Robot)
+    robot = robot_of(path, side)
     assert [leg.name for leg in robot.legs] == ["left crank", "right crank"]
     result = rs.stiffness(robot)
     network = rs.load_linkage(path, side=side).network_at()
@@ -210,8 +220,7 @@ def test_a_beam_to_the_loop_leaves_a_robot_of_two_legs(tmp_path):
 
 def test_a_beam_to_the_tool_leaves_the_loop_on_its_near_end(tmp_path):
     path, side = _five_bar(tmp_path, FIVE_BAR_SIDE)
-    network = rs.load(path, side=side)
-    assert isinstance(network, rs.Network)
+    network = network_of(path, side)
     assert network.platform == "left rod, far end"
 
 
@@ -227,9 +236,8 @@ def test_a_bridge_between_legs_makes_a_network(tmp_path):
         " joint: {type: revolute, axis: z, role: passive}}\n"
     )
     path, side = _five_bar(tmp_path, bridged)
-    network = rs.load(path, side=side)
-    assert isinstance(network, rs.Network)
-    without = rs.load(path, side=with_side(tmp_path, bridged.rsplit("  - {between", 1)[0]))
+    network = network_of(path, side)
+    without = robot_of(path, with_side(tmp_path, bridged.rsplit("  - {between", 1)[0]))
     stiffer = rs.stiffness(network).K - rs.stiffness(without).K
     assert np.linalg.eigvalsh(stiffer).min() > -1e-6 * np.abs(stiffer).max()
     assert np.abs(stiffer).max() > 1.0
@@ -253,7 +261,7 @@ def test_loops_that_cannot_close_are_told(tmp_path):
     side = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ")
     path, file = _five_bar(tmp_path, side)
     linkage = rs.load_linkage(path, side=file)
-    with pytest.raises(rs.NoAnswerError, match="a gap of .* mm"):
+    with pytest.raises(rs.NoAnswerError, match=r"a gap of .* mm"):
         linkage.network_at({"left crank": 1.5, "right crank": -1.5})
     far = side + "home: {left crank: 86 deg, right crank: -86 deg}\n"
     with pytest.raises(rs.FileError, match="loops that close in the home configuration"):

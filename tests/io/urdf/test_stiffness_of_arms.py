@@ -14,6 +14,7 @@ from tests.io.urdf.examples import (
     matrix_distance,
     needs_examples,
     pinocchio_model,
+    robot_of,
     with_side,
 )
 
@@ -47,7 +48,7 @@ def _pinocchio_jacobian(path, values, tool, at):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_ur5_is_eq_7_with_the_jacobian_of_pinocchio(seed, tmp_path):
-    robot = rs.load(UR5, side=with_side(tmp_path, UR5_SIDE))
+    robot = robot_of(UR5, with_side(tmp_path, UR5_SIDE))
     q = np.random.default_rng(seed).uniform(-2.5, 2.5, 6)
     J = _pinocchio_jacobian(UR5, dict(zip(UR5_JOINTS, q, strict=True)), "tool0", [0, 0, 0.12])
     C = J @ np.diag(1 / np.array([3e4, 3e4, 3e4, 5e3, 5e3, 5e3])) @ J.T
@@ -57,7 +58,7 @@ def test_ur5_is_eq_7_with_the_jacobian_of_pinocchio(seed, tmp_path):
 
 def test_ur5_with_a_passive_joint_is_eq_7(tmp_path):
     side = UR5_SIDE.replace("wrist_*:", "wrist_2_joint: {role: passive}\n  wrist_*:")
-    robot = rs.load(UR5, side=with_side(tmp_path, side))
+    robot = robot_of(UR5, with_side(tmp_path, side))
     q = np.array([0.3, -1.0, 1.4, 0.2, 0.8, -0.5])
     J = _pinocchio_jacobian(UR5, dict(zip(UR5_JOINTS, q, strict=True)), "tool0", [0, 0, 0.12])
     k = np.array([3e4, 3e4, 3e4, 5e3, np.inf, 5e3])
@@ -69,7 +70,7 @@ def test_ur5_with_a_passive_joint_is_eq_7(tmp_path):
 
 
 def test_stiffness_at_a_tool_pose_is_that_at_the_joints(tmp_path):
-    robot = rs.load(UR5, side=with_side(tmp_path, UR5_SIDE))
+    robot = robot_of(UR5, with_side(tmp_path, UR5_SIDE))
     q = robot.legs[0].chain.home + 0.1
     at_joints = rs.stiffness(robot, rs.JointCoordinates(q))
     at_pose = rs.stiffness(robot, rs.find_posture(robot, rs.JointCoordinates(q)).pose[0])
@@ -97,7 +98,7 @@ joints: {{"*": {{stiffness: 2e4}}}}
 links: {{{link}: {beam}}}
 """
     file = with_side(tmp_path, side)
-    robot = rs.load(path, side=file)
+    robot = robot_of(path, file)
     names = [joint.name for joint, _ in robot.legs[0].chain.moving]
     q = np.random.default_rng(5).uniform(-1, 1, len(names))
     result = rs.stiffness(robot, rs.JointCoordinates(q))
@@ -123,11 +124,11 @@ links:
     section: {{rectangle: {{width_y: 60 mm, height_z: 30 mm}}}}
 """
     down_side = side.format(base="base_link", tool="left_sole_link")
-    one = rs.load(TALOS, side=with_side(tmp_path, down_side))
+    one = robot_of(TALOS, with_side(tmp_path, down_side))
     q = np.array([0.1, -0.2, -0.4, 0.8, -0.3, 0.15])
     down = rs.stiffness(one, rs.JointCoordinates(q))
-    other = rs.load(
-        TALOS, side=with_side(tmp_path, side.format(base="left_sole_link", tool="base_link"))
+    other = robot_of(
+        TALOS, with_side(tmp_path, side.format(base="left_sole_link", tool="base_link"))
     )
     posture = rs.find_posture(one, rs.JointCoordinates(q))
     R = Rotation.from_rotvec(posture.pose[0, 3:]).as_matrix()

@@ -15,7 +15,7 @@ from robostiff.elastostatics import Status
 
 @dataclass(frozen=True)
 class VirtualWork:
-    """Work of loads of unit size, |f|^2 + |m|^2 / L^2 = (1 N)^2.
+    """Work of loads of unit size, ``|f|^2 + |m|^2 / L^2 = (1 N)^2``.
 
     Attributes
     ----------

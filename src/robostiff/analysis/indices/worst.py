@@ -40,7 +40,7 @@ class WorstDeflection:
 
 
 def worst_deflection(result: RobotStiffness) -> WorstDeflection:
-    """Largest eigenvalues of C_tt and C_rr, max |C_tt u| and max |C_rr u| over unit vectors u.
+    """Largest eigenvalues of C_tt and C_rr: the most that unit vectors u make of ``|C_tt u|``.
 
     The force acts through the reference point and the platform may turn; displacement and force
     are parallel at the worst, so that this is one over the least collinear stiffness.

@@ -42,7 +42,7 @@ def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
         "stiffness": result.K.tolist() if answered else None,
         "elastic": result.elastic.tolist() if answered else None,
         "geometric": result.geometric.tolist() if answered else None,
-        "of_weight": result.of_weight.tolist() if answered else None,
+        "of_forces": result.of_forces.tolist() if answered else None,
         "rank": int(result.rank) if answered else None,
         "rank_of_structure_matrix": int(result.held_rank) if answered else None,
         "free_motions": [str(motion) for motion in result.free_motions],

@@ -8,7 +8,8 @@ import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness
 from robostiff.elastostatics.tolerance import scaling
-from robostiff.io.results.text import matrix_lines, named, number, row
+from robostiff.io.results.text import matrix_lines, named
+from robostiff.markup import number, row
 
 _UNITS = "[N/m, N/rad, N m/rad]"
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.elastostatics import Status
+from robostiff.markup import COMPLIANCE_UNITS, STIFFNESS_UNITS
 from robostiff.spatial import Space
 from robostiff.version import __version__
-
-STIFFNESS_UNITS = {"translation": "N/m", "coupling": "N/rad", "rotation": "N m/rad"}
-COMPLIANCE_UNITS = {"translation": "m/N", "coupling": "rad/N", "rotation": "rad/(N m)"}
 
 
 def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
@@ -42,8 +41,8 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
         "units": {
             "length": "m",
             "angle": "rad",
-            "stiffness": STIFFNESS_UNITS,
-            "compliance": COMPLIANCE_UNITS,
+            "stiffness": asdict(STIFFNESS_UNITS),
+            "compliance": asdict(COMPLIANCE_UNITS),
         },
         "stiffness": result.K.tolist() if answered else None,
         "compliance": None if compliance is None else compliance.tolist(),

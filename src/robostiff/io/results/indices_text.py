@@ -16,7 +16,8 @@ from robostiff.analysis.indices import (
     StiffnessIndices,
 )
 from robostiff.elastostatics import Status
-from robostiff.io.results.text import about, number, row
+from robostiff.io.results.text import about
+from robostiff.markup import number, row
 
 _STRAIGHT = 1e-6
 _SMALL = 1e-9

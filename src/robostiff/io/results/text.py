@@ -8,9 +8,8 @@ import numpy as np
 
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.elastostatics import Status
+from robostiff.markup import number, row, shown_matrix
 from robostiff.spatial import Space
-
-_ROUNDING = 1e-12
 
 
 def stiffness_text(result: RobotStiffness) -> str:
@@ -82,14 +81,6 @@ def shown_twist(twist: np.ndarray, space: Space) -> np.ndarray:
     return shown
 
 
-def shown_matrix(K: np.ndarray) -> np.ndarray:
-    """The same matrix, entries that are rounding beside their row and column as zero."""
-    size = np.sqrt(np.maximum(np.abs(np.diag(K)), np.finfo(float).tiny))
-    # A zero diagonal means a zero row: what is left there is rounding against the whole block.
-    size = np.maximum(size, 1e-9 * size.max())
-    return np.where(np.abs(K) < 1e-10 * np.outer(size, size), 0.0, K)
-
-
 def matrix_lines(K: np.ndarray, rows: Sequence[str], columns: Sequence[str]) -> list[str]:
     """A labelled matrix, one line a row."""
     lines = ["    " + "".join(f"{name:>12}" for name in columns)]
@@ -106,13 +97,3 @@ def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> 
         if value != 0
     ]
     return ", ".join(parts) or "none"
-
-
-def row(values: np.ndarray) -> str:
-    """Numbers of a short vector; what is rounding beside metres and radians is zero."""
-    return ", ".join(number(value if abs(value) > _ROUNDING else 0.0) for value in values)
-
-
-def number(value: float) -> str:
-    """A number with five digits; zero without a sign."""
-    return f"{value:.5g}" if value else "0"

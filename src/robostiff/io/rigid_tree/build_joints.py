@@ -14,7 +14,6 @@ from robostiff.io.model_file.written_elements import WrittenDrive
 from robostiff.io.rigid_tree.choices import check_known, chosen
 from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint
-from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,

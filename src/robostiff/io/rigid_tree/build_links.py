@@ -120,9 +120,7 @@ def _far_end(place: Place, name: str, entry: WrittenElasticLink, ends: list[Link
     )
 
 
-def _link(
-    place: Place, name: str, entry: WrittenElasticLink, to: np.ndarray, stock: Stock
-) -> Link:
+def _link(place: Place, name: str, entry: WrittenElasticLink, to: np.ndarray, stock: Stock) -> Link:
     given: dict[str, Any] = {
         key: getattr(entry, key) for key in type(entry).model_fields if key != "to"
     }

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robostiff.errors import FileError, InputError, Location
+from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
+from robostiff.io.model_file.written_robot import VERSION
 from robostiff.io.suggest import Words
 
 _ENDINGS = (".xacro", ".urdf", ".xml", ".mjcf")
 _EXAMPLE = (
-    'such as robostiff: 1, source: where the numbers come from, tool: the name of a link, joints: '
-    '{"*": {stiffness: 1e4 N m/rad}}'
+    "write robostiff: 1, source: where the numbers come from, tool: the name of a link, joints: "
+    '{"*": {stiffness: 1e4 N m/rad}}, or the like'
 )
 
 
@@ -51,20 +52,37 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
                 f"stiffness of {str(description)!r}",
                 got=Words("no side file"),
                 expected=f"{found} beside it, or another file by side=, --side on the command line",
-                hint=f"write there what the description cannot say, {_EXAMPLE}",
+                hint=f"there {_EXAMPLE}",
             )
         side = found
     document = read_document(side)
+    _check(document)
+    return document
+
+
+def _check(document: Document) -> None:
+    """Raise unless the document begins as a side file of this version does."""
     data = document.data
     if not isinstance(data, dict) or "robostiff" not in data:
         raise FileError(
             document.location(), "side file", expected="robostiff: 1 at the top", hint=_EXAMPLE
         )
+    version = data["robostiff"]
+    if version != VERSION or isinstance(version, bool):
+        raise FileError(
+            document.location(("robostiff",)),
+            "version of the side file",
+            got=version,
+            expected=str(VERSION),
+            hint="this file needs a newer robostiff"
+            if isinstance(version, int) and version > VERSION
+            else None,
+        )
     if "legs" in data:
         raise FileError(
-            Location(document.file),
+            document.key_location(("legs",)),
             "side file",
             got=Words("a model file with legs of its own"),
-            expected=f"what a robot description cannot say, {_EXAMPLE}",
+            expected="what a robot description cannot say",
+            hint=_EXAMPLE,
         )
-    return document

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen
-from pydantic import Discriminator, Field, StringConstraints, Tag
+from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Tag
 
+from robostiff.errors import InputError
 from robostiff.io.model_file.written_elements import (
     WrittenCylindrical,
     WrittenMatrices,
@@ -103,8 +104,21 @@ LoopJoint = Annotated[
     | WrittenSpring,
     Field(discriminator="type"),
 ]
+
+
+def _loop_word(value: str) -> str:
+    if value in ("fixed", "spherical"):
+        return value
+    raise InputError(
+        "joint of the loop",
+        got=value,
+        expected="fixed, spherical, or a joint with its axis",
+        hint="write joint: {type: revolute, axis: z, role: passive} or the like",
+    )
+
+
 LoopJointChoice = Annotated[
-    Annotated[Literal["fixed", "spherical"], Tag("word")] | Annotated[LoopJoint, Tag("mapping")],
+    Annotated[str, AfterValidator(_loop_word), Tag("word")] | Annotated[LoopJoint, Tag("mapping")],
     Discriminator(_word_or_mapping),
 ]
 

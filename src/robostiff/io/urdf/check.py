@@ -86,9 +86,7 @@ def _names(elements: list[XmlElement], what: str) -> dict[str, XmlElement]:
     return names
 
 
-def _check_reference(
-    joint: XmlElement, tag: str, links: dict[str, XmlElement]
-) -> None:
+def _check_reference(joint: XmlElement, tag: str, links: dict[str, XmlElement]) -> None:
     what = f"{tag} of joint {joint.attributes['name']!r}"
     element = joint.one(tag)
     name = None if element is None else element.attributes.get("link")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from robostiff.io.suggest import Words
 from robostiff.io.urdf.check import check_structure, kinematics_alone
 from robostiff.model import Actuated, Passive
 from robostiff.spatial import Frame
-
-if TYPE_CHECKING:
-    from yourdfpy.urdf import Joint as UrdfJoint
 
 _TYPES = {
     "fixed": JointType.FIXED,
@@ -76,7 +73,7 @@ def _parsed(root: XmlElement) -> Any:
     return URDF.load(text, build_scene_graph=False, load_meshes=False).robot
 
 
-def _joint(joint: UrdfJoint, place: Location) -> TreeJoint:
+def _joint(joint: Any, place: Location) -> TreeJoint:
     kind = _TYPES[joint.type]
     origin = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
     axis = np.asarray(joint.axis, dtype=float)
@@ -87,9 +84,7 @@ def _joint(joint: UrdfJoint, place: Location) -> TreeJoint:
         )
     mimic = None
     if joint.mimic is not None:
-        mimic = Mimic(
-            joint.mimic.joint, float(joint.mimic.multiplier), float(joint.mimic.offset)
-        )
+        mimic = Mimic(joint.mimic.joint, float(joint.mimic.multiplier), float(joint.mimic.offset))
     return TreeJoint(
         name=joint.name,
         type=kind,
@@ -102,7 +97,7 @@ def _joint(joint: UrdfJoint, place: Location) -> TreeJoint:
     )
 
 
-def _limits(joint: UrdfJoint) -> tuple[float, float] | None:
+def _limits(joint: Any) -> tuple[float, float] | None:
     limit = joint.limit
     if joint.type == "continuous" or limit is None or None in (limit.lower, limit.upper):
         return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 from robostiff.errors import FileError, InputError, Location
 from robostiff.io.rigid_tree.xml_text import parse_xml, read_bytes
@@ -43,7 +44,8 @@ def expand_xacro(source: Path | str) -> bytes:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of Python code inside macros
             packages.walk_up_from(file)  # for $(find package)
-            return xacro.process_file(file).toxml().encode()
+            document: Any = xacro.process_file(file)
+            return document.toxml().encode()
     except Exception as error:  # macros may fail in any way
         raise FileError(
             Location(file),

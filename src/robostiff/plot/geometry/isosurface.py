@@ -1,7 +1,7 @@
 """The surface on which a quantity has a value, by marching tetrahedra.
 
-Each cell of the grid is cut into six tetrahedra around one diagonal; a tetrahedron is crossed by one
-triangle or two. Cells with a corner that has no value are left out: the surface ends there.
+Each cell of the grid is cut into six tetrahedra around one diagonal; a tetrahedron is crossed by
+one triangle or two. Cells with a corner that has no value are left out: the surface ends there.
 
 References
 ----------

@@ -64,6 +64,7 @@ class Matplotlib:
             Bands: bands.draw_bands,
         }
         palette = self.theme.palette
-        with mpl.rc_context(style(palette)):
+        settings: Any = style(palette)
+        with mpl.rc_context(settings):
             canvas = Canvas(self.ax, self.width.value / 25.4, palette)
             return canvas.finish(draws[type(picture)](picture, canvas))

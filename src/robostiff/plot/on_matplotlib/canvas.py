@@ -93,7 +93,7 @@ class Canvas:
         """Give a new figure the height of what is drawn on it: nothing is cut, no room is left."""
         if self.ax is not None:
             return ax
-        figure = ax.figure
+        figure: Any = ax.figure
         figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")
         renderer = figure.canvas.get_renderer()

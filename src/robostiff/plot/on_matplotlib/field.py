@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from robostiff.plot.on_matplotlib.canvas import (
     SMALL,
@@ -53,7 +53,7 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
             colors="#ffffff",
             linewidths=0.9,
         )
-        around = [withStroke(linewidth=2.0, foreground="#222222")]
+        around: list[AbstractPathEffect] = [withStroke(linewidth=2.0, foreground="#222222")]
         lines.set_path_effects(around)
         for text in ax.clabel(lines, fmt=lambda v: short(v, 4), fontsize=SMALL - 1):
             text.set_path_effects(around)

@@ -34,15 +34,8 @@ def draw_matrix(picture: Matrix, palette: Palette) -> go.Figure:
         made.add_annotation(x=j, y=i, showarrow=False, **text)
     last = picture.units[-1]
     line = {"color": palette.ink, "width": 1.5}
-    made.add_shape(
-        type="line",
-        x0=-0.5,
-        x1=columns - 0.5,
-        y0=last.rows[0] - 0.5,
-        y1=last.rows[0] - 0.5,
-        line=line,
-    )
-    across = last.columns[0] - 0.5
+    down, across = last.rows[0] - 0.5, last.columns[0] - 0.5
+    made.add_shape(type="line", x0=-0.5, x1=columns - 0.5, y0=down, y1=down, line=line)
     made.add_shape(type="line", x0=across, x1=across, y0=-0.5, y1=rows - 0.5, line=line)
     for unit in picture.units:
         above = unit.rows[0] == 0

@@ -1,0 +1,64 @@
+"""Small pieces of HTML; what is text comes out escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+
+def escaped(text: object) -> str:
+    """Text that HTML takes for text.
+
+    Examples
+    --------
+    >>> escaped("k < 2 & 'so on'")
+    'k &lt; 2 &amp; &#x27;so on&#x27;'
+    """
+    return escape(str(text))
+
+
+def element(tag: str, content: str, **attributes: str) -> str:
+    """An element around content that is HTML already; ``_`` in names of attributes is ``-``.
+
+    Examples
+    --------
+    >>> element("td", "12", class_="number", data_unit="N/m")
+    '<td class="number" data-unit="N/m">12</td>'
+    """
+    told = "".join(
+        f' {name.rstrip("_").replace("_", "-")}="{escaped(value)}"'
+        for name, value in attributes.items()
+    )
+    return f"<{tag}{told}>{content}</{tag}>"
+
+
+def listing(items: Iterable[str]) -> str:
+    """A bulleted list of texts; nothing for none.
+
+    Examples
+    --------
+    >>> listing(["a < b"]), listing([])
+    ('<ul><li>a &lt; b</li></ul>', '')
+    """
+    entries = "".join(element("li", escaped(item)) for item in items)
+    return element("ul", entries) if entries else ""
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]], **attributes: str) -> str:
+    """A table; cells are HTML already, and the first of each row names it.
+
+    Examples
+    --------
+    >>> html = table(["part", "share"], [["rod", "12 %"]])
+    >>> html.endswith('<tr><th scope="row">rod</th><td>12 %</td></tr></tbody></table>')
+    True
+    """
+    head = element("thead", element("tr", "".join(element("th", name) for name in header)))
+    body = "".join(
+        element(
+            "tr",
+            element("th", first, scope="row") + "".join(element("td", cell) for cell in cells),
+        )
+        for first, *cells in rows
+    )
+    return element("table", head + element("tbody", body), **attributes)

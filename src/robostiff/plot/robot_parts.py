@@ -1,0 +1,186 @@
+"""The parts of a robot as lines, faces and marks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.analysis import Deflection
+from robostiff.model import Actuated, Passive, Snapshot
+from robostiff.plot.geometry.displacement import RobotMotion, at_rest
+from robostiff.plot.geometry.legs import (
+    JointMark,
+    MemberKind,
+    extent,
+    foot,
+    joint_marks,
+    leg_members,
+)
+from robostiff.plot.geometry.polygon import plate
+from robostiff.plot.picture import (
+    Arrow,
+    Category,
+    Face,
+    Item,
+    Marks,
+    Paint,
+    Path,
+    Shape,
+    Tone,
+    Weight,
+)
+from robostiff.plot.prefix import prefixed, short
+from robostiff.spatial import Screw, Space
+
+_ARROW = 0.2  # of the robot
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What all parts of a picture of a robot share."""
+
+    snapshot: Snapshot
+    motion: RobotMotion
+    scale: float
+    factor: float  # from metres to the unit of the axes
+
+
+def drawing_unit(snapshot: Snapshot) -> tuple[float, str]:
+    """From metres to the unit in which a robot is drawn: m, or mm for a robot below one metre."""
+    return (1.0, "m") if extent(snapshot) >= 1 else (1e3, "mm")
+
+
+def backdrop(snapshot: Snapshot, factor: float) -> list[Item]:
+    """A robot in the background of something else."""
+    drawing = Drawing(snapshot, at_rest(snapshot), 0.0, factor)
+    paths = [
+        Path(factor * member.points, Tone.MUTED, Weight.LINE)
+        for leg, motion in zip(snapshot.legs, drawing.motion.legs, strict=True)
+        for member in leg_members(leg, motion)
+    ]
+    return [*_plates(drawing, Tone.MUTED), *paths]
+
+
+def robot_items(
+    drawing: Drawing, shares: Mapping[tuple[str, str], float], plain: Tone
+) -> list[Item]:
+    """Base, platform, legs and joints; parts and legs with a share in the colour of its value."""
+    d = drawing
+    items = _plates(d)
+    marks: list[JointMark] = []
+    for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
+        for member in leg_members(leg, motion, d.scale):
+            share = shares.get((leg.name, member.part), shares.get((leg.name, "")))
+            paint: Paint = plain if share is None else share
+            # a coloured leg is coloured all over, a coloured part alone
+            weight = Weight.LINE if member.kind is MemberKind.RIGID else Weight.BOLD
+            about = f"{leg.name}/{member.part}" if member.part else leg.name
+            about += "" if share is None else f": {share:.1f} %"
+            items.append(Path(d.factor * member.points, paint, weight, about=about))
+        marks += joint_marks(leg, motion, d.scale)
+    items += _joints(marks, d.factor)
+    point = d.snapshot.reference_point
+    moved = point + d.scale * d.motion.platform.displacement(point)
+    items.append(Marks(d.factor * moved[None], Tone.INK, Shape.CROSS, "reference point"))
+    return items
+
+
+def _plates(d: Drawing, paint: Tone = Tone.PLATE) -> list[Item]:
+    ends = [leg.end for leg in d.snapshot.legs]
+    point = d.snapshot.reference_point
+    items: list[Item] = []
+    base = plate(np.array([foot(leg) for leg in d.snapshot.legs]))
+    if base is not None:
+        items.append(Face(d.factor * base, Tone.FAINT, 0.35))
+    moved = np.array([p + d.scale * d.motion.platform.displacement(p) for p in [*ends, point]])
+    top = plate(moved[:-1])
+    if top is not None:
+        items.append(Face(d.factor * top, paint, 0.35, "platform" if paint is Tone.PLATE else ""))
+    # A point of the platform that is away from the leg ends is tied to them.
+    away = np.linalg.norm(moved[:-1] - moved[-1], axis=1)
+    if top is None and away.max() > 1e-9:
+        ties = [np.array([end, moved[-1]]) for end in moved[:-1]]
+        items += [Path(d.factor * tie, Tone.MUTED, Weight.LINE) for tie in ties]
+    elif top is not None:
+        stem = np.array([moved[:-1].mean(axis=0), moved[-1]])
+        items.append(Path(d.factor * stem, Tone.MUTED, Weight.THIN))
+    return items
+
+
+def _joints(marks: list[JointMark], factor: float) -> list[Item]:
+    kinds = (
+        ("passive joint", Shape.RING, lambda role: isinstance(role, Passive)),
+        ("actuator", Shape.SQUARE, lambda role: isinstance(role, Actuated)),
+        (
+            "locked joint",
+            Shape.DIAMOND,
+            lambda role: not isinstance(role, Passive) and not isinstance(role, Actuated),
+        ),
+    )
+    items: list[Item] = []
+    for label, shape, belongs in kinds:
+        own = [mark for mark in marks if belongs(mark.freedom.role)]
+        if own:
+            points = factor * np.array([mark.point for mark in own])
+            names = tuple(mark.name for mark in own)
+            items.append(Marks(points, Tone.INK, shape, label, names))
+    return items
+
+
+def ghost(d: Drawing) -> list[Item]:
+    """The legs in dashed lines, as they are without a load."""
+    label, items = "without load", []
+    for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
+        for member in leg_members(leg, motion):
+            points = d.factor * member.points
+            items.append(Path(points, Tone.MUTED, Weight.THIN, dashed=True, label=label))
+            label = ""
+    return items
+
+
+def load_items(d: Drawing, bent: Deflection, is_flat: bool) -> list[Item]:
+    """Arrows of the force, towards the point where it acts, and of the moment, away from it.
+
+    Seen from above, a moment turns around the point.
+    """
+    F = np.zeros(6)
+    F[list(bent.stiffness.space.rows)] = bent.wrench
+    point = bent.stiffness.reference_point
+    point = d.factor * (point + d.scale * d.motion.platform.displacement(point))
+    length = _ARROW * d.factor * extent(d.snapshot)
+    items: list[Item] = []
+    for name, unit, row, vector in (
+        ("force", "N", 1, F[:3]),
+        ("moment", "N m", 4, F[3:]),
+    ):
+        size = float(np.linalg.norm(vector))
+        if size > 0:
+            times, shown = prefixed(size, unit)
+            label = f"{name} {short(times * size)} {shown}"
+            arrow = length * vector / size
+            if name == "force":
+                items.append(Arrow(point - arrow, point, Category(row), label))
+            elif is_flat:
+                screw = Screw(vector / size, point, 0.0)
+                items += turning_arrow(screw_line(screw, point, length).way, Category(row), label)
+            else:
+                items.append(Arrow(point, point + arrow, Category(row), label))
+    return items
+
+
+def turning_arrow(way: np.ndarray, paint: Paint, label: str) -> list[Item]:
+    """The way (n, 3) of a point around an axis, with an arrow head."""
+    line = Path(way[:-4], paint, Weight.LINE, label=label, about=label)
+    return [line, Arrow(way[-5], way[-1], paint)]
+
+
+def is_plane(snapshot: Snapshot) -> bool:
+    """Whether a robot is planar, or all of it lies in one plane z = constant."""
+    if snapshot.space is Space.PLANAR:
+        return True
+    heights = [snapshot.reference_point[2]]
+    for leg in snapshot.legs:
+        heights += [leg.end[2], *(part.point[2] for part in leg.parts)]
+    return bool(np.ptp(heights) <= 1e-9 * extent(snapshot))

@@ -1,0 +1,175 @@
+"""Closing the loops of linkages."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from robostiff.linkage import Connection, Linkage, close
+from robostiff.linkage.closure import _jacobian
+from robostiff.linkage.spanning_tree import spanning_tree
+from robostiff.model import Actuated, Locked, Passive, prismatic, revolute, spherical, universal
+from robostiff.spatial import Frame
+
+
+def _frame(rng):
+    return Frame(Rotation.random(rng=rng).as_matrix(), rng.normal(size=3))
+
+
+def _ring(rng, held=frozenset()):
+    """Two loops that share a body, of joints of all sorts in arbitrary places."""
+    makers = [
+        lambda name: revolute(rng.normal(size=3), Passive(), name=name),
+        lambda name: spherical(Passive(), name=name),
+        lambda name: universal(rng.normal(size=3), rng.normal(size=3), Passive(), name=name),
+        lambda name: prismatic(rng.normal(size=3), Actuated(1.0), name=name),
+    ]
+    ends = [("o", "a"), ("a", "b"), ("c", "b"), ("c", "o"), ("b", "d"), ("o", "d"), ("d", "a")]
+    connections = [
+        Connection(f"j{i}", a, b, _frame(rng), makers[i % 4](f"j{i}"), _frame(rng))
+        for i, (a, b) in enumerate(ends)
+    ]
+    return Linkage("ring", tuple(connections), "o", "b", np.zeros(3), held)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6))
+def test_rates_of_the_gaps_are_their_finite_differences(seed):
+    rng = np.random.default_rng(seed)
+    linkage = _ring(rng)
+    tree = spanning_tree(linkage)
+    assert len(tree.cuts) == 3
+    q = {c.name: c.home for c in linkage.connections}
+    frames = tree.frames(q)
+    moving = [c for c in linkage.connections if c.size < 3]  # a rotation vector is no integral
+    J = _jacobian(tree, q, frames, moving, 1.0)
+    column, h = 0, 1e-6
+    for c in moving:
+        for k in range(c.size):
+            ends = []
+            for sign in (1, -1):
+                moved = {**q, c.name: q[c.name] + sign * h * np.eye(c.size)[k]}
+                ends.append(_gap_frames(tree, moved))
+            for i, (plus, minus) in enumerate(zip(*ends, strict=True)):
+                rate = _relative_rate(plus, minus, h)
+                assert np.allclose(J[6 * i : 6 * i + 6, column], rate, atol=1e-7, rtol=1e-6)
+            column += 1
+
+
+def _gap_frames(tree, q):
+    frames = tree.frames(q)
+    return [(tree.beyond(cut, q, frames[cut.a]), frames[cut.b]) for cut in tree.cuts]
+
+
+def _relative_rate(plus, minus, h):
+    """Rate of the meant frame against the one that is there, about the point of the latter."""
+    rates = []
+    for after, before in zip(plus, minus, strict=True):
+        w = Rotation.from_matrix(after.R @ before.R.T).as_rotvec() / (2 * h)
+        v = (after.p - before.p) / (2 * h)
+        rates.append((v, w, 0.5 * (after.p + before.p)))
+    (v1, w1, p1), (v2, w2, p2) = rates
+    return np.concatenate([v1 + np.cross(w1, p2 - p1) - v2, w1 - w2])
+
+
+def _four_bar(roles, held=frozenset(), start=0.0):
+    """Cranks of 1 m on feet 2 m apart, a coupler of 2 m: a parallelogram, at any crank angle."""
+    here, right = Frame.identity(), Frame(np.eye(3), np.array([2.0, 0, 0]))
+    up = Frame(np.eye(3), np.array([0, 0, 1.0]))
+
+    def hinge(name, i):
+        return revolute([0, 1, 0], roles[i], home=[start * (i == 0)], name=name)
+
+    connections = (
+        Connection("left", "ground", "crank", here, hinge("left", 0), here),
+        Connection("knee", "crank", "coupler", up, hinge("knee", 1), here),
+        Connection("right", "ground", "rocker", right, hinge("right", 2), here),
+        Connection("loop", "coupler", "rocker", right, hinge("loop", 3), up.inverse),
+    )
+    return Linkage("four bar", connections, "ground", "coupler", np.zeros(3), held)
+
+
+@pytest.mark.parametrize("angle", [-0.9, 0.3, 1.2])
+def test_a_parallelogram_keeps_its_coupler_level(angle):
+    linkage = _four_bar([Actuated(1.0), Passive(), Passive(), Passive()])
+    found = close(linkage, {"left": angle})
+    assert found.is_closed
+    assert found.coordinates["left"] == [angle]
+    assert found.coordinates["right"][0] == pytest.approx(angle, abs=1e-12)
+    assert np.allclose(found.frames["coupler"].R, np.eye(3), atol=1e-12)
+
+
+def test_driven_joints_stay_where_passive_ones_can_close():
+    linkage = _four_bar([Actuated(1.0), Passive(), Passive(), Passive()], start=0.5)
+    found = close(linkage)
+    assert found.coordinates["left"] == [0.5]
+
+
+def test_driven_joints_follow_where_they_must():
+    roles = [Actuated(1.0), Passive(), Actuated(1.0), Passive()]
+    found = close(_four_bar(roles, start=0.5))
+    assert found.is_closed
+    left, right = found.coordinates["left"][0], found.coordinates["right"][0]
+    assert left == pytest.approx(right, abs=1e-12)
+    assert 0.0 < left < 0.5
+
+
+def test_held_and_locked_joints_do_not_follow():
+    roles = [Actuated(1.0), Passive(), Actuated(1.0), Passive()]
+    held = close(_four_bar(roles, held=frozenset({"left"}), start=0.5))
+    assert held.coordinates["right"][0] == pytest.approx(0.5, abs=1e-12)
+    locked = [Actuated(1.0), Passive(), Locked(), Passive()]
+    assert close(_four_bar(locked, start=0.5)).coordinates["left"][0] == pytest.approx(
+        0.0, abs=1e-6
+    )
+
+
+def test_values_that_contradict_each_other_leave_a_gap():
+    linkage = _four_bar([Actuated(1.0), Passive(), Actuated(1.0), Passive()])
+    found = close(linkage, {"left": 0.5, "right": -0.5})
+    assert not found.is_closed
+    assert "at 'loop'" in found.complaint
+    shift = np.hypot(2 * np.sin(0.5), 0) / 2
+    assert found.gaps["loop"][0] > 0.1 * shift
+
+
+def test_a_spherical_joint_closes_from_far_away():
+    """A platform that hangs on three balls and rods comes to rest on them."""
+    rng = np.random.default_rng(3)
+    balls = []
+    for i in range(3):
+        angle = 2 * np.pi * i / 3
+        foot = Frame(np.eye(3), np.array([np.cos(angle), np.sin(angle), 0]))
+        top = Frame(np.eye(3), np.array([0.5 * np.cos(angle), 0.5 * np.sin(angle), 0]))
+        rod = Frame(np.eye(3), np.array([0, 0, 1.2]))
+        start = rng.uniform(-0.4, 0.4, 3).tolist()
+        balls += [
+            Connection(
+                f"low{i}",
+                "ground",
+                f"rod{i}",
+                foot,
+                spherical(Passive(), home=start, name=f"low{i}"),
+                Frame.identity(),
+            ),
+            Connection(
+                f"high{i}",
+                f"rod{i}",
+                "plate",
+                rod,
+                spherical(Passive(), name=f"high{i}"),
+                top.inverse,
+            ),
+        ]
+    found = close(Linkage("tripod", tuple(balls), "ground", "plate", np.zeros(3)))
+    assert found.is_closed
+    for i in range(3):
+        low = found.frames[f"rod{i}"].p
+        angle = 2 * np.pi * i / 3
+        top = found.frames["plate"].p + found.frames["plate"].R @ [
+            0.5 * np.cos(angle),
+            0.5 * np.sin(angle),
+            0,
+        ]
+        assert np.linalg.norm(top - low) == pytest.approx(1.2, abs=1e-9)

@@ -1,0 +1,84 @@
+"""A connection seen from its other end is the same connection."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from robostiff.elasticity import EulerBernoulli, circle, material
+from robostiff.elasticity.spring_from_matrix import elasticity_from_compliance
+from robostiff.kinematics import freedom_twists, place_chain, spring_compliance
+from robostiff.linkage import Connection
+from robostiff.linkage.turned_round import turned_round
+from robostiff.model import (
+    Chain,
+    Link,
+    Passive,
+    PlacedSpring,
+    beam_link,
+    cylindrical,
+    planar,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+)
+from robostiff.spatial import Frame
+
+_RNG = np.random.default_rng(8)
+
+
+def _frame():
+    return Frame(Rotation.random(rng=_RNG).as_matrix(), _RNG.normal(size=3))
+
+
+JOINTS = [
+    revolute([1, 2, 3], Passive(), home=[0.4]),
+    prismatic([1, 2, -3], Passive(), home=[0.4]),
+    universal([1, 0, 0], [0.3, 1, 0], Passive(), home=[0.4, -0.7]),
+    spherical(Passive(), home=[0.3, -0.5, 0.8]),
+    cylindrical([0, 1, 1], Passive(), home=[0.2, 0.9]),
+    planar([0.2, 0.1, 1], Passive(), home=[0.2, -0.3, 0.7]),
+]
+
+
+def _end(connection, start):
+    """Frame of body b, and what is placed, where body a is."""
+    near = start @ connection.before
+    q = connection.home
+    placed = place_chain(Chain((connection.element,)), q, near.R, near.p)
+    return Frame(placed.R, placed.p) @ connection.after, placed
+
+
+@pytest.mark.parametrize("joint", JOINTS, ids=lambda joint: joint.kind.value)
+def test_a_joint_leads_back_and_moves_alike(joint):
+    connection = Connection("c", "a", "b", _frame(), joint, _frame())
+    start = _frame()
+    end, placed = _end(connection, start)
+    back, placed_back = _end(turned_round(connection), end)
+    assert np.allclose(back.R, start.R, atol=1e-12)
+    assert np.allclose(back.p, start.p, atol=1e-12)
+    twists, other = (freedom_twists(p.freedoms, start.p) for p in (placed, placed_back))
+    # The same motions: each set of columns spans the other.
+    both = np.concatenate([twists, other], axis=1)
+    assert np.linalg.matrix_rank(both, tol=1e-9) == joint.size
+    assert turned_round(turned_round(connection)).home == pytest.approx(connection.home)
+
+
+def test_an_elastic_link_gives_way_alike():
+    A = _RNG.normal(size=(6, 6))
+    beams = [
+        beam_link([0.3, 0.1, -0.2], material("steel"), circle(0.02), theory=EulerBernoulli()),
+        Link(np.array([0.1, 0.4, 0.2]), elasticity_from_compliance(A @ A.T), _frame().R),
+    ]
+    for link in beams:
+        connection = Connection("c", "a", "b", _frame(), link, _frame())
+        start = _frame()
+        end, placed = _end(connection, start)
+        back, placed_back = _end(turned_round(connection), end)
+        assert np.allclose(back.p, start.p, atol=1e-12)
+        at = np.array([0.5, -0.3, 0.2])
+        (spring,), (other,) = placed.elements, placed_back.elements
+        assert isinstance(spring, PlacedSpring)
+        assert isinstance(other, PlacedSpring)
+        wanted, found = (spring_compliance(s, at) for s in (spring, other))
+        assert np.allclose(found, wanted, rtol=1e-10, atol=1e-12 * np.abs(wanted).max())

@@ -1,0 +1,157 @@
+"""The deformed shape is mechanics: legs stay closed, bodies keep their shape, beams bend as beams."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import robostiff as rs
+from robostiff.model import Snapshot
+from robostiff.plot.geometry.displacement import motion_under
+from robostiff.plot.geometry.legs import MemberKind, joint_marks, leg_members
+from tests.generators.robots import FreeRobot, robots
+from tests.plot.machines import LOAD, POSE, hexapod_deflection, robot
+
+BENDING = ("hexapod", "gough-stewart-b-beams", "3-puu", "3-rrr", "3-rpr", "tripteron")
+
+
+def snapshot_of(name: str) -> Snapshot:
+    return rs.find_posture(robot(name)).snapshot.one(0)
+
+
+@pytest.mark.parametrize("name", rs.shipped_robots())
+def test_deformed_legs_end_on_the_displaced_platform(name: str):
+    machine = robot(name)
+    if not isinstance(machine, rs.Robot):
+        pytest.skip("has no legs")
+    answer = rs.stiffness(machine)
+    # A load that every robot carries: what it takes to move the platform a little.
+    t = 1e-4 * np.random.default_rng(1).standard_normal(answer.space.size)
+    bent = rs.deflection(machine, wrench=answer.K @ t)
+    assert bent.has_answer
+    snapshot = rs.find_posture(machine).snapshot.one(0)
+    motion = motion_under(snapshot, bent)
+    for leg, own in zip(snapshot.legs, motion.legs, strict=True):
+        wanted = motion.platform.displacement(leg.end)
+        assert own.bodies[-1].displacement(leg.end) == pytest.approx(wanted, rel=1e-7, abs=1e-13)
+        assert own.bodies[-1].rotation == pytest.approx(
+            motion.platform.rotation, rel=1e-7, abs=1e-12
+        )
+        assert not np.any(own.bodies[0].twist)
+
+
+@settings(max_examples=25)
+@given(robots(), st.integers(0, 2**32 - 1))
+def test_legs_of_random_robots_close(free: FreeRobot, seed: int):
+    answer = rs.stiffness(free.snapshot)
+    if not answer.answered or answer.rank == 0:
+        return
+    t = 1e-4 * np.random.default_rng(seed).standard_normal(6)
+    bent = rs.deflection(free.snapshot, wrench=answer.K @ t)
+    if not bent.has_answer:
+        return
+    motion = motion_under(free.snapshot, bent)
+    s = np.repeat([1.0, float(answer.about_reference.length)], 3)
+    size = np.linalg.norm(motion.platform.twist * s)
+    for own in motion.legs:
+        gap = (own.bodies[-1].twist - motion.platform.twist) * s
+        assert np.linalg.norm(gap) <= 1e-6 * size
+
+
+@pytest.mark.parametrize("name", BENDING)
+def test_every_joint_moves_only_as_it_may(name: str):
+    """Across a passive or an elastic joint, the two bodies differ by its own twist alone."""
+    machine = robot(name)
+    bent = rs.deflection(machine, wrench=np.array(LOAD)[list(machine.space.rows)])
+    snapshot = snapshot_of(name)
+    for leg, own in zip(snapshot.legs, motion_under(snapshot, bent).legs, strict=True):
+        for i, element in enumerate(leg.elements):
+            if not isinstance(element, rs.model.PlacedFreedom):
+                continue
+            before, after = own.bodies[i], own.bodies[i + 1]
+            turn = after.rotation - before.rotation
+            shift = after.displacement(element.point) - before.displacement(element.point)
+            if element.motion.name == "ROTATION":
+                assert np.cross(turn, element.axis) == pytest.approx(np.zeros(3), abs=1e-12)
+                assert shift == pytest.approx(np.zeros(3), abs=1e-12)
+            else:
+                assert np.cross(shift, element.axis) == pytest.approx(np.zeros(3), abs=1e-12)
+                assert turn == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", BENDING)
+def test_springs_give_way_as_their_compliance_says(name: str):
+    """Half of force times deflection of every spring is the energy that its part reports."""
+    machine = robot(name)
+    bent = rs.deflection(machine, wrench=np.array(LOAD)[list(machine.space.rows)])
+    snapshot = snapshot_of(name)
+    energies = {(part.leg, part.part): part.energy for part in bent.parts}
+    for leg, own in zip(snapshot.legs, motion_under(snapshot, bent).legs, strict=True):
+        for i, element in enumerate(leg.elements):
+            if not isinstance(element, rs.model.PlacedSpring):
+                continue
+            before, after = own.bodies[i], own.bodies[i + 1]
+            R = element.rotation
+            shift = after.displacement(element.point) - before.displacement(element.point)
+            own_twist = np.concatenate([R.T @ shift, R.T @ (after.rotation - before.rotation)])
+            if np.linalg.matrix_rank(element.elasticity.compliance) < 6:
+                continue
+            energy = 0.5 * own_twist @ np.linalg.solve(element.elasticity.compliance, own_twist)
+            assert energy == pytest.approx(energies[leg.name, element.name], rel=1e-6, abs=1e-15)
+
+
+def test_cantilever_bends_as_its_textbook_line():
+    """w(x) = F x^2 (3 L - x) / (6 E I), exaggerated."""
+    steel = rs.material("steel")
+    section = rs.rectangle(0.01, 0.02)
+    beam = rs.beam_link("beam", (0.5, 0, 0), steel, section)
+    leg = rs.Leg("arm", rs.Frame(), rs.Chain((beam,)), rs.Frame())
+    cantilever = rs.Robot("cantilever", (leg,))
+    bent = rs.deflection(cantilever, wrench=[0, 0, -20.0, 0, 0, 0])
+    snapshot = rs.find_posture(cantilever).snapshot.one(0)
+    (member,) = leg_members(snapshot.legs[0], motion_under(snapshot, bent).legs[0], 50.0)
+    assert member.kind is MemberKind.ELASTIC
+    x = member.points[:, 0]
+    tip = bent.twist[2]
+    assert member.points[-1, 2] == pytest.approx(50 * tip)
+    assert member.points[:, 2] == pytest.approx(
+        50 * tip * x**2 * (1.5 - x) / (2 * 0.5**3), rel=1e-9
+    )
+
+
+def test_members_run_from_base_to_platform_without_gaps():
+    snapshot = snapshot_of("hexapod")
+    bent = rs.deflection(robot("hexapod"), wrench=LOAD)
+    motion = motion_under(snapshot, bent)
+    for scale in (0.0, 1000.0):
+        for leg, own in zip(snapshot.legs, motion.legs, strict=True):
+            members = leg_members(leg, own, scale)
+            for one, following in zip(members, members[1:], strict=False):
+                assert following.points[0] == pytest.approx(one.points[-1], abs=1e-12)
+            ends = leg.end + scale * motion.platform.displacement(leg.end)
+            assert members[-1].points[-1] == pytest.approx(ends, abs=1e-9)
+
+
+def test_undeformed_members_are_the_links_and_struts():
+    leg = snapshot_of("3-puu").legs[0]
+    motion = motion_under(snapshot_of("3-puu"), rs.deflection(robot("3-puu"), wrench=LOAD)).legs[0]
+    members = leg_members(leg, motion)
+    assert [(m.part, m.kind) for m in members] == [
+        ("drive", MemberKind.SLIDE),
+        ("rod", MemberKind.ELASTIC),
+    ]
+    assert [mark.name for mark in joint_marks(leg, motion)] == [
+        f"{leg.name}/{freedom.name}" for freedom in leg.freedoms
+    ]
+
+
+def test_motion_is_about_a_point_asked_for_as_well():
+    """The place about which the wrench is told does not change what bends."""
+    snapshot = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
+    here = hexapod_deflection()
+    point = here.stiffness.reference_point + [0.3, -0.2, 0.1]
+    wrench = rs.spatial.move_wrench(np.array(LOAD, dtype=float), np.array([0.3, -0.2, 0.1]))
+    there = rs.deflection(robot("hexapod"), POSE, wrench, at=point)
+    one, other = motion_under(snapshot, here), motion_under(snapshot, there)
+    p = snapshot.reference_point
+    assert one.platform.displacement(p) == pytest.approx(other.platform.displacement(p), rel=1e-9)

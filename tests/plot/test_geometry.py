@@ -1,0 +1,122 @@
+"""Ellipsoids, screws, isosurfaces and plates are what they stand for."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
+from robostiff.plot.geometry.isosurface import isosurface
+from robostiff.plot.geometry.polygon import plate
+from robostiff.plot.geometry.screw_line import screw_line
+from robostiff.plot.geometry.surface import ellipsoid_mesh
+from robostiff.spatial import Screw
+from tests.plot.machines import held_across_x, hexapod_stiffness, robot
+
+BLOCKS = {
+    Quality.COMPLIANCE: ("C", slice(0, 3)),
+    Quality.STIFFNESS: ("K", slice(0, 3)),
+    Quality.ROTATIONAL_COMPLIANCE: ("C", slice(3, 6)),
+    Quality.ROTATIONAL_STIFFNESS: ("K", slice(3, 6)),
+}
+
+
+@pytest.mark.parametrize("quality", Quality, ids=lambda q: q.value)
+def test_principal_axes_put_the_block_together_again(quality: Quality):
+    result = hexapod_stiffness()
+    matrix, part = BLOCKS[quality]
+    block = (result.K if matrix == "K" else np.linalg.inv(result.K))[part, part]
+    axes = principal_axes(result, quality)
+    again = axes.directions.T @ np.diag(axes.lengths) @ axes.directions
+    assert again == pytest.approx(block, rel=1e-9, abs=1e-12 * np.abs(block).max())
+    assert not np.any(axes.is_free)
+
+
+def test_free_translation_has_compliance_without_limit_and_stiffness_of_none():
+    """Two wires along y and z hold a point, x is free."""
+    axes = principal_axes(held_across_x(), Quality.COMPLIANCE)
+    assert axes.lengths.tolist() == pytest.approx([1 / 3e6, 1 / 2e6, np.inf])
+    assert np.abs(axes.directions) == pytest.approx(np.eye(3)[[2, 1, 0]])
+    stiff = principal_axes(held_across_x(), Quality.STIFFNESS)
+    assert stiff.lengths.tolist() == pytest.approx([0, 2e6, 3e6])
+    assert np.abs(stiff.directions) == pytest.approx(np.eye(3))
+    assert stiff.is_free.tolist() == [True, False, False]
+
+
+def test_turns_about_an_apex_leave_no_limit_across_it_but_resist_with_rotations_held():
+    """Case A: free to turn about (0, 0, 2), so that the reference point below is free in x and y."""
+    result = rs.stiffness(robot("gough-stewart-a"))
+    axes = principal_axes(result, Quality.COMPLIANCE)
+    assert np.isinf(axes.lengths).tolist() == [False, True, True]
+    # only forces along z do no work on the free turns, and K_zz holds them alone
+    assert axes.lengths[0] == pytest.approx(1 / result.K[2, 2], rel=1e-9)
+    assert not np.any(principal_axes(result, Quality.STIFFNESS).is_free)
+    about_apex = principal_axes(result.about(np.array([0, 0, 2.0])), Quality.ROTATIONAL_STIFFNESS)
+    assert about_apex.lengths.tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("open_axes", [(), (2,), (1, 2)])
+def test_points_of_the_surface_obey_its_equation(open_axes: tuple[int, ...]):
+    half = np.diag([3.0, 2.0, 1.0])
+    vertices, triangles = ellipsoid_mesh(half, open_axes)
+    closed = [i for i in range(3) if i not in open_axes]
+    assert np.sum((vertices[:, closed] / np.diag(half)[closed]) ** 2, axis=1) == pytest.approx(1.0)
+    assert triangles.min() == 0
+    assert triangles.max() == len(vertices) - 1
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.02, -0.3])
+def test_way_of_a_screw_is_that_of_a_point_that_turns_and_advances(pitch: float):
+    e = np.array([1.0, 2, 2]) / 3
+    screw = Screw(e, np.array([0.3, -0.1, 0.2]), pitch)
+    lines = screw_line(screw, np.array([1.0, 1, 1]), 0.5)
+    steps = np.diff(lines.way, axis=0)
+    middle = (lines.way[1:] + lines.way[:-1]) / 2
+    # the velocity of each point is that of the screw: w x (p - point) + pitch w
+    velocity = np.cross(e, middle - screw.point) + pitch * e
+    rates = steps / velocity
+    assert rates == pytest.approx(np.full_like(rates, rates[0, 0]), rel=1e-3)
+    assert rates[0, 0] > 0
+    along = lines.way @ e
+    assert np.ptp(along) <= 2 * 0.5 + 1e-12
+    assert np.cross(lines.axis[1] - lines.axis[0], e) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert np.cross(lines.axis[0] - screw.point, e) == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+def test_isosurface_of_a_distance_is_a_closed_sphere():
+    line = np.linspace(-1.2, 1.2, 25)
+    x, y, z = np.meshgrid(line, line, line, indexing="ij")
+    vertices, triangles = isosurface(np.sqrt(x**2 + y**2 + z**2), 1.0, (line, line, line))
+    assert np.linalg.norm(vertices, axis=1) == pytest.approx(1.0, abs=5e-3)
+    p = vertices[triangles]
+    area = 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum()
+    assert area == pytest.approx(4 * np.pi, rel=0.01)
+    # closed: every edge belongs to two triangles
+    corners = np.round(p / 1e-9).astype(np.int64)
+    edges: dict[frozenset[tuple[int, ...]], int] = {}
+    for one in corners:
+        names = [tuple(corner) for corner in one]
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            edge = frozenset((names[a], names[b]))
+            if len(edge) == 2:
+                edges[edge] = edges.get(edge, 0) + 1
+    assert set(edges.values()) == {2}
+
+
+def test_isosurface_ends_where_there_are_no_values():
+    line = np.linspace(0, 1, 5)
+    values = np.broadcast_to(line, (5, 5, 5)).copy()
+    values[:3] = np.nan
+    vertices, _ = isosurface(values, 0.4, (line, line, line))
+    assert vertices[:, 0].min() == line[3]
+    assert len(isosurface(np.full((5, 5, 5), np.nan), 0.4, (line, line, line))[0]) == 0
+
+
+def test_plate_goes_around_in_order_and_needs_an_area():
+    angle = np.random.default_rng(2).permutation(np.linspace(0, 2 * np.pi, 6, endpoint=False))
+    corners = np.stack([np.cos(angle), np.sin(angle), np.full(6, 0.3)], axis=1)
+    around = plate(corners)
+    assert around is not None
+    sides = np.linalg.norm(around - np.roll(around, 1, axis=0), axis=1)
+    assert sides == pytest.approx(np.ones(6))
+    assert plate(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]])) is None
+    assert plate(corners[:2]) is None

@@ -1,0 +1,312 @@
+"""What is to be seen are the results, in the units that stand beside them."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.plot.ellipsoids import ellipsoid_picture
+from robostiff.plot.energy_bars import energy_picture
+from robostiff.plot.free_motion_screws import free_motions_picture
+from robostiff.plot.geometry.ellipsoid import Quality
+from robostiff.plot.matrix_cells import Kind, Shade, matrix_picture
+from robostiff.plot.picture import Arrow, Face, Marks, Mesh, Path, Scene
+from robostiff.plot.posed_robot import Colouring, robot_picture
+from robostiff.plot.two_designs import Measure, comparison_picture
+from tests.plot.machines import (
+    LOAD,
+    POSE,
+    held_across_x,
+    hexapod_deflection,
+    hexapod_stiffness,
+    robot,
+)
+
+HEXAPOD = rs.find_posture(rs.load("hexapod"), POSE).snapshot.one(0)
+
+
+def labelled(scene: Scene) -> dict:
+    return {item.label: item for item in scene.items if item.label}
+
+
+def test_robot_has_its_joints_where_they_are():
+    found = labelled(robot_picture(HEXAPOD))
+    passive = [f.point for leg in HEXAPOD.legs for f in leg.freedoms if f.is_passive]
+    assert found["passive joint"].points == pytest.approx(np.array(passive))
+    assert found["passive joint"].about[0] == "leg1/base joint[0]"
+    assert found["reference point"].points == pytest.approx(HEXAPOD.reference_point[None])
+    ends = {tuple(leg.end) for leg in HEXAPOD.legs}
+    assert {tuple(corner) for corner in found["platform"].corners} == ends
+
+
+@pytest.mark.parametrize("colouring", [Colouring.LEGS, Colouring.PARTS])
+def test_lines_have_the_energy_share_of_their_leg_or_part(colouring: Colouring):
+    bent = hexapod_deflection()
+    scene = robot_picture(HEXAPOD, bent, colouring)
+    told = {item.about: item.paint for item in scene.items if isinstance(item, Path) and item.about}
+    shares: dict[str, float] = {}
+    for part in bent.parts:
+        key = part.leg if colouring is Colouring.LEGS else f"{part.leg}/{part.part}"
+        shares[key] = shares.get(key, 0.0) + 100 * part.share
+    for about, paint in told.items():
+        name = about.partition(":")[0]
+        assert paint == pytest.approx(shares[name.split("/")[0] if name not in shares else name])
+    assert scene.scale is not None
+    assert scene.scale.label == "share of elastic energy [%]"
+    assert scene.scale.low == 0
+    assert scene.scale.high == pytest.approx(max(shares.values()))
+
+
+def test_exaggeration_is_round_and_told_and_displaces_the_platform():
+    bent = hexapod_deflection()
+    scene = robot_picture(HEXAPOD, bent)
+    (note,) = scene.notes
+    factor = float(note.split()[-1])
+    assert factor / 10 ** np.floor(np.log10(factor)) in {1, 2, 5}
+    moved = labelled(scene)["reference point"].points[0]
+    assert moved == pytest.approx(HEXAPOD.reference_point + factor * bent.twist[:3])
+    plain = robot_picture(HEXAPOD, bent, exaggeration=0)
+    assert labelled(plain)["reference point"].points[0] == pytest.approx(HEXAPOD.reference_point)
+    assert not plain.notes
+
+
+def test_load_is_drawn_along_itself_with_its_size():
+    found = labelled(robot_picture(HEXAPOD, hexapod_deflection(), exaggeration=0))
+    force = found[f"force {np.linalg.norm(LOAD[:3]):.3g} N"]
+    along = force.tip - force.start
+    assert along / np.linalg.norm(along) == pytest.approx(LOAD[:3] / np.linalg.norm(LOAD[:3]))
+    assert force.tip == pytest.approx(HEXAPOD.reference_point)
+    assert "moment 20 N m" in found
+
+
+def test_small_robots_are_drawn_in_millimetres_and_planar_ones_from_above():
+    snapshot = rs.find_posture(robot("3-rrr")).snapshot.one(0)
+    scene = robot_picture(snapshot)
+    assert scene.axes == ("x [mm]", "y [mm]", "z [mm]")
+    assert scene.is_flat
+    assert labelled(scene)["reference point"].points == pytest.approx(
+        1e3 * snapshot.reference_point[None]
+    )
+
+
+def test_load_out_of_the_plane_is_seen_in_space():
+    arm = robot("two-link-arm")
+    snapshot = rs.find_posture(arm).snapshot.one(0)
+    inside = rs.deflection(arm, wrench=[10, 5, 0, 0, 0, 1])
+    outside = rs.deflection(arm, wrench=[0, 0, -10, 0, 0, 0])
+    assert robot_picture(snapshot, inside).is_flat
+    assert not robot_picture(snapshot, outside).is_flat
+
+
+def test_deflection_of_another_pose_is_refused():
+    with pytest.raises(rs.InputError, match="another pose"):
+        rs.plot.robot(robot("hexapod"), deflection=hexapod_deflection())
+
+
+def test_pose_out_of_reach_is_not_drawn():
+    with pytest.raises(rs.NoAnswerError, match="falls short"):
+        rs.plot.robot(robot("3-puu"), [5, 0, 0.3])
+
+
+def test_ellipsoid_has_the_principal_compliances_as_semi_axes():
+    result = hexapod_stiffness()
+    scene = ellipsoid_picture(result, Quality.COMPLIANCE)
+    assert scene.axes[0] == "x [nm/N]"
+    C = np.linalg.inv(result.K)[:3, :3] * 1e9
+    (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
+    inverse = np.linalg.inv(C)
+    assert np.linalg.norm(mesh.vertices @ inverse, axis=1) == pytest.approx(1.0)
+    lengths = [np.ptp(i.points, axis=0) / 2 for i in scene.items if isinstance(i, Path)]
+    assert [np.linalg.norm(v) for v in lengths] == pytest.approx(np.linalg.eigvalsh(C))
+    assert [f"{v:.3g} nm/N" for v in np.linalg.eigvalsh(C)] == [
+        item.label for item in scene.items if isinstance(item, Path)
+    ]
+
+
+def test_directions_without_limit_are_told_and_not_closed():
+    result = rs.stiffness(robot("gough-stewart-a"))
+    scene = ellipsoid_picture(result, Quality.COMPLIANCE)
+    labels = [item.label for item in scene.items if isinstance(item, Path)]
+    assert labels[1:] == ["free: without limit"] * 2
+    assert "free in 2 directions" in scene.notes
+    (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
+    assert len(mesh.triangles) == 4  # two plates
+
+
+def test_ellipsoid_in_the_robot_keeps_its_shape():
+    result = hexapod_stiffness()
+    alone = ellipsoid_picture(result, Quality.STIFFNESS)
+    within = ellipsoid_picture(result, Quality.STIFFNESS, HEXAPOD)
+    (one,) = (item for item in alone.items if isinstance(item, Mesh))
+    (other,) = (item for item in within.items if isinstance(item, Mesh))
+    away = other.vertices - result.reference_point
+    ratio = np.linalg.norm(away) / np.linalg.norm(one.vertices)
+    assert away == pytest.approx(ratio * one.vertices, abs=1e-9)
+
+
+def test_planar_robots_have_an_ellipse():
+    result = rs.stiffness(robot("3-rrr"))
+    scene = ellipsoid_picture(result, Quality.COMPLIANCE)
+    assert scene.is_flat
+    (face,) = (item for item in scene.items if isinstance(item, Face))
+    C = np.linalg.inv(result.K)[:2, :2]
+    unit = face.corners[:, :2] @ np.linalg.inv(C)
+    sizes = np.linalg.norm(unit, axis=1)
+    assert sizes == pytest.approx(np.full(len(sizes), sizes[0]))
+
+
+def test_robot_that_is_free_all_around_has_no_ellipsoid():
+    slide = rs.Leg(
+        "leg",
+        rs.Frame(),
+        rs.Chain(
+            (
+                rs.planar("plate"),
+                rs.prismatic("z", (0, 0, 1)),
+                rs.spherical("ball"),
+                rs.revolute("drive", (1, 0, 0), rs.Actuated(10.0)),
+            )
+        ),
+        rs.Frame(),
+    )
+    result = rs.stiffness(rs.Robot("loose", (slide,)))
+    with pytest.raises(rs.NoAnswerError, match="free in all directions"):
+        rs.plot.ellipsoid(result)
+
+
+def test_free_motions_are_drawn_on_their_screws_with_their_words():
+    result = rs.stiffness(robot("gough-stewart-a"))
+    scene = free_motions_picture(result)
+    words = [str(motion) for motion in result.free_motions]
+    found = labelled(scene)
+    assert [label for label in found if label != "reference point"] == words
+    for motion in result.free_motions:
+        way = found[str(motion)].points
+        assert motion.screw.point is not None
+        away = way - motion.screw.point
+        across = away - np.outer(away @ motion.screw.direction, motion.screw.direction)
+        radius = np.linalg.norm(across, axis=1)
+        assert radius == pytest.approx(np.full(len(radius), radius[0]))
+    assert scene.notes == ("rank 3 of 6",)
+
+
+def test_free_translation_is_an_arrow_both_ways():
+    scene = free_motions_picture(held_across_x())
+    (arrow,) = (item for item in scene.items if isinstance(item, Arrow))
+    assert arrow.both_ways
+    assert arrow.label == "translation along x"
+    along = arrow.tip - arrow.start
+    assert np.cross(along, [1, 0, 0]) == pytest.approx(np.zeros(3))
+
+
+def test_robot_without_free_motions_says_so():
+    scene = free_motions_picture(hexapod_stiffness())
+    assert scene.title == "hexapod: no free motion"
+    assert [type(item) for item in scene.items] == [Marks]
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_cells_hold_the_matrix_in_the_unit_of_their_block(kind: Kind):
+    result = hexapod_stiffness()
+    A = result.K if kind is Kind.STIFFNESS else np.linalg.inv(result.K)
+    picture = matrix_picture(result, kind)
+    prefixes = {"n": 1e-9, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
+    ends = {"N/m", "N/rad", "N m/m", "N m/rad", "m/N", "m/(N m)", "rad/N", "rad/(N m)"}
+    covered = np.zeros((6, 6), dtype=int)
+    for unit in picture.units:
+        factor = 1.0 if unit.unit in ends else prefixes[unit.unit[0]]
+        assert (unit.unit if unit.unit in ends else unit.unit[1:]) in ends
+        for i in range(*unit.rows):
+            for j in range(*unit.columns):
+                covered[i, j] += 1
+                shown = float(picture.texts[i][j].replace("−", "-")) * factor
+                assert shown == pytest.approx(A[i, j], rel=6e-3)
+    assert np.all(covered == 1)
+    assert {u.unit[-3:] for u in picture.units} <= {end[-3:] for end in ends}
+
+
+def test_shade_is_a_signed_logarithm_and_zeros_are_plain():
+    result = rs.stiffness(robot("gough-stewart-a"))
+    K = result.K
+    picture = matrix_picture(result)
+    s = np.repeat([1.0, float(result.about_reference.length)], 3)
+    scaled = K / np.outer(s, s)
+    part = np.abs(scaled) / np.abs(scaled).max()
+    plain = part <= 1e-12
+    assert np.any(plain)
+    assert np.array_equal(np.isnan(picture.shades), plain)
+    assert all(picture.texts[i][j] == "0" for i, j in np.argwhere(plain))
+    expected = np.sign(scaled) * np.maximum(1 + np.log10(np.where(plain, 1, part)) / 4, 0.05)
+    assert picture.shades[~plain] == pytest.approx(expected[~plain])
+
+
+def test_shade_of_coupling_is_one_on_the_diagonal():
+    picture = matrix_picture(hexapod_stiffness(), shade=Shade.COUPLING)
+    K = hexapod_stiffness().K
+    assert np.diag(picture.shades) == pytest.approx(np.ones(6))
+    assert picture.shades[0, 4] == pytest.approx(K[0, 4] / np.sqrt(K[0, 0] * K[4, 4]))
+
+
+def test_matrix_of_a_planar_robot_has_three_rows():
+    picture = matrix_picture(rs.stiffness(robot("3-rrr")))
+    assert picture.rows == ("Fx", "Fy", "Mz")
+    assert picture.columns == ("dx", "dy", "rz")
+
+
+def test_compliance_of_a_free_robot_says_why_there_is_none():
+    with pytest.raises(rs.NoAnswerError, match="without meeting stiffness"):
+        rs.plot.matrix(rs.stiffness(robot("gough-stewart-a")), Kind.COMPLIANCE)
+
+
+def test_bars_are_the_shares_of_the_parts_leg_by_leg():
+    bent = hexapod_deflection()
+    (panel,) = energy_picture(bent).panels
+    legs = [group.name for group in panel.groups]
+    assert legs == [leg.name for leg in HEXAPOD.legs]
+    told = {
+        (leg, series.name): value
+        for series in panel.series
+        for leg, value in zip(legs, series.values, strict=True)
+    }
+    assert told == {(p.leg, p.part): pytest.approx(100 * p.share) for p in bent.parts}
+    totals = [float(group.note.split()[0]) for group in panel.groups]
+    assert sum(totals) == pytest.approx(100, abs=0.4)
+
+
+def test_comparison_tells_both_values_and_their_ratio():
+    first, second = hexapod_stiffness(), rs.stiffness(robot("gough-stewart-b-beams"))
+    picture = comparison_picture(first, second, Measure.DIAGONAL)
+    forces, moments = picture.panels
+    assert forces.label == "force / displacement [MN/m]"
+    assert moments.label == "moment / rotation [MN m/rad]"
+    for k, panel in enumerate(picture.panels):
+        part = slice(3 * k, 3 * k + 3)
+        one, other = (series.values for series in panel.series)
+        assert 1e6 * one == pytest.approx(np.diag(first.K)[part])
+        assert 1e6 * other == pytest.approx(np.diag(second.K)[part])
+        for text, ratio in zip(panel.series[1].texts, other / one, strict=True):
+            assert float(text.partition("× ")[2].rstrip(")")) == pytest.approx(ratio, rel=6e-3)
+
+
+def test_comparison_of_deflections_keeps_signs():
+    first = hexapod_deflection()
+    second = rs.deflection(robot("hexapod"), POSE, [-2 * f for f in LOAD])
+    displacement, rotation = comparison_picture(first, second, names=("one", "twice back")).panels
+    assert displacement.label == "displacement [µm]"
+    assert [series.name for series in rotation.series] == ["one", "twice back"]
+    assert displacement.series[1].values == pytest.approx(-2 * displacement.series[0].values)
+    assert displacement.series[0].values == pytest.approx(1e6 * first.twist[:3])
+    assert all("(× −2)" in text for text in displacement.series[1].texts)
+
+
+def test_nothing_is_compared_with_something_else():
+    planar = rs.stiffness(robot("3-rrr"))
+    with pytest.raises(rs.InputError, match="two of one size"):
+        rs.plot.comparison(hexapod_stiffness(), planar)
+    with pytest.raises(rs.InputError, match="rs.stiffness"):
+        rs.plot.comparison(hexapod_stiffness(), hexapod_deflection())
+    with pytest.raises(rs.InputError, match="rs.deflection"):
+        rs.plot.energy_shares(hexapod_stiffness())  # pyright: ignore[reportArgumentType]
+    with pytest.raises(rs.InputError, match="a single pose"):
+        rs.plot.matrix(rs.stiffness(robot("3-puu"), [[0, 0, 0.3], [0, 0.01, 0.3]]))
+    with pytest.raises(rs.InputError, match="write backend=rs.plot.Plotly"):
+        rs.plot.matrix(hexapod_stiffness(), backend="plotly")  # pyright: ignore
