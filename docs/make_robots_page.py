@@ -60,6 +60,7 @@ def cable_table() -> str:
     rows.append("|---|---|---|---|")
     for name in rs.shipped_cable_robots():
         robot = rs.load(name)
+        assert isinstance(robot, rs.CableRobot)  # noqa: S101
         home = rs.stiffness(robot)
         K = ", ".join(f"{home.K[i, i] / 1e3:.3g}" for i in range(home.space.translations))
         rank = f"{int(home.rank)} of {home.space.size}, {int(home.held_rank)}"

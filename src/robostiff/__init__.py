@@ -46,12 +46,7 @@ _HOMES = {
         "Threads",
         "stiffness_map",
     ),
-    "robostiff.cables": (
-        "CableStatus",
-        "ClosedFormTensions",
-        "GivenTensions",
-        "NearestTensions",
-    ),
+    "robostiff.cables": ("CableStatus", "ClosedFormTensions", "GivenTensions", "NearestTensions"),
     "robostiff.compiled": (
         "Backend",
         "ComplianceMatrix",
@@ -101,11 +96,7 @@ _HOMES = {
         "spherical",
         "universal",
     ),
-    "robostiff.model.cable": (
-        "Cable",
-        "CableRobot",
-        "Weight",
-    ),
+    "robostiff.model.cable": ("Cable", "CableRobot", "Weight"),
     "robostiff.robots": (
         "load",
         "shipped_cable_robots",
@@ -289,12 +280,7 @@ if TYPE_CHECKING:
         RobotDerivation,
         Steps,
     )
-    from robostiff.cables import (
-        CableStatus,
-        ClosedFormTensions,
-        GivenTensions,
-        NearestTensions,
-    )
+    from robostiff.cables import CableStatus, ClosedFormTensions, GivenTensions, NearestTensions
     from robostiff.compiled import (
         Backend,
         ComplianceMatrix,
@@ -364,11 +350,7 @@ if TYPE_CHECKING:
         spherical,
         universal,
     )
-    from robostiff.model.cable import (
-        Cable,
-        CableRobot,
-        Weight,
-    )
+    from robostiff.model.cable import Cable, CableRobot, Weight
     from robostiff.network import (
         Network,
     )

@@ -1,15 +1,38 @@
-"""Cable robots for tests: random ones, and a ring that rests under its own tension."""
+"""Cable robots for tests, shipped and random, and parts of answers that must be there."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from robostiff.analysis import CableResponse, CableStiffness, SlackEvent
 from robostiff.cables import PlacedCables, structure_matrix
 from robostiff.model.cable import Cable, CableRobot, Weight
+from robostiff.robots import load
 from robostiff.spatial import Frame, Space
 
 
-def random_robot(seed: int, cables: int = 8, *, weight: bool = True, winch: bool = True):
+def cable_robot(name: str) -> CableRobot:
+    """A shipped cable robot."""
+    robot = load(name)
+    assert isinstance(robot, CableRobot)
+    return robot
+
+
+def answered(response: CableResponse) -> CableStiffness:
+    """What holds under the load."""
+    assert response.after is not None
+    return response.after
+
+
+def slack_event(response: CableResponse) -> SlackEvent:
+    """Where the first cable becomes slack."""
+    assert response.first_slack is not None
+    return response.first_slack
+
+
+def random_robot(
+    seed: int, cables: int = 8, *, weight: bool = True, winch: bool = True
+) -> CableRobot:
     """A cable robot around a platform of a tenth of its size, numbers without pattern."""
     rng = np.random.default_rng(seed)
     exits = rng.uniform(-2, 2, (cables, 3))

@@ -12,6 +12,7 @@ from robostiff.errors import FileError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file.build_cables import cable_robot_from_document
 from robostiff.robots import describe, robot_file
+from tests.cables.machines import cable_robot
 from tests.project.shown_output import ROOT
 
 STATUS = rs.CableStatus
@@ -55,6 +56,7 @@ def test_numbers_of_a_file():
     assert (b.name, c.name) == ("cable1", "cable2")
     np.testing.assert_allclose(c.exit_point, [-1, 0, 0], atol=1e-12)
     assert robot.tension_level == 0.5
+    assert robot.weight is not None
     assert robot.weight.point.tolist() == [0, 0, -0.1]
     assert robot.reference_point.tolist() == [0, 0, 0.02]
 
@@ -87,7 +89,7 @@ def test_given_tensions_are_all_or_none():
 
 @pytest.mark.parametrize("name", rs.shipped_cable_robots())
 def test_shipped_file(name):
-    robot, info = rs.load(name), describe(name)
+    robot, info = cable_robot(name), describe(name)
     assert (robot.name, robot.title, robot.source) == (name, info.title, info.source)
     assert len(info.title) < 90
     assert all(len(line) <= 130 for line in robot_file(name).read_text().splitlines())
@@ -95,6 +97,7 @@ def test_shipped_file(name):
 
 def test_parameters_of_a_shipped_robot():
     robot = rs.load("cable-8", {"EA": "50 kN"})
+    assert isinstance(robot, rs.CableRobot)
     assert robot.cables[0].EA == 5e4
     with pytest.raises(rs.InputError, match="not formulas"):
         rs.load("cable-8", symbols=("EA",))

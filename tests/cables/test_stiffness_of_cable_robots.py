@@ -9,7 +9,7 @@ import robostiff as rs
 from robostiff.cables import structure_matrix
 from robostiff.spatial import Space, move_stiffness
 from tests.cables.exact_energy import hessian
-from tests.cables.machines import random_robot
+from tests.cables.machines import cable_robot, random_robot
 
 STATUS = rs.CableStatus
 NAMES = rs.shipped_cable_robots()
@@ -52,7 +52,7 @@ def test_without_tension_cables_are_rods_between_ball_joints(seed):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_shipped_robots_stand_at_home(name):
-    robot = rs.load(name)
+    robot = cable_robot(name)
     assert isinstance(robot, rs.CableRobot)
     result = rs.stiffness(robot)
     assert result.status == STATUS.OK
@@ -65,13 +65,13 @@ def test_shipped_robots_stand_at_home(name):
 
 @pytest.mark.parametrize("name", ["cable-8", "cable-3-suspended"])
 def test_matrix_of_a_robot_is_that_of_its_energy(name):
-    result = rs.stiffness(rs.load(name))
+    result = rs.stiffness(cable_robot(name))
     exact = hessian(result.placed, result.axial, result.tensions)
     np.testing.assert_allclose(result.K, exact, rtol=1e-10, atol=1e-10 * np.abs(exact).max())
 
 
 def test_batch_is_pose_by_pose():
-    robot = rs.load("cable-8-suspended")
+    robot = cable_robot("cable-8-suspended")
     rng = np.random.default_rng(0)
     poses = [0, 0, 2, 0, 0, 0] + rng.uniform(-1, 1, (2, 6, 6)) * [3, 2, 1, 0.1, 0.1, 0.1]
     batch = rs.stiffness(robot, poses)
@@ -85,7 +85,7 @@ def test_batch_is_pose_by_pose():
 
 
 def test_another_point_is_the_matrix_of_a_robot_with_that_reference_point():
-    robot = rs.load("cable-8")
+    robot = cable_robot("cable-8")
     tensions = rs.GivenTensions(np.linspace(60, 130, 8))  # held by others too
     offset = np.array([0.2, -0.1, 0.4])
     other = rs.cable_stiffness(replace(robot, reference_point=offset), tensions=tensions)
@@ -96,7 +96,7 @@ def test_another_point_is_the_matrix_of_a_robot_with_that_reference_point():
 
 def test_another_point_of_a_balanced_robot_is_plain_transport():
     """The force of the wrench stays where it acts, so that nothing is held from elsewhere."""
-    robot, offset = rs.load("cable-8"), np.array([0.2, -0.1, 0.4])
+    robot, offset = cable_robot("cable-8"), np.array([0.2, -0.1, 0.4])
     here = rs.cable_stiffness(robot, wrench=[40, -30, 60, 0, 0, 0])
     there = here.about(here.reference_point + offset)
     assert np.abs(here.missing_wrench).max() < 1e-9
@@ -111,6 +111,7 @@ def test_turned_world_turns_the_matrix():
     robot = random_robot(4)
     R = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     R *= np.linalg.det(R)
+    assert robot.weight is not None
     turned = replace(
         robot,
         cables=tuple(replace(c, exit_point=R @ c.exit_point) for c in robot.cables),
@@ -126,7 +127,8 @@ def test_turned_world_turns_the_matrix():
 
 
 def test_millimetres_decide_like_metres():
-    robot = rs.load("cable-3-suspended")
+    robot = cable_robot("cable-3-suspended")
+    assert robot.weight is not None
     for factor in (1e-3, 1e3):
         scaled = replace(
             robot,
@@ -181,7 +183,7 @@ def test_crossed_tension_topples_a_platform_and_is_told():
 
 
 def test_more_tension_stiffens_what_cables_hold_across():
-    robot = rs.load("cable-4-planar")
+    robot = cable_robot("cable-4-planar")
     spatial = replace(robot, space=Space.SPATIAL, weight=None)
     low, high = (
         rs.cable_stiffness(spatial, tensions=rs.NearestTensions(level)) for level in (0, 1)
@@ -211,6 +213,6 @@ def test_winch_is_in_series():
 
 
 def test_elastic_part_is_of_the_structure_matrix():
-    result = rs.stiffness(rs.load("cable-8-suspended"))
+    result = rs.stiffness(cable_robot("cable-8-suspended"))
     W = structure_matrix(result.placed)
     np.testing.assert_allclose(result.elastic, W @ np.diag(result.axial) @ W.T, rtol=1e-12)

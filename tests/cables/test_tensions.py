@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 import robostiff as rs
 from robostiff.cables import TensionProblem, nearest_tensions
 from robostiff.errors import InputError
-from tests.cables.machines import random_robot
+from tests.cables.machines import cable_robot, random_robot
 
 STATUS = rs.CableStatus
 
@@ -74,21 +74,21 @@ def test_nearest_tensions_agree_with_a_general_optimizer():
 
 
 def test_nearest_tensions_of_fewer_cables_than_freedoms():
-    robot = rs.load("cable-3-suspended")
+    robot = cable_robot("cable-3-suspended")
     answer = rs.cable_tensions(robot)
     np.testing.assert_allclose(answer.tensions, 100 * np.sqrt(0.8**2 + 2**2) / 2, rtol=1e-12)
     assert rs.cable_tensions(robot, wrench=[1, 0, 0, 0, 0, 0]).status == STATUS.INFEASIBLE
 
 
 def test_closed_form_is_the_nearest_where_no_limit_is_met():
-    robot = rs.load("cable-8")
+    robot = cable_robot("cable-8")
     closed = rs.cable_tensions(robot, tensions=rs.ClosedFormTensions(0.5))
     nearest = rs.cable_tensions(robot, tensions=rs.NearestTensions(0.5))
     np.testing.assert_allclose(closed.tensions, nearest.tensions, rtol=1e-9)
 
 
 def test_closed_form_answers_within_limits_or_says_so():
-    robot = rs.load("cable-8")
+    robot = cable_robot("cable-8")
     rng = np.random.default_rng(1)
     poses = [0, 0, 1, 0, 0, 0] + rng.uniform(-1, 1, (400, 6)) * [1.8, 1.3, 0.9, 0.1, 0.1, 0.1]
     closed = rs.cable_tensions(robot, poses, tensions=rs.ClosedFormTensions())
@@ -105,13 +105,13 @@ def test_closed_form_answers_within_limits_or_says_so():
 
 @pytest.mark.parametrize("level", [0.0, 0.3, 1.0])
 def test_tensions_balance_weight_and_wrench(level):
-    robot, wrench = rs.load("cable-8"), [30.0, -20, 50, 1, 0.5, -0.3]
+    robot, wrench = cable_robot("cable-8"), [30.0, -20, 50, 1, 0.5, -0.3]
     result = rs.cable_stiffness(robot, wrench=wrench, tensions=rs.NearestTensions(level))
     np.testing.assert_allclose(result.missing_wrench, 0, atol=1e-9)
 
 
 def test_level_raises_tension():
-    robot = rs.load("cable-8")
+    robot = cable_robot("cable-8")
     totals = [
         rs.cable_tensions(robot, tensions=rs.NearestTensions(level)).tensions.sum()
         for level in (0, 0.25, 0.5, 1)
@@ -120,7 +120,7 @@ def test_level_raises_tension():
 
 
 def test_given_tensions_that_do_not_balance_are_said_to():
-    robot = rs.load("cable-4-planar")
+    robot = cable_robot("cable-4-planar")
     result = rs.cable_stiffness(robot, tensions=rs.GivenTensions([100, 100, 100, 100.0]))
     assert result.status == STATUS.UNBALANCED
     np.testing.assert_allclose(result.missing_wrench, [0, 20, 0], atol=1e-9)
@@ -139,7 +139,7 @@ def test_tensions_of_the_file_are_used():
 
 
 def test_pose_without_tensions_is_a_status_and_its_numbers_an_exception():
-    robot = rs.load("cable-8")
+    robot = cable_robot("cable-8")
     poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3.0, 0, 0, 0], [1.94, 1.44, 2, 0, 0, 0]]
     result = rs.stiffness(robot, poses)
     assert [str(rs.CableStatus(int(c))) for c in result.status_codes] == [
@@ -168,7 +168,7 @@ def test_pose_without_tensions_is_a_status_and_its_numbers_an_exception():
 )
 def test_misuse_of_rules(rule, message):
     with pytest.raises(InputError, match=message):
-        rs.cable_tensions(rs.load("cable-8"), tensions=rule)
+        rs.cable_tensions(cable_robot("cable-8"), tensions=rule)
 
 
 def test_levels_need_greatest_tensions():

@@ -144,6 +144,32 @@ def test_coordinates_that_the_legs_decide_are_met_to_the_last_digits():
     assert np.abs(posture.pose[0, :2]).max() > 1e-10
 
 
+#: Heights and tilts of the PRS tripod at which its legs just reach the platform, or miss it by less
+#: than what counts as reached.
+AT_THE_LIMIT = np.array([
+    [0.7803624773843099, 0.03962182293595368, 1.2312985189690662],
+    [0.4233512741927026, -0.12900444825018356, 1.2345512695966732],
+    [1.263708814323993, 1.0781642697589393, 0.5947329768854863],
+    [0.35388371565403764, 1.1112925528303255, 0.5404198881440447],
+    [1.2637088143239934, 1.0781642697589398, 0.5947329768854865],
+    [0.3909747353271547, 1.0741760743320437, 0.6015042633817488],
+    [0.748091148231985, 1.1890457391486466, 0.4245961477131506],
+])  # fmt: skip
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_legs_closed_by_iteration_at_their_limit_of_reach(backend: Backend):
+    robot = tripod("PRS")
+    space, rng = PoseSpace(robot), np.random.default_rng(4)
+    compiled = compiled_with(robot, backend)
+    rows = np.concatenate([space.drawn(rng, 40, 0.2), AT_THE_LIMIT])
+    for some in (rows, AT_THE_LIMIT, AT_THE_LIMIT[:1]):
+        found = agreement(compiled, space, some)
+        assert found.status.size == found.rank.size == 0
+        assert found.K.max() <= 1e-9
+    assert compiled.evaluate(AT_THE_LIMIT).guarded.all()
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_poses_computed_again_are_about_a_far_reference_point(backend: Backend):
     wrench = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]

@@ -10,6 +10,7 @@ import numpy as np
 from robostiff.elasticity import circle
 from robostiff.model import (
     Actuated,
+    Branch,
     Chain,
     Coordinate,
     Elbow,
@@ -17,12 +18,14 @@ from robostiff.model import (
     Joint,
     JointKind,
     Leg,
+    ParallelBlock,
     Rigid,
     Robot,
     Telescope,
     TelescopicBeam,
     beam_axes,
     beam_link,
+    parallelogram,
     prismatic,
     revolute,
     spherical,
@@ -197,6 +200,51 @@ def spherical_joint_arm() -> Robot:
     return replace(arm, name="arm with a free joint", legs=(leg,))
 
 
+def _pinned_bar(length: float) -> Chain:
+    """A bar along y between two pins about z."""
+    bar = beam_link([0, length, 0], STEEL, BAR, y_axis=Z)
+    return Chain((revolute(Z, FREE, name="near pin"), bar, revolute(Z, FREE, name="far pin")))
+
+
+def four_bar() -> ParallelBlock:
+    """Two bars of different lengths side by side."""
+    left = Branch("left", shift_by(-0.1, 0, 0), _pinned_bar(0.3), shift_by(-0.1, 0, 0))
+    right = Branch("right", shift_by(0.1, 0, 0), _pinned_bar(0.35), shift_by(0.1, 0.05, 0))
+    return ParallelBlock((left, right), "four-bar")
+
+
+def parallelogram_of_parallelograms() -> ParallelBlock:
+    """Two bars, each of them two bars."""
+    inner = parallelogram(_pinned_bar(0.3), 0.04 * X, name="inner")
+    return parallelogram(Chain((inner,)), 0.2 * X, name="outer")
+
+
+def planar_legs_with(block: Callable[[], ParallelBlock]) -> Robot:
+    """Three planar legs: a drive, a parallel block and a pinned rod."""
+    legs = []
+    for i in range(3):
+        base = turned(np.array([0, 0, 2 * np.pi * i / 3]), np.zeros(3))
+        rod = beam_link([0.15, 0.3, 0], STEEL, BAR, y_axis=Z)
+        chain = Chain((revolute(Z, Actuated(2e4)), block(), revolute(Z, FREE, name="elbow"), rod))
+        start = Frame(base.R, base.R @ np.array([-0.15, -0.75, 0]))
+        legs.append(Leg(f"leg{i}", start, chain, Frame(base.R, base.R @ np.array([0, -0.15, 0]))))
+    return _planar(block().name, legs, shift_by(0, 0, 0))
+
+
+def pairs_of_struts() -> Robot:
+    """Three pairs of struts, parallel at home: where the platform turns, they are no copies."""
+    legs = []
+    for i in range(3):
+        base = turned(np.array([0, 0, 2 * np.pi * i / 3]), np.zeros(3))
+        beam = TelescopicBeam(STEEL, ROD, share=1.0)
+        telescope = Telescope(Z, (beam,), beam_axes(Z, None), DRIVE, home=0.6)
+        strut = Chain((universal(Y, X, FREE), telescope, spherical(FREE)))
+        chain = Chain((parallelogram(strut, 0.2 * Y, name="pair"),))
+        start, end = (Frame(base.R, size * base.R[:, 0]) for size in (0.4, 0.25))
+        legs.append(Leg(f"leg{i}", start, chain, end))
+    return Robot("pairs of struts", tuple(legs), home=shift_by(0, 0, 0.6))
+
+
 HAND_MADE: dict[str, Callable[[], Robot]] = {
     "case a": case_a,
     "case b with limits": lambda: case_b(limits=(0.45, 0.9)),
@@ -216,6 +264,9 @@ HAND_MADE: dict[str, Callable[[], Robot]] = {
     "elbow arm": elbow_arm,
     "drives only": drives_only_arm,
     "free joint": spherical_joint_arm,
+    "four-bar legs": lambda: planar_legs_with(four_bar),
+    "nested parallelograms": lambda: planar_legs_with(parallelogram_of_parallelograms),
+    "pairs of struts": pairs_of_struts,
 }
 
 

@@ -9,7 +9,8 @@ Richardson's extrapolation takes away the first terms.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, files
 from itertools import count, pairwise
@@ -19,7 +20,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Tolerance
-from robostiff.model import Motion, PlacedFreedom
+from robostiff.model import Motion
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import Mechanism, mobility
@@ -47,6 +48,18 @@ def opensees() -> Any:
     return module
 
 
+def load_opensees() -> None:
+    """Raise an ImportError where OpenSees is missing."""
+    opensees()
+
+
+def silence() -> None:
+    """Let this process write nothing, however low the level at which it does."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+
+
 def stiffness_by_opensees(network: Network) -> np.ndarray:
     """Stiffness about the reference point, the inverse of deflections under unit loads (n, n)."""
     equations = equations_of(network, Tolerance())
@@ -55,9 +68,7 @@ def stiffness_by_opensees(network: Network) -> np.ndarray:
     table = [_compliance(equations, pins, level) for level in levels]
     for order in range(1, LEVELS):
         factor = 10.0**order
-        table = [
-            (factor * fine - coarse) / (factor - 1) for coarse, fine in pairwise(table)
-        ]
+        table = [(factor * fine - coarse) / (factor - 1) for coarse, fine in pairwise(table)]
     return np.linalg.inv(table[0])
 
 
@@ -91,7 +102,7 @@ class _Model:
         b: str,
         point: np.ndarray,
         axes: np.ndarray,
-        stiffness: list[float | None],
+        stiffness: Sequence[float | None],
     ) -> None:
         """Six springs along axes; None for a direction that is free."""
         ends = self.attached(a, point), self.attached(b, point)
@@ -193,22 +204,24 @@ def _add_spring(model: _Model, spring: SpringElement) -> None:
 
 
 def _add_joint(model: _Model, joint: JointElement) -> None:
-    if not joint.freedoms:
-        model.zero_length(joint.a, joint.b, model.points[joint.a], np.eye(3), _stiff(model))
-        return
-    if len(joint.freedoms) > 1:
-        raise NotImplementedError(f"joint {joint.name!r} has several freedoms: one a body here")
-    (freedom,) = joint.freedoms  # rigid ones are left out of networks of robots
-    values: list[float | None] = list(_stiff(model))
-    place = 0 if freedom.motion is Motion.TRANSLATION else 3
-    values[place] = freedom.stiffness
-    model.zero_length(joint.a, joint.b, freedom.point, _axes(freedom), values)
+    """Springs along perpendicular axes through one point, as joints of robots have them."""
+    axes = _axes([freedom.axis for freedom in joint.freedoms])
+    values: list[float | None] = [*_stiff(model)]
+    for freedom in joint.freedoms:
+        (axis,) = np.flatnonzero(np.abs(axes.T @ freedom.axis) > 1 - _ROUNDING)
+        values[axis + 3 * (freedom.motion is Motion.ROTATION)] = freedom.stiffness
+    at = {tuple(f.point) for f in joint.freedoms if f.motion is Motion.ROTATION}
+    if len(at) > 1:
+        raise NotImplementedError(f"axes of joint {joint.name!r} do not meet")
+    point = np.array(at.pop()) if at else model.points[joint.a]
+    model.zero_length(joint.a, joint.b, point, axes, values)
 
 
-def _axes(freedom: PlacedFreedom) -> np.ndarray:
-    """x along the axis of the joint."""
-    x = freedom.axis
-    across = np.cross(x, np.eye(3)[np.argmin(np.abs(x))])
+def _axes(directions: list[np.ndarray]) -> np.ndarray:
+    """Right-handed axes, two of them along the first two directions that are not parallel."""
+    x = directions[0] if directions else np.eye(3)[0]
+    others = [d for d in directions if abs(d @ x) < 1 - _ROUNDING]
+    across = others[0] if others else np.cross(x, np.eye(3)[np.argmin(np.abs(x))])
     y = across / np.linalg.norm(across)
     return np.stack([x, y, np.cross(x, y)], axis=-1)
 

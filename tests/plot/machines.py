@@ -2,9 +2,12 @@
 
 from functools import cache
 
+import numpy as np
+
 import robostiff as rs
 
 POSE = (0.06, 0.02, 0.9, 0, 0.17, 0)
+HERE = rs.Frame(np.eye(3), np.zeros(3))
 LOAD = (300, 100, -200, 0, 0, 20)
 
 
@@ -34,13 +37,13 @@ def tripod_map():
 @cache
 def held_across_x() -> rs.RobotStiffness:
     """A platform on five springs that slides along x."""
-    slide = rs.prismatic("free", (1, 0, 0))
+    slide = rs.prismatic((1, 0, 0), rs.Passive())
     springs = [
-        rs.prismatic("y", (0, 1, 0), rs.Actuated(2e6)),
-        rs.prismatic("z", (0, 0, 1), rs.Actuated(3e6)),
-        rs.revolute("a", (1, 0, 0), rs.Actuated(1e4)),
-        rs.revolute("b", (0, 1, 0), rs.Actuated(1e4)),
-        rs.revolute("c", (0, 0, 1), rs.Actuated(1e4)),
+        rs.prismatic((0, 1, 0), rs.Actuated(2e6), name="y"),
+        rs.prismatic((0, 0, 1), rs.Actuated(3e6), name="z"),
+        rs.revolute((1, 0, 0), rs.Actuated(1e4), name="a"),
+        rs.revolute((0, 1, 0), rs.Actuated(1e4), name="b"),
+        rs.revolute((0, 0, 1), rs.Actuated(1e4), name="c"),
     ]
-    leg = rs.Leg("arm", rs.Frame(), rs.Chain((slide, *springs)), rs.Frame())
+    leg = rs.Leg("arm", HERE, rs.Chain((slide, *springs)), HERE)
     return rs.stiffness(rs.Robot("held", (leg,)))

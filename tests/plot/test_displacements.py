@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.model import Snapshot
-from robostiff.plot.geometry.displacement import motion_under
+from robostiff.model import PlacedBlock, PlacedLeg, Snapshot
+from robostiff.plot.geometry.displacement import BodyMotion, LegMotion, motion_under
 from robostiff.plot.geometry.legs import MemberKind, joint_marks, leg_members
 from tests.generators.robots import FreeRobot, robots
-from tests.plot.machines import LOAD, POSE, hexapod_deflection, robot
+from tests.plot.machines import HERE, LOAD, POSE, hexapod_deflection, robot
 
 BENDING = ("hexapod", "gough-stewart-b-beams", "3-puu", "3-rrr", "3-rpr", "tripteron")
 
@@ -32,12 +32,35 @@ def test_deformed_legs_end_on_the_displaced_platform(name: str):
     snapshot = rs.find_posture(machine).snapshot.one(0)
     motion = motion_under(snapshot, bent)
     for leg, own in zip(snapshot.legs, motion.legs, strict=True):
-        wanted = motion.platform.displacement(leg.end)
-        assert own.bodies[-1].displacement(leg.end) == pytest.approx(wanted, rel=1e-7, abs=1e-13)
-        assert own.bodies[-1].rotation == pytest.approx(
-            motion.platform.rotation, rel=1e-7, abs=1e-12
-        )
         assert not np.any(own.bodies[0].twist)
+        check_closed(leg, own, motion.platform)
+
+
+def check_closed(leg: PlacedLeg, own: LegMotion, wanted: BodyMotion) -> None:
+    """A leg ends on the body that it holds, and so do the branches of its parallel blocks."""
+    last = own.bodies[-1]
+    assert last.displacement(leg.end) == pytest.approx(
+        wanted.displacement(leg.end), rel=1e-7, abs=1e-12
+    )
+    assert last.rotation == pytest.approx(wanted.rotation, rel=1e-7, abs=1e-11)
+    for i, branches in own.branches.items():
+        block = leg.elements[i]
+        assert isinstance(block, PlacedBlock)
+        for branch, motion in zip(block.branches, branches, strict=True):
+            assert motion.bodies[0].twist == pytest.approx(own.bodies[i].twist)
+            check_closed(branch, motion, own.bodies[i + 1])
+
+
+def test_branches_of_a_parallelogram_are_displaced_with_their_bodies():
+    """Among the robots above some have legs with blocks in them."""
+    snapshot = snapshot_of("orthoglide")
+    bent = rs.deflection(robot("orthoglide"), wrench=[30, -20, 50, 0, 0, 0])
+    motion = motion_under(snapshot, bent)
+    for leg, own in zip(snapshot.legs, motion.legs, strict=True):
+        assert any(own.branches.values())
+        names = [member.part for member in leg_members(leg, own, 100.0) if member.part]
+        springs = [spring.name for spring in leg.springs]
+        assert [name for name in names if name in springs] == springs
 
 
 @settings(max_examples=25)
@@ -104,8 +127,8 @@ def test_cantilever_bends_as_its_textbook_line():
     """w(x) = F x^2 (3 L - x) / (6 E I), exaggerated."""
     steel = rs.material("steel")
     section = rs.rectangle(0.01, 0.02)
-    beam = rs.beam_link("beam", (0.5, 0, 0), steel, section)
-    leg = rs.Leg("arm", rs.Frame(), rs.Chain((beam,)), rs.Frame())
+    beam = rs.beam_link((0.5, 0, 0), steel, section, y_axis=(0, 1, 0), theory=rs.EulerBernoulli())
+    leg = rs.Leg("arm", HERE, rs.Chain((beam,)), HERE)
     cantilever = rs.Robot("cantilever", (leg,))
     bent = rs.deflection(cantilever, wrench=[0, 0, -20.0, 0, 0, 0])
     snapshot = rs.find_posture(cantilever).snapshot.one(0)

@@ -27,8 +27,8 @@ THEORY = {
     "hexapod-pus": ("x y z rx ry rz", 0),
     # A rod constrains by a force along itself, six rods altogether; three drives move them.
     "gantry-tau": ("x y z", 0),
-    # A leg constrains by a force through the ball joint, across crank and slide (Ceccarelli 1997). A
-    # planar loop has three constraints too many, as a parallelogram of two bars.
+    # A leg constrains by a force through the ball joint, along the crank and across the slide
+    # (Ceccarelli 1997). Each parallelogram has the three constraints too many of planar loops.
     "capaman": ("x y rz", 9),
     # A leg of five constrains by one wrench: of a UPU it is a couple across all four axes (Tsai
     # 1996), of an RPS or PRS a force through the ball joint along the hinge (Hunt 1983).

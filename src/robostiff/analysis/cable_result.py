@@ -168,8 +168,8 @@ class CableStiffness:
     def untensioned(self) -> tuple[str, ...]:
         """Cables without tension, at any pose."""
         without = (self.tensions <= 0) & self.answered[..., None]
-        lost = without.any(axis=tuple(range(without.ndim - 1)))
-        return tuple(name for name, is_lost in zip(self.cable_names, lost, strict=True) if is_lost)
+        lost = np.flatnonzero(without.reshape(-1, len(self.cable_names)).any(axis=0))
+        return tuple(self.cable_names[i] for i in lost)
 
     @property
     def missing_wrench(self) -> np.ndarray:

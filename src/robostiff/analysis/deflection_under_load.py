@@ -26,7 +26,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.model.cable import CableRobot
-from robostiff.network import Network
+from robostiff.network import Network, internal_loads
 from robostiff.spatial import Space, as_floats, move_twist, move_wrench
 
 _DEFAULT_TOLERANCE = Tolerance()
@@ -176,7 +176,9 @@ def deflection(
 
     Parameters
     ----------
-    robot : Robot or Snapshot
+    robot : Robot, Snapshot or Network
+        The parts of a network are told by name; joints of it whose reaction is not determined,
+        because rigid parts brace one another, are left out.
     pose : RigidTransform, array, JointCoordinates or None
         One pose, as for `stiffness`.
     wrench : (6,) array, or (3,) for a planar robot
@@ -208,13 +210,6 @@ def deflection(
             expected="a Robot or a Snapshot: cables may become slack, and need not stay near",
             hint="write cable_response(robot, pose, load=...)",
         )
-    if isinstance(robot, Network):
-        raise InputError(
-            "robot of a deflection",
-            got=f"network {robot.name!r}",
-            expected="a Robot or a Snapshot: they have legs whose parts share the load",
-            hint="multiply the wrench by compliance(network)",
-        )
     answer = stiffness(robot, pose, at=at, tolerance=tolerance)
     if answer.batch_shape:
         raise InputError(
@@ -241,17 +236,24 @@ def deflection(
         if t_origin is None:
             return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
         leg_wrenches = [leg.matrix @ t_origin for leg in answer.legs]
-    snapshot = robot if isinstance(robot, Snapshot) else find_posture(robot, pose).snapshot.one(0)
-    rows = list(answer.space.rows)
     parts: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
-    for leg, own in zip(snapshot.legs, leg_wrenches, strict=True):
-        F_leg = np.zeros(6)
-        F_leg[rows] = own
-        for element, F_element in _carried(leg, F_leg, answer):
-            _add_element(leg.name, element, F_element, answer.origin, parts, reactions, actuators)
-    parts += platform_energies(snapshot, leg_wrenches, answer.origin, tolerance)
+    if isinstance(robot, Network):
+        carried = internal_loads(robot, t_origin, tolerance)
+        parts += carried.energies
+        reactions += [JointReaction(*told) for told in carried.reactions]
+        actuators += [ActuatorLoad(*told) for told in carried.actuators]
+    else:
+        posed = robot if isinstance(robot, Snapshot) else find_posture(robot, pose).snapshot.one(0)
+        for leg, own in zip(posed.legs, leg_wrenches, strict=True):
+            F_leg = np.zeros(6)
+            F_leg[list(answer.space.rows)] = own
+            for element, F_element in _carried(leg, F_leg, answer):
+                _add_element(
+                    leg.name, element, F_element, answer.origin, parts, reactions, actuators
+                )
+        parts += platform_energies(posed, leg_wrenches, answer.origin, tolerance)
     total = sum(energy for *_, energy in parts)
     shares = [
         PartShare(leg, part, energy, energy / total if total > 0 else 0.0)

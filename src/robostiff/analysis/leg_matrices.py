@@ -38,15 +38,29 @@ class LegMatrices:
     blocks: tuple[SolvedBlock, ...] = ()
 
     @property
-    def inner_names(self) -> tuple[str, ...]:
-        """Names of the joints inside its blocks."""
-        return tuple(name for block in self.blocks for name in block.joint_names)
+    def told_names(self) -> tuple[str, ...]:
+        """What may be redundant: its joints, its blocks, and whatever is inside those."""
+        joints = self.names[: self._joints]
+        blocks = tuple(block.placed.name for block in self.blocks)
+        return (*joints, *blocks, *(name for block in self.blocks for name in block.told_names))
+
+    def told(self, redundant: np.ndarray) -> np.ndarray:
+        """Which of these are redundant (..., r), from the columns of J_q that are.
+
+        A block is where any of its freedoms is: how many it has may change from pose to pose.
+        """
+        start = self._joints
+        parts = [redundant[..., :start]]
+        for block in self.blocks:
+            stop = start + block.whole.J_q.shape[-1]
+            parts.append(np.any(redundant[..., start:stop], axis=-1, keepdims=True))
+            start = stop
+        return np.concatenate([*parts, *(block.told for block in self.blocks)], axis=-1)
 
     @property
-    def inner_redundant(self) -> np.ndarray:
-        """Which of the joints inside its blocks add no freedom (..., j)."""
-        parts = [block.redundant for block in self.blocks]
-        return np.concatenate([np.zeros((*self.C.shape[:-2], 0), dtype=bool), *parts], axis=-1)
+    def _joints(self) -> int:
+        """How many of its columns are joints, and not freedoms of blocks."""
+        return len(self.names) - sum(block.whole.J_q.shape[-1] for block in self.blocks)
 
     @property
     def doubtful(self) -> np.ndarray:
@@ -73,16 +87,19 @@ class SolvedBlock:
     branches: tuple[LegMatrices, ...]
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of all joints inside."""
-        own = (name for branch in self.branches for name in branch.names)
-        return (*own, *(name for branch in self.branches for name in branch.inner_names))
+    def told_names(self) -> tuple[str, ...]:
+        """What may be redundant inside, branch by branch."""
+        return tuple(name for branch in self.branches for name in branch.told_names)
 
     @property
-    def redundant(self) -> np.ndarray:
-        """Which of them add no freedom (..., j)."""
-        inner = [branch.inner_redundant for branch in self.branches]
-        return np.concatenate([self.whole.redundant, *inner], axis=-1)
+    def told(self) -> np.ndarray:
+        """Which of these are redundant (..., r)."""
+        parts, start = [], 0
+        for branch in self.branches:
+            stop = start + branch.J_q.shape[-1]
+            parts.append(branch.told(self.whole.redundant[..., start:stop]))
+            start = stop
+        return np.concatenate(parts, axis=-1)
 
     @property
     def doubtful(self) -> np.ndarray:

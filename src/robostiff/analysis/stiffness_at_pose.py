@@ -210,7 +210,7 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     names = [
         f"{leg.name}/{name}"
         for leg, own in zip(snapshot.legs, problems, strict=True)
-        for name in (*own.names, *own.inner_names)
+        for name in own.told_names
     ]
     if not np.all(length > 0):  # all in one point: the springs themselves tell a length
         of_springs = np.max([matrix_length(own.C, own.J_q) for own in problems], axis=0)
@@ -238,13 +238,12 @@ def _solved(
     solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)
     if not leg.blocks:
         return solved
-    inner = leg.inner_redundant
+    redundant = leg.told(solved.redundant)
     status = (
         solved.status_codes
-        | np.any(inner, axis=-1) * np.uint8(Status.REDUNDANT_JOINTS)
+        | np.any(redundant, axis=-1) * np.uint8(Status.REDUNDANT_JOINTS)
         | leg.doubtful * np.uint8(Status.ILL_CONDITIONED)
     )
-    redundant = np.concatenate([solved.redundant, inner], axis=-1)
     return replace(solved, redundant=redundant, status_codes=np.asarray(status, dtype=np.uint8))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.spatial.transform import Rotation
 
 from robostiff.cables.placement import PlacedCables
@@ -210,7 +210,8 @@ def first_slack(
 
     if least(before[0]) <= 0:
         return before[0], int(np.argmin(np.where(taut, start.pulls, np.inf)))
-    factor = float(brentq(least, before[0], after[0], xtol=1e-12, rtol=1e-12))
+    found = root_scalar(least, bracket=(before[0], after[0]), method="brentq", xtol=1e-12)
+    factor = float(found.root)
     state = loading.rest(factor, start) or after[1]
     return factor, int(np.argmin(np.where(taut, state.pulls, np.inf)))
 

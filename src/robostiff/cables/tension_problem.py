@@ -50,13 +50,13 @@ class TensionProblem:
     def balanced(self, tensions: np.ndarray) -> np.ndarray:
         """Whether the tensions balance the wrench (N,), to rounding."""
         size = np.abs(self.F).max(axis=-1) + np.abs(tensions).max(axis=-1)
-        return np.abs(self.missing(tensions)).max(axis=-1) <= _BALANCED * size
+        return np.asarray(np.abs(self.missing(tensions)).max(axis=-1) <= _BALANCED * size)
 
     def within(self, tensions: np.ndarray) -> np.ndarray:
         """Whether all tensions are within their limits (N,), to rounding."""
         slack = _BALANCED * (1.0 + np.abs(tensions))
         inside = (tensions >= self.least - slack) & (tensions <= self.greatest + slack)
-        return inside.all(axis=-1)
+        return np.asarray(inside.all(axis=-1))
 
     def has_solution(self, pose: int) -> bool:
         """Whether any tensions within the limits balance the wrench at a pose, by a linear program.

@@ -161,7 +161,13 @@ class PostureFinder:
     @cached_property
     def solvers(self) -> tuple[LegSolver, ...]:
         """The way to close each leg."""
-        return tuple(leg_solver(leg, self.home_pose, self.length) for leg in self.robot.legs)
+        solvers = (leg_solver(leg, self.home_pose, self.length) for leg in self.robot.legs)
+        return tuple(
+            solver.that_holds_at(self._near_home.coordinates, self._near_home.R)
+            if solver.leg.chain.has_blocks and self.robot.coordinates
+            else solver
+            for solver in solvers
+        )
 
     def request(self, pose: Pose) -> PoseRequest | np.ndarray:
         """Read a pose; for a serial arm posed by its joints, their coordinates (..., size)."""
@@ -230,13 +236,20 @@ class PostureFinder:
 
         Then no other value of them helps where a leg does not reach.
         """
-        chosen = self.robot.coordinate_places
-        scale = np.where(np.arange(6) < 3, self.length, 1.0)[chosen]
-        steps = np.random.default_rng(_SEED).uniform(-_AROUND, _AROUND, (_TRIED, len(chosen)))
-        request = requested_pose(self.robot, self.home_pose[chosen] + steps * scale)
+        request = self._near_home
         q = [solver.solve(request.coordinates, request.R) for solver in self.solvers]
         around = self._posture(request.batch, request.coordinates, request.R, q)
         return bool(np.all(around.reached & around.meets(_MET)))
+
+    @cached_property
+    def _near_home(self) -> PoseRequest:
+        """Poses around home, the coordinates that the legs decide as at home."""
+        chosen = self.robot.coordinate_places
+        scale = np.zeros(6)
+        scale[list(self.robot.space.rows)] = 1.0
+        scale = (scale * np.where(np.arange(6) < 3, self.length, 1.0))[chosen]
+        steps = np.random.default_rng(_SEED).uniform(-_AROUND, _AROUND, (_TRIED, len(chosen)))
+        return requested_pose(self.robot, self.home_pose[chosen] + steps * scale)
 
     def _posture(
         self, batch: tuple[int, ...], pose: np.ndarray, R: np.ndarray, q: list[np.ndarray]

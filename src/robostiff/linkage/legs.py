@@ -92,7 +92,8 @@ def _leg(name: str, chain: list[Connection], found: Configuration) -> Leg:
         if connection.element is not None:
             elements.append(connection.element)
         rigid = connection.after
-    return Leg(name, base, Chain(tuple(elements)), rigid.inverse)
+    end = rigid.inverse
+    return Leg(name, base, Chain(tuple(elements)), Frame(end.R + 0.0, end.p + 0.0))
 
 
 def _rigid(frame: Frame, name: str) -> list[Element]:

@@ -117,7 +117,12 @@ class Linkage:
                 )
         for what, body in (("base", self.base), ("platform", self.platform)):
             if body not in self.bodies:
-                raise InputError(what, got=body, expected="a body of the linkage")
+                raise InputError(
+                    what,
+                    got=body,
+                    expected="a body that is connected with others",
+                    hint="floating joints connect nothing",
+                )
         if self.held - seen:
             raise InputError(
                 "held joints", got=sorted(self.held - seen), expected="joints of the linkage"

@@ -50,8 +50,8 @@ class Cable:
     """
 
     name: str
-    exit_point: np.ndarray
-    attachment: np.ndarray
+    exit_point: Any
+    attachment: Any
     EA: float | None = None
     guide_length: float = 0.0
     winch_stiffness: float | None = None
@@ -105,8 +105,8 @@ class Weight:
         In the platform frame [m]: the centre of mass.
     """
 
-    force: np.ndarray
-    point: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    force: Any
+    point: Any = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         for attribute in ("force", "point"):
@@ -147,7 +147,7 @@ class CableRobot:
     cables: tuple[Cable, ...]
     home: Frame
     weight: Weight | None = None
-    reference_point: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    reference_point: Any = field(default_factory=lambda: np.zeros(3))
     tension_level: float = 0.0
     space: Space = Space.SPATIAL
     title: str = ""

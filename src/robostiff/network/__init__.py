@@ -15,12 +15,14 @@ from robostiff.network.elements import (
     beam_between,
 )
 from robostiff.network.energy import energy_stiffness
+from robostiff.network.internal_loads import InternalLoads, internal_loads
 from robostiff.network.network import Network
 from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
 from robostiff.network.snapshot_network import network_of_snapshot
 
 __all__ = [
     "BeamElement",
+    "InternalLoads",
     "JointElement",
     "Network",
     "NetworkStiffness",
@@ -32,6 +34,7 @@ __all__ = [
     "compliance_between",
     "condense",
     "energy_stiffness",
+    "internal_loads",
     "network_of_snapshot",
     "platform_flexibility",
 ]

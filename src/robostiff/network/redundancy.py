@@ -13,6 +13,9 @@ from robostiff.network.connection import Connection
 from robostiff.network.equations import Equations
 from robostiff.network.null_space import null_spaces, pinning_coordinates
 
+# A unit wrench with less than this part in what is statically indeterminate has none.
+_SHARED = 1e-6
+
 
 @dataclass(frozen=True)
 class Redundancy:
@@ -26,11 +29,15 @@ class Redundancy:
     on_platform : (n, k) array
         Wrenches on the fixed platform that rigid parts alone carry to the ground, scaled.
     doubtful : bool
+    undetermined : frozenset of int
+        Numbers of the connections that brace one another, so that equilibrium and elasticity do
+        not tell what each carries.
     """
 
     dropped: dict[int, list[int]]
     on_platform: np.ndarray
     doubtful: bool
+    undetermined: frozenset[int]
 
 
 def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
@@ -42,7 +49,7 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     network, n = equations.network, equations.size
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     dropped: dict[int, list[int]] = defaultdict(list)
-    on_platform, doubtful = [np.zeros((n, 0))], False
+    on_platform, doubtful, undetermined = [np.zeros((n, 0))], False, set()
     for nodes, numbers in _loops(equations, still):
         column = {name: i for i, name in enumerate(nodes)}
         places = [(k, int(j)) for k in numbers for j in np.flatnonzero(_rigid(equations, k))]
@@ -64,7 +71,9 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
         for place in pinning_coordinates(spaces.left):
             number, wrench = places[place]
             dropped[number].append(wrench)
-    return Redundancy(dict(dropped), np.hstack(on_platform), doubtful)
+        shared = np.abs(spaces.left).max(axis=1, initial=0.0) > _SHARED
+        undetermined |= {places[place][0] for place in np.flatnonzero(shared)}
+    return Redundancy(dict(dropped), np.hstack(on_platform), doubtful, frozenset(undetermined))
 
 
 def _rigid(equations: Equations, number: int) -> np.ndarray:

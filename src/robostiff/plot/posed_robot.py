@@ -24,6 +24,7 @@ from robostiff.plot.robot_parts import (
     load_items,
     robot_items,
 )
+from robostiff.spatial import Space
 
 _SEEN = 0.1  # of the robot: the largest displacement that an exaggeration of its own choice draws
 _MISSED = 1e-4

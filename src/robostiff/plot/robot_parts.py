@@ -19,6 +19,7 @@ from robostiff.plot.geometry.legs import (
     leg_members,
 )
 from robostiff.plot.geometry.polygon import plate
+from robostiff.plot.geometry.screw_line import screw_line
 from robostiff.plot.picture import (
     Arrow,
     Category,

@@ -131,7 +131,7 @@ _DARK = Palette(
     plate=_SKY,
     categories=(_SKY, _ORANGE, _GREEN, _PURPLE, _YELLOW, _VERMILION, "#ffffff", "#4f9fd8"),
     # the darkest steps would sink into the ground
-    values=("#3b5f9e", *_CIVIDIS[3:]),
+    values=("#2f4f87", *_CIVIDIS[3:]),
     signed=("#b9a6e3", "#8573b8", "#4b4468", "#24282d", "#5f4528", "#c0741c", "#fdb863"),
 )
 

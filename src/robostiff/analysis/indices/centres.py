@@ -133,7 +133,7 @@ def centre_of_compliance(result: RobotStiffness) -> Centre:
     if d == 2:
         v = np.array([-C[1, 2], C[0, 2]]) / C[2, 2]
     else:
-        v, _ = _symmetric_point(C[d:, d:], -_axial(C[:d, d:]), False)
+        v, _ = _symmetric_point(C[d:, d:], _axial(C[:d, d:]), False)
     return _centre(parts, v, None, move_compliance(C, v), C[d:, d:])
 
 

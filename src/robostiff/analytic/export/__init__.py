@@ -1,10 +1,11 @@
 """Derivations in other languages: to read, to print, to keep, to compute with.
 
-Plain text, LaTeX, Markdown and Typst (PDF) show how a stiffness matrix came about; JSON data keep
+Plain text, LaTeX, Markdown, HTML and Typst (PDF) show how a stiffness matrix came about; JSON data keep
 it without loss; Python and C compute it.
 """
 
 from robostiff.analytic.export.c_code import c_function
+from robostiff.analytic.export.html import derivation_html, derivation_page
 from robostiff.analytic.export.json_form import derivation_data, derivation_from_data
 from robostiff.analytic.export.latex import derivation_latex
 from robostiff.analytic.export.markdown import derivation_markdown
@@ -16,8 +17,10 @@ __all__ = [
     "c_function",
     "derivation_data",
     "derivation_from_data",
+    "derivation_html",
     "derivation_latex",
     "derivation_markdown",
+    "derivation_page",
     "derivation_pdf",
     "derivation_text",
     "derivation_typst",

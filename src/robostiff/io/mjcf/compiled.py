@@ -44,15 +44,7 @@ def compiled_model(source: Path | str) -> tuple[Any, frozenset[str]]:
     """
     file = str(source)
     _check_size(parse_xml(read_bytes(source, _LIMITS), file, _LIMITS))
-    try:
-        import mujoco
-    except ImportError:
-        raise InputError(
-            "MJCF",
-            got=Words("no mujoco, which reads it"),
-            expected="the extra mjcf",
-            hint="pip install 'robostiff[mjcf]'",
-        ) from None
+    mujoco = _mujoco()
     try:
         spec = mujoco.MjSpec.from_file(file)
         on_joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
@@ -70,6 +62,19 @@ def compiled_model(source: Path | str) -> tuple[Any, frozenset[str]]:
             got=Words(" ".join(str(error).split())),
             expected="a model that MuJoCo can compile",
         ) from None
+
+
+def _mujoco() -> Any:
+    try:
+        import mujoco
+    except ImportError:
+        raise InputError(
+            "MJCF",
+            got=Words("no mujoco, which reads it"),
+            expected="the extra mjcf",
+            hint="pip install 'robostiff[mjcf]'",
+        ) from None
+    return mujoco
 
 
 def _check_size(root: XmlElement) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness
-from robostiff.io.results.data import STIFFNESS_UNITS, order
+from robostiff.io.results.data import order
+from robostiff.markup import STIFFNESS_UNITS
 from robostiff.version import __version__
 
 
@@ -27,7 +29,12 @@ def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
         "pose": result.pose.tolist(),
         "reference_point": result.reference_point.tolist(),
         "order": order(result.space),
-        "units": {"length": "m", "angle": "rad", "tension": "N", "stiffness": STIFFNESS_UNITS},
+        "units": {
+            "length": "m",
+            "angle": "rad",
+            "tension": "N",
+            "stiffness": asdict(STIFFNESS_UNITS),
+        },
         "wrench": result.wrench.tolist(),
         "cables": [
             {

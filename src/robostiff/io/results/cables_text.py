@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness
@@ -62,7 +60,7 @@ def _tension_lines(before: CableStiffness, after: CableStiffness | None = None) 
     if not np.all(before.answered):
         return []
     columns = ["length [m]", "stiffness [N/m]", "tension [N]"]
-    values: list[Sequence[float]] = [before.placed.lengths, before.axial, before.tensions]
+    values = [before.placed.lengths, before.axial, before.tensions]
     if after is not None:
         columns.append("under load [N]")
         values.append(after.tensions)

@@ -96,7 +96,7 @@ def _line(value: float, unit: str, words: str) -> str:
 
 def _worst(value: float | None, unit: str, words: str) -> str:
     if value is None:
-        return f"    unlimited {unit:<9} {words}, which meets no stiffness"
+        return f"     infinite {unit:<9} {words}, which meets no stiffness"
     return f"  {number(value):>11} {unit:<9} {words}"
 
 

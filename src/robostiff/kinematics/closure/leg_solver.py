@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,13 +13,14 @@ from robostiff.kinematics.closure.rod import Rod, recognise_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
 from robostiff.kinematics.closure.sliding_rod import SlidingRod, recognise_sliding_rod
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
-from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.frames import Loop, place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side, product
 
 ClosedForm = Strut | Rod | SlidingRod
 _CLOSED = 1e-7
+_OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 
 @dataclass(frozen=True)
@@ -58,11 +59,48 @@ class LegSolver:
         R_platform : (N, 3, 3) array
             The same rotation as a matrix, which the legs share.
         """
-        if self.closed_form is not None:
-            R, p = frame_in_base(self.leg, R_platform, pose[..., :3])
-            return _copied(self.closed_form.solve(R, p), self.copies)
+        if self.closed_form is None:
+            return self._iterated(pose)[0]
+        q = self._copies_at(self.closed_form, pose, R_platform)
+        if not self.leg.chain.has_blocks:
+            return q
+        rows = np.flatnonzero(self._leaves_loops_open(q, pose, R_platform))
+        if rows.size:
+            found, closed = self._iterated(pose[rows])
+            q[rows[closed]] = found[closed]
+        return q
+
+    def _leaves_loops_open(
+        self, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray
+    ) -> np.ndarray:
+        """Where the leg meets the platform and a loop inside it stays open (N,).
+
+        There the body after a block is turned so that its branches are no copies any more.
+        """
+        frame = attachment_frame(self.leg, R_platform, pose[..., :3])
+        placed = place_chain(self.leg.chain, q, self.leg.base.R, self.leg.base.p)
+        first, *loops = (_is_open(gap, self.length) for gap in gaps(self.leg, placed, *frame))
+        return ~first & np.any(loops, axis=0)
+
+    def _iterated(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Leg coordinates by Newton's method, and where they close."""
         task = NewtonTask((self.leg,), (), self.length)
-        return task.follow(self.home_pose, [self.home], pose)[1][0]
+        _, (q,), closed = task.follow(self.home_pose, [self.home], pose)
+        return q, closed
+
+    def that_holds_at(self, pose: np.ndarray, R_platform: np.ndarray) -> LegSolver:
+        """The same, or one that iterates where copies leave a loop open at one of the poses."""
+        if self.closed_form is None:
+            return self
+        q = self._copies_at(self.closed_form, pose, R_platform)
+        if not np.any(self._leaves_loops_open(q, pose, R_platform)):
+            return self
+        return replace(self, closed_form=None, copies=np.arange(self.leg.chain.size))
+
+    def _copies_at(self, form: ClosedForm, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
+        """Coordinates in closed form, those of copies equal to those of the main path."""
+        R, p = frame_in_base(self.leg, R_platform, pose[..., :3])
+        return _copied(form.solve(R, p), self.copies)
 
 
 def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
@@ -133,6 +171,12 @@ def frame_in_base(
         product(R_base.T, R),
         np.einsum("ji,...j->...i", R_base, p - p_base),
     )
+
+
+def _is_open(gap: Loop, length: float) -> np.ndarray:
+    shift = np.max(np.abs(gap.p_wanted - gap.p), axis=-1)
+    turn = np.max(np.abs(gap.R_wanted - gap.R), axis=(-1, -2))
+    return (shift > _OPEN * length) | (turn > _OPEN)
 
 
 def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:

@@ -83,16 +83,34 @@ def joint_marks(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> Iterat
 
 
 def foot(leg: PlacedLeg) -> np.ndarray:
-    """Where a leg meets the base (3,) [m]: its first joint or part."""
+    """Where a leg meets the base (3,) [m]: at its first joint, or where its first beam begins."""
     first = leg.elements[0]
     if isinstance(first, PlacedBlock):
         return np.mean([foot(branch) for branch in first.branches], axis=0)
-    return first.point
+    return first.point if isinstance(first, PlacedFreedom) else _clamped_end(first)
+
+
+def _clamped_end(spring: PlacedSpring) -> np.ndarray:
+    """Where an elastic part begins (3,), of which only the far end is told.
+
+    Its centre of compliance, where a force alone does not turn it, lies half-way: exact for a
+    uniform beam; a spring in a point begins where it ends.
+    """
+    C = spring.elasticity.compliance
+    coupling = C[:3, 3:] @ np.linalg.pinv(C[3:, 3:])
+    to_centre = 0.5 * np.array(
+        [
+            coupling[2, 1] - coupling[1, 2],
+            coupling[0, 2] - coupling[2, 0],
+            coupling[1, 0] - coupling[0, 1],
+        ]
+    )
+    return spring.point + 2 * spring.rotation @ to_centre
 
 
 def extent(snapshot: Snapshot) -> float:
     """Length of the diagonal of the box around a robot at a single pose [m]."""
-    points = [snapshot.reference_point]
+    points = [snapshot.reference_point, *(foot(leg) for leg in snapshot.legs)]
     for leg in snapshot.legs:
         points += [leg.end, *(part.point for part in leg.parts)]
     return float(np.linalg.norm(np.ptp(np.array(points), axis=0)))
@@ -118,6 +136,12 @@ class _Walk:
     def along(self, leg: PlacedLeg, motion: LegMotion, start: _Place | None) -> Iterator[Member]:
         """Lines from a place, or from the first element, to the end of a leg."""
         here = [] if start is None else [start]
+        first = leg.elements[0]
+        if isinstance(first, PlacedSpring):
+            clamped = _Place(_clamped_end(first), motion.bodies[0])
+            for place in here:
+                yield from self._line(place, clamped, "", MemberKind.RIGID)
+            here = [clamped]
         slid = ""
         for i, element in enumerate(leg.elements):
             before, after = motion.bodies[i], motion.bodies[i + 1]
@@ -186,5 +210,5 @@ def bent_line(
 
 
 def _apart(leg: PlacedLeg) -> float:
-    points = np.array([leg.end, *(part.point for part in leg.parts)])
+    points = np.array([foot(leg), leg.end, *(part.point for part in leg.parts)])
     return _APART * float(np.linalg.norm(np.ptp(points, axis=0)) or 1.0)

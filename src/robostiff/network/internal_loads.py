@@ -1,0 +1,110 @@
+"""What beams, springs and joints of a network carry while its platform is moved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.elastostatics import Tolerance
+from robostiff.kinematics import freedom_twist
+from robostiff.model import Actuated
+from robostiff.network.connection import Connection
+from robostiff.network.elements import JointElement
+from robostiff.network.equations import Equations, equations_of
+from robostiff.network.mobility import mobility
+from robostiff.network.network import Network
+from robostiff.network.redundancy import redundancy
+from robostiff.network.saddle_point import saddle_point_system
+from robostiff.spatial import move_wrench
+
+_DEFAULT_TOLERANCE = Tolerance()
+
+
+@dataclass(frozen=True)
+class InternalLoads:
+    """What the parts of a network carry. Names come in two: before and after the last ``/``.
+
+    Attributes
+    ----------
+    energies : tuple of (str, str, float)
+        Of every elastic part, actuator springs among them [J].
+    reactions : tuple of (str, str, (6,) array, (3,) array)
+        Of every joint: force [N] and moment [N m] of node b on node a about the point that comes
+        last [m]. A joint among rigid parts that brace one another has no reaction of its own, and
+        is left out.
+    actuators : tuple of (str, str, float, float)
+        Load along the coordinate [N or N m], and travel [m or rad].
+    """
+
+    energies: tuple[tuple[str, str, float], ...]
+    reactions: tuple[tuple[str, str, np.ndarray, np.ndarray], ...]
+    actuators: tuple[tuple[str, str, float, float], ...]
+
+
+def internal_loads(
+    network: Network, twist: np.ndarray, tolerance: Tolerance = _DEFAULT_TOLERANCE
+) -> InternalLoads:
+    """Loads in all parts for a displacement of the platform about ``condense(network).origin``.
+
+    Parameters
+    ----------
+    network : Network
+        Without rigid direction.
+    twist : (n,) array
+        [m, rad].
+    tolerance : Tolerance
+
+    Examples
+    --------
+    >>> from robostiff.elasticity import circle, material
+    >>> from robostiff.network import Node, beam_between
+    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
+    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
+    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
+    >>> ((_, name, energy),) = internal_loads(network, np.array([1e-5, 0, 0, 0, 0, 0])).energies
+    >>> name, round(energy, 6)
+    ('rod', 0.003299)
+    """
+    equations = equations_of(network, tolerance)
+    able = mobility(equations, platform_fixed=True)
+    braced = redundancy(equations, platform_fixed=True)
+    system = saddle_point_system(equations, {*network.fixed, network.platform}, able, braced)
+    moved = system.matrix[:, system.rows_of[network.platform]] @ (equations.scale * twist)
+    x, _ = system.solve(-moved[:, None])
+    energies: list[tuple[str, str, float]] = []
+    reactions: list[tuple[str, str, np.ndarray, np.ndarray]] = []
+    actuators: list[tuple[str, str, float, float]] = []
+    for k, (element, c) in enumerate(zip(network.elements, equations.connections, strict=True)):
+        f = x[system.wrench_rows[k], 0]
+        if not isinstance(element, JointElement):
+            if np.any(c.S):
+                energies.append((*_two(c.name), 0.5 * equations.stiffness * float(f @ c.S @ f)))
+            continue
+        F = _wrench(equations, c, f)
+        told = k not in braced.undetermined
+        if told and element.freedoms:
+            names = ", ".join(freedom.name for freedom in element.freedoms)
+            at = element.freedoms[0].point
+            reactions.append((element.name, names, move_wrench(F, at - c.point), at))
+        for freedom in element.freedoms:
+            load = float(freedom_twist(freedom, c.point) @ F)
+            k_own = freedom.stiffness
+            travel = 0.0 if k_own is None else load / k_own
+            if k_own is not None:
+                energies.append((element.name, freedom.name, 0.5 * load * travel))
+            if isinstance(freedom.role, Actuated) and (told or k_own is not None):
+                actuators.append((element.name, freedom.name, load, travel))
+    return InternalLoads(tuple(energies), tuple(reactions), tuple(actuators))
+
+
+def _wrench(equations: Equations, c: Connection, f: np.ndarray) -> np.ndarray:
+    """Force and moment about the connection's point (6,), zero out of the plane of a planar one."""
+    F = np.zeros(6)
+    F[list(equations.network.space.rows)] = equations.scale * (c.W @ f) * equations.stiffness
+    return F
+
+
+def _two(name: str) -> tuple[str, str]:
+    before, _, after = name.rpartition("/")
+    return before, after

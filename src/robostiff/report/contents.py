@@ -1,0 +1,151 @@
+"""Everything that a report tells, computed once."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis import Deflection, RobotStiffness, deflection, stiffness
+from robostiff.analysis.indices import StiffnessIndices, indices
+from robostiff.analytic import AtHome, FormulaTooLargeError, RobotDerivation, Steps
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Pose, find_posture
+from robostiff.model import Robot, Snapshot
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True)
+class ReportContents:
+    """What a report tells of a robot at a pose.
+
+    Attributes
+    ----------
+    robot : Robot or Snapshot
+    snapshot : Snapshot or None
+        The robot at the pose; None where the legs do not reach it.
+    stiffness : RobotStiffness
+    indices : StiffnessIndices or None
+        None where there is no matrix.
+    deflection : Deflection or None
+        Under the load, where one is given.
+    derivation : RobotDerivation or None
+        The formula in the home configuration; None where the robot has none.
+    no_derivation : str
+        Why.
+    found : xarray.Dataset or None
+        A map of the same robot.
+    """
+
+    robot: Robot | Snapshot
+    snapshot: Snapshot | None
+    stiffness: RobotStiffness
+    indices: StiffnessIndices | None
+    deflection: Deflection | None
+    derivation: RobotDerivation | None
+    no_derivation: str
+    found: xarray.Dataset | None
+
+
+def report_contents(
+    robot: Robot | Snapshot,
+    pose: Pose = None,
+    *,
+    wrench: ArrayLike | None = None,
+    at: ArrayLike | None = None,
+    found: xarray.Dataset | None = None,
+) -> ReportContents:
+    """Compute what a report tells.
+
+    Parameters
+    ----------
+    robot : Robot or Snapshot
+        Symbols have their nominal values in all but the derivation.
+    pose : RigidTransform, array, JointCoordinates or None
+        One pose, as for `robostiff.stiffness`.
+    wrench : (6,) array, or (3,) for a planar robot, optional
+        A load [N, N m], about `at`.
+    at : (3,) array, optional
+        Point about which stiffness and load are told, in the world [m].
+    found : xarray.Dataset, optional
+        What ``rs.stiffness_map`` returned for this robot, over a grid.
+
+    Raises
+    ------
+    InputError
+        When an argument does not fit, several poses are given, or the map is of another robot.
+    """
+    if not isinstance(robot, Robot | Snapshot):
+        raise InputError(
+            "robot of a report",
+            got=type(robot).__name__,
+            expected="a Robot or a Snapshot",
+            hint="a network or a cable robot has no legs to report on",
+        )
+    _check_map(robot, found)
+    numeric = robot.numeric if isinstance(robot, Robot) else robot
+    result = stiffness(numeric, pose, at=at)
+    if result.batch_shape:
+        raise InputError(
+            "pose of a report",
+            got=f"{int(np.prod(result.batch_shape))} poses",
+            expected="one pose",
+            hint="make a map of many poses, and give it to the report",
+        )
+    reached = Status.UNREACHABLE not in result.status
+    snapshot = None
+    if reached:
+        snapshot = (
+            numeric if isinstance(numeric, Snapshot) else find_posture(numeric, pose).snapshot.one(0)
+        )
+    of_pose = None
+    if np.all(result.answered):
+        with suppress(NoAnswerError):
+            of_pose = indices(result)
+    derivation, why_not = _derivation(robot)
+    return ReportContents(
+        robot=robot,
+        snapshot=snapshot,
+        stiffness=result,
+        indices=of_pose,
+        deflection=None if wrench is None else deflection(numeric, pose, wrench, at=at),
+        derivation=derivation,
+        no_derivation=why_not,
+        found=found,
+    )
+
+
+def _check_map(robot: Robot | Snapshot, found: xarray.Dataset | None) -> None:
+    if found is None:
+        return
+    of = found.attrs.get("robot")
+    if of is None:
+        raise InputError(
+            "map of a report",
+            got="a dataset without the name of a robot",
+            expected="what rs.stiffness_map or robostiff map has written",
+        )
+    if of != robot.name:
+        raise InputError(
+            "map of a report", got=f"one of {of!r}", expected=f"one of {robot.name!r}"
+        )
+
+
+def _derivation(robot: Robot | Snapshot) -> tuple[RobotDerivation | None, str]:
+    """The formula at home; in steps where the closed form would be too long to read."""
+    from robostiff.analytic import derive_robot
+
+    if isinstance(robot, Snapshot):
+        return None, "a snapshot has no symbols"
+    try:
+        return derive_robot(robot, AtHome()), ""
+    except FormulaTooLargeError:
+        return derive_robot(robot, AtHome(), Steps()), ""
+    except (InputError, NoAnswerError) as error:
+        return None, str(error)

@@ -1,0 +1,99 @@
+"""Figures of a page: drawn for light and for dark ground, as data that the page's script shows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from robostiff.markup import element, escaped
+from robostiff.plot import Plotly, Theme
+from robostiff.plot.picture import Picture
+
+
+@dataclass(frozen=True)
+class Level:
+    """One place of a slider.
+
+    Attributes
+    ----------
+    label : str
+        Such as ``z = 0.4 m``.
+    picture : Picture
+    """
+
+    label: str
+    picture: Picture
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One picture, or several behind a slider.
+
+    Attributes
+    ----------
+    name : str
+        Of its place in the page.
+    caption : str
+        What it shows, in a sentence.
+    levels : tuple of Level
+        One for a figure without a slider.
+    start : int
+        Which level is shown first.
+    """
+
+    name: str
+    caption: str
+    levels: tuple[Level, ...]
+    start: int = 0
+
+    @property
+    def html(self) -> str:
+        """Where the script draws it, its slider below."""
+        parts = [element("div", "", class_="plot", id=f"plot-{self.name}")]
+        if len(self.levels) > 1:
+            slider = (
+                f'<input type="range" min="0" max="{len(self.levels) - 1}" step="1" '
+                f'value="{self.start}" id="slider-{self.name}" aria-label="{escaped(self.caption)}">'
+            )
+            label = element(
+                "output", escaped(self.levels[self.start].label), id=f"label-{self.name}"
+            )
+            parts.append(element("div", slider + label, class_="slider"))
+        parts.append(element("figcaption", escaped(self.caption)))
+        return element("figure", "".join(parts))
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """What the script needs: the name, the labels of the levels, each in both themes."""
+        return {
+            "name": self.name,
+            "start": self.start,
+            "labels": [level.label for level in self.levels],
+            "levels": [
+                {theme.value: _drawn(level.picture, theme) for theme in Theme}
+                for level in self.levels
+            ],
+        }
+
+
+def one_figure(name: str, caption: str, picture: Picture) -> Figure:
+    """A figure without a slider."""
+    return Figure(name, caption, (Level("", picture),))
+
+
+def figures_json(figures: Sequence[Figure]) -> str:
+    """The figures of a page as JSON that may stand inside HTML."""
+    return json.dumps([figure.data for figure in figures]).replace("<", "\\u003c")
+
+
+def _drawn(picture: Picture, theme: Theme) -> dict[str, Any]:
+    drawn = Plotly(theme).draw(picture).to_plotly_json()
+    return json.loads(_encoded(drawn))
+
+
+def _encoded(drawn: dict[str, Any]) -> str:
+    from plotly.utils import PlotlyJSONEncoder
+
+    return json.dumps(drawn, cls=PlotlyJSONEncoder)

@@ -1,0 +1,105 @@
+"""Slices of a map of the workspace, one coordinate behind a slider."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.markup import element, escaped, number
+from robostiff.plot.maps.slice import slice_picture
+from robostiff.plot.picture import Field
+from robostiff.report.contents import ReportContents
+from robostiff.report.figures import Figure, Level
+from robostiff.report.section import Section, section
+
+if TYPE_CHECKING:
+    import xarray
+
+# Quantities worth a slice, in this order, and the component that is shown of those with several.
+_SHOWN: Mapping[str, Mapping[str, int]] = {
+    "worst_deflection": {},
+    "translational_stiffness": {"principal_translation": 0},
+    "rotational_stiffness": {"principal_rotation": 0},
+}
+_MOST_LEVELS = 25
+
+
+def map_section(contents: ReportContents) -> Section | None:
+    """A figure for each quantity of the map; nothing without a map."""
+    found = contents.found
+    if found is None:
+        return None
+    axes = [str(name) for name in found["status"].dims if found.sizes[name] > 1]
+    title = "Over the workspace"
+    if len(axes) < 2 or any(name not in found.coords for name in axes):
+        why = "The map has no grid over two coordinates, so there is no slice to draw."
+        return section("map", title, element("p", why))
+    figures = [figure for name in _SHOWN if (figure := _slices(contents, name, axes)) is not None]
+    poses = int(np.prod([found.sizes[name] for name in axes]))
+    words = f"{poses} poses over {', '.join(axes)}."
+    return section("map", title, element("p", escaped(words)), *figures)
+
+
+def _slices(contents: ReportContents, variable: str, axes: list[str]) -> Figure | None:
+    found = contents.found
+    if found is None or variable not in found:
+        return None
+    x, y, *others = axes
+    fixed: dict[str, Any] = {name: _near(contents, found, name) for name in others[1:]}
+    levels = list(_levels(found, others[0])) if others else [None]
+    pictures = []
+    for value in levels:
+        at = dict(_SHOWN[variable]) | fixed
+        if value is not None:
+            at[others[0]] = value
+        pictures.append(slice_picture(found, variable, (x, y), at))
+    labels = [
+        "" if value is None else f"{others[0]} = {number(value)} {found[others[0]].attrs['units']}"
+        for value in levels
+    ]
+    start = 0
+    if others:
+        start = int(np.argmin(np.abs(np.array(levels) - _near(contents, found, others[0]))))
+    shown = map(Level, labels, _on_one_scale(pictures))
+    return Figure(variable.replace("_", "-"), _caption(found, variable, fixed), tuple(shown), start)
+
+
+def _levels(found: xarray.Dataset, name: str) -> Iterator[float]:
+    """Values of a coordinate, some of them where there are very many."""
+    values = found[name].values
+    step = math.ceil(len(values) / _MOST_LEVELS)
+    return map(float, values[::step])
+
+
+def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
+    """Value of a coordinate nearest to the pose of the report, or in the middle of the map."""
+    values = np.asarray(found[name].values, dtype=float)
+    names = ("x", "y", "z", "rx", "ry", "rz")
+    pose = contents.stiffness.pose
+    wanted = values.mean() if pose is None or name not in names else pose[names.index(name)]
+    return float(values[np.argmin(np.abs(values - wanted))])
+
+
+def _on_one_scale(pictures: list[Field]) -> list[Field]:
+    """The same colours for the same values at all levels."""
+    known = [picture.scale for picture in pictures if np.isfinite(picture.values).any()]
+    if not known:
+        return pictures
+    low, high = min(scale.low for scale in known), max(scale.high for scale in known)
+    return [
+        replace(picture, scale=replace(picture.scale, low=low, high=high)) for picture in pictures
+    ]
+
+
+def _caption(found: xarray.Dataset, variable: str, fixed: Mapping[str, float]) -> str:
+    what = str(found[variable].attrs.get("long_name", variable)).capitalize()
+    if not fixed:
+        return f"{what}."
+    places = (
+        f"{name} = {number(value)} {found[name].attrs['units']}" for name, value in fixed.items()
+    )
+    return f"{what}, at {', '.join(places)}."

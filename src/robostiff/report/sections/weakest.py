@@ -1,0 +1,66 @@
+"""Where the robot gives way most easily."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robostiff.analysis.indices import StiffnessIndices
+from robostiff.markup import element, escaped, number_html, row, table
+from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
+from robostiff.report.contents import ReportContents
+from robostiff.report.figures import Figure, one_figure
+from robostiff.report.section import Section, section
+
+
+def weakest_section(contents: ReportContents) -> Section | None:
+    """Principal stiffnesses, worst directions and ratios; nothing where there is no matrix."""
+    found = contents.indices
+    if found is None:
+        return None
+    parts: list[str | Figure] = [
+        element(
+            "p",
+            "A unit force that may turn the platform as well meets these stiffnesses along its "
+            "principal directions; the smallest is the weakest direction.",
+        ),
+        table(["load", "stiffness", "direction"], _principal(found), class_="numbers"),
+        table(["", "value"], _ratios(found), class_="numbers"),
+    ]
+    if found.result.space.translations == 3:
+        picture = ellipsoid_picture(found.result, Quality.COMPLIANCE, contents.snapshot)
+        caption = "Displacements under unit forces from all sides (compliance ellipsoid)."
+        parts.append(one_figure("ellipsoid", caption, picture))
+    return section("weakest", "Where it gives way", *parts)
+
+
+def _principal(found: StiffnessIndices) -> Iterator[list[str]]:
+    principal = found.principal
+    forces = zip(principal.translational, principal.translational_directions, strict=True)
+    moments = zip(principal.rotational, principal.rotational_directions, strict=True)
+    for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
+        for value, direction in pairs:
+            meets = f"{number_html(float(value))} {unit}" if value else "free"
+            yield [kind, meets, escaped(f"({row(np.asarray(direction))})")]
+
+
+def _ratios(found: StiffnessIndices) -> Iterator[list[str]]:
+    worst, ratio = found.worst_deflection, found.anisotropy
+    yield ["largest displacement of a unit force", _with_unit(worst.translational, "m/N")]
+    yield ["largest rotation of a unit moment", _with_unit(worst.rotational, "rad/(N m)")]
+    yield ["largest over smallest displacement", _with_unit(ratio.translational, "")]
+    yield [
+        f"condition number, rotations times {number_html(found.length)} m",
+        _with_unit(found.condition.two_norm, ""),
+    ]
+    for name, centre in (
+        ("centre of stiffness", found.centre_of_stiffness),
+        ("centre of compliance", found.centre_of_compliance),
+    ):
+        where = "none" if centre.point is None else f"({row(np.asarray(centre.point))}) m"
+        yield [name, escaped(where)]
+
+
+def _with_unit(value: float | None, unit: str) -> str:
+    return "without limit" if value is None else f"{number_html(float(value))} {unit}".strip()

@@ -1,0 +1,195 @@
+"""What a URDF, a xacro or an MJCF file may not do, and how slips in them are told."""
+
+import sys
+
+import pytest
+
+import robostiff as rs
+from robostiff.io.rigid_tree.xml_text import XmlLimits, parse_xml, read_bytes
+from robostiff.io.urdf import read_urdf
+from tests.io.urdf.examples import with_side
+
+SIDE = 'robostiff: 1\nsource: chosen here\ntool: b\njoints: {"*": {stiffness: 1e4}}\n'
+ARM = """<robot name="arm">
+  <link name="a"><visual><geometry><mesh filename="package://nowhere/a.stl"/></geometry></visual></link>
+  <link name="b"/>
+  <joint name="j" type="revolute">
+    <parent link="a"/> <child link="b"/>
+    <origin xyz="0 0 1" rpy="0 0 0"/> <axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/>
+  </joint>
+</robot>
+"""
+
+
+def _file(folder, text, name="arm.urdf"):
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def _refused(folder, text, match, name="arm.urdf"):
+    with pytest.raises(rs.FileError, match=match) as error:
+        rs.load(_file(folder, text, name), side=with_side(folder, SIDE))
+    return error.value.location
+
+
+BOMB = """<?xml version="1.0"?>
+<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">
+<!ENTITY c "&b;&b;&b;&b;&b;&b;&b;&b;&b;&b;"><!ENTITY d "&c;&c;&c;&c;&c;&c;&c;&c;&c;&c;">]>
+"""
+STEALING = '<!DOCTYPE robot [<!ENTITY secret SYSTEM "file:///etc/hostname">]>'
+
+
+@pytest.mark.parametrize("head", [BOMB, STEALING, '<!DOCTYPE robot SYSTEM "http://a/b.dtd">'])
+@pytest.mark.parametrize(
+    ("name", "body"),
+    [("arm.urdf", ARM), ("arm.urdf.xacro", ARM), ("arm.xml", ARM), ("arm.xml", "<mujoco/>")],
+)
+def test_entities_are_refused_before_they_are_read(head, name, body, tmp_path):
+    location = _refused(tmp_path, head + body, "document type: got <!DOCTYPE", name)
+    assert location.line == (2 if head == BOMB else 1)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be", "iso-8859-1"])
+def test_entities_in_other_encodings_are_refused(encoding, tmp_path):
+    text = f'<?xml version="1.0" encoding="{encoding[:6]}"?>{STEALING}{ARM}'
+    if encoding == "iso-8859-1":
+        text = text.replace("iso-88", encoding)
+    _refused(tmp_path, text.encode(encoding), "document type|XML")
+
+
+def test_files_are_bounded(tmp_path):
+    path = _file(tmp_path, ARM)
+    with pytest.raises(rs.FileError, match="file too large: got more than 100 bytes"):
+        read_bytes(path, XmlLimits(size=100))
+    with pytest.raises(rs.FileError, match="at most 4, 200 inside each other"):
+        parse_xml(ARM.encode(), "arm.urdf", XmlLimits(elements=4))
+    with pytest.raises(rs.FileError, match="inside each other"):
+        parse_xml(b"<robot>" * 300, "arm.urdf")
+    with pytest.raises(rs.FileError, match="a folder"):
+        rs.load(_folder(tmp_path, "cell.urdf"), side=with_side(tmp_path, SIDE))
+
+
+def _folder(folder, name):
+    path = folder / name
+    path.mkdir()
+    return path
+
+
+def test_copies_in_mjcf_are_counted(tmp_path):
+    many = '<mujoco><worldbody><replicate count="9999"><replicate count="9999"><body/>'
+    many += "</replicate></replicate></worldbody></mujoco>"
+    _refused(tmp_path, many, "once replicate is carried out", "arm.xml")
+
+
+def test_meshes_are_not_opened(tmp_path):
+    robot = rs.load(_file(tmp_path, ARM), side=with_side(tmp_path, SIDE))
+    assert rs.stiffness(robot).rank == 6
+
+
+@pytest.mark.parametrize(
+    ("slip", "repaired", "match", "line"),
+    [
+        (
+            'type="revolvte"',
+            'type="revolute"',
+            "type of joint 'j': got 'revolvte'.*mean revolute",
+            4,
+        ),
+        (
+            '<parent link="c"/>',
+            '<parent link="a"/>',
+            "parent of joint 'j': got 'c', expected one",
+            5,
+        ),
+        ("", '<child link="b"/>', r"child of joint 'j': got none, expected <child link=", 4),
+        (
+            'xyz="0 0"',
+            'xyz="0 0 1"',
+            "xyz in the origin of joint 'j': got '0 0', expected 3 fin",
+            6,
+        ),
+        ('xyz="0 0 nan"', 'xyz="0 0 1"', "expected 3 finite numbers", 6),
+        ('xyz="0 0 0"', 'xyz="0 1 0"', "axis of joint 'j': got .* a direction, not zero", 4),
+        ('lower="low"', 'lower="-1"', "lower in the limit of joint 'j': got 'low'", 7),
+        ('<link name="a"/>', '<link name="b"/>', "name of a link: got 'a', expected each name", 3),
+        ("<link/>", '<link name="b"/>', 'link: got no name, expected name="..."', 3),
+        ("</robots>", "</robot>", "XML: got mismatched tag", 9),
+        ("<model name", "<robot name", "XML: got mismatched tag", 9),
+    ],
+)
+def test_slips_are_told_with_their_line(slip, repaired, match, line, tmp_path):
+    location = _refused(tmp_path, ARM.replace(repaired, slip, 1), match)
+    assert location.line == line
+
+
+def test_links_that_are_no_tree_are_told(tmp_path):
+    loose = ARM.replace('<link name="b"/>', '<link name="b"/><link name="c"/>')
+    _refused(tmp_path, loose, "hang on no other one: got a, c, expected one root")
+    joint = '<joint name="{}" type="fixed"><parent link="{}"/><child link="{}"/></joint></robot>'
+    twice = ARM.replace("</robot>", joint.format("k", "a", "b"))
+    _refused(tmp_path, twice, "lead to the link 'b': got j, k, expected one; tell what closes a")
+    ring = loose.replace("</robot>", '<link name="d"/>' + joint.format("k", "c", "d"))
+    ring = ring.replace("</robot>", joint.format("l", "d", "c"))
+    _refused(tmp_path, ring, "hang on each other in a circle: got c, d")
+
+
+def test_other_xml_is_told(tmp_path):
+    _refused(tmp_path, "<svg/>", "MJCF: got <svg>, expected <mujoco>", "arm.xml")
+    _refused(tmp_path, "<svg/>", "URDF: got <svg>, expected <robot>")
+    _refused(tmp_path, "", "XML: got no element found")
+    broken = "<mujoco><worldbody><body><joint tipe='hinge'/></body></worldbody></mujoco>"
+    _refused(tmp_path, broken, "MJCF: got XML Error: Schema violation", "arm.xml")
+
+
+def test_an_xml_file_may_be_a_urdf(tmp_path):
+    robot = rs.load(_file(tmp_path, ARM, "arm.xml"), side=with_side(tmp_path, SIDE))
+    assert robot.name == "arm"
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "extra"),
+    [
+        ("yourdfpy", "arm.urdf", "urdf"),
+        ("xacrodoc", "arm.xacro", "urdf"),
+        ("mujoco", "m.xml", "mjcf"),
+    ],
+)
+def test_a_missing_extra_is_named(module, name, extra, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, module, None)
+    path = _file(tmp_path, "<mujoco/>" if extra == "mjcf" else ARM, name)
+    with pytest.raises(rs.InputError, match=rf"pip install 'robostiff\[{extra}\]'"):
+        rs.load(path, side=with_side(tmp_path, SIDE))
+
+
+def test_xacro_is_expanded_with_what_it_includes(tmp_path, monkeypatch):
+    macros = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+      <xacro:macro name="segment" params="n parent length">
+        <link name="${n}"/>
+        <joint name="to_${n}" type="continuous"><parent link="${parent}"/><child link="${n}"/>
+          <origin xyz="0 0 ${2*length}"/><axis xyz="0 1 0"/></joint>
+      </xacro:macro></robot>"""
+    arm = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
+      <xacro:include filename="parts/segment.xacro"/>
+      <link name="a"/><xacro:segment n="b" parent="a" length="0.25"/></robot>"""
+    (tmp_path / "parts").mkdir()
+    _file(tmp_path / "parts", macros, "segment.xacro")
+    monkeypatch.chdir("/")
+    robot = rs.load(_file(tmp_path, arm, "arm.urdf.xacro"), side=with_side(tmp_path, SIDE))
+    assert isinstance(robot, rs.Robot)
+    assert rs.find_posture(robot).pose[0].tolist() == [0, 0, 0.5, 0, 0, 0]
+
+
+def test_a_xacro_that_fails_is_told(tmp_path):
+    arm = (
+        '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${open}"/></robot>'
+    )
+    _refused(tmp_path, arm, "xacro: got XacroException: name 'open' is not defined", "arm.xacro")
+
+
+def test_a_urdf_is_read_without_its_shapes(tmp_path):
+    tree = read_urdf(_file(tmp_path, ARM))
+    assert tree.links == ("a", "b")
+    assert tree.joints[0].before.p.tolist() == [0, 0, 1]
+    assert tree.joints[0].role == rs.Actuated(limits=(-1.0, 1.0))

@@ -1,0 +1,216 @@
+"""Side files: how they are found, what they may say, and how slips in them are told."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from tests.io.urdf.examples import (
+    UR5,
+    UR5_SIDE,
+    matrix_distance,
+    needs_examples,
+    robot_of,
+    with_side,
+)
+
+ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/><link name="tip"/>
+<link name="finger"/><link name="other finger"/>
+<joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+  <axis xyz="0 1 0"/></joint>
+<joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+  <origin xyz="0 0 0.4"/><axis xyz="0 1 0"/><limit lower="-1" upper="2" effort="1" velocity="1"/>
+</joint>
+<joint name="mount" type="fixed"><parent link="lower"/><child link="tip"/>
+  <origin xyz="0 0 0.3"/></joint>
+<joint name="grip" type="prismatic"><parent link="tip"/><child link="finger"/>
+  <axis xyz="1 0 0"/></joint>
+<joint name="grip 2" type="prismatic"><parent link="tip"/><child link="other finger"/>
+  <axis xyz="-1 0 0"/><mimic joint="grip" multiplier="2" offset="0.01"/></joint>
+</robot>"""
+HEAD = "robostiff: 1\nsource: chosen here\n"
+STIFF = HEAD + 'tool: tip\njoints: {"*": {stiffness: 1e4}}\n'
+
+
+@pytest.fixture
+def arm(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM, encoding="utf-8")
+    return path
+
+
+def test_the_side_file_is_found_beside_the_description(arm):
+    arm.with_name("arm.stiffness.yaml").write_text(STIFF, encoding="utf-8")
+    assert [leg.name for leg in rs.load(arm).legs] == ["arm"]
+    assert [leg.name for leg in rs.load(str(arm)).legs] == ["arm"]
+
+
+def test_a_missing_side_file_is_told_with_what_to_write(arm):
+    with pytest.raises(rs.InputError, match=r"got no side file, expected .*arm\.stiffness\.yaml"):
+        rs.load(arm)
+
+
+@needs_examples
+def test_a_side_file_can_name_its_description(tmp_path):
+    shutil.copy(UR5, tmp_path / "ur5.urdf")
+    side = tmp_path / "heavy payload.yaml"
+    side.write_text(UR5_SIDE + "robot: ur5.urdf\n", encoding="utf-8")
+    K = rs.stiffness(rs.load(side)).K
+    assert matrix_distance(K, rs.stiffness(rs.load(UR5, side=side)).K) == 0.0
+    assert rs.load_linkage(side).name == "ur5"
+    side.write_text(UR5_SIDE + "robot: ur6.urdf\n", encoding="utf-8")
+    with pytest.raises(rs.FileError, match="robot: got 'ur6.urdf', expected a file"):
+        rs.load(side)
+
+
+def test_side_files_are_for_descriptions_alone():
+    with pytest.raises(rs.InputError, match="side file of 'hexapod'"):
+        rs.load("hexapod", side="hexapod.stiffness.yaml")
+
+
+def test_symbols_are_for_model_files_alone(arm, tmp_path):
+    with pytest.raises(rs.InputError, match="symbols of .* expected none"):
+        rs.load(arm, symbols=("k",), side=with_side(tmp_path, STIFF))
+
+
+def test_parameters_of_a_side_file_take_other_values(arm, tmp_path):
+    side = with_side(
+        tmp_path,
+        HEAD + "parameters: {k: 1e4 N m/rad}\ntool: tip\njoints: {shoulder: {stiffness: 2*k}}\n",
+    )
+    roles = [
+        rs.load(arm, parameters, side=side).legs[0].chain.roles[0]
+        for parameters in (None, {"k": "3e4 N m/rad"})
+    ]
+    assert roles == [rs.Actuated(2e4), rs.Actuated(6e4)]
+    with pytest.raises(rs.InputError, match="kk"):
+        rs.load(arm, {"kk": 3.0}, side=side)
+
+
+def test_a_name_comes_before_patterns_and_the_first_pattern_counts(arm, tmp_path):
+    side = HEAD + (
+        'tool: tip\njoints: {"s*": {stiffness: 1e4}, "*": {stiffness: 2e4}, "sh*": {stiffness: 3e4},'
+        " elbow: {stiffness: 4e4}}\n"
+    )
+    roles = robot_of(arm, with_side(tmp_path, side)).legs[0].chain.roles
+    assert roles == (rs.Actuated(1e4), rs.Actuated(4e4, (-1.0, 2.0)))
+
+
+def test_limits_of_the_description_are_kept_unless_others_are_told(arm, tmp_path):
+    side = HEAD + "tool: tip\njoints: {elbow: {stiffness: 1, limits: [-10 deg, 10 deg]}}\n"
+    roles = robot_of(arm, with_side(tmp_path, side)).legs[0].chain.roles
+    assert roles[0] == rs.Actuated()
+    assert roles[1] == rs.Actuated(1.0, (np.radians(-10), np.radians(10)))
+
+
+def test_a_joint_that_follows_another_one_needs_a_role_where_it_is_felt(arm, tmp_path):
+    """The grippers of most arms hold such joints, and do not matter."""
+    assert robot_of(arm, with_side(tmp_path, STIFF)).legs[0].chain.size == 2
+    tool = STIFF.replace("tool: tip", "tool: other finger")
+    with pytest.raises(rs.FileError, match=r"'grip 2'.*follows another one.*role: locked"):
+        rs.load(arm, side=with_side(tmp_path, tool))
+    decided = tool.replace('joints: {"*"', 'joints: {grip 2: {role: locked}, "*"')
+    robot = robot_of(arm, with_side(tmp_path, decided + "home: {grip: 20 mm}\n"))
+    assert robot.legs[0].chain.home.tolist() == [0, 0, pytest.approx(0.05)]
+    assert robot.legs[0].chain.roles[2] == rs.Locked()
+
+
+def test_a_link_leads_from_its_joint_to_the_next(arm, tmp_path):
+    beam = "{type: beam, material: steel, section: {circle: {diameter: 20 mm}}}"
+    side = STIFF + f"links: {{upper: {beam}, lower: {beam}}}\n"
+    elements = robot_of(arm, with_side(tmp_path, side)).legs[0].chain.elements
+    ends = [element.to.tolist() for element in elements if isinstance(element, rs.Link)]
+    assert ends == [[0, 0, 0.4], [0, 0, 0.3]]
+
+
+def test_a_link_can_be_a_matrix_and_the_last_one_leads_to_the_tool(arm, tmp_path):
+    side = HEAD + (
+        "tool: {link: lower, at: [0, 0, 250 mm]}\n"
+        "links:\n  lower: {type: link, compliance: [1e-8, 1e-8, 1e-8, 1e-6, 1e-6, 1e-6]}\n"
+        "joints: {shoulder: {role: locked}, elbow: {role: locked}}\n"
+    )
+    robot = robot_of(arm, with_side(tmp_path, side))
+    C = rs.compliance(robot)
+    assert np.allclose(C, np.diag([1e-8] * 3 + [1e-6] * 3), atol=1e-20)
+    assert np.allclose(rs.stiffness(robot).reference_point, [0, 0, 0.65], atol=1e-15)
+
+
+def test_frames_of_platform_and_tool_may_differ(arm, tmp_path):
+    side = STIFF.replace("tool: tip", "platform: lower\ntool: {link: tip, at: [0, 0, 50 mm]}")
+    robot = robot_of(arm, with_side(tmp_path, side))
+    assert robot.reference_point.tolist() == pytest.approx([0, 0, 0.35])
+    assert rs.find_posture(robot).pose[0, 2] == pytest.approx(0.4)
+
+
+HEADLESS = "tool: tip\n"
+
+
+@pytest.mark.parametrize(
+    ("side", "match"),
+    [
+        ("tool: tpi\n", "tool: link: got 'tpi', expected one of .* did you mean tip"),
+        ("", r"tool: missing key: expected tool: .* one of finger, other finger"),
+        (HEADLESS, r"no compliance at all, .* write joints: \{shoulder: \{stiffness: 1e4 N m/rad"),
+        (HEADLESS + "joints: {elbo: {stiffness: 1}}", "did you mean elbow"),
+        (HEADLESS + "joints: {elbow: {stiffness: 1 N/m}}", "expected a rotational stiffness"),
+        (HEADLESS + "joints: {elbow: {stifness: 1}}", "unknown key.*did you mean stiffness"),
+        (HEADLESS + "joints: {elbow: {role: passive, stiffness: 1}}", "stiffness of a passive"),
+        (HEADLESS + "joints: {mount: {stiffness: 1}}", "the fixed joint 'mount'.*under links:"),
+        (HEADLESS + 'joints: {"knee*": {stiffness: 1}}', r'joints\["knee\*"\]: pattern for joints'),
+        (HEADLESS + "links: {tipp: {type: beam, material: steel}}", "did you mean tip"),
+        (
+            HEADLESS + "links: {finger: {type: link, compliance: [0, 0, 0, 0, 0, 1]}}",
+            "links.finger: elastic link 'finger': got no joint, loop or tool point beyond it",
+        ),
+        (
+            HEADLESS + "links: {upper: {type: beam, to: knee, material: steel}}",
+            "end of the link: got 'knee', expected one of elbow",
+        ),
+        ("tool: base\n", "platform 'base': got .* fixed to the base"),
+        ("base: tip\ntool: base\njoints: {grip: {stiffness: 1}}\n", "no compliance at all"),
+        (HEADLESS + "home: {elbow: 20 mm}", "home.elbow: angle: got '20 mm'"),
+        (HEADLESS + "home: {elbow: [1, 2]}", "expected a number or an expression"),
+        (HEADLESS + "home: {mount: 1}", "coordinate of a fixed joint"),
+        (HEADLESS + "home: {elbow: 1}\nstart: {elbow: 2}", "a name under home or start, once"),
+        (HEADLESS + "loops: [{between: [tip, base], joint: revolute}]", "type: revolute, axis: z"),
+        (HEADLESS + "loops: [{between: [tip, tip], joint: fixed}]", "two different links"),
+        (HEADLESS + "loops: [{between: [tip, bas], joint: fixed}]", "did you mean base"),
+        (
+            HEADLESS + "loops: [{name: elbow, between: [tip, base], joint: spherical}]",
+            "a name no joint or loop has",
+        ),
+        (HEADLESS + "coordinates: [x]\njoints: {elbow: {stiffness: 1}}", "coordinates of a serial"),
+        (HEADLESS + "legs: []", "a model file with legs of its own"),
+        ("platform: upper\n" + STIFF[len(HEAD) :], "a link that moves against the platform"),
+    ],
+)
+def test_slips_are_told_with_their_place(arm, side, match, tmp_path):
+    with pytest.raises(rs.FileError, match=match) as error:
+        rs.load(arm, side=with_side(tmp_path, HEAD + side))
+    assert error.value.location.line is not None
+
+
+def test_versions_of_the_format_are_told(arm, tmp_path):
+    with pytest.raises(rs.FileError, match="robostiff: 1 at the top"):
+        rs.load(arm, side=with_side(tmp_path, "source: x\n"))
+    with pytest.raises(rs.FileError, match="got 2, expected 1; this file needs a newer"):
+        rs.load(arm, side=with_side(tmp_path, "robostiff: 2\nsource: x\n"))
+
+
+def test_floating_and_planar_joints(arm, tmp_path):
+    floating = ARM.replace('"shoulder" type="continuous"', '"shoulder" type="floating"')
+    arm.write_text(floating, encoding="utf-8")
+    with pytest.raises(rs.FileError, match="connected with others; floating joints connect nothing"):
+        rs.load(arm, side=with_side(tmp_path, STIFF))
+    locked = STIFF.replace('joints: {"*"', 'joints: {shoulder: {role: locked}, "*"')
+    chain = robot_of(arm, with_side(tmp_path, locked)).legs[0].chain
+    assert [joint.name for joint, _ in chain.moving] == ["elbow"]
+    told = STIFF.replace('joints: {"*"', 'joints: {shoulder: {stiffness: 1}, "*"')
+    with pytest.raises(rs.FileError, match="stiffness of the floating joint.*role: locked"):
+        rs.load(arm, side=with_side(tmp_path, told))
+    arm.write_text(ARM.replace('"shoulder" type="continuous"', '"shoulder" type="planar"'))
+    planar = STIFF.replace('joints: {"*"', 'joints: {shoulder: {role: passive}, "*"')
+    robot = robot_of(arm, with_side(tmp_path, planar))
+    assert robot.legs[0].chain.size == 4
+    assert rs.stiffness(robot).rank == 3

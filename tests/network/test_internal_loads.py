@@ -1,0 +1,98 @@
+"""Deflection of networks: who bends, and what joints carry."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robostiff import InputError, Robot, Status, compliance, deflection, load, stiffness
+from robostiff.elasticity import Elasticity
+from robostiff.kinematics import find_posture
+from robostiff.network import JointElement, Network, Node, SpringElement, network_of_snapshot
+from tests.network.frames import GRAPH_NAMES, ball, graph, nodes, turning
+
+LOAD = np.array([100.0, -50, 300, 10, 20, -30])
+SOFT = Elasticity(np.diag([1e-6, 2e-6, 3e-6, 1e-5, 2e-5, 3e-5]))
+STAR = str(Path(__file__).parents[1] / "model" / "star-platform.yaml")
+
+
+@pytest.mark.parametrize("name", ["hexapod", "3-puu", "six-joint-arm", "3-rrr", STAR])
+def test_robots_bend_like_their_networks(name):
+    robot = load(name)
+    assert isinstance(robot, Robot)
+    F = LOAD if robot.space.size == 6 else LOAD[:3]
+    network = network_of_snapshot(find_posture(robot).snapshot.one(0))
+    bent, expected = deflection(network, wrench=F), deflection(robot, wrench=F)
+    assert np.allclose(bent.twist, expected.twist, rtol=1e-9, atol=1e-9 * np.abs(bent.twist).max())
+    energies = {(p.leg, p.part): p.energy for p in bent.parts}
+    for part in expected.parts:
+        assert energies[part.leg, part.part] == pytest.approx(part.energy, rel=1e-6, abs=1e-12)
+    loads = {(a.leg, a.joint): a for a in bent.actuators}
+    for actuator in expected.actuators:
+        if actuator.travel:  # networks have no joint for a rigid drive
+            own = loads[actuator.leg, actuator.joint]
+            assert own.load == pytest.approx(actuator.load, rel=1e-6)
+            assert own.travel == pytest.approx(actuator.travel, rel=1e-6)
+    reactions = {(r.leg, r.joint): r for r in bent.reactions}
+    for reaction in expected.reactions:
+        if (own := reactions.get((reaction.leg, reaction.joint))) is None:
+            continue
+        size = np.abs(reaction.wrench).max() + 1e-6
+        rows = list(robot.space.rows)
+        assert np.allclose(own.wrench[rows], reaction.wrench[rows], rtol=0, atol=1e-6 * size)
+    assert len(reactions) >= len(robot.legs)
+
+
+@pytest.mark.parametrize("name", GRAPH_NAMES)
+def test_energies_add_up_to_the_work_of_the_load(name):
+    network, _ = graph(name)
+    K = stiffness(network).K
+    F = K @ np.array([1e-5, 2e-5, -1e-5, 1e-4, -2e-4, 1e-4])
+    bent = deflection(network, wrench=F)
+    assert bent.energy == pytest.approx(0.5 * F @ bent.twist)
+    assert sum(part.energy for part in bent.parts) == pytest.approx(bent.energy, rel=1e-9)
+    assert sum(part.share for part in bent.parts) == pytest.approx(1.0)
+
+
+def test_about_another_point():
+    robot = load("hexapod")
+    assert isinstance(robot, Robot)
+    network = network_of_snapshot(find_posture(robot).snapshot.one(0))
+    at = network.reference_point + [0.1, 0.2, -0.3]
+    bent = deflection(network, wrench=LOAD, at=at)
+    assert np.allclose(bent.twist, compliance(network, at=at) @ LOAD, rtol=1e-9)
+    assert sum(part.energy for part in bent.parts) == pytest.approx(bent.energy, rel=1e-9)
+
+
+def test_a_load_that_drives_a_free_motion():
+    network, _ = graph("h_parallelogram_square")
+    free = stiffness(network).free_motions[0].twist
+    assert Status.UNBALANCED in deflection(network, wrench=free).status
+    with pytest.raises(InputError, match="frozen at its own pose"):
+        deflection(network, np.zeros(6), free)
+
+
+def test_joints_that_brace_one_another_have_no_reaction_of_their_own():
+    """A door on two hinges: how they share a force along their axis, nobody can tell."""
+    wall, door, handle = nodes(wall=[0, 0, 0], door=[0.5, 0, 1], handle=[1, 0, 1])
+    hinges = tuple(
+        JointElement(name, "wall", "door", (turning([0, 0, z], [0, 0, 1]),))
+        for name, z in (("low", 0.2), ("high", 1.8))
+    )
+    mount = SpringElement("mount", "door", "handle", handle.point, np.eye(3), SOFT)
+    latch = JointElement("latch", "handle", "grip", ball(handle.point))
+    grip = Node("grip", handle.point)
+    springs = (mount, SpringElement("glove", "handle", "grip", handle.point, np.eye(3), SOFT))
+    network = Network(
+        "door",
+        (wall, door, handle, grip),
+        ("wall",),
+        "grip",
+        handle.point,
+        springs=springs,
+        joints=(*hinges, latch),
+    )
+    F = stiffness(network).K @ np.array([1e-5, 2e-5, 3e-5, 1e-4, 2e-4, 0])
+    bent = deflection(network, wrench=F)
+    assert [reaction.leg for reaction in bent.reactions] == ["latch"]
+    assert sum(part.energy for part in bent.parts) == pytest.approx(bent.energy, rel=1e-9)

@@ -1,0 +1,210 @@
+"""Plots of maps show the values of the poses that have some, and tell the others apart."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED
+from robostiff.plot.maps.isosurfaces import isosurface_picture
+from robostiff.plot.maps.percentile_bands import bands_picture
+from robostiff.plot.maps.slice import slice_picture
+from robostiff.plot.picture import Cover, Marks, Mesh
+from tests.plot.machines import tripod_map
+
+XY = ("x", "y")
+
+
+def map_with(status=0, rank=6, value=1e-8):
+    """The map of the tripod with one reachable pose, (2, 2, 1), made something else."""
+    found = tripod_map().copy(deep=True)
+    found["status"][2, 2, 1] = status
+    found["rank"][2, 2, 1] = rank
+    found["worst_deflection"][2, 2, 1] = value
+    return found
+
+
+def names_at(picture, j: int, i: int) -> list[str]:
+    return [region.name for region in picture.regions if region.where[j, i]]
+
+
+def test_slice_has_the_values_of_the_map():
+    found = tripod_map()
+    picture = slice_picture(found, "worst_deflection", XY, {"z": 0.31})
+    shown = found.worst_deflection.isel(z=1).transpose("y", "x").values
+    known = np.isfinite(shown)
+    assert picture.scale.label == "worst deflection [µm/N]"
+    assert 0 < known.sum() < known.size
+    assert picture.values[known] * 1e-6 == pytest.approx(shown[known])
+    assert np.all(np.isnan(picture.values[~known]))
+    assert picture.title == "3-puu: z = 0.3 m"
+    assert (picture.x.label, picture.y.label) == ("x [m]", "y [m]")
+    assert picture.scale.low == pytest.approx(1e6 * shown[known].min())
+    assert picture.notes == (f"{100 * known.mean():.0f} % of the poses have a value",)
+
+
+def test_axes_can_be_swapped_and_components_chosen():
+    found = tripod_map()
+    at = {"z": 0.3, "principal_translation": 2}
+    one = slice_picture(found, "translational_stiffness", ("x", "y"), at)
+    other = slice_picture(found, "translational_stiffness", ("y", "x"), at)
+    assert one.values == pytest.approx(other.values.T, nan_ok=True)
+    stiffest = found.translational_stiffness.isel(z=1, principal_translation=2)
+    assert np.nanmax(one.values) == pytest.approx(float(stiffest.max()) / 1e6)
+    assert "principal translation 3 of 3" in one.title
+
+
+@pytest.mark.parametrize(
+    ("status", "rank", "value", "name"),
+    [
+        (64, -1, np.nan, "unreachable"),
+        (EXCLUDED, -1, np.nan, "excluded"),
+        (NOT_COMPUTED, -1, np.nan, "not-computed"),
+        (16, 6, np.nan, "rigid-direction"),
+        (32, 6, np.nan, "form-does-not-hold"),
+        (1, 5, np.nan, "rank-deficient"),
+        # values of a singular pose: very stiff, or nothing at all
+        (1, 5, 1e-30, "rank-deficient"),
+        (1, 5, 0.0, "rank-deficient"),
+        (64, -1, 0.0, "unreachable"),
+        (0, 6, np.nan, "no value"),
+    ],
+)
+def test_pose_without_an_answer_is_its_region_and_no_value(status, rank, value, name):
+    picture = slice_picture(map_with(status, rank, value), "worst_deflection", XY, {"z": 0.3})
+    assert names_at(picture, 2, 2) == [name]
+    assert np.isnan(picture.values[2, 2])
+    plain = slice_picture(tripod_map(), "worst_deflection", XY, {"z": 0.3})
+    others = np.ones(plain.values.shape, dtype=bool)
+    others[2, 2] = False
+    assert picture.values[others] == pytest.approx(plain.values[others], nan_ok=True)
+
+
+@pytest.mark.parametrize(("status", "name"), [(4, "ill-conditioned"), (8, "beyond-limits")])
+def test_doubtful_pose_keeps_its_value_under_a_hatching(status: int, name: str):
+    picture = slice_picture(map_with(status, 6, 2e-5), "worst_deflection", XY, {"z": 0.3})
+    (region,) = (region for region in picture.regions if region.name == name)
+    assert region.cover is Cover.OVER
+    assert picture.values[2, 2] == pytest.approx(20)
+
+
+def test_every_pose_is_a_value_or_in_one_region():
+    picture = slice_picture(map_with(1 + 64, 5), "worst_deflection", XY, {"z": 0.3})
+    instead = [r.where for r in picture.regions if r.cover is Cover.INSTEAD]
+    assert np.array_equal(np.sum(instead, axis=0) + np.isfinite(picture.values), np.ones((5, 6)))
+
+
+def test_robot_that_is_free_by_design_has_its_own_full_rank():
+    grid = rs.Grid(x=rs.Axis(-0.05, 0.05, 3), y=rs.Axis(-0.05, 0.05, 3))
+    found = rs.stiffness_map(rs.load("gough-stewart-a"), grid)
+    at = {"principal_translation": 0}
+    rank = int(found["rank"].min())
+    picture = slice_picture(found, "translational_stiffness", XY, at)
+    assert np.all(np.isnan(picture.values))
+    assert [region.name for region in picture.regions] == ["rank-deficient"]
+    own = slice_picture(found, "translational_stiffness", XY, at, full_rank=rank)
+    assert np.all(np.isfinite(own.values))
+
+
+def test_planar_robots_are_full_at_rank_three():
+    grid = rs.Grid(x=rs.Axis(0.4, 0.5, 3), y=rs.Axis(0.3, 0.4, 3))
+    robot = rs.load("3-rpr")
+    stiff = rs.stiffness_map(robot, grid)
+    assert not slice_picture(stiff, "rotational_stiffness", XY, {"principal_rotation": 0}).regions
+    vague = rs.stiffness_map(robot, grid, [rs.Quantity.WORST_DEFLECTION])
+    with pytest.raises(rs.InputError, match="full_rank=3"):
+        slice_picture(vague, "worst_deflection", XY)
+    assert not slice_picture(vague, "worst_deflection", XY, full_rank=3).regions
+
+
+def test_isolines_are_round_and_between_the_ends():
+    picture = slice_picture(tripod_map(), "worst_deflection", XY, {"z": 0.3}, isolines=4)
+    low, high = picture.scale.low, picture.scale.high
+    assert 1 <= len(picture.isolines) <= 5
+    assert all(low <= level <= high for level in picture.isolines)
+    chosen = slice_picture(tripod_map(), "worst_deflection", XY, {"z": 0.3}, isolines=[5e-5, 3e-5])
+    assert chosen.isolines == pytest.approx((30, 50))
+
+
+def test_isosurface_lies_where_the_map_has_the_value():
+    found = tripod_map()
+    level = float(found.worst_deflection.median())
+    scene = isosurface_picture(found, "worst_deflection", level, ("x", "y", "z"))
+    (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
+    # every vertex lies on an edge or a diagonal of a cell whose ends are on both sides
+    at = {name: mesh.vertices[:, i] for i, name in enumerate("xyz")}
+    assert len(mesh.vertices) > 0
+    for name, values in at.items():
+        assert values.min() >= float(found[name].min())
+        assert values.max() <= float(found[name].max())
+    assert f"{level * 1e6:.4g}" in mesh.label
+    (marks,) = (item for item in scene.items if isinstance(item, Marks))
+    assert marks.label == "unreachable"
+    assert len(marks.points) == int(((found.status & 64) != 0).sum())
+    assert scene.is_equal
+
+
+def test_level_that_no_pose_has_is_refused_with_those_there_are():
+    with pytest.raises(rs.InputError, match=r"level of 'worst_deflection': got 1\.0"):
+        rs.plot.map_isosurface(tripod_map(), "worst_deflection", 1.0, x="x", y="y", z="z")
+
+
+def test_bands_are_percentiles_of_the_poses_with_a_value():
+    found = tripod_map()
+    picture = bands_picture(found, "worst_deflection", "x")
+    assert [p.percent for p in picture.percentiles] == [5, 25, 50, 75, 95]
+    for i in range(len(found.x)):
+        values = found.worst_deflection.isel(x=i).values
+        known = values[np.isfinite(values)]
+        for p in picture.percentiles:
+            if len(known):
+                assert p.values[i] == pytest.approx(1e6 * np.percentile(known, p.percent), rel=1e-6)
+            else:
+                assert np.isnan(p.values[i])
+    (region,) = picture.left_out
+    assert region.name == "unreachable"
+    assert region.where == pytest.approx(((found.status & 64) != 0).mean(("y", "z")).values)
+
+
+def test_bands_can_be_cut_as_well():
+    cut = bands_picture(tripod_map(), "worst_deflection", "x", {"z": 0.3})
+    assert cut.title == "3-puu: z = 0.3 m"
+    assert "each of 6 places: 5 poses" in cut.notes
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda m: slice_picture(m, "worst_deflection", XY), "a choice: z has values from 0.2"),
+        (lambda m: slice_picture(m, "stiffnes", XY), "or worst_deflection"),
+        (lambda m: slice_picture(m, "worst_deflection", ("x", "rz")), "expected x or y or z"),
+        (lambda m: slice_picture(m, "worst_deflection", ("x", "x")), "each name once"),
+        (lambda m: slice_picture(m, "worst_deflection", XY, {"w": 1}), "name in 'at': got 'w'"),
+        (
+            lambda m: slice_picture(m, "translational_stiffness", XY, {"z": 0.3}),
+            "write at={'principal_translation': 0}",
+        ),
+        (
+            lambda m: slice_picture(
+                m, "translational_stiffness", XY, {"z": 0.3, "principal_translation": 3}
+            ),
+            "expected 0 to 2",
+        ),
+        (lambda m: bands_picture(m, "worst_deflection", "x", percents=(5, 50)), "symmetric"),
+        (lambda m: slice_picture([m], "worst_deflection", XY), "what rs.stiffness_map returns"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_with_what_can(call, message: str):
+    with pytest.raises(rs.InputError, match=message.replace("{", r"\{").replace("[", r"\[")):
+        call(tripod_map())
+
+
+def test_named_components_are_chosen_by_name():
+    grid = rs.Grid(x=rs.Axis(-0.1, 0.1, 3), y=rs.Axis(-0.1, 0.1, 2))
+    load = [0, 0, -1000, 0, 0, 0]
+    found = rs.stiffness_map(rs.load("hexapod"), grid, [rs.Quantity.DEFLECTION], wrench=load)
+    picture = slice_picture(found, "displacement", XY, {"displacement_axis": "dz"})
+    expected = found.displacement.sel(displacement_axis="dz").transpose("y", "x").values
+    assert picture.values == pytest.approx(1e6 * expected)
+    assert picture.title == "hexapod: dz"
+    with pytest.raises(rs.InputError, match="expected dx or dy or dz"):
+        slice_picture(found, "displacement", XY, {"displacement_axis": "z"})

@@ -1,0 +1,188 @@
+"""What Matplotlib draws is what the picture says; nothing is shown, cut or left behind."""
+
+import subprocess
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Line3D
+
+import robostiff as rs
+from robostiff.plot import Matplotlib, Theme, Width
+from robostiff.plot.energy_bars import energy_picture
+from robostiff.plot.maps.percentile_bands import bands_picture
+from robostiff.plot.maps.slice import slice_picture
+from robostiff.plot.matrix_cells import matrix_picture
+from robostiff.plot.picture import Path
+from robostiff.plot.posed_robot import robot_picture
+from tests.plot.machines import (
+    POSE,
+    hexapod_deflection,
+    hexapod_stiffness,
+    robot,
+    tripod_map,
+)
+
+
+def all_plots(**options) -> dict[str, Axes]:
+    b = Matplotlib(**options)
+    hexapod, result, bent = robot("hexapod"), hexapod_stiffness(), hexapod_deflection()
+    found = tripod_map()
+    level = float(found.worst_deflection.median())
+    at = {"z": 0.3}
+    return {
+        "robot": rs.plot.robot(hexapod, POSE, deflection=bent, backend=b),
+        "planar": rs.plot.robot(robot("3-rrr"), backend=b),
+        "ellipsoid": rs.plot.ellipsoid(result, within=hexapod, backend=b),
+        "free": rs.plot.free_motions(rs.stiffness(robot("gough-stewart-a")), backend=b),
+        "matrix": rs.plot.matrix(result, backend=b),
+        "energy": rs.plot.energy_shares(bent, backend=b),
+        "comparison": rs.plot.comparison(result, result, backend=b),
+        "slice": rs.plot.map_slice(
+            found, "worst_deflection", x="x", y="y", at=at, isolines=3, backend=b
+        ),
+        "surface": rs.plot.map_isosurface(
+            found, "worst_deflection", level, x="x", y="y", z="z", backend=b
+        ),
+        "bands": rs.plot.map_bands(found, "worst_deflection", along="x", backend=b),
+    }
+
+
+@pytest.mark.parametrize("theme", Theme)
+@pytest.mark.parametrize("width", Width)
+def test_every_plot_fits_its_figure_and_no_texts_overlap(width: Width, theme: Theme):
+    if (width, theme) == (Width.FULL, Theme.DARK):
+        pytest.skip("themes differ in colours alone")
+    for name, ax in all_plots(width=width, theme=theme).items():
+        figure = ax.figure
+        assert isinstance(figure, Figure)
+        assert figure.get_figwidth() == pytest.approx(width.value / 25.4)
+        figure.draw_without_rendering()
+        whole = figure.get_tightbbox()
+        assert whole.y0 >= 0, name
+        assert whole.y1 <= figure.get_figheight() + 1e-6, name
+        assert whole.x0 >= -0.02, name
+        assert whole.x1 <= figure.get_figwidth() + 0.02, name
+        assert to_hex(figure.get_facecolor()) == theme.palette.ground
+        legends = [own.get_legend() for own in [ax, *ax.child_axes] if own.get_legend()]
+        boxes = [text.get_window_extent() for one in legends for text in one.get_texts()]
+        boxes += [ax.title.get_window_extent()]
+        for own in [ax, *ax.child_axes]:
+            for axis in (own.xaxis, own.yaxis):
+                if own.axison and axis.label.get_visible() and axis.label.get_text():
+                    boxes.append(axis.label.get_window_extent())
+        for i, one in enumerate(boxes):
+            for other in boxes[i + 1 :]:
+                assert not one.overlaps(other), name
+
+
+def test_settings_and_figures_of_matplotlib_stay_as_they_were():
+    before = dict(mpl.rcParams)
+    all_plots()
+    assert dict(mpl.rcParams) == before
+    from matplotlib import pyplot as plt
+
+    assert plt.get_fignums() == []
+
+
+def test_lines_of_the_robot_are_those_of_the_picture():
+    snapshot = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
+    picture = robot_picture(snapshot, hexapod_deflection())
+    ax = rs.plot.robot(robot("hexapod"), POSE, deflection=hexapod_deflection())
+    lines = [line for line in ax.lines if isinstance(line, Line3D) and line.get_marker() == "None"]
+    drawn = [np.stack(line.get_data_3d(), axis=1) for line in lines]
+    wanted = [item.points for item in picture.items if isinstance(item, Path)]
+    for points in wanted:
+        assert any(p.shape == points.shape and np.allclose(p, points) for p in drawn)
+
+
+def test_cells_of_the_matrix_are_those_of_the_picture():
+    picture = matrix_picture(hexapod_stiffness())
+    ax = rs.plot.matrix(hexapod_stiffness())
+    assert ax.images[0].get_array().filled(np.nan) == pytest.approx(picture.shades, nan_ok=True)
+    texts = {text.get_position(): text.get_text() for text in ax.texts}
+    for (i, j), _ in np.ndenumerate(picture.shades):
+        assert texts[j, i] == picture.texts[i][j]
+    assert {unit.unit for unit in picture.units} <= {text.get_text() for text in ax.texts}
+
+
+def test_bars_are_as_long_as_the_shares():
+    (panel,) = energy_picture(hexapod_deflection()).panels
+    ax = rs.plot.energy_shares(hexapod_deflection())
+    for container, series in zip(ax.containers, panel.series, strict=True):
+        assert [bar.get_width() for bar in container] == pytest.approx(series.values)
+    assert [t.get_text() for t in ax.get_legend().get_texts()] == [s.name for s in panel.series]
+
+
+def test_slice_draws_values_and_regions_in_their_places():
+    picture = slice_picture(tripod_map(), "worst_deflection", ("x", "y"), {"z": 0.3})
+    ax = rs.plot.map_slice(tripod_map(), "worst_deflection", x="x", y="y", at={"z": 0.3})
+    (mesh,) = (c for c in ax.collections if isinstance(c, QuadMesh))
+    assert mesh.get_array().filled(np.nan) == pytest.approx(picture.values, nan_ok=True)
+    (patch,) = ax.patches
+    (region,) = picture.regions
+    path = patch.get_path()
+    for j, y in enumerate(picture.y.values):
+        for i, x in enumerate(picture.x.values):
+            # even-odd by rectangle: each pose lies in at most one of them
+            inside = any(
+                (c[:, 0].min() < x < c[:, 0].max()) and (c[:, 1].min() < y < c[:, 1].max())
+                for c in path.vertices.reshape(-1, 5, 2)
+            )
+            assert inside == region.where[j, i]
+    assert [t.get_text() for t in ax.get_legend().get_texts()] == ["unreachable"]
+    assert patch.get_hatch()
+
+
+def test_bands_are_filled_between_the_percentiles():
+    picture = bands_picture(tripod_map(), "worst_deflection", "x")
+    ax = rs.plot.map_bands(tripod_map(), "worst_deflection", along="x")
+    median = ax.lines[0].get_ydata()
+    assert np.asarray(median) == pytest.approx(picture.percentiles[2].values, nan_ok=True)
+    labels = [text.get_text() for text in ax.child_axes[0].get_legend().get_texts()]
+    assert labels[-1] == "no value: unreachable"
+    assert "5 to 95 % of the poses with a value" in labels
+
+
+def test_axes_of_others_are_used_and_those_of_the_wrong_kind_refused():
+    figure = Figure(figsize=(6, 3))
+    plain, space = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2, projection="3d")
+    assert rs.plot.matrix(hexapod_stiffness(), backend=Matplotlib(plain)) is plain
+    assert rs.plot.robot(robot("hexapod"), backend=Matplotlib(space)) is space
+    assert figure.get_size_inches().tolist() == [6, 3]
+    with pytest.raises(rs.InputError, match="projection"):
+        rs.plot.robot(robot("hexapod"), backend=Matplotlib(plain))
+    with pytest.raises(rs.InputError, match="plain axes"):
+        rs.plot.matrix(hexapod_stiffness(), backend=Matplotlib(space))
+    assert isinstance(space, Axes3D)
+
+
+@pytest.mark.parametrize("form", ["pdf", "svg"])
+def test_vector_files_can_be_written(form: str, tmp_path):
+    ax = rs.plot.matrix(hexapod_stiffness())
+    assert isinstance(ax.figure, Figure)
+    path = tmp_path / f"k.{form}"
+    ax.figure.savefig(path)
+    assert path.stat().st_size > 5000
+
+
+def test_importing_the_library_or_its_plots_imports_neither_backend():
+    code = (
+        "import sys, robostiff as rs; rs.plot.matrix; "
+        "sys.exit(any(name in sys.modules for name in ('matplotlib', 'plotly', 'xarray')))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_missing_package_is_named_with_what_to_install(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
+    for backend in (Matplotlib(), rs.plot.Plotly()):
+        with pytest.raises(rs.InputError, match=r"pip install 'robostiff\[plot\]'"):
+            rs.plot.matrix(hexapod_stiffness(), backend=backend)

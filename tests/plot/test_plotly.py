@@ -1,0 +1,124 @@
+"""What Plotly draws is what the picture says, on light and on dark ground."""
+
+import numpy as np
+import plotly.graph_objects as go
+import plotly.io as pio
+import pytest
+
+import robostiff as rs
+from robostiff.plot import Plotly, Theme
+from robostiff.plot.energy_bars import energy_picture
+from robostiff.plot.maps.isosurfaces import isosurface_picture
+from robostiff.plot.maps.slice import slice_picture
+from robostiff.plot.matrix_cells import matrix_picture
+from robostiff.plot.picture import Mesh, Path
+from robostiff.plot.posed_robot import robot_picture
+from tests.plot.machines import (
+    POSE,
+    hexapod_deflection,
+    hexapod_stiffness,
+    robot,
+    tripod_map,
+)
+
+
+def all_figures(theme: Theme) -> dict[str, go.Figure]:
+    b = Plotly(theme)
+    hexapod, result, bent = robot("hexapod"), hexapod_stiffness(), hexapod_deflection()
+    found = tripod_map()
+    level = float(found.worst_deflection.median())
+    at = {"z": 0.3}
+    return {
+        "robot": rs.plot.robot(hexapod, POSE, deflection=bent, backend=b),
+        "planar": rs.plot.robot(robot("3-rrr"), backend=b),
+        "ellipsoid": rs.plot.ellipsoid(result, within=hexapod, backend=b),
+        "free": rs.plot.free_motions(rs.stiffness(robot("gough-stewart-a")), backend=b),
+        "matrix": rs.plot.matrix(result, backend=b),
+        "energy": rs.plot.energy_shares(bent, backend=b),
+        "comparison": rs.plot.comparison(result, result, backend=b),
+        "slice": rs.plot.map_slice(
+            found, "worst_deflection", x="x", y="y", at=at, isolines=3, backend=b
+        ),
+        "surface": rs.plot.map_isosurface(
+            found, "worst_deflection", level, x="x", y="y", z="z", backend=b
+        ),
+        "bands": rs.plot.map_bands(found, "worst_deflection", along="x", backend=b),
+    }
+
+
+@pytest.mark.parametrize("theme", Theme)
+def test_every_figure_has_the_colours_of_its_theme_and_nothing_is_registered(theme: Theme):
+    before = (pio.templates.default, list(pio.templates))
+    for figure in all_figures(theme).values():
+        layout = figure.layout.template.layout
+        assert layout.paper_bgcolor == theme.palette.ground
+        assert layout.font.color == theme.palette.ink
+        assert figure.layout.height > 200
+        assert len(figure.to_json()) > 1000
+    assert (pio.templates.default, list(pio.templates)) == before
+
+
+def test_lines_of_the_robot_are_those_of_the_picture():
+    snapshot = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
+    picture = robot_picture(snapshot, hexapod_deflection())
+    figure = rs.plot.robot(
+        robot("hexapod"), POSE, deflection=hexapod_deflection(), backend=Plotly()
+    )
+    drawn = [np.stack([t.x, t.y, t.z], axis=1) for t in figure.data if t.type == "scatter3d"]
+    for item in picture.items:
+        if isinstance(item, Path):
+            assert any(p.shape == item.points.shape and np.all(p == item.points) for p in drawn)
+    named = [trace.name for trace in figure.data if trace.showlegend]
+    assert named == [item.label for item in picture.items if item.label]
+
+
+def test_cells_of_the_matrix_are_those_of_the_picture():
+    picture = matrix_picture(hexapod_stiffness())
+    figure = rs.plot.matrix(hexapod_stiffness(), backend=Plotly())
+    assert np.array(figure.data[0].z) == pytest.approx(picture.shades, nan_ok=True)
+    texts = {(a.x, a.y): a.text for a in figure.layout.annotations if a.yref != "paper"}
+    for (i, j), _ in np.ndenumerate(picture.shades):
+        assert texts[j, i] == picture.texts[i][j]
+    assert (
+        figure.data[0].customdata[0][0].endswith(f"{picture.texts[0][0]} {picture.units[0].unit}")
+    )
+
+
+def test_bars_are_as_long_as_the_shares():
+    (panel,) = energy_picture(hexapod_deflection()).panels
+    figure = rs.plot.energy_shares(hexapod_deflection(), backend=Plotly())
+    assert figure.layout.barmode == "stack"
+    for trace, series in zip(figure.data, panel.series, strict=True):
+        assert np.array(trace.x) == pytest.approx(series.values)
+        assert trace.name == series.name
+
+
+def test_slice_draws_values_and_regions_in_their_places():
+    picture = slice_picture(tripod_map(), "worst_deflection", ("x", "y"), {"z": 0.3})
+    figure = rs.plot.map_slice(
+        tripod_map(), "worst_deflection", x="x", y="y", at={"z": 0.3}, backend=Plotly()
+    )
+    values, cells, key = figure.data
+    assert np.array(values.z) == pytest.approx(picture.values, nan_ok=True)
+    assert np.array_equal(np.isfinite(np.array(cells.z)), picture.regions[0].where)
+    assert key.name == "unreachable"
+    assert key.marker.color == cells.colorscale[0][1]
+
+
+def test_surface_is_that_of_the_picture():
+    found = tripod_map()
+    level = float(found.worst_deflection.median())
+    scene = isosurface_picture(found, "worst_deflection", level, ("x", "y", "z"))
+    (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
+    figure = rs.plot.map_isosurface(
+        found, "worst_deflection", level, x="x", y="y", z="z", backend=Plotly()
+    )
+    (drawn,) = (trace for trace in figure.data if trace.type == "mesh3d")
+    assert np.stack([drawn.x, drawn.y, drawn.z], axis=1) == pytest.approx(mesh.vertices)
+    assert np.stack([drawn.i, drawn.j, drawn.k], axis=1).tolist() == mesh.triangles.tolist()
+
+
+def test_pages_can_be_written(tmp_path):
+    figure = rs.plot.energy_shares(hexapod_deflection(), backend=Plotly(Theme.DARK))
+    figure.write_html(tmp_path / "energy.html", include_plotlyjs=False)
+    assert "share of elastic energy" in (tmp_path / "energy.html").read_text(encoding="utf-8")
