@@ -220,12 +220,12 @@ def parallelogram_of_parallelograms() -> ParallelBlock:
 
 
 def planar_legs_with(block: Callable[[], ParallelBlock]) -> Robot:
-    """Three planar legs: a drive, a parallel block and a pinned rod."""
+    """Three planar legs: a slide, a parallel block and a pinned rod."""
     legs = []
     for i in range(3):
         base = turned(np.array([0, 0, 2 * np.pi * i / 3]), np.zeros(3))
         rod = beam_link([0.15, 0.3, 0], STEEL, BAR, y_axis=Z)
-        chain = Chain((revolute(Z, Actuated(2e4)), block(), revolute(Z, FREE, name="elbow"), rod))
+        chain = Chain((prismatic(Y, DRIVE), block(), revolute(Z, FREE, name="elbow"), rod))
         start = Frame(base.R, base.R @ np.array([-0.15, -0.75, 0]))
         legs.append(Leg(f"leg{i}", start, chain, Frame(base.R, base.R @ np.array([0, -0.15, 0]))))
     return _planar(block().name, legs, shift_by(0, 0, 0))

@@ -1,6 +1,7 @@
 """Answers that several tests draw."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ LOAD = (300, 100, -200, 0, 0, 20)
 
 
 @cache
-def robot(name: str) -> rs.Robot:
+def robot(name: str) -> Any:
     return rs.load(name)
 
 
@@ -27,7 +28,7 @@ def hexapod_deflection() -> rs.Deflection:
 
 
 @cache
-def tripod_map():
+def tripod_map() -> Any:
     """Reachable and unreachable poses of a translational tripod."""
     grid = rs.Grid(x=rs.Axis(-0.5, 0.5, 6), y=rs.Axis(-0.4, 0.4, 5), z=rs.Axis(0.2, 0.4, 3))
     quantities = [rs.Quantity.WORST_DEFLECTION, rs.Quantity.PRINCIPAL_STIFFNESS]

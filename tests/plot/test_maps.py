@@ -9,7 +9,7 @@ from robostiff.plot.maps.isosurfaces import isosurface_picture
 from robostiff.plot.maps.percentile_bands import bands_picture
 from robostiff.plot.maps.slice import slice_picture
 from robostiff.plot.picture import Cover, Marks, Mesh
-from tests.plot.machines import tripod_map
+from tests.plot.machines import robot, tripod_map
 
 XY = ("x", "y")
 
@@ -95,7 +95,7 @@ def test_every_pose_is_a_value_or_in_one_region():
 
 def test_robot_that_is_free_by_design_has_its_own_full_rank():
     grid = rs.Grid(x=rs.Axis(-0.05, 0.05, 3), y=rs.Axis(-0.05, 0.05, 3))
-    found = rs.stiffness_map(rs.load("gough-stewart-a"), grid)
+    found = rs.stiffness_map(robot("gough-stewart-a"), grid)
     at = {"principal_translation": 0}
     rank = int(found["rank"].min())
     picture = slice_picture(found, "translational_stiffness", XY, at)
@@ -107,10 +107,9 @@ def test_robot_that_is_free_by_design_has_its_own_full_rank():
 
 def test_planar_robots_are_full_at_rank_three():
     grid = rs.Grid(x=rs.Axis(0.4, 0.5, 3), y=rs.Axis(0.3, 0.4, 3))
-    robot = rs.load("3-rpr")
-    stiff = rs.stiffness_map(robot, grid)
+    stiff = rs.stiffness_map(robot("3-rpr"), grid)
     assert not slice_picture(stiff, "rotational_stiffness", XY, {"principal_rotation": 0}).regions
-    vague = rs.stiffness_map(robot, grid, [rs.Quantity.WORST_DEFLECTION])
+    vague = rs.stiffness_map(robot("3-rpr"), grid, [rs.Quantity.WORST_DEFLECTION])
     with pytest.raises(rs.InputError, match="full_rank=3"):
         slice_picture(vague, "worst_deflection", XY)
     assert not slice_picture(vague, "worst_deflection", XY, full_rank=3).regions
@@ -190,7 +189,10 @@ def test_bands_can_be_cut_as_well():
             "expected 0 to 2",
         ),
         (lambda m: bands_picture(m, "worst_deflection", "x", percents=(5, 50)), "symmetric"),
-        (lambda m: slice_picture([m], "worst_deflection", XY), "what rs.stiffness_map returns"),
+        (
+            lambda m: slice_picture(m.to_dict(), "worst_deflection", XY),
+            "what rs.stiffness_map returns",
+        ),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_with_what_can(call, message: str):
@@ -201,7 +203,7 @@ def test_what_cannot_be_drawn_is_refused_with_what_can(call, message: str):
 def test_named_components_are_chosen_by_name():
     grid = rs.Grid(x=rs.Axis(-0.1, 0.1, 3), y=rs.Axis(-0.1, 0.1, 2))
     load = [0, 0, -1000, 0, 0, 0]
-    found = rs.stiffness_map(rs.load("hexapod"), grid, [rs.Quantity.DEFLECTION], wrench=load)
+    found = rs.stiffness_map(robot("hexapod"), grid, [rs.Quantity.DEFLECTION], wrench=load)
     picture = slice_picture(found, "displacement", XY, {"displacement_axis": "dz"})
     expected = found.displacement.sel(displacement_axis="dz").transpose("y", "x").values
     assert picture.values == pytest.approx(1e6 * expected)

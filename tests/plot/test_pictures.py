@@ -22,7 +22,7 @@ from tests.plot.machines import (
     robot,
 )
 
-HEXAPOD = rs.find_posture(rs.load("hexapod"), POSE).snapshot.one(0)
+HEXAPOD = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
 
 
 def labelled(scene: Scene) -> dict:
@@ -74,7 +74,9 @@ def test_load_is_drawn_along_itself_with_its_size():
     found = labelled(robot_picture(HEXAPOD, hexapod_deflection(), exaggeration=0))
     force = found[f"force {np.linalg.norm(LOAD[:3]):.3g} N"]
     along = force.tip - force.start
-    assert along / np.linalg.norm(along) == pytest.approx(LOAD[:3] / np.linalg.norm(LOAD[:3]))
+    assert along / np.linalg.norm(along) == pytest.approx(
+        np.array(LOAD[:3]) / np.linalg.norm(LOAD[:3])
+    )
     assert force.tip == pytest.approx(HEXAPOD.reference_point)
     assert "moment 20 N m" in found
 

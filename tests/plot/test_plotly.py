@@ -1,7 +1,8 @@
 """What Plotly draws is what the picture says, on light and on dark ground."""
 
+from typing import Any
+
 import numpy as np
-import plotly.graph_objects as go
 import plotly.io as pio
 import pytest
 
@@ -21,9 +22,11 @@ from tests.plot.machines import (
     tripod_map,
 )
 
+PLOTLY: Any = Plotly()
 
-def all_figures(theme: Theme) -> dict[str, go.Figure]:
-    b = Plotly(theme)
+
+def all_figures(theme: Theme) -> dict[str, Any]:
+    b: Any = Plotly(theme)
     hexapod, result, bent = robot("hexapod"), hexapod_stiffness(), hexapod_deflection()
     found = tripod_map()
     level = float(found.worst_deflection.median())
@@ -61,9 +64,7 @@ def test_every_figure_has_the_colours_of_its_theme_and_nothing_is_registered(the
 def test_lines_of_the_robot_are_those_of_the_picture():
     snapshot = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
     picture = robot_picture(snapshot, hexapod_deflection())
-    figure = rs.plot.robot(
-        robot("hexapod"), POSE, deflection=hexapod_deflection(), backend=Plotly()
-    )
+    figure = rs.plot.robot(robot("hexapod"), POSE, deflection=hexapod_deflection(), backend=PLOTLY)
     drawn = [np.stack([t.x, t.y, t.z], axis=1) for t in figure.data if t.type == "scatter3d"]
     for item in picture.items:
         if isinstance(item, Path):
@@ -74,7 +75,7 @@ def test_lines_of_the_robot_are_those_of_the_picture():
 
 def test_cells_of_the_matrix_are_those_of_the_picture():
     picture = matrix_picture(hexapod_stiffness())
-    figure = rs.plot.matrix(hexapod_stiffness(), backend=Plotly())
+    figure = rs.plot.matrix(hexapod_stiffness(), backend=PLOTLY)
     assert np.array(figure.data[0].z) == pytest.approx(picture.shades, nan_ok=True)
     texts = {(a.x, a.y): a.text for a in figure.layout.annotations if a.yref != "paper"}
     for (i, j), _ in np.ndenumerate(picture.shades):
@@ -86,7 +87,7 @@ def test_cells_of_the_matrix_are_those_of_the_picture():
 
 def test_bars_are_as_long_as_the_shares():
     (panel,) = energy_picture(hexapod_deflection()).panels
-    figure = rs.plot.energy_shares(hexapod_deflection(), backend=Plotly())
+    figure = rs.plot.energy_shares(hexapod_deflection(), backend=PLOTLY)
     assert figure.layout.barmode == "stack"
     for trace, series in zip(figure.data, panel.series, strict=True):
         assert np.array(trace.x) == pytest.approx(series.values)
@@ -96,7 +97,7 @@ def test_bars_are_as_long_as_the_shares():
 def test_slice_draws_values_and_regions_in_their_places():
     picture = slice_picture(tripod_map(), "worst_deflection", ("x", "y"), {"z": 0.3})
     figure = rs.plot.map_slice(
-        tripod_map(), "worst_deflection", x="x", y="y", at={"z": 0.3}, backend=Plotly()
+        tripod_map(), "worst_deflection", x="x", y="y", at={"z": 0.3}, backend=PLOTLY
     )
     values, cells, key = figure.data
     assert np.array(values.z) == pytest.approx(picture.values, nan_ok=True)
@@ -111,7 +112,7 @@ def test_surface_is_that_of_the_picture():
     scene = isosurface_picture(found, "worst_deflection", level, ("x", "y", "z"))
     (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
     figure = rs.plot.map_isosurface(
-        found, "worst_deflection", level, x="x", y="y", z="z", backend=Plotly()
+        found, "worst_deflection", level, x="x", y="y", z="z", backend=PLOTLY
     )
     (drawn,) = (trace for trace in figure.data if trace.type == "mesh3d")
     assert np.stack([drawn.x, drawn.y, drawn.z], axis=1) == pytest.approx(mesh.vertices)

@@ -210,6 +210,8 @@ def first_slack(
 
     if least(before[0]) <= 0:
         return before[0], int(np.argmin(np.where(taut, start.pulls, np.inf)))
+    if least(after[0]) > 0:  # from the start another rest is nearer: the path itself tells
+        return after[0], int(np.argmin(np.where(taut, after[1].pulls, np.inf)))
     found = root_scalar(least, bracket=(before[0], after[0]), method="brentq", xtol=1e-12)
     factor = float(found.root)
     state = loading.rest(factor, start) or after[1]

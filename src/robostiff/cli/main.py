@@ -231,6 +231,49 @@ def verify(
     return print_verification(robot, Place(pose, joints, None), set_ or [], json_, side)
 
 
+@app.command()
+@reported
+def report(
+    robot: RobotArgument,
+    output: Annotated[
+        str, typer.Option("--output", "-o", metavar="FILE.html", help="The page to write.")
+    ],
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    at: AtOption = None,
+    wrench: Annotated[
+        str | None,
+        typer.Option(
+            "--wrench",
+            metavar='"fx fy fz mx my mz"',
+            help="A load on the platform: adds the deflection and who bends.",
+        ),
+    ] = None,
+    map_: Annotated[
+        str | None,
+        typer.Option(
+            "--map",
+            metavar="FILE",
+            help="A map of the robot, .zarr or .nc: adds slices of the workspace.",
+        ),
+    ] = None,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write FILE.pdf as well.")] = False,
+    side: SideOption = None,
+    set_: SetOption = None,
+) -> int:
+    """Write what there is to say about a robot as one page that opens without a network.
+
+    Example: robostiff report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands import Place
+    from robostiff.cli.commands_report import Pages, make_report
+
+    pages = Pages(wrench, map_, output, pdf)
+    return make_report(robot, Place(pose, joints, at), pages, set_ or [], side)
+
+
 @app.command("map")
 @reported
 def map_(

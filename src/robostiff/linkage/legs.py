@@ -36,7 +36,10 @@ def robot_of(part: Linkage, found: Configuration) -> Robot | None:
     if chains is None:
         return None
     serial = len(chains) == 1
-    legs = tuple(_leg(part.name if serial else chain[0].name, chain, found) for chain in chains)
+    if serial:
+        legs = (_arm(part.name, chains[0]),)
+    else:
+        legs = tuple(_leg(chain[0].name, chain) for chain in chains)
     robot = Robot(
         part.name,
         legs,
@@ -83,17 +86,29 @@ def _chains(part: Linkage) -> list[list[Connection]] | None:
     return chains
 
 
-def _leg(name: str, chain: list[Connection], found: Configuration) -> Leg:
-    rigid, elements = Frame.identity(), []
-    base = chain[0].before
+def _arm(name: str, chain: list[Connection]) -> Leg:
+    """A serial arm, whose chain ends in the frame of the platform."""
+    end = _rigid(chain[-1].after, "the platform")
+    return Leg(name, chain[0].before, Chain((*_elements(chain), *end)), Frame.identity())
+
+
+def _leg(name: str, chain: list[Connection]) -> Leg:
+    """A leg, whose chain ends where it meets the platform."""
+    end = chain[-1].after.inverse
+    attachment = Frame(end.R + 0.0, end.p + 0.0)  # without negative zeros
+    return Leg(name, chain[0].before, Chain(tuple(_elements(chain))), attachment)
+
+
+def _elements(chain: list[Connection]) -> list[Element]:
+    elements: list[Element] = []
+    way = Frame.identity()
     for i, connection in enumerate(chain):
         if i > 0:
-            elements += _rigid(rigid @ connection.before, connection.name)
+            elements += _rigid(way @ connection.before, connection.name)
         if connection.element is not None:
             elements.append(connection.element)
-        rigid = connection.after
-    end = rigid.inverse
-    return Leg(name, base, Chain(tuple(elements)), Frame(end.R + 0.0, end.p + 0.0))
+        way = connection.after
+    return elements
 
 
 def _rigid(frame: Frame, name: str) -> list[Element]:

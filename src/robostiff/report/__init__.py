@@ -6,6 +6,6 @@ A page of HTML holds everything that it shows, so that it opens years later and 
 
 from robostiff.report.contents import ReportContents, report_contents
 from robostiff.report.page import report_html
-from robostiff.report.write import write_report
+from robostiff.report.write import save_report, write_report
 
-__all__ = ["ReportContents", "report_contents", "report_html", "write_report"]
+__all__ = ["ReportContents", "report_contents", "report_html", "save_report", "write_report"]

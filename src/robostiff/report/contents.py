@@ -102,7 +102,9 @@ def report_contents(
     snapshot = None
     if reached:
         snapshot = (
-            numeric if isinstance(numeric, Snapshot) else find_posture(numeric, pose).snapshot.one(0)
+            numeric
+            if isinstance(numeric, Snapshot)
+            else find_posture(numeric, pose).snapshot.one(0)
         )
     of_pose = None
     if np.all(result.answered):
@@ -132,9 +134,7 @@ def _check_map(robot: Robot | Snapshot, found: xarray.Dataset | None) -> None:
             expected="what rs.stiffness_map or robostiff map has written",
         )
     if of != robot.name:
-        raise InputError(
-            "map of a report", got=f"one of {of!r}", expected=f"one of {robot.name!r}"
-        )
+        raise InputError("map of a report", got=f"one of {of!r}", expected=f"one of {robot.name!r}")
 
 
 def _derivation(robot: Robot | Snapshot) -> tuple[RobotDerivation | None, str]:

@@ -54,8 +54,8 @@ class Figure:
         parts = [element("div", "", class_="plot", id=f"plot-{self.name}")]
         if len(self.levels) > 1:
             slider = (
-                f'<input type="range" min="0" max="{len(self.levels) - 1}" step="1" '
-                f'value="{self.start}" id="slider-{self.name}" aria-label="{escaped(self.caption)}">'
+                f'<input type="range" min="0" max="{len(self.levels) - 1}" value="{self.start}" '
+                f'id="slider-{self.name}" aria-label="{escaped(self.caption)}">'
             )
             label = element(
                 "output", escaped(self.levels[self.start].label), id=f"label-{self.name}"

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
 from robostiff.model import Robot, Snapshot
-from robostiff.report.contents import report_contents
+from robostiff.report.contents import ReportContents, report_contents
 from robostiff.report.page import report_html
 
 if TYPE_CHECKING:
@@ -53,8 +53,18 @@ def write_report(
 
         rs.write_report(rs.load("hexapod"), "hexapod.html", wrench=[500, 0, 0, 0, 0, 0])
     """
+    save_report(report_contents(robot, pose, wrench=wrench, at=at, found=found), path)
+
+
+def save_report(contents: ReportContents, path: str | Path) -> None:
+    """Write a report whose contents are known.
+
+    Raises
+    ------
+    InputError
+        When the file is no page of HTML.
+    """
     path = Path(path)
     if path.suffix.lower() not in {".html", ".htm"}:
         raise InputError("file of a report", got=str(path), expected="a name that ends in .html")
-    page = report_html(report_contents(robot, pose, wrench=wrench, at=at, found=found))
-    path.write_text(page, encoding="utf-8")
+    path.write_text(report_html(contents), encoding="utf-8")

@@ -1,7 +1,7 @@
 """Derivations in other languages: to read, to print, to keep, to compute with.
 
-Plain text, LaTeX, Markdown, HTML and Typst (PDF) show how a stiffness matrix came about; JSON data keep
-it without loss; Python and C compute it.
+Plain text, LaTeX, Markdown, HTML and Typst (PDF) show how a stiffness matrix came about; JSON data
+keep it without loss; Python and C compute it.
 """
 
 from robostiff.analytic.export.c_code import c_function

@@ -85,7 +85,8 @@ def _written(block: Block, first: int) -> list[str]:
 
 def _display(formula: Display) -> str:
     rows = "".join(line for row in formula for line in _lines(row))
-    return element("div", element("math", element("mtable", rows), display="block"), class_="formula")
+    table = element("mtable", rows, displaystyle="true")
+    return element("div", element("math", table), class_="formula")
 
 
 def _lines(row: Row) -> list[str]:

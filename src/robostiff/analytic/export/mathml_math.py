@@ -159,7 +159,9 @@ class _MathMLPrinter(Printer):
         return self._product(expr)
 
     def _print_NumberSymbol(self, expr: sp.NumberSymbol) -> str:
-        return f"<mi>{ {'pi': 'π', 'e': 'e'}.get(constant_name(expr) or '', escape(str(expr))) }</mi>"
+        return (
+            f"<mi>{ {'pi': 'π', 'e': 'e'}.get(constant_name(expr) or '', escape(str(expr))) }</mi>"
+        )
 
     def _print_Add(self, expr: sp.Add) -> str:
         written = ""

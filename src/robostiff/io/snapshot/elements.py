@@ -20,7 +20,6 @@ from robostiff.elasticity import (
 from robostiff.io.snapshot.format import (
     BeamData,
     BeamPart,
-    ElementPart,
     PassivePart,
     Spring6Data,
     Spring6Part,
@@ -32,7 +31,9 @@ from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedSpri
 from robostiff.model.checks import rotation_matrix, unit_vector
 
 
-def placed(element: ElementPart, name: str, place: Place) -> PlacedFreedom | PlacedSpring:
+def placed(
+    element: BeamPart | Spring6Part | PassivePart | SpringPart, name: str, place: Place
+) -> PlacedFreedom | PlacedSpring:
     """A joint or spring in the world.
 
     Raises

@@ -133,8 +133,28 @@ class Spring6Part(Chained, Spring6Data):
     type: Literal["spring6"]
 
 
+class BranchPart(Part):
+    """A chain from the body before a parallel block to the body after it."""
+
+    name: Name = Field(description="the name of the branch, unique in the block")
+    end: Vector = Field(description="where the branch meets the body after the block [m]")
+    chain: list[ElementPart] = Field(
+        description="the elements from body to body, none for a rigid branch; all else is rigid"
+    )
+    note: Informative = None
+
+
+class ParallelPart(Chained):
+    """Branches side by side, such as the bars of a parallelogram."""
+
+    type: Literal["parallel"]
+    branches: list[BranchPart] = Field(
+        min_length=2, description="two or more chains between the same two bodies"
+    )
+
+
 ElementPart = Annotated[
-    PassivePart | SpringPart | BeamPart | Spring6Part, Field(discriminator="type")
+    PassivePart | SpringPart | BeamPart | Spring6Part | ParallelPart, Field(discriminator="type")
 ]
 
 
@@ -147,6 +167,10 @@ class LegPart(Part):
         min_length=1, description="the elements from base to platform; all else is rigid"
     )
     note: Informative = None
+
+
+for _holder in (BranchPart, ParallelPart, LegPart):
+    _holder.model_rebuild()
 
 
 class FileHead(Part):

@@ -6,7 +6,7 @@ import numpy as np
 
 from robostiff.io.snapshot.place import Place
 from robostiff.kinematics import spring_compliance
-from robostiff.model import Motion, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import Motion, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
 
 _IN_PLANE = list(Space.PLANAR.rows)
@@ -29,11 +29,18 @@ def check_planar(snapshot: Snapshot, legs: Place) -> None:
         of it.
     """
     for i, leg in enumerate(snapshot.legs):
-        chain = legs.at(i, "chain")
-        for j, element in enumerate(leg.elements):
-            if isinstance(element, PlacedFreedom):
-                _check_axis(element, chain.at(j, "axis"))
-        _check_bending(leg, snapshot.reference_point, chain)
+        _check_leg(leg, snapshot.reference_point, legs.at(i, "chain"))
+
+
+def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: Place) -> None:
+    """Check a leg, or a branch of a block in it."""
+    for i, element in enumerate(leg.elements):
+        if isinstance(element, PlacedFreedom):
+            _check_axis(element, chain.at(i, "axis"))
+        elif isinstance(element, PlacedBlock):
+            for j, branch in enumerate(element.branches):
+                _check_leg(branch, reference_point, chain.at(i, "branches", j, "chain"))
+    _check_bending(leg, reference_point, chain)
 
 
 def _check_axis(freedom: PlacedFreedom, place: Place) -> None:

@@ -11,11 +11,17 @@ import numpy as np
 from robostiff.errors import FileError
 from robostiff.io.document import Document, read_document
 from robostiff.io.snapshot.elements import placed
-from robostiff.io.snapshot.format import LegPart, SnapshotFile
+from robostiff.io.snapshot.format import (
+    BranchPart,
+    ElementPart,
+    LegPart,
+    ParallelPart,
+    SnapshotFile,
+)
 from robostiff.io.snapshot.place import Place
 from robostiff.io.snapshot.planar import check_planar
 from robostiff.io.validation import validate
-from robostiff.model import PlacedLeg, Snapshot
+from robostiff.model import PlacedBlock, PlacedElement, PlacedLeg, Snapshot
 from robostiff.spatial import Space
 
 
@@ -131,29 +137,56 @@ def _refuse_graph(document: Document) -> None:
 
 
 def _leg(part: LegPart, place: Place) -> PlacedLeg:
-    chain = place.at("chain")
-    given = [element.name for element in part.chain if element.name is not None]
-    refuse_twins(given, chain, "element", [i for i, e in enumerate(part.chain) if e.name])
-    names = _names(part)
-    elements = tuple(
-        placed(element, name, chain.at(i))
-        for i, (element, name) in enumerate(zip(part.chain, names, strict=True))
-    )
-    if all(element.type == "passive" for element in part.chain):
-        raise chain.error(
+    if not _gives_way(part.chain):
+        raise place.at("chain").error(
             f"leg {part.name} without compliance",
             expected="at least one beam, spring or spring6",
             hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
         )
-    return PlacedLeg(part.name, elements, np.array(part.end, dtype=float))
+    return PlacedLeg(part.name, _chain(part, place), np.array(part.end, dtype=float))
 
 
-def _names(part: LegPart) -> list[str]:
+def _gives_way(chain: Sequence[ElementPart]) -> bool:
+    return any(
+        any(_gives_way(branch.chain) for branch in element.branches)
+        if isinstance(element, ParallelPart)
+        else element.type != "passive"
+        for element in chain
+    )
+
+
+def _chain(part: LegPart | BranchPart, place: Place, prefix: str = "") -> tuple[PlacedElement, ...]:
+    """The elements of a leg or a branch; inside blocks names begin with ``block/branch/``."""
+    chain = place.at("chain")
+    given = [element.name for element in part.chain if element.name is not None]
+    refuse_twins(given, chain, "element", [i for i, e in enumerate(part.chain) if e.name])
+    elements: list[PlacedElement] = []
+    for i, (element, own) in enumerate(zip(part.chain, _names(part.chain), strict=True)):
+        name = prefix + own
+        if isinstance(element, ParallelPart):
+            elements.append(_block(element, name, chain.at(i)))
+        else:
+            elements.append(placed(element, name, chain.at(i)))
+    return tuple(elements)
+
+
+def _block(part: ParallelPart, name: str, place: Place) -> PlacedBlock:
+    branches = place.at("branches")
+    refuse_twins([branch.name for branch in part.branches], branches, "branch")
+    legs = []
+    for i, branch in enumerate(part.branches):
+        own = f"{name}/{branch.name}"
+        elements = _chain(branch, branches.at(i), f"{own}/")
+        legs.append(PlacedLeg(own, elements, np.array(branch.end, dtype=float)))
+    return PlacedBlock(name, tuple(legs))
+
+
+def _names(chain: Sequence[ElementPart]) -> list[str]:
     """Names of the elements; one without a name gets its type and the next free number."""
-    taken = {element.name for element in part.chain if element.name is not None}
+    taken = {element.name for element in chain if element.name is not None}
     count: Counter[str] = Counter()
     names = []
-    for element in part.chain:
+    for element in chain:
         name = element.name
         while name is None or (element.name is None and name in taken):
             count[element.type] += 1

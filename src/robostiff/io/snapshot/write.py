@@ -10,7 +10,14 @@ import numpy as np
 from robostiff.elasticity import Elasticity, elasticity_from_stiffness
 from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import (
+    PlacedBlock,
+    PlacedElement,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
 from robostiff.spatial import Space
 
 # Part of its size by which a compliance may change when it is written as a stiffness.
@@ -66,19 +73,37 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
 
 
 def _leg(leg: PlacedLeg, name: str) -> dict[str, Any]:
-    elements = [e for e in leg.elements if not _is_rigid(e)]
-    names = distinct(e.name for e in elements)
-    chain = [_element(e, n) for e, n in zip(elements, names, strict=True)]
-    if all(element["type"] == "passive" for element in chain):
+    if not any(isinstance(e, PlacedSpring) or e.stiffness is not None for e in leg.parts):
         raise InputError(
             f"leg {name} without compliance",
             expected="at least one elastic part or joint",
             hint="give a link or an actuator of the leg its elasticity",
         )
+    return _chain(leg, name, "")
+
+
+def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
+    """A leg or a branch; names lose the ``block/branch/`` that the reader puts before them."""
+    elements = [e for e in leg.elements if not _is_rigid(e)]
+    names = distinct(e.name.removeprefix(prefix) for e in elements)
+    chain = [
+        _block(e, n) if isinstance(e, PlacedBlock) else _element(e, n)
+        for e, n in zip(elements, names, strict=True)
+    ]
     return {"name": name, "end": _one_pose(leg.end, 1), "chain": chain}
 
 
-def _is_rigid(element: PlacedFreedom | PlacedSpring) -> bool:
+def _block(block: PlacedBlock, name: str) -> dict[str, Any]:
+    own = f"{block.name}/"
+    names = distinct(branch.name.removeprefix(own) for branch in block.branches)
+    branches = [
+        _chain(branch, n, f"{branch.name}/")
+        for branch, n in zip(block.branches, names, strict=True)
+    ]
+    return {"type": "parallel", "name": name, "branches": branches}
+
+
+def _is_rigid(element: PlacedElement) -> bool:
     return (
         isinstance(element, PlacedFreedom) and not element.is_passive and element.stiffness is None
     )

@@ -20,6 +20,7 @@ from robostiff.plot.theme import Palette
 
 SMALL = 7.0  # points
 _LETTER = 0.056  # inches of small text
+_TRIES = 4
 _EDGE = 0.05  # inches around all that is drawn
 
 
@@ -97,12 +98,22 @@ class Canvas:
         figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")
         renderer = figure.canvas.get_renderer()
-        height = figure.get_figheight()
         box = figure.get_tightbbox(renderer)
+        for _ in range(_TRIES):  # labels in space are wider than the layout thinks
+            out = max(0.0, -box.x0) + max(0.0, box.x1 - self.width)
+            if out == 0:
+                break
+            part = 1 - out / self.width
+            left = max(0.0, -box.x0) / self.width
+            for own in figure.axes:
+                x, y, width, height = own.get_position(original=True).bounds
+                own.set_position((left + part * x, y, part * width, height))
+            box = figure.get_tightbbox(renderer)
+        tall = figure.get_figheight()
         low, whole = box.y0 - _EDGE, box.height + 2 * _EDGE
         for own in figure.axes:
-            x, y, width, tall = own.get_position(original=True).bounds
-            own.set_position((x, (y * height - low) / whole, width, tall * height / whole))
+            x, y, width, height = own.get_position(original=True).bounds
+            own.set_position((x, (y * tall - low) / whole, width, height * tall / whole))
         figure.set_figheight(whole)
         return ax
 

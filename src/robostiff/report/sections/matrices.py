@@ -27,7 +27,9 @@ def matrices_section(contents: ReportContents) -> Section:
         parts.append(one_figure("matrix", caption, matrix_picture(result)))
     if Status.UNREACHABLE not in result.status:
         words = f"Rank {int(result.rank)} of {result.space.size}"
-        words += ": held in every direction." if not result.free_motions else ": free motions remain."
+        words += (
+            ": held in every direction." if not result.free_motions else ": free motions remain."
+        )
         parts.append(element("p", words))
         parts.append(free_motion_table(result))
         if result.free_motions and contents.snapshot is not None:

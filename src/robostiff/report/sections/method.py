@@ -33,6 +33,7 @@ def method_section(contents: ReportContents) -> Section:
         poses = found.attrs.get("poses", "unknown")
         facts["map"] = f"{poses} poses, robostiff {found.attrs.get('robostiff_version', 'unknown')}"
     entries = "".join(
-        element("dt", escaped(name)) + element("dd", escaped(words)) for name, words in facts.items()
+        element("dt", escaped(name)) + element("dd", escaped(words))
+        for name, words in facts.items()
     )
     return section("method", "How it was computed", element("dl", entries))

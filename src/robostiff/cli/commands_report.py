@@ -1,0 +1,51 @@
+"""What ``robostiff report`` does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from robostiff.cli.commands import Place, parameters_from, point_from, pose_from, wrench_from
+from robostiff.cli.failure import BAD_STATUS
+from robostiff.errors import InputError
+from robostiff.io.map_files.read_map import read_map
+from robostiff.model import Robot, Snapshot
+from robostiff.report import report_contents, save_report
+from robostiff.robots import load
+
+
+@dataclass(frozen=True)
+class Pages:
+    """What goes into a report besides the pose, and where it is written."""
+
+    wrench: str | None
+    map_file: str | None
+    output: str
+    pdf: bool
+
+
+def make_report(
+    source: str, place: Place, pages: Pages, settings: Sequence[str], side: str | None = None
+) -> int:
+    """Write a report and print where it is; 1 when the pose has a bad status."""
+    robot = load(source, parameters_from(settings), side=side)
+    if not isinstance(robot, Robot | Snapshot):
+        raise InputError("robot of a report", got=source, expected="a robot or a snapshot of legs")
+    contents = report_contents(
+        robot,
+        pose_from(robot, place),
+        wrench=None if pages.wrench is None else wrench_from(pages.wrench, robot.space),
+        at=point_from(place),
+        found=None if pages.map_file is None else read_map(pages.map_file),
+    )
+    paths = [Path(pages.output)]
+    if pages.pdf:
+        paths.append(paths[0].with_suffix(".pdf"))
+    for path in paths:
+        save_report(contents, path)
+        typer.echo(path)
+    status = contents.stiffness.status
+    return BAD_STATUS if status.is_bad else 0
