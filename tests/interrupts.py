@@ -1,11 +1,18 @@
 """Child processes that Ctrl-C stops, whoever runs the tests."""
 
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 
-def takes_interrupts() -> None:
-    """Let a child process take SIGINT, which shells let background jobs ignore.
+@contextmanager
+def interrupts_heard() -> Iterator[None]:
+    """Programs that are started here take SIGINT, which shells let background jobs ignore.
 
-    For ``preexec_fn`` of `subprocess.Popen`: what is ignored stays ignored in a new program.
+    What is ignored stays ignored in a new program; what has a handler goes back to its default.
     """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -10,7 +10,7 @@ import sympy as sp
 
 from robostiff.analytic import Closed, FormulaTooLargeError, Steps, derive_chain
 from robostiff.errors import InputError
-from tests.interrupts import takes_interrupts
+from tests.interrupts import interrupts_heard
 
 FULL = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
 INTERRUPTED = """
@@ -66,13 +66,13 @@ def test_an_indefinite_matrix_is_refused():
 
 
 def test_interruption_is_heard():
-    process = subprocess.Popen(
-        [sys.executable, "-c", INTERRUPTED],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=takes_interrupts,
-    )
+    with interrupts_heard():
+        process = subprocess.Popen(
+            [sys.executable, "-c", INTERRUPTED],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
     assert process.stdout is not None
     assert process.stdout.readline() == "started\n"
     time.sleep(1.0)

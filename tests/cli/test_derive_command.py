@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import robostiff as rs
 from robostiff.analytic.export import derivation_from_data
 from robostiff.cli.main import app
-from tests.interrupts import takes_interrupts
+from tests.interrupts import interrupts_heard
 
 
 @pytest.fixture(autouse=True)
@@ -128,13 +128,10 @@ def test_an_existing_file_is_not_overwritten():
 def test_an_interrupt_ends_with_130():
     command = [shutil.which("robostiff", path=str(Path(sys.executable).parent)), "derive"]
     arguments = ["hexapod", "--closed", "--limit", "1000000"]
-    process = subprocess.Popen(
-        [*command, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=takes_interrupts,
-    )
+    with interrupts_heard():
+        process = subprocess.Popen(
+            [*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
     time.sleep(5)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=30)

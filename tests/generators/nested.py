@@ -51,9 +51,7 @@ def _joint(name: str, rng: np.random.Generator, space: Space) -> PlacedFreedom:
     if space is Space.PLANAR:
         point = np.append(point[:2], 0.0)
         axis = np.append(axis[:2], 0.0) if joint.motion == "P" else np.array([0, 0, 1.0])
-    return PlacedFreedom(
-        name, Motion(joint.motion), point, axis / np.linalg.norm(axis), Passive()
-    )
+    return PlacedFreedom(name, Motion(joint.motion), point, axis / np.linalg.norm(axis), Passive())
 
 
 class _Grower:

@@ -58,7 +58,7 @@ def test_about_another_point():
     robot = load("hexapod")
     assert isinstance(robot, Robot)
     network = network_of_snapshot(find_posture(robot).snapshot.one(0))
-    at = network.reference_point + [0.1, 0.2, -0.3]
+    at = network.reference_point + np.array([0.1, 0.2, -0.3])
     bent = deflection(network, wrench=LOAD, at=at)
     assert np.allclose(bent.twist, compliance(network, at=at) @ LOAD, rtol=1e-9)
     assert sum(part.energy for part in bent.parts) == pytest.approx(bent.energy, rel=1e-9)

@@ -22,7 +22,8 @@ POSES = 20
 
 def poses_of(robot: Robot) -> Pose:
     if not robot.is_serial:
-        return random_poses(robot.name, PostureFinder(robot), POSES)
+        poses = random_poses(robot.name, PostureFinder(robot), POSES)
+        return poses[:, robot.coordinate_places]
     chain = robot.legs[0].chain
     room = [0.05 if f.motion is Motion.TRANSLATION else 1.0 for f in chain.freedoms]
     steps = np.random.default_rng(3).uniform(-1, 1, (POSES, chain.size)) * room

@@ -1,4 +1,6 @@
-"""The deformed shape is mechanics: legs stay closed, bodies keep their shape, beams bend as beams."""
+"""The deformed shape is mechanics: legs stay closed, joints move as they may, beams bend."""
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -6,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.model import PlacedBlock, PlacedLeg, Snapshot
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.plot.geometry.displacement import BodyMotion, LegMotion, motion_under
 from robostiff.plot.geometry.legs import MemberKind, joint_marks, leg_members
+from robostiff.spatial import move_wrench
 from tests.generators.robots import FreeRobot, robots
 from tests.plot.machines import HERE, LOAD, POSE, hexapod_deflection, robot
 
@@ -89,7 +92,7 @@ def test_every_joint_moves_only_as_it_may(name: str):
     snapshot = snapshot_of(name)
     for leg, own in zip(snapshot.legs, motion_under(snapshot, bent).legs, strict=True):
         for i, element in enumerate(leg.elements):
-            if not isinstance(element, rs.model.PlacedFreedom):
+            if not isinstance(element, PlacedFreedom):
                 continue
             before, after = own.bodies[i], own.bodies[i + 1]
             turn = after.rotation - before.rotation
@@ -111,7 +114,7 @@ def test_springs_give_way_as_their_compliance_says(name: str):
     energies = {(part.leg, part.part): part.energy for part in bent.parts}
     for leg, own in zip(snapshot.legs, motion_under(snapshot, bent).legs, strict=True):
         for i, element in enumerate(leg.elements):
-            if not isinstance(element, rs.model.PlacedSpring):
+            if not isinstance(element, PlacedSpring):
                 continue
             before, after = own.bodies[i], own.bodies[i + 1]
             R = element.rotation
@@ -149,7 +152,7 @@ def test_members_run_from_base_to_platform_without_gaps():
     for scale in (0.0, 1000.0):
         for leg, own in zip(snapshot.legs, motion.legs, strict=True):
             members = leg_members(leg, own, scale)
-            for one, following in zip(members, members[1:], strict=False):
+            for one, following in pairwise(members):
                 assert following.points[0] == pytest.approx(one.points[-1], abs=1e-12)
             ends = leg.end + scale * motion.platform.displacement(leg.end)
             assert members[-1].points[-1] == pytest.approx(ends, abs=1e-9)
@@ -172,8 +175,9 @@ def test_motion_is_about_a_point_asked_for_as_well():
     """The place about which the wrench is told does not change what bends."""
     snapshot = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
     here = hexapod_deflection()
-    point = here.stiffness.reference_point + [0.3, -0.2, 0.1]
-    wrench = rs.spatial.move_wrench(np.array(LOAD, dtype=float), np.array([0.3, -0.2, 0.1]))
+    away = np.array([0.3, -0.2, 0.1])
+    point = here.stiffness.reference_point + away
+    wrench = move_wrench(np.array(LOAD, dtype=float), away)
     there = rs.deflection(robot("hexapod"), POSE, wrench, at=point)
     one, other = motion_under(snapshot, here), motion_under(snapshot, there)
     p = snapshot.reference_point

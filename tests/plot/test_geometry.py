@@ -43,7 +43,7 @@ def test_free_translation_has_compliance_without_limit_and_stiffness_of_none():
 
 
 def test_turns_about_an_apex_leave_no_limit_across_it_but_resist_with_rotations_held():
-    """Case A: free to turn about (0, 0, 2), so that the reference point below is free in x and y."""
+    """Case A: free to turn about (0, 0, 2), the reference point below is free in x and y."""
     result = rs.stiffness(robot("gough-stewart-a"))
     axes = principal_axes(result, Quality.COMPLIANCE)
     assert np.isinf(axes.lengths).tolist() == [False, True, True]
@@ -67,18 +67,19 @@ def test_points_of_the_surface_obey_its_equation(open_axes: tuple[int, ...]):
 @pytest.mark.parametrize("pitch", [0.0, 0.02, -0.3])
 def test_way_of_a_screw_is_that_of_a_point_that_turns_and_advances(pitch: float):
     e = np.array([1.0, 2, 2]) / 3
-    screw = Screw(e, np.array([0.3, -0.1, 0.2]), pitch)
+    point = np.array([0.3, -0.1, 0.2])
+    screw = Screw(e, point, pitch)
     lines = screw_line(screw, np.array([1.0, 1, 1]), 0.5)
     steps = np.diff(lines.way, axis=0)
     middle = (lines.way[1:] + lines.way[:-1]) / 2
     # the velocity of each point is that of the screw: w x (p - point) + pitch w
-    velocity = np.cross(e, middle - screw.point) + pitch * e
+    velocity = np.cross(e, middle - point) + pitch * e
     rate = np.linalg.norm(steps[0]) / np.linalg.norm(velocity[0])
     assert steps == pytest.approx(rate * velocity, abs=2e-3 * rate * np.abs(velocity).max())
     along = lines.way @ e
     assert np.ptp(along) <= 2 * 0.5 + 1e-12
     assert np.cross(lines.axis[1] - lines.axis[0], e) == pytest.approx(np.zeros(3), abs=1e-12)
-    assert np.cross(lines.axis[0] - screw.point, e) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert np.cross(lines.axis[0] - point, e) == pytest.approx(np.zeros(3), abs=1e-12)
 
 
 def test_isosurface_of_a_distance_is_a_closed_sphere():

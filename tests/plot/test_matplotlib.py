@@ -101,7 +101,8 @@ def test_lines_of_the_robot_are_those_of_the_picture():
 def test_cells_of_the_matrix_are_those_of_the_picture():
     picture = matrix_picture(hexapod_stiffness())
     ax: Any = rs.plot.matrix(hexapod_stiffness())
-    assert ax.images[0].get_array().filled(np.nan) == pytest.approx(picture.shades, nan_ok=True)
+    cells = ax.images[0].get_array().filled(np.nan)
+    assert cells == pytest.approx(picture.shades, nan_ok=True)
     texts = {text.get_position(): text.get_text() for text in ax.texts}
     for (i, j), _ in np.ndenumerate(picture.shades):
         assert texts[j, i] == picture.texts[i][j]
@@ -119,7 +120,7 @@ def test_bars_are_as_long_as_the_shares():
 def test_slice_draws_values_and_regions_in_their_places():
     picture = slice_picture(tripod_map(), "worst_deflection", ("x", "y"), {"z": 0.3})
     ax = rs.plot.map_slice(tripod_map(), "worst_deflection", x="x", y="y", at={"z": 0.3})
-    (mesh,) = (c for c in ax.collections if isinstance(c, QuadMesh))
+    mesh: Any = next(c for c in ax.collections if isinstance(c, QuadMesh))
     assert mesh.get_array().filled(np.nan) == pytest.approx(picture.values, nan_ok=True)
     (patch,) = ax.patches
     (region,) = picture.regions

@@ -23,13 +23,14 @@ SPREAD = {
     "agile-eye": (0, 0, 0, 0.3, 0.3, 0.3),
     "capaman": (0.02, 0.02, 0, 0, 0, 0.2),
     "gantry-tau": (0.15, 0.15, 0.15, 0, 0, 0),
+    "h4": (0.08, 0.08, 0.05, 0, 0, 0.5),
     "t3r1": (0.12, 0.12, 0.12, 0, 0, 0.6),
     "tripteron": (0.15, 0.15, 0.15, 0, 0, 0),
     "us-ups": (0, 0, 0, 0.3, 0.3, 0.3),
 }
 ARMS = ("planar-link", "two-link-arm", "six-joint-arm", "scara")
 SWAYING = ("3-prs", "3-rps", "capaman")  # coordinates that are not chosen change too
-BY_ITERATION = ("capaman", "t3r1", "us-ups")  # some of their legs have no closed form
+BY_ITERATION = ("capaman", "h4", "t3r1", "us-ups")  # some of their legs have no closed form
 PARALLEL = sorted(set(shipped_robots()) - set(ARMS))
 
 

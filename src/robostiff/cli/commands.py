@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,7 +32,18 @@ from robostiff.io.results import (
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.kinematics import JointCoordinates, Pose
-from robostiff.model import Actuated, Coordinate, Joint, Motion, Passive, Robot, Snapshot
+from robostiff.model import (
+    Actuated,
+    Coordinate,
+    Joint,
+    Motion,
+    ParallelBlock,
+    Passive,
+    PlacedBlock,
+    PlacedElement,
+    Robot,
+    Snapshot,
+)
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.robots import describe, load, shipped_cable_robots, shipped_robots
@@ -283,7 +294,7 @@ def _snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
         "legs": [
             {
                 "name": leg.name,
-                "elements": [element.name for element in leg.elements],
+                "elements": [_placed_words(element) for element in leg.elements],
                 "passive_freedoms": sum(freedom.is_passive for freedom in leg.freedoms),
                 "actuated_freedoms": sum(not freedom.is_passive for freedom in leg.freedoms),
             }
@@ -303,10 +314,32 @@ def _home_facts(home: RobotStiffness) -> dict[str, Any]:
 
 
 def _element_words(element: Any) -> str:
+    """Name and role of an element; a parallel block with what is inside."""
+    if isinstance(element, ParallelBlock):
+        insides = [map(_element_words, branch.chain.elements) for branch in element.branches]
+        return _block_words(element.name, insides)
     role = getattr(element, "role", None)
     if role is None:
         return str(element.name)
     return f"{element.name} ({type(role).__name__.lower()})"
+
+
+def _placed_words(element: PlacedElement, prefix: str = "") -> str:
+    """Name of an element of a snapshot, without those of the blocks around it."""
+    name = element.name.removeprefix(prefix)
+    if not isinstance(element, PlacedBlock):
+        return name
+    insides = [
+        [_placed_words(inner, f"{branch.name}/") for inner in branch.elements]
+        for branch in element.branches
+    ]
+    return _block_words(name, insides)
+
+
+def _block_words(name: str, insides: Iterable[Iterable[str]]) -> str:
+    """A parallel block; branches that read alike are told once."""
+    told = ["[" + ", ".join(words) + "]" for words in insides]
+    return f"{name} " + (f"{len(told)} x {told[0]}" if len(set(told)) == 1 else " | ".join(told))
 
 
 def _print_json(data: Any) -> None:

@@ -58,8 +58,8 @@ class RecordedRobot:
     reach : tuple of entries
         Negative where a leg does not close: what stands below the square roots of its closure and
         the lengths of its telescopes, as parts of what they are at the samples, and what is missed.
-    choices : tuple of entries
-        What a leg chooses one of two ways by; large where both are as good.
+    closure_losses : tuple of entries
+        Of the closure: large where a leg has two ways that are as good, or a drive is undetermined.
     limits : tuple of entries
         Negative where an actuator is beyond its limits.
     """
@@ -71,7 +71,7 @@ class RecordedRobot:
     legs: tuple[RecordedLeg, ...]
     K: dict[tuple[int, int], Any]
     reach: tuple[Any, ...]
-    choices: tuple[Any, ...]
+    closure_losses: tuple[Any, ...]
     limits: tuple[Any, ...]
 
     @cached_property
@@ -99,7 +99,7 @@ class RecordedRobot:
         well.
         """
         size = self.space.size
-        losses = [*self.choices, *(loss for leg in self.legs for loss in leg.losses)]
+        losses = [*self.closure_losses, *(loss for leg in self.legs for loss in leg.losses)]
         checks = {
             "loss": _sum_of_squares(losses),
             "rank": _sum_of_squares(self.factors.losses),
@@ -190,7 +190,7 @@ def assembled(
         legs=tuple(legs),
         K=K,
         reach=(*lengths, *gaps, *_radicands(record, K)),
-        choices=tuple(_choices(record, K)),
+        closure_losses=(*_choices(record, K), *(loss for own in placed for loss in own.losses)),
         limits=tuple(_limits(robot, placed)),
     )
 

@@ -12,7 +12,7 @@ import xarray
 import robostiff as rs
 from robostiff import RandomPoses
 from tests.analysis.maps.robots import loaded
-from tests.interrupts import takes_interrupts
+from tests.interrupts import interrupts_heard
 
 COUNT = 100_000
 ARGUMENTS = (
@@ -30,14 +30,10 @@ def undisturbed():
 
 def started(folder, *more):
     command = [sys.executable, "-m", "robostiff.cli.main", *ARGUMENTS, *more]
-    return subprocess.Popen(
-        command,
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=takes_interrupts,
-    )
+    with interrupts_heard():
+        return subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
 
 
 def wait_for_a_block(folder):

@@ -130,7 +130,7 @@ def dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
         When there is no such scheduler.
     """
     with maps_extra():
-        import dask
+        import dask.config
         from distributed import Client, LocalCluster
     if isinstance(scheduler, Client):
         yield scheduler

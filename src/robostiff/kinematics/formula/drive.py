@@ -30,7 +30,10 @@ class Driven:
     slide : Entry or None
         Coordinate of a slide [m].
     out_of_reach : Entry or number
-        0 where the rod reaches, else what lacks of a square.
+        0 where the rod reaches, else what lacks of the square of its length, as a part of it.
+    loss : Entry or number
+        Digits that the drive's coordinate loses; infinite for a crank that turns about the far end
+        of its rod, which leaves it undetermined.
     """
 
     carrier: Body
@@ -38,6 +41,7 @@ class Driven:
     A_to_B: np.ndarray
     slide: Any
     out_of_reach: Any
+    loss: Any
 
 
 def driven_by_slide(
@@ -67,7 +71,7 @@ def driven_by_slide(
     root = square_root(positive_part(left)) * sign
     s = along + root
     A_now = start + e * s
-    return Driven(base.at(A, A_now), A_now, across - e * root, s, -least(left, 0) / square)
+    return Driven(base.at(A, A_now), A_now, across - e * root, s, -least(left, 0) / square, 0)
 
 
 def driven_by_crank(
@@ -108,4 +112,4 @@ def driven_by_crank(
     A_now = centre + out * radius
     now = np.stack([out, n * cosine - m * sine, e], axis=-1)
     carrier = Body(R_zero, hub, now, centre)
-    return Driven(carrier, A_now, B_now - A_now, None, -least(left, 0) / size)
+    return Driven(carrier, A_now, B_now - A_now, None, -least(left, 0) / square, square / size)

@@ -178,7 +178,8 @@ class _Site:
             )
         )
         rod = replace(rod, out_of_reach=[*rod.out_of_reach, drive.out_of_reach])
-        return self._formula(rod, {**bodies, **rod.bodies}, slides)
+        placed = self._formula(rod, {**bodies, **rod.bodies}, slides)
+        return replace(placed, losses=() if is_zero(drive.loss) else (drive.loss,))
 
     def _formula(
         self, rod: PlacedRod, bodies: dict[int, Body], slides: dict[int, Stretch]

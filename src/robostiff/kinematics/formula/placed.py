@@ -23,6 +23,8 @@ class PlacedFormula:
         length of the rod or crank. Those that vanish at all samples are left out.
     lengths : tuple of Entry
         Lengths of the telescopes' beams that must be positive [m].
+    losses : tuple of Entry
+        Digits that the closure loses.
     coordinate : callable
         Records the leg coordinate of a place in the coordinate vector [m, rad].
     platform : FormulaPose
@@ -34,3 +36,4 @@ class PlacedFormula:
     lengths: tuple[Any, ...]
     coordinate: Callable[[int], Any]
     platform: FormulaPose
+    losses: tuple[Any, ...] = ()
