@@ -52,6 +52,7 @@ docs: $(STAMP)-docs
 
 outputs: $(STAMP)-test $(STAMP)-docs
 	$(BIN)/python docs/make_picture.py docs/_static/gough-stewart-a.png
+	$(BIN)/python docs/make_plots.py
 	$(BIN)/python docs/make_robots_page.py > docs/robots.new && mv docs/robots.new docs/robots.md
 	$(BIN)/python -m tests.project.shown_output
 
@@ -85,12 +86,12 @@ $(STAMP)-runtime: pyproject.toml constraints.txt | $(BIN)/python
 	@touch $@
 
 $(STAMP)-test: $(STAMP)-runtime
-	$(PIP) --editable '.[test,sections,maps,urdf,mjcf]'
+	$(PIP) --editable '.[test,sections,maps,urdf,mjcf,plot]'
 	@touch $@
 
 # Other programs to compare with.
 $(STAMP)-bench: $(STAMP)-test
-	$(PIP) --editable '.[test,sections,maps,urdf,mjcf,bench]'
+	$(PIP) --editable '.[test,sections,maps,urdf,mjcf,plot,bench]'
 	@touch $@
 
 # Pyright runs on Node.js, which need not be there: it comes as a wheel.

@@ -96,6 +96,7 @@ PUBLIC = [
     "i_section",
     "indices",
     "load",
+    "load_linkage",
     "material",
     "planar",
     "prismatic",

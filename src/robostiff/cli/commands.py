@@ -14,6 +14,7 @@ from robostiff.analysis import CableStiffness, RobotStiffness, deflection, stiff
 from robostiff.cli import tables
 from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.network_facts import network_facts
+from robostiff.cli.platform_facts import platform_facts
 from robostiff.elastostatics import (
     Block,
     Form,
@@ -263,6 +264,7 @@ def wrench_from(text: str, space: Space) -> list[float]:
 
 def _robot_facts(robot: Robot) -> dict[str, Any]:
     home = stiffness(robot)
+    of_platform = {} if robot.platform is None else {"platform": platform_facts(robot)}
     return {
         "name": robot.name,
         "kind": "model",
@@ -279,6 +281,7 @@ def _robot_facts(robot: Robot) -> dict[str, Any]:
             }
             for leg in robot.legs
         ],
+        **of_platform,
         "home": _home_facts(home),
     }
 

@@ -58,6 +58,15 @@ def print_facts(facts: Mapping[str, Any]) -> None:
                 f"{leg['actuated_freedoms']} actuated"
             )
         )
+    if "platform" in facts:
+        platform = facts["platform"]
+        held = (f"{leg} at {node}" for leg, node in platform["legs"].items())
+        console.print(
+            Text(
+                f"flexible platform: {', '.join(platform['parts'])}; tool at {platform['tool']}, "
+                + ", ".join(held)
+            )
+        )
     if facts["kind"] == "cable robot":
         console.print(Text(f"cables: {', '.join(facts['cables'])}"))
     if facts["kind"] == "network":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -53,6 +53,16 @@ class Loop:
     p_wanted: np.ndarray
     own: tuple[int, ...]
     leading: tuple[int, ...]
+
+    def at_poses(self, batch: tuple[int, ...]) -> Loop:
+        """The same loop with a frame for each pose, also where nothing in it moves."""
+        return replace(
+            self,
+            R=np.broadcast_to(self.R, (*batch, 3, 3)),
+            p=np.broadcast_to(self.p, (*batch, 3)),
+            R_wanted=np.broadcast_to(self.R_wanted, (*batch, 3, 3)),
+            p_wanted=np.broadcast_to(self.p_wanted, (*batch, 3)),
+        )
 
 
 @dataclass(frozen=True)
@@ -116,7 +126,9 @@ def place_chain(
     batch = q.shape[:-1]
     R = np.broadcast_to(walk.R, (*batch, 3, 3))
     p = np.broadcast_to(walk.p, (*batch, 3))
-    return PlacedChain(tuple(walk.placed), R, p, tuple(walk.way.loops))
+    return PlacedChain(
+        tuple(walk.placed), R, p, tuple(loop.at_poses(batch) for loop in walk.way.loops)
+    )
 
 
 @dataclass

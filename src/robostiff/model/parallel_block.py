@@ -87,6 +87,11 @@ def parallelogram(
         From the first bar to the second, in the frame before the block and in that after it [m];
         both frames lie in the middle.
 
+    Raises
+    ------
+    InputError
+        When the bars lie in one place.
+
     Examples
     --------
     >>> from robostiff.model import Chain, Passive, Rigid, revolute
@@ -96,6 +101,13 @@ def parallelogram(
     >>> [branch.start.p[1].item() for branch in block.branches]
     [-0.05, 0.05]
     """
+    if not np.any(across):
+        raise InputError(
+            f"across of {name!r}",
+            got=across,
+            expected="a vector from the first bar to the second",
+            hint="two bars in one place are one bar of twice the stiffness",
+        )
     identity = np.eye(3, dtype=int) if across.dtype == object else np.eye(3)
     sides = [Frame(identity, -across / 2), Frame(identity, across / 2)]
     return ParallelBlock(

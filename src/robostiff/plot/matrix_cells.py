@@ -138,6 +138,6 @@ def _shades(
         for sign in (-1, 1)
         for k, name in ((0, "1"), (2, "1/100"))
     )
-    label = "entry beside the largest, rotations as lengths"
+    label = "relative size, rotations as lengths"
     scale = ColourScale(label, -1, 1, Ramp.SIGNED, tuple(sorted(ticks)))
     return np.where(is_zero, np.nan, shades), scale

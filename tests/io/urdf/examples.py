@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sysconfig
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -48,9 +49,13 @@ def with_side(folder: Path, side: str) -> Path:
     return path
 
 
-def robot_of(description: Path, side: Path) -> rs.Robot:
+def robot_of(
+    description: Path | str,
+    side: Path | None = None,
+    parameters: Mapping[str, str | float] | None = None,
+) -> rs.Robot:
     """The robot of a description and a side file, which must not be a network."""
-    robot = rs.load(description, side=side)
+    robot = rs.load(description, parameters, side=side)
     assert isinstance(robot, rs.Robot)
     return robot
 

@@ -30,6 +30,8 @@ from robostiff.io.model_file.written_elements import (
 )
 from robostiff.model import Branch, Chain, Element, ParallelBlock, parallelogram
 
+_MOST_PARTS = 1000
+
 
 def build_chain(place: Place, written: list[WrittenElement], stock: Stock) -> Chain:
     """The chain that is written at a place."""
@@ -73,6 +75,27 @@ def _block(
     branches = tuple(_branches(place / "branches", written.branches, stock))
     with (place / "branches").complaints(hint="write at least two branches"):
         return ParallelBlock(branches, name)
+
+
+def _parts(chain: Chain) -> int:
+    """Number of elements of a chain, those inside its blocks included."""
+    return sum(
+        sum(_parts(branch.chain) for branch in element.branches)
+        if isinstance(element, ParallelBlock)
+        else 1
+        for element in chain.elements
+    )
+
+
+def _refuse_many(place: Place, parts: int) -> None:
+    """Each parallelogram inside another doubles what is in it."""
+    if parts > _MOST_PARTS:
+        raise place.error(
+            "elements inside a parallel block",
+            got=parts,
+            expected=f"at most {_MOST_PARTS}",
+            hint="nest fewer blocks in one another",
+        )
 
 
 def _branches(

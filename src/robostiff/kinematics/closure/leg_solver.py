@@ -134,7 +134,10 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
         )
     if closed_form is not None and copies is not None:
         home = _copied(closed_form.solve(R_home, p_home), copies)
-        if not leg.chain.has_blocks or max(_gap_at_home(leg, home, home_pose, length)) <= _CLOSED:
+        if (
+            not leg.chain.has_blocks
+            or max(_gap_at_home(leg, home, home_pose, length)[1:]) <= _CLOSED
+        ):
             _check_home(leg, home, home_pose, length)
             return LegSolver(leg, closed_form, copies, home_pose, home, length)
     task = NewtonTask((leg,), (), length)
@@ -180,12 +183,14 @@ def _is_open(gap: Loop, length: float) -> np.ndarray:
 
 
 def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
-    shift, turn = _gap_at_home(leg, q, home_pose, length)
+    where, shift, turn = _gap_at_home(leg, q, home_pose, length)
     if max(shift, turn) > _CLOSED:
+        place = f"at the end of branch {where!r}" if where else "at the platform"
         raise InputError(
             f"home configuration of leg {leg.name!r}",
-            got=f"a gap of {shift * length:.4g} m and {np.degrees(turn):.4g} deg at the platform",
-            expected="a leg that closes at the home pose",
+            got=f"a gap of {shift * length:.4g} m and {np.degrees(turn):.4g} deg {place}",
+            expected="a leg that closes at the home pose"
+            + (", and branches that end where the first one does" if where else ""),
             hint="check its dimensions and the directions of its frames and axes, or give the "
             "joints home coordinates near the closed configuration",
         )
@@ -193,11 +198,12 @@ def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -
 
 def _gap_at_home(
     leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float
-) -> tuple[float, float]:
-    """Largest shift, as a part of the length, and turn by which the leg or a loop stays open."""
+) -> tuple[str, float, float]:
+    """Where a leg or a loop in it stays open most: its branch, shift over the length, and turn."""
     frame = attachment_frame(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
-    shift, turn = 0.0, 0.0
+    found = []
     for gap in gaps(leg, place_chain(leg.chain, q, leg.base.R, leg.base.p), *frame):
-        shift = max(shift, float(np.linalg.norm(gap.p_wanted - gap.p)) / length)
-        turn = max(turn, float(np.linalg.norm(vector_of_turn(gap.R_wanted @ gap.R.T))))
-    return shift, turn
+        shift = float(np.linalg.norm(gap.p_wanted - gap.p)) / length
+        turn = float(np.linalg.norm(vector_of_turn(gap.R_wanted @ gap.R.T)))
+        found.append((gap.name, shift, turn))
+    return max(found, key=lambda one: max(one[1:]))

@@ -56,7 +56,7 @@ def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
     ax.set_title(picture.title)
     handles = [handle for handle, _ in pencil.named]
     labels = [label for _, label in pencil.named]
-    below = 0.45 if picture.is_flat else 0.3
+    below = 0.45 if picture.is_flat else 0.38
     legend_below(ax, canvas, handles, labels, picture.notes, below)
     return ax
 
