@@ -25,7 +25,6 @@ from tests.generators.chains import (
     random_beam,
     random_block,
     random_joint,
-    random_rotation,
     random_single,
 )
 
@@ -67,14 +66,14 @@ class _Grower:
         if elastic:
             elements += [
                 placed_spring(f"spring{i}", _beam(rng, self.space))
-                for i in range(int(rng.integers(1, 3)))
+                for i in range(1 + int(rng.uniform() < 0.25))
             ]
         elements += [_joint(f"joint{i}", rng, self.space) for i in range(joints)]
         if joints and rng.uniform() < 0.25:  # the same axis once more
             elements.append(replace(elements[-1], name="joint again"))
         if depth:
             elements += [
-                self.block(f"block{i}", depth) for i in range(1 + int(rng.uniform() < 0.25))
+                self.block(f"block{i}", depth) for i in range(1 + int(rng.uniform() < 0.15))
             ]
         order = rng.permutation(len(elements))
         return PlacedLeg(name, tuple(elements[i] for i in order), self._point())
@@ -83,11 +82,11 @@ class _Grower:
         """Two or three branches, a rigid one among them now and then."""
         rng = self.rng
         branches = []
-        for i in range(int(rng.integers(2, 4))):
+        for i in range(2 + int(rng.uniform() < 0.25)):
             elastic = not (self.rigid and rng.uniform() < 0.3)
             most = 5 if self.space is Space.SPATIAL else 3
             joints = int(rng.integers(0 if elastic else 1, most))
-            deeper = depth - 1 if rng.uniform() < 0.6 else 0
+            deeper = depth - 1 if rng.uniform() < 0.4 else 0
             branches.append(self.leg(f"branch{i}", deeper, joints, elastic))
         return PlacedBlock(name, tuple(branches))
 
@@ -116,27 +115,3 @@ def nested_snapshots(
     if space is Space.PLANAR:
         reference[2] = 0.0
     return Snapshot("nested", grown, reference, space)
-
-
-def nested_leg(seed: int, space: Space = Space.SPATIAL, depth: int = 1) -> PlacedLeg:
-    """A random leg with a parallel block."""
-    rng = np.random.default_rng(seed)
-    return _Grower(rng, space, rigid=False).leg("leg", depth, int(rng.integers(0, 3)))
-
-
-def turned(leg: PlacedLeg, R: np.ndarray) -> PlacedLeg:
-    """The same leg, turned about the origin."""
-    elements: list[PlacedElement] = []
-    for e in leg.elements:
-        if isinstance(e, PlacedBlock):
-            elements.append(PlacedBlock(e.name, tuple(turned(b, R) for b in e.branches)))
-        elif isinstance(e, PlacedFreedom):
-            elements.append(replace(e, point=R @ e.point, axis=R @ e.axis))
-        else:
-            elements.append(replace(e, point=R @ e.point, rotation=R @ e.rotation))
-    return PlacedLeg(leg.name, tuple(elements), R @ leg.end)
-
-
-def random_turn(seed: int) -> np.ndarray:
-    """A rotation matrix."""
-    return random_rotation(np.random.default_rng(seed))

@@ -66,13 +66,14 @@ WRONG = {
     "missing type": (
         '"type": "passive", ',
         "",
-        "5:4: legs[0].chain[0].type: missing key: expected one of passive, spring, beam, spring6",
+        "5:4: legs[0].chain[0].type: missing key: expected one of passive, spring, beam, "
+        "spring6, parallel",
     ),
     "unknown type": (
         '"passive"',
         '"passiv"',
         "5:13: legs[0].chain[0].type: unknown word: got 'passiv', expected one of passive, spring, "
-        "beam, spring6; did you mean passive?",
+        "beam, spring6, parallel; did you mean passive?",
     ),
     "unknown kind": (
         '"kind": "P"',

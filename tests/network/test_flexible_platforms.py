@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from robostiff import (
     Block,
+    InputError,
     Passive,
     Recursive,
     SaddlePoint,
@@ -18,6 +19,7 @@ from robostiff import (
     stiffness,
     verify,
 )
+from robostiff.analytic import snapshot_formula
 from robostiff.elasticity import CrossSection, Elasticity, material
 from robostiff.kinematics import find_posture
 from robostiff.model import (
@@ -155,6 +157,9 @@ def test_a_leg_that_is_rigid_bends_with_the_platform():
     expected = stiffness(network_of_snapshot(snapshot))
     assert (str(result.status), int(result.rank)) == ("free-motions", 5)
     assert distance(result.K, expected.K) < 1e-12
+    assert distance(np.sum(result.leg_stiffness, axis=0), result.K) < 1e-12
+    with pytest.raises(InputError, match="flexible platform"):
+        snapshot_formula(snapshot)
     refused = stiffness(snapshot, method=SaddlePoint())
     assert Status.FORM_DOES_NOT_HOLD in refused.status
     assert "meets no compliance" in refused.about_reference.reason

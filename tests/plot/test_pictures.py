@@ -1,5 +1,7 @@
 """What is to be seen are the results, in the units that stand beside them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -21,7 +23,9 @@ from tests.plot.machines import (
     hexapod_stiffness,
     robot,
 )
+from tests.project.shown_output import ROOT
 
+STAR = ROOT / "tests/model/star-platform.yaml"
 HEXAPOD = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
 
 
@@ -103,6 +107,21 @@ def test_load_out_of_the_plane_is_seen_in_space():
 def test_deflection_of_another_pose_is_refused():
     with pytest.raises(rs.InputError, match="another pose"):
         rs.plot.robot(robot("hexapod"), deflection=hexapod_deflection())
+
+
+def test_flexible_platform_is_drawn_with_its_beams_and_without_displacements():
+    machine: Any = rs.load(str(STAR))
+    bent = rs.deflection(machine, wrench=LOAD)
+    snapshot = rs.find_posture(machine).snapshot.one(0)
+    scene = robot_picture(snapshot, bent, Colouring.PARTS)
+    told = {item.about.partition(":")[0]: item for item in scene.items if isinstance(item, Path)}
+    assert snapshot.platform is not None
+    for part in snapshot.platform.platform.parts:
+        share = sum(p.share for p in bent.parts if (p.leg, p.part) == ("platform", part.name))
+        assert told[f"platform/{part.name}"].paint == pytest.approx(100 * share)
+    assert "flexible platform: shape without load" in scene.notes
+    with pytest.raises(rs.InputError, match="flexible platform is not drawn"):
+        robot_picture(snapshot, bent, exaggeration=100)
 
 
 def test_pose_out_of_reach_is_not_drawn():

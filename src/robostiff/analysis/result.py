@@ -164,7 +164,11 @@ class RobotStiffness:
 
     @property
     def leg_stiffness(self) -> tuple[np.ndarray, ...]:
-        """Stiffness of each leg (..., n, n) about the reference point; they add up to K."""
+        """Stiffness of each leg (..., n, n) about the reference point; they add up to K.
+
+        On a flexible platform, what each leg carries for a twist of the tool: not symmetric, as
+        the legs share the bending of the platform.
+        """
         self._require_answer()
         return tuple(move_stiffness(leg.K, self._offset) for leg in self.legs)
 

@@ -307,6 +307,7 @@ def _with_reach(solved: SnapshotStiffness, posture: Posture) -> SnapshotStiffnes
     status = np.where(reached, whole.status_codes, np.uint8(Status.UNREACHABLE))
     beyond = reached & ~posture.within_limits
     status = status | beyond * np.uint8(Status.BEYOND_LIMITS)
+    status = status | (reached & posture.undetermined) * np.uint8(Status.ILL_CONDITIONED)
     return replace(solved, whole=whole.with_status(np.asarray(status, dtype=np.uint8)))
 
 

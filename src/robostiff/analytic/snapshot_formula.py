@@ -58,7 +58,8 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
     Raises
     ------
     InputError
-        When a transmitted wrench meets no compliance, so that no matrix exists.
+        When a transmitted wrench meets no compliance, so that no matrix exists, or the platform
+        is flexible.
 
     Examples
     --------
@@ -74,6 +75,12 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
     >>> snapshot_formula(rod).K[0, 0]
     k
     """
+    if snapshot.platform is not None:
+        raise InputError(
+            f"formula of snapshot {snapshot.name!r}",
+            got="a flexible platform",
+            expected="a rigid one: how a platform bends is computed in numbers alone",
+        )
     legs = tuple(_leg_formula(leg, snapshot) for leg in snapshot.legs)
     total: Any = sp.ImmutableMatrix(sum(legs[1:], legs[0]))
     small = sum(entry.count_ops() for entry in total) <= _COMBINED

@@ -26,7 +26,8 @@ class CoupledLegs:
         Of the tool.
     legs : tuple of CartesianStiffness
         What each leg carries of the load: its matrix times the twist of the tool is the wrench
-        on this leg. These matrices add up to that of the whole; none is symmetric by itself.
+        on this leg. These matrices add up to that of the whole; none is symmetric by itself. Their
+        status is that of the whole, as a leg that is rigid by itself does give way together.
     """
 
     whole: CartesianStiffness
@@ -118,7 +119,7 @@ def couple_legs(
     for leg in legs:
         stop = start + leg.held.shape[-1]
         own = leg.held @ carried[..., start:stop, :]
-        shares.append(replace(leg, matrix=own * scale))
+        shares.append(replace(leg, matrix=own * scale, status_codes=together.status_codes))
         start = stop
     return CoupledLegs(aggregate((together,)), tuple(shares))
 

@@ -59,6 +59,8 @@ class Posture:
         The robot in the world, about its own reference point.
     shift_gaps, turn_gaps : (N, legs) arrays
         By how much each leg misses the platform [m], [rad].
+    undetermined : (N,) array of bool
+        Where a drive may have any coordinate, so that the one given is arbitrary.
     length : float
         Characteristic length of the closure [m].
     """
@@ -70,6 +72,7 @@ class Posture:
     snapshot: Snapshot
     shift_gaps: np.ndarray
     turn_gaps: np.ndarray
+    undetermined: np.ndarray
     length: float
 
     @property
@@ -102,6 +105,8 @@ class Posture:
                 sentences.append(
                     f"leg {leg.name!r} would need a telescope shorter than nothing at this pose"
                 )
+        if self.reached[0] and self.undetermined[0]:
+            sentences.append("a crank may stand at any angle at this pose: one of them is shown")
         if self.reached[0]:
             for leg, i, q, (low, high) in self._limited:
                 if not low <= q[0, i] <= high:
@@ -211,10 +216,12 @@ class PostureFinder:
     def at_poses(self, request: PoseRequest) -> Posture:
         """Posture at platform poses; coordinates that the legs decide follow."""
         pose = request.coordinates
-        q = [solver.solve(pose, request.R) for solver in self.solvers]
+        follow = bool(request.open) and not self._open_stay_at_home
+        # Alone a leg seldom closes where coordinates must follow: that is not looked for far away.
+        q = [solver.solve(pose, request.R, from_afar=not follow) for solver in self.solvers]
         posture = self._posture(request.batch, pose, request.R, q)
         missed = ~(posture.reached & posture.meets(_MET))
-        if not request.open or not np.any(missed) or self._open_stay_at_home:
+        if not follow or not np.any(missed):
             return posture
         task = NewtonTask(self.robot.legs, request.open, self.length)
         start = [solver.home for solver in self.solvers]
@@ -230,6 +237,11 @@ class PostureFinder:
             own[rows] = new[closed]
         return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q)
 
+    def _undetermined(self, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
+        if self.robot.is_posed_by_joints:
+            return np.zeros(len(pose), dtype=bool)
+        return np.any([solver.leaves_drive_open(pose, R) for solver in self.solvers], axis=0)
+
     @cached_property
     def _open_stay_at_home(self) -> bool:
         """Whether the coordinates that the legs decide keep their home values all around home.
@@ -237,7 +249,8 @@ class PostureFinder:
         Then no other value of them helps where a leg does not reach.
         """
         request = self._near_home
-        q = [solver.solve(request.coordinates, request.R) for solver in self.solvers]
+        pose = request.coordinates, request.R
+        q = [solver.solve(*pose, from_afar=False) for solver in self.solvers]
         around = self._posture(request.batch, request.coordinates, request.R, q)
         return bool(np.all(around.reached & around.meets(_MET)))
 
@@ -275,6 +288,7 @@ class PostureFinder:
             snapshot=snapshot,
             shift_gaps=np.stack(shifts, axis=-1),
             turn_gaps=np.stack(turns, axis=-1),
+            undetermined=self._undetermined(pose, R),
             length=self.length,
         )
 

@@ -1,25 +1,52 @@
-"""Numbers, tables and matrices as people read them: text and HTML, nothing of robots."""
+"""Numbers, tables and matrices as people read them: text, HTML and Typst, nothing of robots.
 
-from robostiff.markup.html import element, escaped, listing, table
-from robostiff.markup.labelled_matrix import (
+``blocks`` says what there is; ``in_html`` and ``in_typst`` write it.
+"""
+
+from robostiff.markup.blocks import (
     COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
+    Block,
     BlockUnits,
-    labelled_matrix,
+    Bullets,
+    Cell,
+    Facts,
+    Heading,
+    LabelledMatrix,
+    Number,
+    Table,
+    Tone,
+    Words,
 )
-from robostiff.markup.numbers import number, number_html, row, shown_matrix
+from robostiff.markup.html import element, escaped, listing
+from robostiff.markup.in_html import block_html
+from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
+from robostiff.markup.numbers import number, number_html, row, shown_matrix, shown_vector
 
 __all__ = [
     "COMPLIANCE_UNITS",
     "STIFFNESS_UNITS",
+    "TYPST_BLOCKS",
+    "Block",
     "BlockUnits",
+    "Bullets",
+    "Cell",
+    "Facts",
+    "Heading",
+    "LabelledMatrix",
+    "Number",
+    "Table",
+    "Tone",
+    "Words",
+    "block_html",
+    "block_typst",
     "element",
     "escaped",
-    "labelled_matrix",
     "listing",
     "number",
     "number_html",
     "row",
     "shown_matrix",
-    "table",
+    "shown_vector",
+    "typst_text",
 ]

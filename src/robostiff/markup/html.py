@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from html import escape
 
 
@@ -42,23 +42,3 @@ def listing(items: Iterable[str]) -> str:
     """
     entries = "".join(element("li", escaped(item)) for item in items)
     return element("ul", entries) if entries else ""
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[str]], **attributes: str) -> str:
-    """A table; cells are HTML already, and the first of each row names it.
-
-    Examples
-    --------
-    >>> html = table(["part", "share"], [["rod", "12 %"]])
-    >>> html.endswith('<tr><th scope="row">rod</th><td>12 %</td></tr></tbody></table>')
-    True
-    """
-    head = element("thead", element("tr", "".join(element("th", name) for name in header)))
-    body = "".join(
-        element(
-            "tr",
-            element("th", first, scope="row") + "".join(element("td", cell) for cell in cells),
-        )
-        for first, *cells in rows
-    )
-    return element("table", head + element("tbody", body), **attributes)

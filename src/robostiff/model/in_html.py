@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from robostiff.markup import element, escaped, table
+from robostiff.markup import Table, block_html, element, escaped
 from robostiff.model.joint import Actuated, Joint, Locked
 from robostiff.model.link import Telescope
 from robostiff.model.parallel_block import ParallelBlock
@@ -22,10 +22,8 @@ def robot_html(robot: Robot) -> str:
     if robot.symbols:
         names = ", ".join(map(str, robot.symbols))
         parts.append(element("p", f"symbols: {escaped(names)}"))
-    rows = [
-        [escaped(leg.name), escaped(", ".join(elements_in_words(leg.chain)))] for leg in robot.legs
-    ]
-    parts.append(table(["leg", "from base to platform"], rows))
+    rows = [[leg.name, ", ".join(elements_in_words(leg.chain))] for leg in robot.legs]
+    parts.append(block_html(Table(["leg", "from base to platform"], rows)))
     if robot.coordinates:
         free = " ".join(coordinate.value for coordinate in robot.coordinates)
         parts.append(element("p", f"free coordinates: {free}"))

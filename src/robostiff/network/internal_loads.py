@@ -23,7 +23,9 @@ _DEFAULT_TOLERANCE = Tolerance()
 
 @dataclass(frozen=True)
 class InternalLoads:
-    """What the parts of a network carry. Names come in two: before and after the last ``/``.
+    """What the parts of a network carry.
+
+    Names come in two, before and after the last ``/``; ``network`` is before a name without.
 
     Attributes
     ----------
@@ -107,4 +109,4 @@ def _wrench(equations: Equations, c: Connection, f: np.ndarray) -> np.ndarray:
 
 def _two(name: str) -> tuple[str, str]:
     before, _, after = name.rpartition("/")
-    return before, after
+    return before or "network", after

@@ -70,7 +70,8 @@ def robot(
         What the colours tell, when there is a deflection.
     exaggeration : float, optional
         Factor of all displacements; 0 leaves the robot as it is. When left out, a round number that
-        draws the largest displacement as a tenth of the robot, or less.
+        draws the largest displacement as a tenth of the robot, or less. A robot with a flexible
+        platform is drawn as it is.
     backend : Matplotlib or Plotly
 
     Returns
@@ -109,9 +110,7 @@ def robot_picture(
         drawing = Drawing(snapshot, at_rest(snapshot), 0.0, factor)
         items = robot_items(drawing, {}, Tone.INK)
         return _scene(snapshot, unit, items, is_plane(snapshot))
-    motion = motion_under(snapshot, bent)
-    _check_fit(snapshot, bent, motion)
-    scale = _chosen(snapshot, motion) if exaggeration is None else float(exaggeration)
+    motion, scale = _motion(snapshot, bent, exaggeration)
     drawing = Drawing(snapshot, motion, scale, factor)
     shares = _shares(bent, colouring)
     items = robot_items(drawing, shares, Tone.INK if not shares else Tone.MUTED)
@@ -120,10 +119,32 @@ def robot_picture(
     is_flat = is_plane(snapshot) and _stays_in_plane(bent, motion)
     items += load_items(drawing, bent, is_flat)
     notes = (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
+    if snapshot.platform is not None:
+        notes = ("flexible platform: shape without load",)
     label = "share of elastic energy [%]"
     top = max(shares.values(), default=0.0)
     colours = ColourScale(label, 0, top) if shares else None
     return _scene(snapshot, unit, items, is_flat, colours, notes)
+
+
+def _motion(
+    snapshot: Snapshot, bent: Deflection, exaggeration: float | None
+) -> tuple[RobotMotion, float]:
+    """How the bodies move, and the factor of their displacements."""
+    if exaggeration is not None and not np.isfinite(exaggeration):
+        raise InputError("exaggeration of a plot", got=exaggeration, expected="a finite number")
+    if snapshot.platform is not None:
+        if exaggeration:
+            raise InputError(
+                f"exaggeration in a plot of {snapshot.name!r}",
+                got=exaggeration,
+                expected="0: the deformed shape of a flexible platform is not drawn",
+            )
+        _ = bent.twist  # says why when there is no deflection
+        return at_rest(snapshot), 0.0
+    motion = motion_under(snapshot, bent)
+    _check_fit(snapshot, bent, motion)
+    return motion, _chosen(snapshot, motion) if exaggeration is None else float(exaggeration)
 
 
 def _shares(bent: Deflection, colouring: Colouring) -> dict[tuple[str, str], float]:

@@ -61,7 +61,8 @@ def backdrop(snapshot: Snapshot, factor: float) -> list[Item]:
         for leg, motion in zip(snapshot.legs, drawing.motion.legs, strict=True)
         for member in leg_members(leg, motion)
     ]
-    return [*_plates(drawing, Tone.MUTED), *paths]
+    platform = _platform_parts(drawing, {}, Tone.MUTED)
+    return [*_plates(drawing, Tone.MUTED), *platform, *paths]
 
 
 def robot_items(
@@ -69,7 +70,7 @@ def robot_items(
 ) -> list[Item]:
     """Base, platform, legs and joints; parts and legs with a share in the colour of its value."""
     d = drawing
-    items = _plates(d)
+    items = _plates(d) + _platform_parts(d, shares, plain)
     marks: list[JointMark] = []
     for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
         for member in leg_members(leg, motion, d.scale):
@@ -81,7 +82,7 @@ def robot_items(
             about += "" if share is None else f": {share:.1f} %"
             items.append(Path(d.factor * member.points, paint, weight, about=about))
         marks += joint_marks(leg, motion, d.scale)
-    items += _joints(marks, d.factor)
+    items += _joints(marks, shares, d.factor)
     point = d.snapshot.reference_point
     moved = point + d.scale * d.motion.platform.displacement(point)
     items.append(Marks(d.factor * moved[None], Tone.INK, Shape.CROSS, "reference point"))
@@ -96,6 +97,8 @@ def _plates(d: Drawing, paint: Tone = Tone.PLATE) -> list[Item]:
     if base is not None:
         items.append(Face(d.factor * base, Tone.FAINT, 0.35))
     moved = np.array([p + d.scale * d.motion.platform.displacement(p) for p in [*ends, point]])
+    if d.snapshot.platform is not None:
+        return items
     top = plate(moved[:-1])
     if top is not None:
         items.append(Face(d.factor * top, paint, 0.35, "platform" if paint is Tone.PLATE else ""))
@@ -110,7 +113,24 @@ def _plates(d: Drawing, paint: Tone = Tone.PLATE) -> list[Item]:
     return items
 
 
-def _joints(marks: list[JointMark], factor: float) -> list[Item]:
+def _platform_parts(d: Drawing, shares: Mapping[tuple[str, str], float], plain: Tone) -> list[Item]:
+    """The beams, springs and rigid members of a flexible platform, as they are without load."""
+    placed = d.snapshot.platform
+    if placed is None:
+        return []
+    items: list[Item] = []
+    for part in placed.platform.parts:
+        share = shares.get(("platform", part.name), shares.get(("platform", "")))
+        ends = np.array([placed.in_world(placed.platform.point_of(n)) for n in (part.a, part.b)])
+        about = f"platform/{part.name}" + ("" if share is None else f": {share:.1f} %")
+        paint: Paint = plain if share is None else share
+        items.append(Path(d.factor * ends, paint, Weight.BOLD, about=about))
+    return items
+
+
+def _joints(
+    marks: list[JointMark], shares: Mapping[tuple[str, str], float], factor: float
+) -> list[Item]:
     kinds = (
         ("passive joint", Shape.RING, lambda role: isinstance(role, Passive)),
         ("actuator", Shape.SQUARE, lambda role: isinstance(role, Actuated)),
@@ -125,8 +145,13 @@ def _joints(marks: list[JointMark], factor: float) -> list[Item]:
         own = [mark for mark in marks if belongs(mark.freedom.role)]
         if own:
             points = factor * np.array([mark.point for mark in own])
-            names = tuple(mark.name for mark in own)
+            names = tuple(f"{mark.leg}/{mark.freedom.name}" for mark in own)
             items.append(Marks(points, Tone.INK, shape, label, names))
+        for mark in own:
+            share = shares.get((mark.leg, mark.freedom.name))
+            if share is not None:
+                about = f"{mark.leg}/{mark.freedom.name}: {share:.1f} %"
+                items.append(Marks(factor * mark.point[None], share, shape, about=(about,)))
     return items
 
 
@@ -165,7 +190,9 @@ def load_items(d: Drawing, bent: Deflection, is_flat: bool) -> list[Item]:
                 items.append(Arrow(point - arrow, point, Category(row), label))
             elif is_flat:
                 screw = Screw(vector / size, point, 0.0)
-                items += turning_arrow(screw_line(screw, point, length).way, Category(row), label)
+                items += turning_arrow(
+                    screw_line(screw, point, 0.6 * length).way, Category(row), label
+                )
             else:
                 items.append(Arrow(point, point + arrow, Category(row), label))
     return items

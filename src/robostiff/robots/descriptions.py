@@ -144,7 +144,7 @@ def refuse_symbols(path: str, symbols: object) -> InputError:
     """The complaint about symbols of a robot whose dimensions are decimals."""
     return InputError(
         f"symbols of {path!r}",
-        got=symbols,
+        got=list(symbols) if isinstance(symbols, list | tuple) else Words("all parameters"),
         expected="none: the dimensions of a robot description are decimals",
         hint="write symbols=(), --symbols none on the command line",
     )

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import derivation_pdf, derivation_typst
-from robostiff.analytic.export.typst_math import typst_expression, typst_name, typst_words
+from robostiff.analytic.export.typst_math import typst_expression, typst_name
 from robostiff.errors import InputError
+from robostiff.markup import typst_text
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
 
@@ -54,7 +55,7 @@ def test_names_of_symbols(name, written):
 
 
 def test_prose_is_escaped():
-    assert typst_words("#import [x] $y$ // *z*") == r"\#import \[x\] \$y\$ \/\/ \*z\*"
+    assert typst_text("#import [x] $y$ // *z*") == r"\#import \[x\] \$y\$ \/\/ \*z\*"
 
 
 def test_planar_upright_and_spatial_on_its_side():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import sympy as sp
@@ -14,8 +13,6 @@ from robostiff.analytic.export.products import printed_product
 from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 
-_SPECIAL = re.compile(r"([\\#*_`$<>@\[\]~=/\"'+.-])")
-
 _FUNCTIONS = {
     "acos": "arccos",
     "asin": "arcsin",
@@ -23,17 +20,6 @@ _FUNCTIONS = {
     "atan2": 'op("atan2")',
     "log": "ln",
 }
-
-
-def typst_words(text: str) -> str:
-    r"""Text for Typst, its special characters escaped.
-
-    Examples
-    --------
-    >>> typst_words("joint #1")
-    'joint \\#1'
-    """
-    return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
 
 
 def typst_name(name: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.analysis.maps.extra import maps_extra
-from robostiff.io.map_files.whole_file import whole_file
+from robostiff.io.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray

@@ -70,9 +70,11 @@ def _block(
     if isinstance(written, WrittenParallelogram):
         across = point(place / "across", written.across)
         chain = build_chain(place / "chain", written.chain, stock)
-        with place.complaints():
+        _refuse_many(place, 2 * _parts(chain))
+        with (place / "across").complaints():
             return parallelogram(chain, across, name=name)
     branches = tuple(_branches(place / "branches", written.branches, stock))
+    _refuse_many(place, sum(_parts(branch.chain) for branch in branches))
     with (place / "branches").complaints(hint="write at least two branches"):
         return ParallelBlock(branches, name)
 

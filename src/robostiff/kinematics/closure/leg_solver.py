@@ -49,7 +49,9 @@ class LegSolver:
     home: np.ndarray
     length: float
 
-    def solve(self, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
+    def solve(
+        self, pose: np.ndarray, R_platform: np.ndarray, *, from_afar: bool = True
+    ) -> np.ndarray:
         """Leg coordinates (N, size) at platform poses, the nearest where out of reach.
 
         Parameters
@@ -58,14 +60,16 @@ class LegSolver:
             Pose coordinates: x, y, z and rotation vector.
         R_platform : (N, 3, 3) array
             The same rotation as a matrix, which the legs share.
+        from_afar : bool
+            Whether to look for poses far from home in many small steps, where that is the way.
         """
         if self.closed_form is None:
-            return self._iterated(pose)[0]
+            return self._iterated(pose)[0] if from_afar else self._at_once(pose)
         q = self._copies_at(self.closed_form, pose, R_platform)
         if not self.leg.chain.has_blocks:
             return q
         rows = np.flatnonzero(self._leaves_loops_open(q, pose, R_platform))
-        if rows.size:
+        if rows.size and from_afar:
             found, closed = self._iterated(pose[rows])
             q[rows[closed]] = found[closed]
         return q
@@ -87,6 +91,17 @@ class LegSolver:
         task = NewtonTask((self.leg,), (), self.length)
         _, (q,), closed = task.follow(self.home_pose, [self.home], pose)
         return q, closed
+
+    def leaves_drive_open(self, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
+        """Where the coordinate of the drive does not follow from the pose (N,)."""
+        if self.closed_form is None:
+            return np.zeros(len(pose), dtype=bool)
+        return self.closed_form.leaves_drive_open(*frame_in_base(self.leg, R_platform, pose[:, :3]))
+
+    def _at_once(self, pose: np.ndarray) -> np.ndarray:
+        """Leg coordinates by Newton's method from those of home."""
+        task = NewtonTask((self.leg,), (), self.length)
+        return task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
 
     def that_holds_at(self, pose: np.ndarray, R_platform: np.ndarray) -> LegSolver:
         """The same, or one that iterates where copies leave a loop open at one of the poses."""

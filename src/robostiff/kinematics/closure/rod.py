@@ -11,7 +11,11 @@ from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
 from robostiff.kinematics.closure.strut import _coordinates
 from robostiff.kinematics.turn import turn_about
 from robostiff.model import Elbow
+from robostiff.spatial import cross
 from robostiff.spatial.batch import product, transposed
+
+# Of the rod: nearer than this to the crank's axis, its far end leaves few digits of the angle.
+_ON_AXIS = 1e-6
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,17 @@ class Rod:
         along = rod / np.linalg.norm(rod)
         point_and_take_up(q, self.A, self.B, along, direction, R_left, None)
         return q
+
+    def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Where the far end of the rod is on the axis of the crank, which may then turn (...)."""
+        if isinstance(self.drive, Slide):
+            return np.zeros(p.shape[:-1], dtype=bool)
+        skeleton = self.skeleton
+        R_wanted = product(R, skeleton.R_end.T)
+        B = p + np.einsum("...ij,j->...i", R_wanted, self.B.point - skeleton.p_end)
+        off_axis = cross(np.broadcast_to(self.drive.axes[0], B.shape), B - self.drive.point)
+        size = np.linalg.norm(self.B.point - self.A.point)
+        return np.sqrt(np.einsum("...i,...i->...", off_axis, off_axis)) <= _ON_AXIS * size
 
     def with_sign_of(self, elbow: Elbow, R_home: np.ndarray, p_home: np.ndarray) -> Rod:
         """The same rod, its root chosen by name or by the home configuration."""

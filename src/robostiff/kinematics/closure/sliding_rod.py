@@ -36,6 +36,10 @@ class SlidingRod:
         q[..., self.slide.place] = s
         return q
 
+    def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Where the far end of the rod is on the axis of the crank, which may then turn (...)."""
+        return self.rod.leaves_drive_open(R, p)
+
     def with_sign_of(self, elbow: Elbow, R_home: np.ndarray, p_home: np.ndarray) -> SlidingRod:
         """The same leg, its root chosen by name or by the home configuration."""
         e = self.slide.axis

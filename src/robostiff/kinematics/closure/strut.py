@@ -22,6 +22,10 @@ class Strut:
     spin: int | None
     fixed_length: float
 
+    def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Nowhere: the length of a strut follows from its ends."""
+        return np.zeros(p.shape[:-1], dtype=bool)
+
     def solve(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (..., size) that bring the end frame to (R, p) in the leg's base frame."""
         skeleton, along = self.skeleton, self.slide.axis

@@ -24,9 +24,9 @@ from robostiff.elastostatics import (
     scaling,
     solve_chain,
 )
+from robostiff.errors import InputError
 from robostiff.kinematics import (
     freedom_twist,
-    leg_compliance,
     passive_jacobian,
     spring_compliance,
 )
@@ -91,6 +91,8 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     ------
     NoAnswerError
         When there is no deflection.
+    InputError
+        When the platform is flexible: it has no one motion.
 
     Examples
     --------
@@ -101,6 +103,10 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     >>> bool(np.allclose(motion.legs[0].bodies[-1].twist, motion.platform.twist))
     True
     """
+    if snapshot.platform is not None:
+        raise InputError(
+            f"platform of {snapshot.name!r}", got="a flexible one", expected="a rigid platform"
+        )
     answer = bent.stiffness
     rows = list(answer.space.rows)
     to_origin = answer.origin - answer.reference_point
@@ -200,8 +206,9 @@ class _LegSolver:
 
     def _solved(self, branch: PlacedLeg) -> CartesianStiffness:
         rows = list(self.space.rows)
-        C = leg_compliance(branch, self.origin)[np.ix_(rows, rows)]
-        J_q = passive_jacobian(branch, self.origin)[0][rows]
+        given = [self._compliance_and_freedoms(element) for element in branch.elements]
+        C = sum((C for C, _ in given), np.zeros((6, 6)))[np.ix_(rows, rows)]
+        J_q = np.concatenate([N for _, N in given], axis=1)[rows]
         return solve_chain(C, J_q, WrenchBasis(), self.length, self.tolerance)
 
     def _joint_motion(self, N: np.ndarray, missing: np.ndarray) -> np.ndarray:

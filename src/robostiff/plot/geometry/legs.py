@@ -46,9 +46,9 @@ class Member:
 
 @dataclass(frozen=True)
 class JointMark:
-    """Where a joint is: its name with that of its leg, its point (3,) [m], itself."""
+    """Where a joint is: its leg, its point (3,) [m], itself."""
 
-    name: str
+    leg: str
     point: np.ndarray
     freedom: PlacedFreedom
 
@@ -73,13 +73,17 @@ def leg_members(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> list[M
 
 def joint_marks(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> Iterator[JointMark]:
     """Where the joints of a leg are, displaced with the body before them."""
+    return _joint_marks(leg.name, leg, motion, scale)
+
+
+def _joint_marks(name: str, leg: PlacedLeg, motion: LegMotion, scale: float) -> Iterator[JointMark]:
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedFreedom):
             moved = element.point + scale * motion.bodies[i].displacement(element.point)
-            yield JointMark(f"{leg.name}/{element.name}", moved, element)
+            yield JointMark(name, moved, element)
         elif isinstance(element, PlacedBlock):
             for branch, own in zip(element.branches, motion.branches[i], strict=True):
-                yield from joint_marks(branch, own, scale)
+                yield from _joint_marks(name, branch, own, scale)
 
 
 def foot(leg: PlacedLeg) -> np.ndarray:

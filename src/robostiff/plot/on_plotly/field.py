@@ -49,7 +49,9 @@ def _region(region: Region, x: np.ndarray, y: np.ndarray, palette: Palette) -> l
     style = region_style(region, palette)
     if region.cover is Cover.OVER:
         rows, columns = np.nonzero(region.where)
-        marker = {"symbol": "x-thin", "size": 6, "line": {"color": palette.ink, "width": 1.2}}
+        # dark on light, to be seen on every value
+        marker = {"symbol": "x", "size": 6, "color": "#ffffff"}
+        marker["line"] = {"color": "#222222", "width": 1}
         marks = go.Scatter(
             x=x[columns],
             y=y[rows],

@@ -54,7 +54,7 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         yaxis_title=y,
         zaxis_title=z,
         aspectmode="data" if picture.is_equal else "cube",
-        camera={"eye": {"x": 1.4, "y": -1.75, "z": 0.9}},
+        camera={"eye": {"x": 1.5, "y": -1.9, "z": 0.9}, "center": {"x": 0, "y": 0, "z": -0.1}},
         domain={"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
     )
     if picture.frame is not None:

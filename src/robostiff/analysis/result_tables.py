@@ -1,0 +1,86 @@
+"""Results as tables and matrices, for notebooks and reports."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robostiff.markup import (
+    COMPLIANCE_UNITS,
+    STIFFNESS_UNITS,
+    LabelledMatrix,
+    Number,
+    Table,
+    row,
+    shown_vector,
+)
+
+if TYPE_CHECKING:
+    from robostiff.analysis.deflection_under_load import Deflection
+    from robostiff.analysis.result import RobotStiffness
+
+
+def stiffness_matrix(result: RobotStiffness) -> LabelledMatrix:
+    """K_C."""
+    space = result.space
+    return LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
+
+
+def compliance_matrix(result: RobotStiffness) -> LabelledMatrix | None:
+    """The compliance; None where there is none."""
+    C = result.compliance
+    if C is None:
+        return None
+    space = result.space
+    return LabelledMatrix("C", C, space.twist_order, space.wrench_order, COMPLIANCE_UNITS)
+
+
+def free_motion_table(result: RobotStiffness) -> Table | None:
+    """Free motions in words, with their twists; None where there are none."""
+    motions = result.free_motions
+    if not motions:
+        return None
+    rows = [[str(motion), f"({row(motion.twist)})"] for motion in motions]
+    return Table(["free motion", f"twist ({', '.join(result.space.twist_order)})"], rows)
+
+
+def displacement_table(result: Deflection) -> Table:
+    """Load and displacement, axis by axis."""
+    space = result.stiffness.space
+    twist = shown_vector(result.twist, space.translations)
+    names = zip(space.wrench_order, result.wrench, space.twist_order, twist, strict=True)
+    rows = [
+        [
+            force,
+            Number(float(F), "N m" if force.startswith("M") else "N"),
+            motion,
+            Number(1e6 * float(t), "µrad" if motion.startswith("r") else "µm"),
+        ]
+        for force, F, motion, t in names
+    ]
+    return Table(["load", "", "displacement", ""], rows)
+
+
+def energy_table(result: Deflection, most: int) -> Table:
+    """Who bends: the parts with the largest share of the elastic energy."""
+    rows = [
+        [f"{part.leg}/{part.part}", Number(100 * part.share, "%")] for part in result.parts[:most]
+    ]
+    rest = result.parts[most:]
+    if rest:
+        share = 100 * sum(part.share for part in rest)
+        rows.append([f"{len(rest)} more parts", Number(share, "%")])
+    return Table(["part", "share of the elastic energy"], rows)
+
+
+def actuator_table(result: Deflection) -> Table | None:
+    """What the actuators carry, and how far they give way; None where there are none."""
+    if not result.actuators:
+        return None
+    loads = shown_vector(np.array([a.load for a in result.actuators]), 0)
+    rows = [
+        [f"{a.leg}/{a.joint}", Number(float(load)), Number(a.travel)]
+        for a, load in zip(result.actuators, loads, strict=True)
+    ]
+    return Table(["actuator", "load [N or N m]", "gives way by [m or rad]"], rows)

@@ -1,0 +1,117 @@
+"""Blocks as HTML, for pages and notebooks."""
+
+from __future__ import annotations
+
+from robostiff.markup.blocks import (
+    Block,
+    Bullets,
+    Cell,
+    Facts,
+    Heading,
+    LabelledMatrix,
+    Number,
+    Table,
+    Tone,
+    Words,
+)
+from robostiff.markup.html import element, escaped, listing
+from robostiff.markup.numbers import number_html, shown_matrix
+
+# Notebooks have no style sheet of ours: brackets and blocks of a matrix bring their own style.
+_CELL = "text-align: right; padding: 0.15em 0.7em; font-variant-numeric: tabular-nums;"
+_NAME = "font-weight: 600; padding: 0.15em 0.7em; text-align: center;"
+_LEFT = "border-left: 2px solid currentColor;"
+_RIGHT = "border-right: 2px solid currentColor;"
+_BLOCK = "border-left: 1px dotted currentColor;"
+_BELOW = "border-top: 1px dotted currentColor;"
+
+
+def block_html(block: Block) -> str:
+    """A block as HTML; numbers keep all their digits in ``<data value="...">``.
+
+    Examples
+    --------
+    >>> block_html(Words("a < b"))
+    '<p>a &lt; b</p>'
+    >>> html = block_html(Table(["part", "share"], [["rod", Number(12.0, "%")]]))
+    >>> html.partition("<tbody>")[2].removesuffix("</tbody></table>")
+    '<tr><th scope="row">rod</th><td class="number"><data value="12.0">12</data> %</td></tr>'
+    """
+    match block:
+        case Words(text, tone):
+            return _told(element("p", escaped(text)), tone)
+        case Heading(text):
+            return element("h3", escaped(text))
+        case Bullets(items, tone):
+            return _told(listing(items), tone) if items else ""
+        case Facts(rows):
+            told = "".join(element("dt", escaped(a)) + element("dd", escaped(b)) for a, b in rows)
+            return element("dl", told)
+        case Table():
+            return _table(block)
+        case LabelledMatrix():
+            return _matrix(block)
+
+
+def _told(html: str, tone: Tone) -> str:
+    match tone:
+        case Tone.PLAIN:
+            return html
+        case Tone.QUIET:
+            return element("div", html, class_="quiet")
+        case Tone.WARNING:
+            return element("div", html, class_="advice")
+
+
+def _table(block: Table) -> str:
+    head = "".join(element("th", escaped(name), scope="col") for name in block.header)
+    rows = "".join(
+        element("tr", element("th", _cell(first), scope="row") + "".join(map(_data_cell, cells)))
+        for first, *cells in block.rows
+    )
+    return element("table", element("thead", element("tr", head)) + element("tbody", rows))
+
+
+def _data_cell(cell: Cell) -> str:
+    kind = {"class_": "number"} if isinstance(cell, Number) else {}
+    return element("td", _cell(cell), **kind)
+
+
+def _cell(cell: Cell) -> str:
+    if not isinstance(cell, Number):
+        return escaped(cell)
+    unit = f" {escaped(cell.unit)}" if cell.unit else ""
+    return _data(cell.value, cell.value) + unit
+
+
+def _data(value: float, shown: float) -> str:
+    return element("data", number_html(float(shown)), value=repr(float(value)))
+
+
+def _matrix(block: LabelledMatrix) -> str:
+    """A table with brackets; a dotted line parts translation from rotation."""
+    n, second = len(block.rows), block.first_rotation
+    names = "".join(element("th", escaped(name), scope="col", style=_NAME) for name in block.columns)
+    lines = [element("tr", element("td", escaped(block.symbol), style=_NAME) + names)]
+    for i, (name, values) in enumerate(zip(block.rows, shown_matrix(block.values), strict=True)):
+        above = _BELOW if i == second and i else ""
+        cells = [element("th", escaped(name), scope="row", style=_NAME)]
+        for j, value in enumerate(values):
+            side = _LEFT if j == 0 else _BLOCK if j == second else ""
+            side += _RIGHT if j == n - 1 else ""
+            number = _data(block.values[i, j], value)
+            cells.append(element("td", number, style=_CELL + side + above))
+        lines.append(element("tr", "".join(cells)))
+    caption = element(
+        "caption",
+        escaped(f"[{block.units}]"),
+        style="caption-side: bottom; opacity: 0.7;",
+        title="upper left, off-diagonal, lower right block",
+    )
+    return element(
+        "table",
+        caption + "".join(lines),
+        class_="robostiff-matrix",
+        data_symbol=block.symbol,
+        style="border-collapse: collapse; border: none; background: none;",
+    )

@@ -1,0 +1,150 @@
+"""Parallel blocks close at every pose: in closed form where branches are copies, else by Newton."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.closure import NewtonTask
+from robostiff.model import Branch, Chain, Coordinate, Leg, ParallelBlock, Robot
+from robostiff.robots import load
+from tests.generators.kernel_robots import robot_called
+
+XYZ = (Coordinate.X, Coordinate.Y, Coordinate.Z)
+COPIES = ("orthoglide", "delta", "nested parallelograms")
+ITERATED = ("four-bar legs", "pairs of struts")
+
+
+def robot_of(name: str) -> Robot:
+    robot = robot_called(name)
+    assert isinstance(robot, Robot)
+    return robot
+
+
+def poses_near_home(robot: Robot, count: int, size: float) -> np.ndarray:
+    rng = np.random.default_rng(5)
+    finder = PostureFinder(robot)
+    scale = np.where(np.array(robot.coordinate_places) < 3, finder.length, 1.0)
+    home = finder.home_pose[robot.coordinate_places]
+    return home + size * scale * rng.uniform(-1, 1, (count, len(home)))
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "delta"])
+def test_platform_shifts_and_does_not_turn(name):
+    robot = load(name)
+    assert isinstance(robot, Robot)
+    assert robot.coordinates == XYZ
+    posture = rs.find_posture(robot, poses_near_home(robot, 50, 0.1))
+    assert posture.reached.all()
+    assert np.abs(posture.pose[:, 3:]).max() == 0
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "delta"])
+def test_coordinates_left_out_of_the_file_are_found(name):
+    robot = load(name)
+    assert isinstance(robot, Robot)
+    text = rs.robots.robot_file(name).read_text().replace("coordinates: [x, y, z]\n", "")
+    from robostiff.io.document import parse_document
+    from robostiff.io.model_file import model_from_document
+
+    assert model_from_document(parse_document(text)).coordinates == XYZ
+
+
+@pytest.mark.parametrize("name", COPIES + ITERATED)
+def test_loops_close_at_random_poses(name):
+    robot = robot_of(name)
+    posture = rs.find_posture(robot, poses_near_home(robot, 20, 0.08))
+    assert posture.reached.all()
+    assert posture.meets(1e-11).all()
+
+
+@pytest.mark.parametrize("name", COPIES + ITERATED)
+def test_the_way_to_close_is_the_one_that_holds(name):
+    solvers = PostureFinder(robot_of(name)).solvers
+    closed = [solver.closed_form is not None for solver in solvers]
+    # The slide and rod of a nested parallelogram have no platform joint: no closed form either.
+    assert all(closed) if name in ("orthoglide", "delta") else not any(closed)
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "delta"])
+def test_copies_are_where_newton_finds_them(name):
+    robot = robot_of(name)
+    finder, poses = PostureFinder(robot), poses_near_home(robot, 12, 0.08)
+    full = np.zeros((len(poses), 6))
+    full[:, :3] = poses
+    closed = finder.find(poses)
+    for leg, solver, q in zip(robot.legs, finder.solvers, closed.coordinates, strict=True):
+        task = NewtonTask((leg,), (), finder.length)
+        _, (found,), met = task.follow(finder.home_pose, [solver.home], full)
+        assert met.all()
+        iterated = replace(solver, closed_form=None).solve(full, np.tile(np.eye(3), (12, 1, 1)))
+        assert np.array_equal(iterated, found)
+        turning = leg.chain.size > 10  # the spin of a Delta's rods is left to either
+        assert turning or np.abs(found - q).max() < 1e-10
+        assert np.abs(found[:, 0] - q[:, 0]).max() < 1e-9  # the drive
+
+
+def test_copies_that_turn_against_each_other_are_closed_by_iteration():
+    """Struts in pairs reach a turned platform, though equal coordinates would not."""
+    robot = robot_of("pairs of struts")
+    apart = Robot(
+        "six struts",
+        tuple(
+            Leg(f"{leg.name} {branch.name}", leg.base * branch.start, branch.chain,
+                leg.attachment * branch.end)
+            for leg in robot.legs
+            for block in leg.chain.elements
+            if isinstance(block, ParallelBlock)
+            for branch in block.branches
+        ),
+        home=robot.home,
+    )  # fmt: skip
+    pose = [0.02, 0.01, 0.6, 0.1, 0.05, -0.07]
+    first, second = rs.stiffness(robot, pose), rs.stiffness(apart, pose)
+    assert np.abs(first.K - second.K).max() < 1e-9 * np.abs(second.K).max()
+
+
+def test_a_pose_that_the_rods_of_a_delta_cannot_take():
+    robot = load("delta")
+    assert isinstance(robot, Robot)
+    far = rs.stiffness(robot, [0.0, 0.0, -2.0])
+    assert rs.Status.UNREACHABLE in far.status
+    assert any("falls short" in word for word in far.advice)
+
+
+def test_a_turned_platform_that_parallelograms_forbid():
+    robot = load("orthoglide")
+    assert isinstance(robot, Robot)
+    turned = rs.stiffness(robot, [0.0, 0.0, 0.0, 0.2, 0.0, 0.1])
+    assert rs.Status.UNREACHABLE in turned.status
+
+
+def test_poses_may_have_different_freedoms_in_different_chunks():
+    """Where a parallelogram lies flat it has one freedom more."""
+    robot = load("orthoglide")
+    assert isinstance(robot, Robot)
+    poses = np.zeros((4097, 3))
+    poses[-1] = [0, 0, 0.6]
+    result = rs.stiffness(robot, poses)
+    alone = rs.stiffness(robot, poses[-1])
+    assert int(result.rank[0]) == 6
+    assert int(result.rank[-1]) == int(alone.rank) == 5
+    assert result[4096].redundant_joints == alone.redundant_joints
+
+
+def test_branches_without_joints_are_one_stiff_part():
+    robot = robot_of("orthoglide")
+    leg = robot.legs[0]
+    (block,) = (e for e in leg.chain.elements if isinstance(e, ParallelBlock))
+    bar = Chain((block.branches[0].chain.elements[1],))
+    frames = [branch.start for branch in block.branches]
+    fixed = ParallelBlock(
+        tuple(Branch(f"bar{i}", f, bar, f) for i, f in enumerate(frames)), "fixed"
+    )
+    arm = Robot("arm", (Leg("arm", leg.base, Chain((fixed,)), frames[0]),))
+    result = rs.stiffness(arm)
+    assert int(result.rank) == 6
