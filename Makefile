@@ -53,6 +53,7 @@ docs: $(STAMP)-docs
 outputs: $(STAMP)-test $(STAMP)-docs
 	$(BIN)/python docs/make_picture.py docs/_static/gough-stewart-a.png
 	$(BIN)/python docs/make_plots.py
+	$(BIN)/python examples/orthoglide_against_3_puu.py docs/_static/orthoglide-against-3-puu.png > /dev/null
 	$(BIN)/python docs/make_robots_page.py > docs/robots.new && mv docs/robots.new docs/robots.md
 	$(BIN)/python -m tests.project.shown_output
 
@@ -66,7 +67,7 @@ bench: $(STAMP)-bench
 	$(BIN)/python benchmarks/map_workers.py
 
 clean:
-	rm -rf $(VENV) docs/_build build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) docs/_build docs/gallery build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find src tests docs benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/python:
@@ -100,5 +101,5 @@ $(STAMP)-lint: $(STAMP)-runtime
 	@touch $@
 
 $(STAMP)-docs: $(STAMP)-runtime
-	$(PIP) --editable '.[docs]'
+	$(PIP) --editable '.[docs,maps,plot]'
 	@touch $@

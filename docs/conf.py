@@ -19,10 +19,11 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "sphinxcontrib.bibtex",
+    "sphinx_gallery.gen_gallery",
     "derived_formulas",
 ]
 
-exclude_patterns = ["_build", "_ext"]
+exclude_patterns = ["_build", "_ext", "gallery/*.ipynb", "gallery/*.py"]
 html_theme = "furo"
 html_title = "robostiff"
 html_static_path = ["_static"]
@@ -33,6 +34,24 @@ myst_dmath_double_inline = True
 
 bibtex_bibfiles = ["references.bib"]
 bibtex_default_style = "plain"
+
+# The files of examples/, run; their pictures are caught by _ext/pictures_of_examples.py.
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "image_scrapers": ("pictures_of_examples.keep_pictures",),
+    "reset_modules": (),
+    "capture_repr": (),
+    "within_subsection_order": "pictures_of_examples.first_page_first",
+    "download_all_examples": False,
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+    "min_reported_time": 3600,
+    "abort_on_example_error": True,
+    "remove_config_comments": True,
+}
 
 # Shapes and units are told in the docstrings; the annotations of arrays would hide the names.
 autodoc_typehints = "none"

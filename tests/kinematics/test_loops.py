@@ -10,8 +10,10 @@ import pytest
 import robostiff as rs
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure import NewtonTask
-from robostiff.model import Branch, Chain, Coordinate, Leg, ParallelBlock, Robot
+from robostiff.model import Chain, Coordinate, Leg, ParallelBlock, Robot
 from robostiff.robots import load
+from robostiff.spatial import Frame
+from tests.generators.elements import shift_by
 from tests.generators.kernel_robots import robot_called
 
 XYZ = (Coordinate.X, Coordinate.Y, Coordinate.Z)
@@ -31,6 +33,11 @@ def poses_near_home(robot: Robot, count: int, size: float) -> np.ndarray:
     scale = np.where(np.array(robot.coordinate_places) < 3, finder.length, 1.0)
     home = finder.home_pose[robot.coordinate_places]
     return home + size * scale * rng.uniform(-1, 1, (count, len(home)))
+
+
+def after(first: Frame, second: Frame) -> Frame:
+    """The second frame, seen from where the first is seen."""
+    return Frame(first.R @ second.R, first.p + first.R @ second.p)
 
 
 @pytest.mark.parametrize("name", ["orthoglide", "delta"])
@@ -94,8 +101,8 @@ def test_copies_that_turn_against_each_other_are_closed_by_iteration():
     apart = Robot(
         "six struts",
         tuple(
-            Leg(f"{leg.name} {branch.name}", leg.base * branch.start, branch.chain,
-                leg.attachment * branch.end)
+            Leg(f"{leg.name} {branch.name}", after(leg.base, branch.start), branch.chain,
+                after(leg.attachment, branch.end))
             for leg in robot.legs
             for block in leg.chain.elements
             if isinstance(block, ParallelBlock)
@@ -137,14 +144,16 @@ def test_poses_may_have_different_freedoms_in_different_chunks():
 
 
 def test_branches_without_joints_are_one_stiff_part():
-    robot = robot_of("orthoglide")
-    leg = robot.legs[0]
-    (block,) = (e for e in leg.chain.elements if isinstance(e, ParallelBlock))
-    bar = Chain((block.branches[0].chain.elements[1],))
-    frames = [branch.start for branch in block.branches]
-    fixed = ParallelBlock(
-        tuple(Branch(f"bar{i}", f, bar, f) for i, f in enumerate(frames)), "fixed"
+    """Two bars welded between two bodies: they stretch as one of twice the stiffness."""
+    block = next(e for e in robot_of("orthoglide").legs[0].chain.elements if e.name[:5] == "paral")
+    assert isinstance(block, ParallelBlock)
+    bar = block.branches[0].chain.elements[1]
+    welded = replace(block, branches=tuple(replace(b, chain=Chain((bar,))) for b in block.branches))
+    here = shift_by(0, 0, 0)
+    home = shift_by(0.6, 0, 0)
+    alone, pair = (
+        rs.stiffness(Robot("arm", (Leg("arm", here, Chain((e,)), here),), home=home))
+        for e in (bar, welded)
     )
-    arm = Robot("arm", (Leg("arm", leg.base, Chain((fixed,)), frames[0]),))
-    result = rs.stiffness(arm)
-    assert int(result.rank) == 6
+    assert int(pair.rank) == 6
+    assert pair.K[0, 0] == pytest.approx(2 * alone.K[0, 0], rel=1e-12)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import typer
 
@@ -13,7 +12,7 @@ from robostiff.cli.failure import BAD_STATUS
 from robostiff.errors import InputError
 from robostiff.io.map_files.read_map import read_map
 from robostiff.model import Robot, Snapshot
-from robostiff.report import report_contents, save_report
+from robostiff.report import report_contents, report_path, save_report
 from robostiff.robots import load
 
 
@@ -31,9 +30,17 @@ def make_report(
     source: str, place: Place, pages: Pages, settings: Sequence[str], side: str | None = None
 ) -> int:
     """Write a report and print where it is; 1 when the pose has a bad status."""
+    paths = [report_path(pages.output)]
+    if pages.pdf and paths[0].suffix.lower() != ".pdf":
+        paths.append(report_path(paths[0].with_suffix(".pdf")))
     robot = load(source, parameters_from(settings), side=side)
     if not isinstance(robot, Robot | Snapshot):
-        raise InputError("robot of a report", got=source, expected="a robot or a snapshot of legs")
+        raise InputError(
+            "robot of a report",
+            got=f"{source!r}, a {type(robot).__name__}",
+            expected="a robot or a snapshot of legs",
+            hint="robostiff cables and robostiff verify tell of others",
+        )
     contents = report_contents(
         robot,
         pose_from(robot, place),
@@ -41,11 +48,7 @@ def make_report(
         at=point_from(place),
         found=None if pages.map_file is None else read_map(pages.map_file),
     )
-    paths = [Path(pages.output)]
-    if pages.pdf:
-        paths.append(paths[0].with_suffix(".pdf"))
+    save_report(contents, *paths)
     for path in paths:
-        save_report(contents, path)
         typer.echo(path)
-    status = contents.stiffness.status
-    return BAD_STATUS if status.is_bad else 0
+    return BAD_STATUS if contents.status.is_bad else 0

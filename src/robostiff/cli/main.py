@@ -236,7 +236,10 @@ def verify(
 def report(
     robot: RobotArgument,
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FILE.html", help="The page to write.")
+        str,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="What to write: FILE.html, or FILE.pdf."
+        ),
     ],
     pose: PoseOption = None,
     joints: JointsOption = None,
@@ -257,7 +260,7 @@ def report(
             help="A map of the robot, .zarr or .nc: adds slices of the workspace.",
         ),
     ] = None,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Write FILE.pdf as well.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write FILE.pdf besides FILE.html.")] = False,
     side: SideOption = None,
     set_: SetOption = None,
 ) -> int:

@@ -16,7 +16,11 @@ from robostiff.spatial import Frame
 
 _ITERATIONS = 100
 _CONVERGED = 1e-14
-_CLOSED = 1e-10
+_STANDSTILL = 1e-11
+# As for legs: what a platform counts as reached by.
+_CLOSED = 1e-7
+# Loops that close but for this may lack digits rather than length.
+_NEARLY = 1e-3
 _LARGEST_STEP = 0.5
 
 
@@ -52,9 +56,20 @@ class Configuration:
     @property
     def complaint(self) -> str:
         """The widest gap in words."""
-        name = max(self.gaps, key=lambda n: max(self.gaps[n][0] / self.length, self.gaps[n][1]))
-        shift, turn = self.gaps[name]
+        name, (shift, turn) = self._widest
         return f"a gap of {1e3 * shift:.4g} mm and {np.degrees(turn):.4g} deg at {name!r}"
+
+    @property
+    def advice(self) -> str:
+        """What to do about loops that do not close."""
+        _, (shift, turn) = self._widest
+        if max(shift / self.length, turn) < _NEARLY:
+            return "give its lengths and angles more digits, for the loops nearly close"
+        return "give other joint values, or leave more joints free to follow"
+
+    @property
+    def _widest(self) -> tuple[str, tuple[float, float]]:
+        return max(self.gaps.items(), key=lambda gap: max(gap[1][0] / self.length, gap[1][1]))
 
 
 def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
@@ -116,7 +131,7 @@ def _newton(
         better = size < least
         if better:
             best, least = coordinates, size
-        if least <= _CONVERGED or (not better and least <= _CLOSED * 0.1) or not unknowns:
+        if least <= _CONVERGED or (not better and least <= _STANDSTILL) or not unknowns:
             break
         J = _jacobian(tree, coordinates, frames, unknowns, length) * units
         A = J @ J.T

@@ -33,8 +33,7 @@ def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
     found = close(part, {name: q.tolist() for name, q in given.items() if name in felt})
     if not found.is_closed:
         raise NoAnswerError(
-            f"the loops of {linkage.name!r} do not close: {found.complaint}; give other joint "
-            "values, or leave more joints free to follow"
+            f"the loops of {linkage.name!r} do not close: {found.complaint}; {found.advice}"
         )
     return network_of(part, found)
 

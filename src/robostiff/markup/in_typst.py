@@ -132,8 +132,9 @@ def _cell(cell: Cell) -> str:
 
 def _matrix(block: LabelledMatrix) -> str:
     head = "".join(f" strong[{typst_text(name)}]," for name in block.columns)
-    lines = [f"#entries[{typst_text(block.symbol)}][\\[{typst_text(str(block.units))}\\]]("
-             f"{len(block.rows)}, {block.first_rotation},", f"  {head}"]
+    symbol, units = typst_text(block.symbol), typst_text(f"[{block.units}]")
+    start = f"#entries([{symbol}], [{units}], {len(block.rows)}, {block.first_rotation},"
+    lines = [start, f"  {head}"]
     for name, values in zip(block.rows, shown_matrix(block.values), strict=True):
         cells = ", ".join(f"[{typst_number(float(value))}]" for value in values)
         lines.append(f"  strong[{typst_text(name)}], {cells},")

@@ -41,7 +41,8 @@ def ellipsoid(
         At a single pose.
     quality : Quality
     within : Robot or Snapshot, optional
-        Draws it at the reference point of this robot, at the pose of the result.
+        Draws it at the reference point of this robot, at the pose of the result. An arm that was
+        posed by its joints is given as a snapshot: ``find_posture(arm, pose).snapshot.one(0)``.
     backend : Matplotlib or Plotly
 
     Returns

@@ -31,7 +31,8 @@ def free_motions(
     result : RobotStiffness
         At a single pose.
     within : Robot or Snapshot, optional
-        Draws them in this robot, at the pose of the result.
+        Draws them in this robot, at the pose of the result. An arm that was
+        posed by its joints is given as a snapshot: ``find_posture(arm, pose).snapshot.one(0)``.
     backend : Matplotlib or Plotly
 
     Returns

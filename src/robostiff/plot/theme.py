@@ -47,15 +47,14 @@ class Palette:
         return "#" + "".join(f"{channel:02x}" for channel in mixed)
 
     def on(self, colour: str) -> str:
-        """Black or white, whichever is read more easily on a colour.
+        """White or nearly black, whichever is read more easily on a colour.
 
         Examples
         --------
         >>> Theme.LIGHT.palette.on("#00224e")
         '#ffffff'
         """
-        light = luminance(colour)
-        return "#ffffff" if (light + 0.05) ** 2 < 0.05 * 1.05 else "#111111"
+        return max(("#ffffff", "#111111"), key=lambda ink: contrast(ink, colour))
 
 
 def luminance(colour: str) -> float:

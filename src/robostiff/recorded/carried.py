@@ -131,9 +131,9 @@ def _times(matrix: list[list[Any]], column: Column) -> Column:
 
 
 def _size(wrench: Column, scale: Sequence[float]) -> float:
-    """Norm of a scaled wrench, the mean over the samples."""
+    """Norm of a scaled wrench, the mean over the samples; 1 of one that holds nothing."""
     squares = [
         np.mean((x.sample if isinstance(x, Entry) else float(x)) ** 2) / s**2
         for x, s in zip(wrench, scale, strict=False)
     ]
-    return float(np.sqrt(sum(squares)))
+    return float(np.sqrt(sum(squares))) or 1.0

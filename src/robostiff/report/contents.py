@@ -52,6 +52,12 @@ class ReportContents:
     no_derivation: str
     found: xarray.Dataset | None
 
+    @property
+    def status(self) -> Status:
+        """Of the stiffness, and of the deflection where there is a load."""
+        bent = self.deflection
+        return self.stiffness.status if bent is None else self.stiffness.status | bent.status
+
 
 def report_contents(
     robot: Robot | Snapshot,

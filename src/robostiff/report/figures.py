@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robostiff.markup import element, escaped
 from robostiff.plot import Plotly, Theme
 from robostiff.plot.picture import Picture
 
@@ -47,22 +46,6 @@ class Figure:
     caption: str
     levels: tuple[Level, ...]
     start: int = 0
-
-    @property
-    def html(self) -> str:
-        """Where the script draws it, its slider below."""
-        parts = [element("div", "", class_="plot", id=f"plot-{self.name}")]
-        if len(self.levels) > 1:
-            slider = (
-                f'<input type="range" min="0" max="{len(self.levels) - 1}" value="{self.start}" '
-                f'id="slider-{self.name}" aria-label="{escaped(self.caption)}">'
-            )
-            label = element(
-                "output", escaped(self.levels[self.start].label), id=f"label-{self.name}"
-            )
-            parts.append(element("div", slider + label, class_="slider"))
-        parts.append(element("figcaption", escaped(self.caption)))
-        return element("figure", "".join(parts))
 
     @property
     def data(self) -> dict[str, Any]:

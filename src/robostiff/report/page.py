@@ -5,22 +5,14 @@ from __future__ import annotations
 from importlib.resources import files
 from string import Template
 
-from robostiff.elastostatics import Status
-from robostiff.markup import element, escaped, listing
-from robostiff.model import Robot
+from robostiff.analytic.export import derivation_html
+from robostiff.markup import Bullets, Table, Tone, block_html, element, escaped
 from robostiff.plot.extra import plot_extra
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, figures_json
-from robostiff.report.section import Section
-from robostiff.report.sections import (
-    bending_section,
-    formula_section,
-    map_section,
-    matrices_section,
-    method_section,
-    robot_section,
-    weakest_section,
-)
+from robostiff.report.lead import Verdict, report_title, verdict_of
+from robostiff.report.section import Folded, Formula, Part, Section, SideBySide
+from robostiff.report.sections import report_sections
 from robostiff.version import __version__
 
 
@@ -44,7 +36,7 @@ def report_html(contents: ReportContents) -> str:
     )
     return Template(_resource("page.html")).substitute(
         title=escaped(report_title(contents)),
-        lead=_lead(contents),
+        lead=_lead(verdict_of(contents)),
         version=__version__,
         links="\n".join(links),
         sections="\n".join(map(_section_html, sections)),
@@ -55,46 +47,51 @@ def report_html(contents: ReportContents) -> str:
     )
 
 
-def report_title(contents: ReportContents) -> str:
-    """Name of the robot, and what it is."""
-    robot = contents.robot
-    words = robot.title if isinstance(robot, Robot) else robot.description
-    return f"{robot.name}: {words}" if words else robot.name
-
-
-def report_sections(contents: ReportContents) -> list[Section]:
-    """The sections in which there is something to tell."""
-    sections = (
-        robot_section(contents),
-        matrices_section(contents),
-        weakest_section(contents),
-        bending_section(contents),
-        map_section(contents),
-        formula_section(contents),
-        method_section(contents),
-    )
-    return [section for section in sections if section is not None]
-
-
-def _lead(contents: ReportContents) -> str:
+def _lead(verdict: Verdict) -> str:
     """Status, and what to know before reading on."""
-    result = contents.stiffness
-    status, advice = result.status, result.advice
-    if contents.deflection is not None:
-        status, advice = contents.deflection.status, contents.deflection.advice
-    kind = "bad" if status.is_bad else "note" if status else "ok"
-    word = element("span", escaped(status), class_=f"status-{kind}")
-    rank = ""
-    if Status.UNREACHABLE not in result.status:
-        rank = f", rank {int(result.rank)} of {result.space.size}"
-    lead = element("p", f"At this pose: status {word}{rank}.", class_="lead")
-    return lead + (element("div", listing(advice), class_="advice") if advice else "")
+    word = element("span", escaped(verdict.status), class_=f"status-{verdict.kind}")
+    lead = element("p", f"{escaped(verdict.place)}: status {word}{verdict.rank}.", class_="lead")
+    return lead + block_html(Bullets(verdict.advice, Tone.WARNING))
 
 
 def _section_html(section: Section) -> str:
-    parts = [part.html if isinstance(part, Figure) else part for part in section.parts]
     heading = element("h2", escaped(section.title))
-    return element("section", "\n".join([heading, *parts]), id=section.anchor)
+    return element(
+        "section", "\n".join([heading, *map(_part_html, section.parts)]), id=section.anchor
+    )
+
+
+def _part_html(part: Part) -> str:
+    match part:
+        case Figure():
+            return _figure_html(part)
+        case Formula(derivation):
+            return derivation_html(derivation, first_heading=3)
+        case Folded(title, parts):
+            inner = "\n".join(map(_part_html, parts))
+            return element("details", element("summary", escaped(title)) + inner)
+        case SideBySide(blocks):
+            inner = "".join(element("div", block_html(block)) for block in blocks)
+            return element("div", inner, class_="side-by-side")
+        case Table():
+            return element("div", block_html(part), class_="wide")
+        case _:
+            return block_html(part)
+
+
+def _figure_html(figure: Figure) -> str:
+    """Where the script draws it, its slider below."""
+    parts = [element("div", "", class_="plot", id=f"plot-{figure.name}")]
+    if len(figure.levels) > 1:
+        slider = (
+            f'<input type="range" min="0" max="{len(figure.levels) - 1}" value="{figure.start}" '
+            f'id="slider-{figure.name}" aria-label="{escaped(figure.caption)}">'
+        )
+        label = escaped(figure.levels[figure.start].label)
+        output = element("output", label, id=f"label-{figure.name}", for_=f"slider-{figure.name}")
+        parts.append(element("div", slider + output, class_="slider"))
+    parts.append(element("figcaption", escaped(figure.caption)))
+    return element("figure", "".join(parts))
 
 
 def _resource(name: str) -> str:

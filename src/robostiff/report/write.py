@@ -8,13 +8,17 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import Pose
 from robostiff.model import Robot, Snapshot
 from robostiff.report.contents import ReportContents, report_contents
 from robostiff.report.page import report_html
+from robostiff.report.paper import report_pdf
 
 if TYPE_CHECKING:
     import xarray
+
+_PAGES, _PAPER = (".html", ".htm"), ".pdf"
 
 
 def write_report(
@@ -26,13 +30,14 @@ def write_report(
     at: ArrayLike | None = None,
     found: xarray.Dataset | None = None,
 ) -> None:
-    """Write what there is to say about a robot at a pose as one page of HTML.
+    """Write what there is to say about a robot at a pose: a page of HTML, or a PDF.
 
     Parameters
     ----------
     robot : Robot or Snapshot
     path : str or Path
-        The file to write, ``.html``. It opens without a network, in any browser.
+        The file to write: ``.html`` opens in any browser without a network and has figures to turn
+        and sliders; ``.pdf`` is for paper. A file of that name is replaced once all is written.
     pose : RigidTransform, array, JointCoordinates or None
         One pose, as for `robostiff.stiffness`.
     wrench : (6,) array, or (3,) for a planar robot, optional
@@ -45,7 +50,8 @@ def write_report(
     Raises
     ------
     InputError
-        When an argument does not fit, or the file is no page of HTML.
+        When an argument does not fit, the file has another ending or no directory, or an optional
+        package is missing.
 
     Examples
     --------
@@ -53,18 +59,56 @@ def write_report(
 
         rs.write_report(rs.load("hexapod"), "hexapod.html", wrench=[500, 0, 0, 0, 0, 0])
     """
-    save_report(report_contents(robot, pose, wrench=wrench, at=at, found=found), path)
+    checked = report_path(path)
+    save_report(report_contents(robot, pose, wrench=wrench, at=at, found=found), checked)
 
 
-def save_report(contents: ReportContents, path: str | Path) -> None:
-    """Write a report whose contents are known.
+def save_report(contents: ReportContents, *paths: str | Path) -> None:
+    """Write a report whose contents are known; to all files or, where one is refused, to none.
 
     Raises
     ------
     InputError
-        When the file is no page of HTML.
+        As `write_report`.
+    """
+    written = [(path, _written(contents, path)) for path in map(report_path, paths)]
+    for path, data in written:
+        with whole_file(path) as begun:
+            begun.write_bytes(data)
+
+
+def report_path(path: str | Path) -> Path:
+    """The path of a report, checked before anything is computed.
+
+    Raises
+    ------
+    InputError
+        When it ends in neither .html nor .pdf, is a directory, or lies in none.
+
+    Examples
+    --------
+    >>> report_path("hexapod.txt")
+    Traceback (most recent call last):
+    robostiff.errors.InputError: file of a report: got 'hexapod.txt', expected ...
     """
     path = Path(path)
-    if path.suffix.lower() not in {".html", ".htm"}:
-        raise InputError("file of a report", got=str(path), expected="a name that ends in .html")
-    path.write_text(report_html(contents), encoding="utf-8")
+    if path.suffix.lower() not in {*_PAGES, _PAPER}:
+        raise InputError(
+            "file of a report", got=str(path), expected="a name that ends in .html or .pdf"
+        )
+    if path.is_dir():
+        raise InputError("file of a report", got=f"the directory {path}", expected="a file")
+    if not path.parent.is_dir():
+        raise InputError(
+            "directory of a report",
+            got=str(path.parent),
+            expected="one that is there",
+            hint=f"make it with mkdir -p {path.parent}",
+        )
+    return path
+
+
+def _written(contents: ReportContents, path: Path) -> bytes:
+    if path.suffix.lower() == _PAPER:
+        return report_pdf(contents)
+    return report_html(contents).encode()

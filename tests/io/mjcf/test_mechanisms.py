@@ -220,3 +220,51 @@ links:
     assert {c.value for c in robot.coordinates} == {"z", "rx", "ry"}
     network = rs.load_linkage(tmp_path / "m.xml", side=tmp_path / "side.yaml").network_at()
     assert matrix_distance(rs.stiffness(network).K, rs.stiffness(robot).K) < 1e-9
+
+
+def test_whatever_draws_touches_or_senses_is_left_out(tmp_path):
+    """As in the files that come with robots: assets that are not there, tendons, sensors, keys."""
+    dressed = FOUR_BAR.replace(
+        "<worldbody>",
+        """
+  <asset><texture name="t" type="2d" file="t.png"/><material name="m" texture="t"/>
+    <hfield name="hills" file="hills.png" size="1 1 1 1"/></asset>
+  <default><geom material="m"/><default class="shell"><geom type="mesh" mesh="shell"/></default>
+  </default>
+  <worldbody><geom name="floor" type="hfield" hfield="hills"/><light/><camera name="c"/>""",
+    ).replace(
+        "</equality>",
+        """</equality>
+  <contact><exclude body1="crank" body2="rocker"/></contact>
+  <tendon><spatial name="rope"><site site="tip"/><site site="tip2"/></spatial>
+    <fixed name="both"><joint joint="crank" coef="1"/></fixed></tendon>
+  <sensor><framepos objtype="site" objname="tip"/><touch site="tip"/></sensor>
+  <keyframe><key name="home" qpos="0.1 0 0"/></keyframe>""",
+    )
+    dressed = dressed.replace(
+        '<site name="tip" ', '<geom class="shell"/><site name="tip2"/><site name="tip" '
+    ).replace("</actuator>", '<motor tendon="both"/><general site="tip"/></actuator>')
+    robot = _loaded(tmp_path, dressed, FOUR_BAR_SIDE)
+    plain = _loaded(tmp_path, FOUR_BAR, FOUR_BAR_SIDE)
+    assert matrix_distance(rs.stiffness(robot).K, rs.stiffness(plain).K) == 0.0
+
+
+def test_equalities_that_are_no_loops(tmp_path):
+    coupled = '<equality><joint joint1="rocker" joint2="crank" polycoef="0.1 {} 0 0"/>'
+    quadratic = FOUR_BAR.replace("<equality>", coupled.format("1 2"))
+    with pytest.raises(rs.FileError, match="degree two or more"):
+        _loaded(tmp_path, quadratic, FOUR_BAR_SIDE)
+    linear = FOUR_BAR.replace("<equality>", coupled.format("-2 0"))
+    with pytest.raises(rs.FileError, match=r"'rocker'.*follows another one"):
+        _loaded(tmp_path, linear, FOUR_BAR_SIDE)
+    inactive = linear.replace("<joint joint1", '<joint active="false" joint1')
+    assert _loaded(tmp_path, inactive, FOUR_BAR_SIDE).legs[1].chain.roles[0] == rs.Passive()
+
+
+def test_names_that_are_missing_or_twice_are_made(tmp_path):
+    mjcf = """<mujoco><worldbody><body><joint/><joint axis="1 0 0"/><site name="tool"/>
+      <body name="tool" pos="0 0 1"><joint/><site pos="0 0 1"/></body></body></worldbody>
+      </mujoco>"""
+    side = 'robostiff: 1\nsource: x\ntool: {}\njoints: {{"*": {{stiffness: 1e3}}}}\n'
+    for tool, joints in (("tool", 3), ("tool site", 2), ("site2", 3), ("body1", 2)):
+        assert _loaded(tmp_path, mjcf, side.format(tool)).legs[0].chain.size == joints

@@ -257,6 +257,28 @@ def test_loops_follow_from_driven_joints(tmp_path):
         assert np.linalg.norm(tip - elbow) == pytest.approx(length, abs=1e-12)
 
 
+def test_coordinates_of_a_platform_can_be_chosen(tmp_path):
+    urdf, side = _hexapod_tree()
+    path = tmp_path / "hexapod.urdf"
+    path.write_text(urdf, encoding="utf-8")
+    every = "coordinates: [z, x, y, rx, ry, rz]\n"
+    robot = robot_of(path, with_side(tmp_path, every + side))
+    assert [c.value for c in robot.coordinates] == ["z", "x", "y", "rx", "ry", "rz"]
+    for few, match in (("[x, x, y, z, rx, ry]", "each one once"), ("[x, y]", "as many as the 6")):
+        with pytest.raises(rs.FileError, match=match):
+            rs.load(path, side=with_side(tmp_path, f"coordinates: {few}\n{side}"))
+
+
+def test_a_loop_that_lacks_digits_is_told_so(tmp_path):
+    """Axes that are parallel to five digits only close no loop of hinges in space."""
+    side = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ")
+    path, file = _five_bar(tmp_path, side)
+    short = FIVE_BAR.replace('<origin xyz="0.2 0 0"/>', '<origin xyz="0.2 0 0" rpy="2e-5 0 0"/>')
+    path.write_text(short, encoding="utf-8")
+    with pytest.raises(rs.FileError, match="more digits, for the loops nearly close"):
+        rs.load(path, side=file)
+
+
 def test_loops_that_cannot_close_are_told(tmp_path):
     side = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ")
     path, file = _five_bar(tmp_path, side)

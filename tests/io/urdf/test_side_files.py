@@ -115,6 +115,8 @@ def test_a_joint_that_follows_another_one_needs_a_role_where_it_is_felt(arm, tmp
     robot = robot_of(arm, with_side(tmp_path, decided + "home: {grip: 20 mm}\n"))
     assert robot.legs[0].chain.home.tolist() == [0, 0, pytest.approx(0.05)]
     assert robot.legs[0].chain.roles[2] == rs.Locked()
+    driven = tool.replace('joints: {"*"', 'joints: {grip 2: {stiffness: 2e5}, "*"')
+    assert robot_of(arm, with_side(tmp_path, driven)).legs[0].chain.roles[2] == rs.Actuated(2e5)
 
 
 def test_a_link_leads_from_its_joint_to_the_next(arm, tmp_path):

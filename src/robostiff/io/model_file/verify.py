@@ -57,8 +57,10 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
     raise (top / "coordinates").error(
         "coordinates of the platform",
         got=Words(words),
-        expected=f"as many as the {len(fitting)} freedoms that the legs leave it, and independent",
-        hint=f"write coordinates: [{', '.join(c.value for c in fitting)}], or leave it out",
+        expected=f"as many as the {len(fitting)} freedoms that the legs leave it in the home "
+        "configuration, and independent",
+        hint=f"write coordinates: [{', '.join(c.value for c in fitting)}], or leave it out; where "
+        "the home configuration is singular, choose another one, or all six coordinates",
     )
 
 

@@ -61,7 +61,11 @@ def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str,
 def undecided_mimics(written: WrittenSide, tree: RigidTree, top: Place) -> frozenset[str]:
     """Joints that follow another one, and of whose role the side file says nothing."""
     entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
-    decided = {name for name, (_, entry) in entries.items() if entry.role is not None}
+    decided = {
+        name
+        for name, (_, entry) in entries.items()
+        if entry.role is not None or (name in written.joints and entry.stiffness is not None)
+    }
     return frozenset(j.name for j in tree.joints if j.mimic is not None and j.name not in decided)
 
 

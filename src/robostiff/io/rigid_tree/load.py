@@ -50,8 +50,8 @@ def robot_of_tree(
             "loops",
             got=Words(found.complaint),
             expected="loops that close in the home configuration",
-            hint="give joints other values: under home those that they keep, under start those "
-            "from which they follow",
+            hint=f"{found.advice}; home has values that joints keep, start those from which they "
+            "follow",
         )
     with (top / "joints").complaints(hint=_hint(linkage)):
         robot = robot_of(linkage, found)
@@ -126,7 +126,11 @@ def _with_coordinates(robot: Robot, written: WrittenSide, top: Place) -> Robot:
     """The robot with the coordinates of its platform that are written, or fitting ones."""
     chosen = written.coordinates is not None
     if written.coordinates is not None:
-        coordinates = tuple(dict.fromkeys(map(Coordinate, written.coordinates)))
+        coordinates = tuple(map(Coordinate, written.coordinates))
+        if len(set(coordinates)) < len(coordinates):
+            raise (top / "coordinates").error(
+                "coordinates", got=written.coordinates, expected="each one once"
+            )
         if robot.is_serial:
             raise (top / "coordinates").error(
                 "coordinates of a serial arm", expected="none: its joints pose it", key=True

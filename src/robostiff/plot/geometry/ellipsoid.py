@@ -88,8 +88,8 @@ def principal_axes(result: RobotStiffness, quality: Quality) -> PrincipalAxes:
     --------
     >>> import robostiff as rs
     >>> result = rs.stiffness(rs.load("gough-stewart-a"))
-    >>> principal_axes(result, Quality.COMPLIANCE).lengths
-    array([0.0e+00, inf, inf])
+    >>> principal_axes(result, Quality.COMPLIANCE).is_free
+    array([False,  True,  True])
     """
     space = result.space
     own = np.array([(row >= 3) == quality.is_rotational for row in space.rows])

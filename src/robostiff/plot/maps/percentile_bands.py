@@ -65,7 +65,7 @@ def map_bands(
     >>> grid = rs.Grid(x=rs.Axis(-0.3, 0.3, 5), y=rs.Axis(-0.3, 0.3, 5))
     >>> found = rs.stiffness_map(rs.load("3-puu"), grid, [rs.Quantity.WORST_DEFLECTION])
     >>> rs.plot.map_bands(found, "worst_deflection", along="x").get_ylabel()
-    'worst displacement per unit force [nm/N]'
+    'worst deflection [µm/N]'
     """
     return drawn_by(backend, bands_picture(found, variable, along, at, percents, full_rank))
 

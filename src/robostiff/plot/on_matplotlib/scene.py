@@ -27,7 +27,6 @@ from robostiff.plot.picture.paint import colour_of
 
 _MARKERS = {
     Shape.RING: ("o", 3.4),
-    Shape.DISC: ("o", 3.4),
     Shape.SQUARE: ("s", 3.6),
     Shape.DIAMOND: ("D", 3.2),
     Shape.CROSS: ("x", 6.0),

@@ -24,15 +24,16 @@ from robostiff.plot.theme import Palette
 
 _SYMBOLS = {
     Shape.RING: ("circle-open", 4),
-    Shape.DISC: ("circle", 4),
     Shape.SQUARE: ("square", 4),
     Shape.DIAMOND: ("diamond", 4),
-    Shape.CROSS: ("x", 4),
+    Shape.CROSS: ("cross", 5),  # "x" is a letter in space, which not all fonts have
     Shape.DOT: ("circle", 1.6),
 }
 _HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
-_SCENE = 500  # pixels
+_SCENE, _NO_LABELS = 500, 40  # pixels
+_MARGIN = 0.04  # of the longest side of the box
+_EYE = {"x": 1.22, "y": -1.55, "z": 0.75}
 
 
 def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
@@ -53,14 +54,29 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         xaxis_title=x,
         yaxis_title=y,
         zaxis_title=z,
-        aspectmode="data" if picture.is_equal else "cube",
-        camera={"eye": {"x": 1.5, "y": -1.9, "z": 0.9}, "center": {"x": 0, "y": 0, "z": -0.1}},
+        camera={"eye": _EYE, "center": {"x": 0, "y": 0, "z": -0.08}},
         domain={"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
     )
-    if picture.frame is not None:
-        for axis, start, stop in zip("xyz", low, high, strict=True):
-            made.update_scenes({f"{axis}axis_range": [start, stop]})
+    # nothing is written below a scene but its legend
+    height, below = made.layout.height - _NO_LABELS, made.layout.margin.b - _NO_LABELS
+    made.update_layout(height=height, margin={"b": below, "l": 16})
+    _fill(made, picture)
     return made
+
+
+def _fill(made: go.Figure, picture: Scene) -> None:
+    """Ranges of the axes, and their lengths: any box is as long from corner to corner."""
+    low, high = picture.box
+    margin = _MARGIN * float(np.max(high - low)) or 1.0
+    if picture.frame is None:
+        low, high = low - margin, high + margin
+    ratio = high - low if picture.is_equal else np.ones(3)
+    ratio = ratio * np.sqrt(3) / np.linalg.norm(ratio)
+    made.update_scenes(
+        aspectmode="manual", aspectratio=dict(zip("xyz", map(float, ratio), strict=True))
+    )
+    for axis, start, stop in zip("xyz", low, high, strict=True):
+        made.update_scenes({f"{axis}axis_range": [float(start), float(stop)]})
 
 
 class _Pencil:

@@ -22,7 +22,6 @@ class Shape(Enum):
     """Shape of a mark."""
 
     RING = "ring"
-    DISC = "disc"
     SQUARE = "square"
     DIAMOND = "diamond"
     CROSS = "cross"

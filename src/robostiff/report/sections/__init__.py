@@ -1,5 +1,9 @@
-"""The sections of a report, one a file, each from the contents to HTML and figures."""
+"""The sections of a report, one a file, each from the contents to blocks and figures."""
 
+from __future__ import annotations
+
+from robostiff.report.contents import ReportContents
+from robostiff.report.section import Section
 from robostiff.report.sections.bending import bending_section
 from robostiff.report.sections.formula import formula_section
 from robostiff.report.sections.map_slices import map_section
@@ -8,12 +12,18 @@ from robostiff.report.sections.method import method_section
 from robostiff.report.sections.the_robot import robot_section
 from robostiff.report.sections.weakest import weakest_section
 
-__all__ = [
-    "bending_section",
-    "formula_section",
-    "map_section",
-    "matrices_section",
-    "method_section",
-    "robot_section",
-    "weakest_section",
-]
+__all__ = ["report_sections"]
+
+
+def report_sections(contents: ReportContents) -> list[Section]:
+    """The sections in which there is something to tell."""
+    sections = (
+        robot_section(contents),
+        matrices_section(contents),
+        weakest_section(contents),
+        bending_section(contents),
+        map_section(contents),
+        method_section(contents),
+        formula_section(contents),
+    )
+    return [section for section in sections if section is not None]

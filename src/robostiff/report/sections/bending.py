@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from robostiff.analysis.in_html import displacement_table, energy_table
-from robostiff.markup import element, escaped, listing, number_html, table
+from robostiff.analysis.result_tables import actuator_table, displacement_table, energy_table
+from robostiff.markup import Bullets, Heading, Tone, Words
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.report.contents import ReportContents
-from robostiff.report.figures import Figure, one_figure
-from robostiff.report.section import Section, section
+from robostiff.report.figures import one_figure
+from robostiff.report.section import Folded, Part, Section, section
+
+_TITLE = "Under the load"
 
 
 def bending_section(contents: ReportContents) -> Section | None:
@@ -16,24 +18,18 @@ def bending_section(contents: ReportContents) -> Section | None:
     bent = contents.deflection
     if bent is None:
         return None
-    title = "Under the load"
     if not bent.has_answer:
-        advice = element("div", listing(bent.advice), class_="advice")
-        return section("load", title, element("p", "There is no deflection."), advice)
-    parts: list[str | Figure] = [element("div", displacement_table(bent), class_="wide")]
+        words = Words(f"There is no deflection: status {bent.status}.")
+        return section("load", _TITLE, [words, Bullets(tuple(bent.advice), Tone.WARNING)])
+    parts: list[Part | None] = [displacement_table(bent)]
     if bent.energy > 0 and contents.snapshot is not None:
-        caption = "The deformed shape, exaggerated; colours tell who takes up the elastic energy."
+        caption = "The robot under the load; colours tell which leg takes up the elastic energy."
         parts.append(one_figure("deformed", caption, robot_picture(contents.snapshot, bent)))
-        parts.append(one_figure("energy", "Who bends.", energy_picture(bent)))
-        whole = element("summary", "every part") + energy_table(bent, most=len(bent.parts))
-        parts.append(element("details", whole))
-    if bent.actuators:
-        rows = [
-            [escaped(f"{a.leg}/{a.joint}"), number_html(a.load), number_html(a.travel)]
-            for a in bent.actuators
-        ]
-        parts.append(
-            element("h3", "Actuators")
-            + table(["actuator", "load [N or N m]", "gives way by [m or rad]"], rows)
-        )
-    return section("load", title, *parts)
+        caption = "Who bends: the elastic energy of each leg, part by part."
+        parts.append(one_figure("energy", caption, energy_picture(bent)))
+        every = energy_table(bent, most=len(bent.parts))
+        parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))
+    actuators = actuator_table(bent)
+    if actuators is not None:
+        parts += [Heading("Actuators"), actuators]
+    return section("load", _TITLE, parts)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from robostiff.analytic.export import derivation_html
-from robostiff.markup import element, escaped
+from robostiff.markup import Words
 from robostiff.report.contents import ReportContents
-from robostiff.report.section import Section, section
+from robostiff.report.section import Folded, Formula, Section, section
 
 
 def formula_section(contents: ReportContents) -> Section:
@@ -13,8 +12,6 @@ def formula_section(contents: ReportContents) -> Section:
     derivation = contents.derivation
     title = "The formula"
     if derivation is None:
-        why = f"There is no formula: {contents.no_derivation}."
-        return section("formula", title, element("p", escaped(why)))
+        return section("formula", title, [Words(f"There is no formula: {contents.no_derivation}.")])
     words = "How the stiffness matrix comes about in the home configuration, step by step"
-    body = derivation_html(derivation, first_heading=3)
-    return section("formula", title, element("details", element("summary", words) + body))
+    return section("formula", title, [Folded(words, (Formula(derivation),))])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from importlib.metadata import version
 
-from robostiff.markup import element, escaped, row
+from robostiff.markup import Facts, row
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Section, section
 from robostiff.version import __version__
@@ -32,8 +32,4 @@ def method_section(contents: ReportContents) -> Section:
     if found is not None:
         poses = found.attrs.get("poses", "unknown")
         facts["map"] = f"{poses} poses, robostiff {found.attrs.get('robostiff_version', 'unknown')}"
-    entries = "".join(
-        element("dt", escaped(name)) + element("dd", escaped(words))
-        for name, words in facts.items()
-    )
-    return section("method", "How it was computed", element("dl", entries))
+    return section("method", "How it was computed", [Facts(tuple(facts.items()))])

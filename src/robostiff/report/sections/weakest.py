@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from robostiff.analysis.indices import StiffnessIndices
-from robostiff.markup import element, escaped, number_html, row, table
+from robostiff.markup import Cell, Number, Table, Words, number, row
 from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.report.contents import ReportContents
-from robostiff.report.figures import Figure, one_figure
-from robostiff.report.section import Section, section
+from robostiff.report.figures import one_figure
+from robostiff.report.section import Part, Section, section
 
 
 def weakest_section(contents: ReportContents) -> Section | None:
@@ -19,39 +19,39 @@ def weakest_section(contents: ReportContents) -> Section | None:
     found = contents.indices
     if found is None:
         return None
-    parts: list[str | Figure] = [
-        element(
-            "p",
-            "A unit force that may turn the platform as well meets these stiffnesses along its "
-            "principal directions; the smallest is the weakest direction.",
-        ),
-        table(["load", "stiffness", "direction"], _principal(found), class_="numbers"),
-        table(["", "value"], _ratios(found), class_="numbers"),
+    words = Words(
+        "A force that may turn the platform as well meets these stiffnesses along its principal "
+        "directions, and so does a moment that may move it; the first of each is the weakest."
+    )
+    parts: list[Part | None] = [
+        words,
+        Table(["load", "stiffness", "direction"], list(_principal(found))),
+        Table(["", "value"], list(_ratios(found))),
     ]
     if found.result.space.translations == 3:
         picture = ellipsoid_picture(found.result, Quality.COMPLIANCE, contents.snapshot)
         caption = "Displacements under unit forces from all sides (compliance ellipsoid)."
         parts.append(one_figure("ellipsoid", caption, picture))
-    return section("weakest", "Where it gives way", *parts)
+    return section("weakest", "Where it gives way", parts)
 
 
-def _principal(found: StiffnessIndices) -> Iterator[list[str]]:
+def _principal(found: StiffnessIndices) -> Iterator[list[Cell]]:
     principal = found.principal
     forces = zip(principal.translational, principal.translational_directions, strict=True)
     moments = zip(principal.rotational, principal.rotational_directions, strict=True)
     for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
         for value, direction in pairs:
-            meets = f"{number_html(float(value))} {unit}" if value else "free"
-            yield [kind, meets, escaped(f"({row(np.asarray(direction))})")]
+            meets = Number(float(value), unit) if value else "free"
+            yield [kind, meets, f"({row(np.asarray(direction))})"]
 
 
-def _ratios(found: StiffnessIndices) -> Iterator[list[str]]:
+def _ratios(found: StiffnessIndices) -> Iterator[list[Cell]]:
     worst, ratio = found.worst_deflection, found.anisotropy
     yield ["largest displacement of a unit force", _with_unit(worst.translational, "m/N")]
     yield ["largest rotation of a unit moment", _with_unit(worst.rotational, "rad/(N m)")]
     yield ["largest over smallest displacement", _with_unit(ratio.translational, "")]
     yield [
-        f"condition number, rotations times {number_html(found.length)} m",
+        f"condition number, rotations times {number(found.length)} m",
         _with_unit(found.condition.two_norm, ""),
     ]
     for name, centre in (
@@ -59,8 +59,8 @@ def _ratios(found: StiffnessIndices) -> Iterator[list[str]]:
         ("centre of compliance", found.centre_of_compliance),
     ):
         where = "none" if centre.point is None else f"({row(np.asarray(centre.point))}) m"
-        yield [name, escaped(where)]
+        yield [name, where]
 
 
-def _with_unit(value: float | None, unit: str) -> str:
-    return "without limit" if value is None else f"{number_html(float(value))} {unit}".strip()
+def _with_unit(value: float | None, unit: str) -> Cell:
+    return "without limit" if value is None else Number(float(value), unit)

@@ -1,0 +1,67 @@
+"""
+Closed form of a new robot
+==========================
+
+**Which formula tells the stiffness of a robot that is in no book?** Three slides run along the
+sides of a triangle and push a table by rigid rods. Ten lines describe the legs:
+
+.. literalinclude:: ../../examples/three-slides.yaml
+   :language: yaml
+   :start-at: legs
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib import pyplot as plt
+
+import robostiff as rs
+from robostiff.analytic.export import derivation_text, python_function
+
+model = Path(sys.argv[0]).with_name("three-slides.yaml")  # beside this file
+axes = rs.plot.robot(rs.load(model), backend=rs.plot.Matplotlib(width=rs.plot.Width.HALF))
+
+# %%
+# One line derives the matrix, with all parameters of the file as symbols. Here is its last part:
+
+derivation = rs.derive(model)
+text = derivation_text(derivation)
+print(text[text.index("K_C = 3") : text.index("Nomenclature")].rstrip())
+
+# %%
+# The table is as stiff along x as along y, nothing is coupled, and
+#
+# .. math::
+#
+#    K_{xx} = \frac{3k}{2}\left(1 + \frac{(R - r)^2}{a^2}\right), \qquad K_{zz} = 3 k r^2 .
+#
+# A formula shows what a table of numbers hides: turning stiffness does not depend on the offset *a*
+# of the slides at all, while sideways stiffness grows without bound as the rods become radial. The
+# drives feel less and less of the load then, as in a toggle press.
+#
+# To trust it, write it as a function and compare it with the numerical way at other dimensions:
+
+functions: dict = {}
+exec(python_function(derivation, name="table"), functions)  # noqa: S102
+
+offsets = np.linspace(0.02, 0.2, 10)  # m
+numbers = [rs.stiffness(rs.load(model, {"a": float(a)})).K for a in offsets]
+formula = [functions["table"](R=0.3, a=a, k=2e7, r=0.1) for a in offsets]
+difference = np.abs(np.array(formula) - numbers).max(axis=0) / np.max(numbers, axis=(0, 1, 2))
+print(f"formula and numbers differ by {difference.max():.0e} of the largest entry, at most")
+
+# %%
+
+fine = np.linspace(0.02, 0.2, 200)
+figure, axes = plt.subplots(figsize=(6, 3.2), layout="constrained")
+axes.plot(1e3 * fine, 30 * (1 + (0.2 / fine) ** 2), label="formula")
+axes.plot(1e3 * offsets, [K[0, 0] / 1e6 for K in numbers], "o", label="numbers")
+axes.set(xlabel="offset a of the slides [mm]", ylabel="K[Fx, dx] [N/µm]", yscale="log")
+_ = axes.legend()
+
+# %%
+# **Answer:** 1.5 k (1 + (R - r)²/a²) sideways and 3 k r² in rotation.
+
+K = rs.stiffness(rs.load(model)).K
+print(f"at a = 80 mm: {K[0, 0] / 1e6:.1f} N/um sideways, {K[2, 2] / 1e3:.0f} kN m/rad in rotation")
