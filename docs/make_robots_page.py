@@ -26,6 +26,15 @@ See [cable robots](cables.md). `rs.load("cable-8")` and the commands `stiffness`
 `check` take them; `rs.shipped_cable_robots()` lists them.
 """
 
+LINKAGES = """\
+# Shipped linkages
+
+Their loops are not made of legs, so that they are [networks](networks.md) at every configuration:
+`rs.load("double-pantograph")` and the commands take them at home,
+`rs.load_linkage("double-pantograph")` at any [joint coordinates](urdf.md#other-loops).
+`rs.shipped_linkages()` lists them.
+"""
+
 
 def main() -> None:
     sys.stdout.write(page())
@@ -35,7 +44,9 @@ def page() -> str:
     """The whole page."""
     sections = [section(name) for name in rs.shipped_robots()]
     cables = [section(name) for name in rs.shipped_cable_robots()]
-    return "\n".join([HEAD, table(), *sections, CABLES, cable_table(), *cables])
+    linkages = [section(name) for name in rs.shipped_linkages()]
+    parts = [HEAD, table(), *sections, CABLES, cable_table(), *cables, LINKAGES, *linkages]
+    return "\n".join(parts)
 
 
 def table() -> str:

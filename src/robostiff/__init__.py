@@ -100,6 +100,7 @@ _HOMES = {
     "robostiff.robots": (
         "load",
         "shipped_cable_robots",
+        "shipped_linkages",
         "shipped_robots",
     ),
     "robostiff.robots.derivation": ("derive",),
@@ -231,6 +232,7 @@ __all__ = [
     "revolute",
     "rotational_spring",
     "shipped_cable_robots",
+    "shipped_linkages",
     "shipped_robots",
     "spherical",
     "stiffness",
@@ -357,6 +359,7 @@ if TYPE_CHECKING:
     from robostiff.robots import (
         load,
         shipped_cable_robots,
+        shipped_linkages,
         shipped_robots,
     )
     from robostiff.robots.derivation import (

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app
-from robostiff.robots import robot_file, shipped_cable_robots, shipped_robots
+from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
 
 CASES = Path(__file__).parent.parent / "cases" / "data"
 
@@ -169,7 +169,7 @@ def test_every_shipped_robot_can_be_checked_and_asked(name):
 def test_robots_lists_names_and_sources():
     listed = json.loads(run("robots", "--json").stdout)["robots"]
     assert [robot["name"] for robot in listed] == sorted(
-        (*shipped_robots(), *shipped_cable_robots())
+        (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
     )
     assert all(robot["source"] for robot in listed)
 

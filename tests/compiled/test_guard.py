@@ -26,6 +26,7 @@ BACKENDS = [Backend.ARRAYS, *([Backend.MACHINE] if machine_code_is_available() e
 OPEN = (
     *("RPS tripod", "PRS tripod", "3-UPU", "3-puu", "tripteron", "3-rpr-beams"),
     *("3-prs", "3-rps", "capaman", "t3r1"),
+    *("four-bar legs", "nested parallelograms", "pairs of struts"),
 )
 #: At quarter turns, which are round values, one of its legs turns by itself.
 UNDETERMINED = ("agile-eye",)

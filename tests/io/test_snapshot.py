@@ -391,7 +391,8 @@ def test_the_schema_refuses_what_the_reader_refuses(data):
 
 def test_the_documented_example_is_the_shipped_one_and_computes():
     text = (ROOT / "docs" / "snapshot.md").read_text()
-    (block,) = re.findall(r"```json\n(.*?)```", text, re.DOTALL)
+    block, element = re.findall(r"```json\n(.*?)```", text, re.DOTALL)
+    assert len(read(robot(json.loads(element), beam())).legs[0].blocks) == 1
     assert block == EXAMPLE.read_text()
     data = json.loads(block)
     Draft202012Validator(snapshot_schema()).validate(data)

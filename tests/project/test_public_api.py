@@ -104,6 +104,7 @@ PUBLIC = [
     "revolute",
     "rotational_spring",
     "shipped_cable_robots",
+    "shipped_linkages",
     "shipped_robots",
     "spherical",
     "stiffness",

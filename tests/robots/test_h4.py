@@ -72,7 +72,7 @@ def test_motors_balance_the_load_by_virtual_work():
         ends = [pose + s * step * np.eye(4)[k] for s in (-1, 1)]
         back, ahead = (motor_angles(finder, end) for end in ends)
         work = loads @ (ahead - back) / (2 * step)
-        assert work == pytest.approx(wrench[place], abs=1e-6 * np.linalg.norm(wrench))
+        assert work == pytest.approx(wrench[place], abs=1e-4)
 
 
 def motor_angles(finder, pose):

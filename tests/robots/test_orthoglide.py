@@ -10,6 +10,7 @@ import pytest
 import robostiff as rs
 from robostiff.elasticity import material, tube
 from robostiff.kinematics import PostureFinder
+from robostiff.model import Robot
 from tests.cases.metric import distance
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -41,7 +42,9 @@ def test_closed_forms_at_the_centre():
 
 
 def test_translation_blocks_are_the_same_sum_over_the_bars():
-    finder = PostureFinder(rs.load(MODEL))
+    robot = rs.load(MODEL)
+    assert isinstance(robot, Robot)
+    finder = PostureFinder(robot)
     snapshot = finder.find(DIAGONAL).snapshot
     with_loops, without = both()
     for i in range(len(S)):

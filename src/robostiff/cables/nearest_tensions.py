@@ -12,7 +12,7 @@ _REGULAR = 1e-12
 
 
 def nearest_tensions(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Minimise |t - t_aim|^2 where A^T t + F = 0 and least <= t <= greatest, at all poses at once.
+    """Minimise ``|t - t_aim|^2`` where A^T t + F = 0, least <= t <= greatest, at all poses at once.
 
     With a multiplier y for every row of the balance the minimiser is ``t = clip(t_aim + A y)``, and
     y maximises a concave piecewise quadratic function whose gradient is the missing wrench. Newton

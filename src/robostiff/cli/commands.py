@@ -47,7 +47,7 @@ from robostiff.model import (
 )
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.robots import describe, load, shipped_cable_robots, shipped_robots
+from robostiff.robots import describe, load, shipped_cable_robots, shipped_linkages, shipped_robots
 from robostiff.spatial import Space
 
 METHODS: dict[str, Form] = {
@@ -66,7 +66,7 @@ class Place:
 
 def list_robots(as_json: bool) -> int:
     """Print the shipped robots."""
-    names = (*shipped_robots(), *shipped_cable_robots())
+    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
     listed = {name: describe(name) for name in sorted(names)}
     if as_json:
         robots = [

@@ -16,9 +16,17 @@ if TYPE_CHECKING:
     from robostiff.model import Robot, Snapshot
     from robostiff.network import Network
 
-__all__ = ["RobotInfo", "describe", "load", "robot_file", "shipped_cable_robots", "shipped_robots"]
+__all__ = [
+    "RobotInfo",
+    "describe",
+    "load",
+    "robot_file",
+    "shipped_cable_robots",
+    "shipped_linkages",
+    "shipped_robots",
+]
 
-_FOLDERS = ("", "cables")
+_FOLDERS = ("", "cables", "linkages")
 _HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
 
 
@@ -60,6 +68,19 @@ def shipped_cable_robots() -> tuple[str, ...]:
     True
     """
     return _names_in("cables")
+
+
+def shipped_linkages() -> tuple[str, ...]:
+    """Names of the linkages that come with robostiff, in alphabetical order.
+
+    Their loops are not made of legs: `load` gives a network, `load_linkage` what can be moved.
+
+    Examples
+    --------
+    >>> shipped_linkages()
+    ('double-pantograph',)
+    """
+    return _names_in("linkages")
 
 
 def robot_file(name: str) -> Path:

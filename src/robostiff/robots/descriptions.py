@@ -77,7 +77,8 @@ def load_linkage(
     Parameters
     ----------
     path : str or path
-        URDF, xacro or MJCF; or a side file that names its description under ``robot:``.
+        URDF, xacro or MJCF; a side file that names its description under ``robot:``; or the name of
+        a shipped linkage.
     parameters : mapping of str to (str or float), optional
         Other values for some of the side file's parameters.
     side : str or path, optional
@@ -90,7 +91,10 @@ def load_linkage(
     """
     from robostiff.io.document import read_document
     from robostiff.io.rigid_tree import linkage_of_tree, read_side
+    from robostiff.robots import robot_file, shipped_linkages
 
+    if path in shipped_linkages():
+        path = robot_file(str(path))
     if is_description(path):
         document = read_side(path, side)
         return linkage_of_tree(_tree(path), document, parameters)

@@ -33,7 +33,7 @@ _HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
 _SCENE, _NO_LABELS = 500, 40  # pixels
 _MARGIN = 0.04  # of the longest side of the box
-_EYE = {"x": 1.22, "y": -1.55, "z": 0.75}
+_EYE = {"x": 1.28, "y": -1.62, "z": 0.78}
 
 
 def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
@@ -54,7 +54,7 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         xaxis_title=x,
         yaxis_title=y,
         zaxis_title=z,
-        camera={"eye": _EYE, "center": {"x": 0, "y": 0, "z": -0.08}},
+        camera={"eye": _EYE, "center": {"x": 0, "y": 0, "z": -0.15}},
         domain={"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
     )
     # nothing is written below a scene but its legend

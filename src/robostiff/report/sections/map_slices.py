@@ -96,7 +96,10 @@ def _on_one_scale(pictures: list[Field]) -> list[Field]:
 
 
 def _caption(found: xarray.Dataset, variable: str, fixed: Mapping[str, float]) -> str:
-    what = str(found[variable].attrs.get("long_name", variable)).capitalize()
+    what = str(found[variable].attrs.get("long_name", variable))
+    if _SHOWN[variable]:
+        what = f"The smallest of the {what.partition(';')[0]}"  # which are in ascending order
+    what = what[0].upper() + what[1:]
     if not fixed:
         return f"{what}."
     places = (

@@ -1,0 +1,151 @@
+"""Reports as somebody sees them, in a real browser."""
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.report import write_report
+from tests.report.browsing import chromium, opened
+
+POSE, LOAD = [0.06, 0.02, 0.9, 0, 0.17, 0], [300, 100, -200, 0, 0, 0]
+PLANAR_LOAD = [100, 20, 3]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as program:
+        yield program
+
+
+@pytest.fixture(scope="module")
+def planar_map():
+    # wide enough for poses out of reach
+    grid = rs.Grid(x=rs.Axis(-0.6, 0.6, 9), y=rs.Axis(-0.6, 0.6, 7), rz=rs.Axis(-0.2, 0.2, 3))
+    return rs.stiffness_map(rs.load("3-rpr"), grid, [rs.Quantity.WORST_DEFLECTION])
+
+
+@pytest.fixture(scope="module")
+def planar_page(tmp_path_factory, planar_map) -> Path:
+    path = tmp_path_factory.mktemp("reports") / "planar.html"
+    write_report(rs.load("3-rpr"), path, wrench=PLANAR_LOAD, found=planar_map)
+    return path
+
+
+@pytest.fixture(scope="module")
+def planar(browser, planar_page):
+    return opened(browser, planar_page)
+
+
+@pytest.fixture(scope="module")
+def spatial(browser, tmp_path_factory):
+    path = tmp_path_factory.mktemp("reports") / "spatial.html"
+    write_report(rs.load("hexapod"), path, POSE, wrench=LOAD)
+    return opened(browser, path)
+
+
+@pytest.mark.parametrize("name", ["planar", "spatial"])
+def test_every_plot_is_drawn(name, request):
+    image = pytest.importorskip("PIL.Image")
+    report = request.getfixturevalue(name)
+    assert len(report.plots) == {"planar": 4, "spatial": 4}[name]
+    for plot in report.plots:
+        seen = image.open(BytesIO(plot.screenshot())).convert("RGB")
+        ground = seen.getpixel((2, 2))
+        pixels = np.asarray(seen)
+        drawn = np.any(pixels != ground, axis=-1)
+        assert drawn.mean() > 0.01, plot.get_attribute("id")
+        # lines and faces beside the letters: what is drawn reaches over most of the width
+        columns = np.flatnonzero(drawn.any(axis=0))
+        assert np.ptp(columns) > 0.4 * seen.width, plot.get_attribute("id")
+
+
+@pytest.mark.parametrize("name", ["planar", "spatial"])
+def test_nothing_is_fetched_and_nothing_goes_wrong(name, request):
+    report = request.getfixturevalue(name)
+    assert [url for url in report.requests if not url.startswith(("data:", "blob:"))] == [
+        report.page.url
+    ]
+    assert report.page.url.startswith("file:")
+    assert report.complaints == []
+
+
+def test_matrices_of_the_page_are_those_of_the_library(spatial):
+    result = rs.stiffness(rs.load("hexapod"), POSE)
+    assert spatial.numbers("[data-symbol=K]") == result.K.ravel().tolist()
+    C = result.compliance
+    assert C is not None
+    assert spatial.numbers("[data-symbol=C]") == C.ravel().tolist()
+
+
+def test_deflection_of_the_page_is_that_of_the_library(spatial):
+    bent = rs.deflection(rs.load("hexapod"), POSE, LOAD)
+    loads_and_moves = np.reshape(spatial.numbers("#load > .wide:first-of-type"), (-1, 2))[:6]
+    np.testing.assert_allclose(loads_and_moves[:, 0], LOAD, rtol=0)
+    np.testing.assert_allclose(1e-6 * loads_and_moves[:, 1], bent.twist, rtol=1e-14)
+    shares = spatial.numbers("#load details")
+    np.testing.assert_allclose(shares, [100 * part.share for part in bent.parts], rtol=1e-14)
+
+
+def test_weakest_directions_of_the_page_are_those_of_the_library(spatial):
+    principal = rs.indices(rs.stiffness(rs.load("hexapod"), POSE)).principal
+    shown = spatial.numbers("#weakest > .wide:first-of-type")[:6]
+    assert shown == [*principal.translational.tolist(), *principal.rotational.tolist()]
+
+
+def test_planar_numbers_are_those_of_the_library(planar):
+    result = rs.stiffness(rs.load("3-rpr"))
+    assert planar.numbers("[data-symbol=K]") == result.K.ravel().tolist()
+
+
+def test_the_slider_changes_the_slice(planar, planar_map):
+    slider = planar.page.locator("#slider-worst-deflection")
+    label = planar.page.locator("#label-worst-deflection")
+    said = []
+    for level in range(3):
+        slider.focus()
+        slider.press("Home")
+        for _ in range(level):
+            slider.press("ArrowRight")
+        shown = np.array(planar.shown("worst-deflection"), dtype=float)
+        kept = planar_map.isel(rz=level).transpose("y", "x")
+        answered = (kept["rank"] == 3).values
+        np.testing.assert_array_equal(np.isfinite(shown), answered)
+        # in a unit with a prefix
+        times = shown[answered] / kept["worst_deflection"].values[answered]
+        np.testing.assert_allclose(times, 10.0 ** np.round(np.log10(times[0])), rtol=1e-6)
+        said.append(label.text_content())
+    assert said == ["rz = -0.2 rad", "rz = 0 rad", "rz = 0.2 rad"]
+
+
+def test_poses_out_of_reach_are_told_in_the_legend(planar, planar_map):
+    assert (planar_map["rank"] < 3).any()
+    legend = planar.page.locator("#plot-worst-deflection .legendtext").all_text_contents()
+    assert legend
+    assert set(legend) <= {"unreachable", "rank-deficient", "beyond-limits", "ill-conditioned"}
+
+
+def test_formulas_are_typeset(planar):
+    planar.page.locator("#formula summary").click()
+    box = planar.page.locator("#formula math").first.bounding_box()
+    assert box["height"] > 10
+    assert box["width"] > 20
+
+
+def test_half_a_screen_is_wide_enough_and_dark_is_dark(browser, planar_page):
+    report = opened(browser, planar_page, width=640, dark=True)
+    page = report.page
+    assert page.evaluate("document.documentElement.scrollWidth") <= 640
+    ground = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert ground == "rgb(22, 25, 29)"
+    for plot in report.plots:
+        assert plot.evaluate("place => place._fullLayout.paper_bgcolor") == "#16191d"
+        assert plot.bounding_box()["width"] <= 640
+    page.emulate_media(color_scheme="light")
+    page.wait_for_function(
+        "[...document.querySelectorAll('.plot')].every("
+        "(place) => place._fullLayout.paper_bgcolor === '#ffffff')"
+    )
+    page.close()
