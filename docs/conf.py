@@ -16,17 +16,19 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "sphinxcontrib.bibtex",
     "sphinx_gallery.gen_gallery",
     "derived_formulas",
+    "mathml",
 ]
 
 exclude_patterns = ["_build", "_ext", "gallery/*.ipynb", "gallery/*.py"]
 html_theme = "furo"
 html_title = "robostiff"
 html_static_path = ["_static"]
+html_css_files = ["robostiff.css"]
+html_math_renderer = "mathml"
 
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
@@ -43,6 +45,7 @@ sphinx_gallery_conf = {
     "image_scrapers": ("pictures_of_examples.keep_pictures",),
     "reset_modules": (),
     "capture_repr": (),
+    "notebook_extensions": (),
     "within_subsection_order": "pictures_of_examples.first_page_first",
     "download_all_examples": False,
     "show_memory": False,

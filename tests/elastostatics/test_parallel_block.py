@@ -118,8 +118,9 @@ def test_a_rigid_branch_takes_all_that_it_can():
     assert np.abs(block.shares[1] - np.diag([1, 1, 0, 1, 1, 1])).max() < 1e-12
 
 
-def test_a_soft_branch_leaves_the_shares_of_the_others_alone():
-    stiffnesses = (1e9, 4e9, 1e4)
+@pytest.mark.parametrize("soft", [1e4, 1e-3, 1e-9])
+def test_a_soft_branch_leaves_the_shares_of_the_others_alone(soft):
+    stiffnesses = (1e9, 4e9, soft)
     block = block_of([(np.eye(6) / k, np.zeros((6, 0))) for k in stiffnesses])
     whole = sum(stiffnesses)
     assert block.C[0, 0] == pytest.approx(1 / whole, rel=1e-9)

@@ -30,7 +30,7 @@ from robostiff.kinematics.pose import PoseRequest
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.spatial import Space, as_floats
+from robostiff.spatial import as_floats
 
 _DEFAULT_METHOD = WrenchBasis()
 _DEFAULT_TOLERANCE = Tolerance()

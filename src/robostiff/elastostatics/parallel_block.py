@@ -13,6 +13,8 @@ from robostiff.elastostatics.transmitted_wrenches import wrenches_and_margins
 from robostiff.spatial import Space
 
 _ROUNDING = 4 * np.finfo(float).eps
+# Energies of unit ways within this part of one another are compared as they are.
+_ALIKE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ def block_compliance(
     >>> block = block_compliance(
     ...     [(pull, J), (other, np.linalg.inv(apart) @ J)], np.array(1.0), Tolerance()
     ... )
-    >>> float(block.C[0, 0]), block.J_q.shape
+    >>> round(float(block.C[0, 0]), 9), block.J_q.shape
     (2.0, (6, 4))
     """
     n = branches[0][0].shape[-1]
@@ -104,11 +106,19 @@ def block_compliance(
         near = (margins > tolerance.rounding) & (margins <= tolerance.near_independence)
         doubtful = doubtful | np.any(near, axis=-1)
     A, D = np.concatenate(parts, axis=-1), _block_diagonal(energies)
-    U, values, Vt = _full_svd(A)
+    U, values, Vt = np.linalg.svd(_padded(A))
     held = values > tolerance.independence
     between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
     doubtful = doubtful | np.any(between, axis=-1)
-    carried = _least_energy(A, D, U, values, Vt, held, tolerance)
+    S = _evening(D)
+    if S is None:
+        carried, indefinite = _least_energy(U, values, Vt, held, D, tolerance)
+    else:  # branches of very different softness: energies of alike size are compared
+        evened = np.linalg.svd(_padded(A * S[..., None, :]))
+        D_evened = D * S[..., :, None] * S[..., None, :]
+        carried, indefinite = _least_energy(*evened, held, D_evened, tolerance)
+        carried = carried * S[..., :, None]
+    doubtful = doubtful | indefinite
     C = np.swapaxes(carried, -1, -2) @ D @ carried
     # Unit vectors carry no smaller parts than rounding: aligned blocks keep exact zeros.
     free = np.where(np.abs(U) <= _ROUNDING, 0.0, U) * ~held[..., None, :]
@@ -140,41 +150,55 @@ def _transmitted(
     return W, margins if present is None else np.where(present, margins, 1.0)
 
 
-def _full_svd(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """SVD with as many values as rows: missing ones are zero."""
+def _padded(A: np.ndarray) -> np.ndarray:
+    """The matrix with as many columns as rows at least: missing ones are zero."""
     n, m = A.shape[-2:]
-    if m < n:
-        A = np.concatenate([A, np.zeros((*A.shape[:-1], n - m))], axis=-1)
-    return np.linalg.svd(A)
+    if m >= n:
+        return A
+    return np.concatenate([A, np.zeros((*A.shape[:-1], n - m))], axis=-1)
+
+
+def _evening(D: np.ndarray) -> np.ndarray | None:
+    """Factors (..., m) that give all ways energies of alike size; None where they have them."""
+    energy = np.einsum("...mm->...m", D)
+    largest = np.max(energy, axis=-1, keepdims=True, initial=0.0)
+    elastic = energy > 0
+    if not np.any(elastic & (energy < _ALIKE * largest)):
+        return None
+    return np.where(elastic, np.sqrt(largest / np.where(elastic, energy, 1.0)), 1.0)
 
 
 def _least_energy(
-    A: np.ndarray,
-    D: np.ndarray,
     U: np.ndarray,
     values: np.ndarray,
     Vt: np.ndarray,
     held: np.ndarray,
+    D: np.ndarray,
     tolerance: Tolerance,
-) -> np.ndarray:
-    """What the branches carry per wrench of the block, x = B F (..., m, n)."""
-    n, m = A.shape[-2:]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the branches carry per wrench of the block, x = B F (..., m, n), and where in doubt.
+
+    U, values and Vt are those of A. Stresses without energy are those that rigid branches give one
+    another: however large they are, the energy is the same, and the least are taken.
+    """
+    n, m = U.shape[-1], D.shape[-1]
+    held = np.arange(n) < np.count_nonzero(held, axis=-1)[..., None]
     inverse = np.where(held, 1.0 / np.where(held, values, 1.0), 0.0)
     B = np.swapaxes(Vt[..., :n, :m], -1, -2) @ (inverse[..., None] * np.swapaxes(U, -1, -2))
     if m <= 1:
-        return B
-    # Self-stresses, A N = 0, which the wrench leaves open: rows of Vt without a value.
+        return B, np.zeros(values.shape[:-1], dtype=bool)
+    # Stresses within the block, A N = 0, which the wrench leaves open: rows of Vt without a value.
     idle = np.ones(Vt.shape[:-1], dtype=bool)
     idle[..., :n] = ~held
     N = np.swapaxes(Vt[..., :m] * idle[..., None], -1, -2)
-    G = np.swapaxes(N, -1, -2) @ D @ N
-    energy, modes = np.linalg.eigh(G)
-    whole = np.trace(D, axis1=-2, axis2=-1)[..., None]
-    elastic = energy > tolerance.rigidity * whole
+    energy, modes = np.linalg.eigh(np.swapaxes(N, -1, -2) @ D @ N)
+    part = energy / np.maximum(np.trace(D, axis1=-2, axis2=-1), np.finfo(float).tiny)[..., None]
+    elastic = part > tolerance.rigidity
+    doubtful = np.any(elastic & (part <= tolerance.near_rigidity), axis=-1)
     inverse = np.where(elastic, 1.0 / np.where(elastic, energy, 1.0), 0.0)
     modes = N @ modes
     pull = np.swapaxes(modes, -1, -2) @ (D @ B)
-    return B - modes @ (inverse[..., None] * pull)
+    return B - modes @ (inverse[..., None] * pull), doubtful
 
 
 def _block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:

@@ -51,12 +51,13 @@ def _slices(contents: ReportContents, variable: str, axes: list[str]) -> Figure 
     x, y, *others = axes
     fixed: dict[str, Any] = {name: _near(contents, found, name) for name in others[1:]}
     levels = list(_levels(found, others[0])) if others else [None]
+    rank = contents.stiffness.space.size
     pictures = []
     for value in levels:
         at = dict(_SHOWN[variable]) | fixed
         if value is not None:
             at[others[0]] = value
-        pictures.append(slice_picture(found, variable, (x, y), at))
+        pictures.append(slice_picture(found, variable, (x, y), at, full_rank=rank))
     labels = [
         "" if value is None else f"{others[0]} = {number(value)} {found[others[0]].attrs['units']}"
         for value in levels
@@ -78,8 +79,7 @@ def _levels(found: xarray.Dataset, name: str) -> Iterator[float]:
 def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
     """Value of a coordinate nearest to the pose of the report, or in the middle of the map."""
     values = np.asarray(found[name].values, dtype=float)
-    names = ("x", "y", "z", "rx", "ry", "rz")
-    pose = contents.stiffness.pose
+    pose, names = contents.stiffness.pose, ("x", "y", "z", "rx", "ry", "rz")
     wanted = values.mean() if pose is None or name not in names else pose[names.index(name)]
     return float(values[np.argmin(np.abs(values - wanted))])
 

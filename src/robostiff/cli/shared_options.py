@@ -1,0 +1,59 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+RobotArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="A shipped robot (see 'robostiff robots'), a model file, a snapshot file, a robot "
+        "description (URDF, xacro, MJCF), or - for standard input.",
+    ),
+]
+PoseOption = Annotated[
+    str | None,
+    typer.Option(
+        "--pose",
+        metavar='"x y z rx ry rz"',
+        help="Platform pose: point [m] and rotation vector [rad], units may be written ('10 mm 0 "
+        "0.5 0 0 10 deg'); or the robot's free coordinates alone. Home when left out.",
+    ),
+]
+JointsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--joints",
+        metavar='"q1 q2 ..."',
+        help="Joint coordinates of a serial arm [m, rad], in place of --pose.",
+    ),
+]
+AtOption = Annotated[
+    str | None,
+    typer.Option(
+        "--at",
+        metavar='"x y z"',
+        help="Point of the platform, in world coordinates, about which the answer is given [m].",
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Give a parameter of the model file another value, such as --set R=350mm; repeatable.",
+    ),
+]
+SideOption = Annotated[
+    str | None,
+    typer.Option(
+        "--side",
+        metavar="FILE",
+        help="What a robot description (URDF, xacro, MJCF) cannot say: stiffnesses, passive "
+        "joints, loops. NAME.stiffness.yaml beside it when left out.",
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]

@@ -1,0 +1,90 @@
+"""Blocks inside chains: coordinates, the main path, and what is refused."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.model import (
+    Actuated,
+    Branch,
+    Chain,
+    Leg,
+    Link,
+    ParallelBlock,
+    Passive,
+    Rigid,
+    Robot,
+    parallelogram,
+    prismatic,
+    revolute,
+)
+from robostiff.spatial import Frame
+
+
+def rigid(x: float, name: str) -> Rigid:
+    return Rigid(Frame(np.eye(3), np.array([x, 0.0, 0.0])), name)
+
+
+def pin(name: str, home: float = 0.0):
+    return revolute([0, 0, 1], Passive(), home=[home], name=name)
+
+
+def nested() -> Chain:
+    """A slide, and a block of two branches, the first of which holds a parallelogram."""
+    inner = parallelogram(
+        Chain((pin("a", 0.1), rigid(0.2, "bar"), pin("b", -0.1))),
+        np.array([0, 0.1, 0]),
+        name="pair",
+    )
+    first = Branch("left", Frame.identity(), Chain((inner, pin("c", 0.3))), Frame.identity())
+    second = Branch("right", Frame.identity(), Chain((pin("d", 0.4),)), Frame.identity())
+    drive = prismatic([1, 0, 0], Actuated(1e6), name="drive")
+    return Chain((drive, ParallelBlock((first, second), "block"), pin("e", 0.5)))
+
+
+def test_coordinates_follow_branch_by_branch():
+    chain = nested()
+    assert [element.name for element, _ in chain.moving] == ["drive", *"ababcde"]
+    assert [place.start for _, place in chain.moving] == list(range(8))
+    assert chain.home.tolist() == [0, 0.1, -0.1, 0.1, -0.1, 0.3, 0.4, 0.5]
+    assert chain.size == len(chain.freedoms) == len(chain.roles) == 8
+
+
+def test_the_main_path_goes_through_first_branches():
+    chain = nested()
+    assert chain.main_places.tolist() == [0, 1, 2, 5, 7]
+    assert [element.name for element, _ in chain.main_path.moving] == ["drive", *"abce"]
+    assert not chain.main_path.has_blocks
+    assert chain.main_path.home.tolist() == chain.home[chain.main_places].tolist()
+
+
+def test_a_chain_without_blocks_is_its_own_main_path():
+    chain = Chain((pin("a"), rigid(0.2, "bar")))
+    assert chain.main_path is chain
+    assert not chain.has_blocks
+
+
+def test_compliance_may_hide_in_any_branch():
+    assert nested().has_compliance
+    stiff = parallelogram(Chain((pin("a"), rigid(1, "bar"), pin("b"))), np.array([0, 1.0, 0]))
+    assert not Chain((stiff,)).has_compliance
+    bar = rs.beam_link([1, 0, 0], rs.material("steel"), rs.circle(0.02))
+    assert isinstance(bar, Link)
+    assert Chain((parallelogram(Chain((pin("a"), bar)), np.array([0, 1.0, 0])),)).has_compliance
+
+
+@pytest.mark.parametrize(
+    ("names", "message"), [((), "at least two"), (("a",), "at least two"), ("aa", "each name once")]
+)
+def test_a_block_has_two_branches_of_different_names(names, message):
+    branches = tuple(
+        Branch(name, Frame.identity(), Chain((pin("a"),)), Frame.identity()) for name in names
+    )
+    with pytest.raises(rs.InputError, match=message):
+        ParallelBlock(branches)
+
+
+def test_a_leg_with_a_block_asks_for_the_pose_of_home():
+    leg = Leg("arm", Frame.identity(), nested(), Frame.identity())
+    with pytest.raises(rs.InputError, match="joint coordinates alone could leave its loops open"):
+        Robot("arm", (leg,))
