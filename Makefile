@@ -1,6 +1,6 @@
 # Everything runs in .venv, which the first target that needs it creates.
 #
-#   make demo    stiffness, free motions and deflection of shipped robots
+#   make demo    stiffness, free motions and deflection of shipped robots, and a report
 #   make test    the tests, doctests included
 #
 # PYTHON names the interpreter that creates .venv; PYTEST_ARGS is handed to pytest.
@@ -16,7 +16,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 .NOTPARALLEL:
 
 help:
-	@echo "make demo    stiffness, free motions and deflection of shipped robots"
+	@echo "make demo    stiffness, free motions and deflection of shipped robots, and a report"
 	@echo "make test    the tests, doctests included (PYTEST_ARGS='-x tests/paper' runs some)"
 	@echo "make lint    ruff, pyright and the direction of imports"
 	@echo "make format  let ruff put code in order"
@@ -25,13 +25,17 @@ help:
 	@echo "make bench   time and accuracy, printed as tables"
 	@echo "make clean   remove .venv and everything built"
 
-demo: $(STAMP)-runtime
+demo: $(STAMP)-demo
 	$(BIN)/robostiff stiffness hexapod --pose '60 mm 20 mm 0.9 0 10 deg 0'
 	@echo
 	$(BIN)/robostiff deflection hexapod --pose '60 mm 20 mm 0.9 0 10 deg 0' \
 	  --wrench '300 N 100 N -200 N 0 0 0'
 	@echo
 	$(BIN)/robostiff stiffness gough-stewart-a
+	@echo
+	@mkdir -p build
+	$(BIN)/robostiff report hexapod --pose '60 mm 20 mm 0.9 0 10 deg 0' \
+	  --wrench '300 N 100 N -200 N 0 0 0' --pdf -o build/hexapod.html
 
 test: $(STAMP)-test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
@@ -53,6 +57,7 @@ docs: $(STAMP)-docs
 outputs: $(STAMP)-test $(STAMP)-docs
 	$(BIN)/python docs/make_picture.py docs/_static/gough-stewart-a.png
 	$(BIN)/python docs/make_plots.py
+	$(BIN)/python docs/make_report_picture.py docs/_static/report.png
 	$(BIN)/python examples/orthoglide_against_3_puu.py docs/_static/orthoglide-against-3-puu.png > /dev/null
 	$(BIN)/python docs/make_robots_page.py > docs/robots.new && mv docs/robots.new docs/robots.md
 	$(BIN)/python -m tests.project.shown_output
@@ -84,6 +89,10 @@ $(BIN)/python:
 
 $(STAMP)-runtime: pyproject.toml constraints.txt | $(BIN)/python
 	$(PIP) --editable .
+	@touch $@
+
+$(STAMP)-demo: $(STAMP)-runtime
+	$(PIP) --editable '.[plot,pdf]'
 	@touch $@
 
 $(STAMP)-test: $(STAMP)-runtime

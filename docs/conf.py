@@ -45,6 +45,7 @@ sphinx_gallery_conf = {
     "image_scrapers": ("pictures_of_examples.keep_pictures",),
     "reset_modules": (),
     "capture_repr": (),
+    "run_stale_examples": True,  # the library may have changed
     "notebook_extensions": (),
     "within_subsection_order": "pictures_of_examples.first_page_first",
     "download_all_examples": False,

@@ -132,6 +132,7 @@ _HOMES = {
     ),
     "robostiff.io.model_file": ("ALL_PARAMETERS",),
     "robostiff.network": ("Network",),
+    "robostiff.report": ("write_report",),
     "robostiff.spatial": ("Frame",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
@@ -241,6 +242,7 @@ __all__ = [
     "tube",
     "universal",
     "verify",
+    "write_report",
 ]
 
 if TYPE_CHECKING:
@@ -356,6 +358,7 @@ if TYPE_CHECKING:
     from robostiff.network import (
         Network,
     )
+    from robostiff.report import write_report
     from robostiff.robots import (
         load,
         shipped_cable_robots,

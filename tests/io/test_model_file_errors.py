@@ -221,8 +221,8 @@ def test_frames(written, message):
     [
         (DRIVE.replace("prismatic", "prismatc"),
          "legs.chain[1].type: unknown word: got 'prismatc', expected one of revolute, prismatic, "
-         "universal, spherical, cylindrical, planar, rigid, beam, spring, link, telescope; did you "
-         "mean prismatic?"),
+         "universal, spherical, cylindrical, planar, rigid, beam, spring, link, telescope, "
+         "parallelogram, parallel; did you mean prismatic?"),
         (DRIVE.replace("actuated", "actuatd"),
          "legs.chain[1].role: unknown word: got 'actuatd', expected 'passive' or 'actuated' or "
          "'locked'; did you mean actuated?"),
@@ -272,7 +272,7 @@ def test_joints(element, message):
         message = complaint((DRIVE, element))
         assert message == (
             "robot.yaml:16:27: legs.chain[3].name: name of an element (in leg1): got "
-            "'prismatic1', expected each name once in a leg"
+            "'prismatic1', expected each name once in a chain"
         )
     else:
         assert complaint_of(element) == message

@@ -113,6 +113,7 @@ PUBLIC = [
     "tube",
     "universal",
     "verify",
+    "write_report",
 ]
 PACKAGES = [
     "analysis",

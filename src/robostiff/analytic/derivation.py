@@ -101,6 +101,11 @@ class Derivation:
         # FLINT's polynomials cannot be pickled.
         return Derivation, (self.name, self.K0, self.stages, self.K, self.definitions)
 
+    def _repr_html_(self) -> str:
+        from robostiff.analytic.export.html import derivation_html
+
+        return derivation_html(self, first_heading=3)
+
     @property
     def is_closed(self) -> bool:
         """Whether K is written in the given symbols alone."""

@@ -44,6 +44,11 @@ class Derivative:
         """What was differentiated (n x n)."""
         return self.derivation.K
 
+    def _repr_html_(self) -> str:
+        from robostiff.analytic.export.html import derivation_html
+
+        return derivation_html(self, first_heading=3)
+
     @property
     def is_closed(self) -> bool:
         """Whether K and dK are written in the given symbols alone."""

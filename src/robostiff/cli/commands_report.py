@@ -36,10 +36,10 @@ def make_report(
     robot = load(source, parameters_from(settings), side=side)
     if not isinstance(robot, Robot | Snapshot):
         raise InputError(
-            "robot of a report",
-            got=f"{source!r}, a {type(robot).__name__}",
+            f"report on {source!r}",
+            got=type(robot).__name__,
             expected="a robot or a snapshot of legs",
-            hint="robostiff cables and robostiff verify tell of others",
+            hint="robostiff cables tells of cable robots, robostiff verify of networks",
         )
     contents = report_contents(
         robot,

@@ -140,7 +140,7 @@ def _check_map(robot: Robot | Snapshot, found: xarray.Dataset | None) -> None:
             expected="what rs.stiffness_map or robostiff map has written",
         )
     if of != robot.name:
-        raise InputError("map of a report", got=f"one of {of!r}", expected=f"one of {robot.name!r}")
+        raise InputError("robot of the map", got=str(of), expected=repr(robot.name))
 
 
 def _derivation(robot: Robot | Snapshot) -> tuple[RobotDerivation | None, str]:

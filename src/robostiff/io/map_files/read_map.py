@@ -25,7 +25,12 @@ def read_map(path: str | Path) -> xarray.Dataset:
     if not path.exists():
         raise InputError("map", got=str(path), expected="a file or store that is there")
     if path.suffix == ".zarr":
-        found = open_map(path)
+        try:
+            found = open_map(path)
+        except (OSError, KeyError, ValueError):
+            raise InputError(
+                "map", got=str(path), expected="a store that robostiff map has written"
+            ) from None
     elif path.suffix == ".nc":
         check_netcdf()
         import xarray

@@ -1,0 +1,132 @@
+"""Blocks in HTML and in Typst say the same, and text is text in both."""
+
+import re
+from html import unescape
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robostiff.markup import (
+    STIFFNESS_UNITS,
+    TYPST_BLOCKS,
+    Bullets,
+    Facts,
+    Heading,
+    LabelledMatrix,
+    Number,
+    Table,
+    Tone,
+    Words,
+    block_html,
+    block_typst,
+    number_html,
+    shown_vector,
+)
+
+K = LabelledMatrix(
+    "K",
+    np.array([[1.5e7, 2.0, 1e-9], [2.0, 3e7, 0.0], [1e-9, 0.0, 0.25]]),
+    ["Fx", "Fy", "Mz"],
+    ["dx", "dy", "rz"],
+    STIFFNESS_UNITS,
+)
+words = st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), max_size=20)
+
+
+class _Balance(HTMLParser):
+    def __init__(self):
+        super().__init__(convert_charrefs=True)
+        self.open, self.text = [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def text_of(html: str) -> str:
+    parser = _Balance()
+    parser.feed(html)
+    parser.close()
+    assert parser.open == []
+    return "".join(parser.text)
+
+
+def test_numbers_keep_all_their_digits():
+    value = 1 / 3e7
+    html = block_html(Table(["", ""], [["a", Number(value, "m")]]))
+    kept = re.search('<data value="(.*?)">', html)
+    assert kept is not None
+    assert float(kept[1]) == value
+    assert "3.3333·10<sup>−8</sup></data> m" in html
+
+
+def test_matrix_keeps_what_it_shows_as_rounding():
+    html = block_html(K)
+    kept = [float(value) for value in re.findall('<data value="(.*?)">', html)]
+    assert kept == K.values.ravel().tolist()
+    assert '<data value="1e-09">0</data>' in html
+
+
+@pytest.mark.parametrize("name", ["Fx", "Fy", "Mz", "dx", "dy", "rz"])
+def test_matrix_names_rows_and_columns_once(name):
+    assert re.findall(r"<th [^>]*>(\w+)</th>", block_html(K)).count(name) == 1
+    assert block_typst(K).count(f"strong[{name}]") == 1
+
+
+def test_rotations_begin_the_second_block():
+    assert K.first_rotation == 2
+    turned = LabelledMatrix("C", K.values, K.columns, K.rows, STIFFNESS_UNITS)
+    assert turned.first_rotation == 2
+
+
+@given(words, words)
+def test_text_is_text_in_html(one, other):
+    blocks = [
+        Words(one),
+        Bullets((one, other), Tone.WARNING),
+        Facts(((one, other),)),
+        Table([one, other], [[one, other]]),
+    ]
+    for block in blocks:
+        text = text_of(block_html(block))
+        assert unescape(one) in text or one in text
+
+
+@settings(max_examples=15)
+@given(words, words)
+def test_any_text_compiles_in_typst(one, other):
+    typst = pytest.importorskip("typst")
+    blocks = [
+        Heading(f"h{one}"),
+        Words(one, Tone.QUIET),
+        Bullets((one, other), Tone.WARNING),
+        Facts(((one, other),)),
+        Table([one, other], [[one, Number(-2e-9, other)]]),
+        LabelledMatrix(one or "K", K.values, K.rows, K.columns, STIFFNESS_UNITS),
+    ]
+    source = "\n\n".join([TYPST_BLOCKS, *map(block_typst, blocks)])
+    assert typst.compile(source.encode(), format="svg", ignore_system_fonts=True)
+
+
+def test_typst_shows_what_it_is_given():
+    typst = pytest.importorskip("typst")
+    source = "\n\n".join([TYPST_BLOCKS, block_typst(K)])
+    assert typst.compile(source.encode(), ignore_system_fonts=True).startswith(b"%PDF-")
+    assert "$1.5 dot 10^(7)$" in block_typst(K)
+
+
+def test_zero_has_no_sign():
+    assert number_html(-0.0) == "0"
+
+
+def test_rounding_is_told_apart_kind_by_kind():
+    twist = np.array([1e-6, 1e-18, 0.0, 1e-20, 3e-20, 0.0])
+    assert shown_vector(twist, 3).tolist() == [1e-6, 0.0, 0.0, 1e-20, 3e-20, 0.0]

@@ -1,0 +1,187 @@
+"""What is written, and what is said instead."""
+
+import builtins
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+from robostiff.errors import InputError
+from robostiff.report import report_contents, report_html, report_pdf, report_typst, write_report
+from tests.project.shown_output import ROOT
+
+PLANAR_LOAD = [100, 20, 3]
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def planar():
+    return report_contents(rs.load("3-rpr"), wrench=PLANAR_LOAD)
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["report", *arguments])
+
+
+def headings(html: str) -> list[str]:
+    return re.findall("<h2>(.*?)</h2>", html)
+
+
+def titles(typst: str) -> list[str]:
+    return re.findall("^= (.*)$", typst, re.MULTILINE)
+
+
+def test_a_page_and_a_pdf(tmp_path):
+    outcome = run("3-rpr", "--wrench", "100 N 20 N 3 N*m", "--pdf", "-o", "robot.html")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert outcome.stdout.split() == ["robot.html", "robot.pdf"]
+    assert (tmp_path / "robot.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert (tmp_path / "robot.pdf").read_bytes().startswith(b"%PDF-")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["robot.html", "robot.pdf"]
+
+
+def test_a_pdf_alone(tmp_path):
+    assert run("3-rpr", "--pdf", "-o", "robot.pdf").stdout.split() == ["robot.pdf"]
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.pdf"]
+
+
+def test_paper_tells_what_the_page_tells(planar):
+    assert headings(report_html(planar)) == titles(report_typst(planar))
+    assert "Under the load" in headings(report_html(planar))
+
+
+def test_the_same_pdf_each_time(planar):
+    assert report_pdf(planar) == report_pdf(planar)
+
+
+@pytest.mark.parametrize("robot", ["gough-stewart-a", "orthoglide", "planar-link"])
+def test_free_motions_blocks_and_planes_are_printed(robot, tmp_path):
+    write_report(rs.load(robot), tmp_path / "robot.pdf")
+    assert (tmp_path / "robot.pdf").stat().st_size > 10_000
+
+
+def test_free_motions_are_told_in_words():
+    html = report_html(report_contents(rs.load("gough-stewart-a")))
+    motions = rs.stiffness(rs.load("gough-stewart-a")).free_motions
+    assert len(motions) == 3
+    for motion in motions:
+        assert str(motion) in html
+    assert "K is singular: there is no compliance matrix." in html
+    assert "without limit" in html
+
+
+def test_a_load_that_is_not_carried():
+    outcome = run("gough-stewart-a", "--wrench", "0 0 0 0 0 1", "-o", "robot.html")
+    assert outcome.exit_code == 1
+    html = report_html(report_contents(rs.load("gough-stewart-a"), wrench=[0, 0, 0, 0, 0, 1]))
+    assert "There is no deflection: status free-motions+unbalanced." in html
+    assert "runs away instead of deflecting" in html
+
+
+def test_a_pose_out_of_reach(tmp_path):
+    outcome = run("3-rrr", "--pose", "2 0 0", "--wrench", "1 0 0", "--pdf", "-o", "robot.html")
+    assert outcome.exit_code == 1
+    html = (tmp_path / "robot.html").read_text(encoding="utf-8")
+    assert "There is no stiffness matrix: status unreachable." in html
+    assert "a leg cannot reach the pose" in html
+    assert 'class="plot"' not in html
+
+
+def test_a_snapshot_has_no_formula(tmp_path):
+    assert run(str(ROOT / "examples/wall-crane.json"), "-o", "crane.html").exit_code == 0
+    html = (tmp_path / "crane.html").read_text(encoding="utf-8")
+    assert "There is no formula: a snapshot has no symbols." in html
+
+
+def test_words_of_a_model_are_text_not_markup():
+    title = '</script> & $x$ "quoted" \\'
+    odd = replace(rs.load("3-rpr"), name="<b>#odd</b>", title=title)
+    contents = report_contents(odd)
+    html = report_html(contents)
+    assert "<b>#odd" not in html
+    assert "&lt;b&gt;#odd&lt;/b&gt;: &lt;/script&gt; &amp; $x$" in html
+    assert html.count("</script>") == 3
+    assert report_pdf(contents).startswith(b"%PDF-")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("hexapod", "-o", "x.txt"), "expected a name that ends in .html or .pdf"),
+        (("hexapod", "-o", "lost/x.html"), "directory of a report: got 'lost'"),
+        (("hexapod", "-o", "folder.html"), "got 'the directory folder.html'"),
+        (("hexapod", "--map", "lost.zarr", "-o", "x.html"), "a file or store that is there"),
+        (("hexapod", "--map", "folder.zarr", "-o", "x.html"), "a store that robostiff map has"),
+        (("hexapod", "--map", "map.nc", "-o", "x.html"), "robot of the map: got '3-rpr'"),
+        (("hexapod", "--wrench", "1 2 3", "-o", "x.html"), "got 3 numbers, expected 6"),
+        (("cable-8", "-o", "x.html"), "robostiff cables tells of cable robots"),
+    ],
+)
+def test_misuse(arguments, said, tmp_path):
+    (tmp_path / "folder.html").mkdir()
+    (tmp_path / "folder.zarr").mkdir()
+    if "map.nc" in arguments:
+        grid = rs.Grid(x=rs.Axis(-0.01, 0.01, 2), y=rs.Axis(-0.01, 0.01, 2))
+        rs.stiffness_map(rs.load("3-rpr"), grid).to_netcdf("map.nc", engine="h5netcdf")
+    outcome = run(*arguments)
+    assert outcome.exit_code == 2
+    assert said in outcome.stderr
+    assert not (tmp_path / "x.html").exists()
+
+
+def test_a_map_without_a_grid():
+    where = rs.RandomPoses(5, seed=1, x=(-0.01, 0.01), y=(-0.01, 0.01))
+    found = rs.stiffness_map(rs.load("3-rpr"), where)
+    html = report_html(report_contents(rs.load("3-rpr"), found=found))
+    assert "The map has no grid over two coordinates" in html
+
+
+def test_several_poses_are_refused():
+    with pytest.raises(InputError, match="got '2 poses', expected one pose"):
+        report_contents(rs.load("3-rpr"), np.zeros((2, 3)))
+
+
+@pytest.mark.parametrize(
+    ("package", "path", "hint"),
+    [
+        ("plotly", "robot.html", r"pip install 'robostiff\[plot\]'"),
+        ("matplotlib", "robot.pdf", r"pip install 'robostiff\[plot\]'"),
+        ("typst", "robot.pdf", r"pip install 'robostiff\[pdf\]'"),
+    ],
+)
+def test_a_missing_package_is_named_and_nothing_is_written(
+    package, path, hint, monkeypatch, tmp_path, planar
+):
+    real = builtins.__import__
+
+    def without(name, *others):
+        if name.partition(".")[0] == package:
+            raise ModuleNotFoundError(f"No module named {package!r}", name=package)
+        return real(name, *others)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(InputError, match=hint):
+        rs.report.save_report(planar, tmp_path / path)
+    assert not any(tmp_path.iterdir())
+
+
+def test_an_old_report_stays_when_the_new_one_fails(monkeypatch, tmp_path):
+    path = tmp_path / "robot.html"
+    path.write_text("old")
+
+    def interrupted(contents):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("robostiff.report.write.report_html", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_report(rs.load("3-rpr"), path)
+    assert path.read_text() == "old"
+    assert [found.name for found in tmp_path.iterdir()] == ["robot.html"]
