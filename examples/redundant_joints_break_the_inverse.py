@@ -2,10 +2,10 @@
 Redundant joints break the inverse
 ==================================
 
-**How stiff is a rod between two ball joints?** Anybody knows: EA/L along itself, and nothing else.
-But the rod can spin about its own axis, which the joint at either end allows. Six joint
-coordinates, five freedoms: one is redundant, and the matrix of eq. (7), which the textbook method
-inverts, is singular.
+**How stiff is a rod between two ball joints?** EA/L along itself, and not at all otherwise. But the
+rod can spin about its own axis, which the joint at either end allows. Six joint coordinates, five
+freedoms: one is redundant, and the matrix of eq. (7), which the textbook method inverts, is
+singular.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ OBLIQUE = np.array([1, 2, 3]) / np.sqrt(14)
 
 
 def rod(angle):
-    """Compliance at the tip, joint twists, and direction of a rod that is turned by an angle."""
+    """Compliance at the tip, joint twists, and direction of the rod, turned by an angle."""
     R = Rotation.from_rotvec(angle * OBLIQUE).as_matrix()
     along = R[:, 0]
     turn = block_rotation(R)

@@ -49,9 +49,7 @@ class Opened:
     def numbers(self, selector: str) -> list[float]:
         """Numbers below an element, with all their digits."""
         found = self.page.locator(f"{selector} data")
-        return [
-            float(value) for value in found.evaluate_all("all => all.map((one) => one.value)")
-        ]
+        return [float(value) for value in found.evaluate_all("all => all.map((one) => one.value)")]
 
     def shown(self, figure: str) -> Any:
         """What a heat map draws: rows of numbers, None where there is nothing."""

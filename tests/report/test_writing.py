@@ -138,7 +138,7 @@ def test_misuse(arguments, said, tmp_path):
 
 
 def test_a_map_without_a_grid():
-    where = rs.RandomPoses(5, seed=1, x=(-0.01, 0.01), y=(-0.01, 0.01))
+    where = rs.RandomPoses(5, {"x": (-0.01, 0.01), "y": (-0.01, 0.01)}, seed=1)
     found = rs.stiffness_map(rs.load("3-rpr"), where)
     html = report_html(report_contents(rs.load("3-rpr"), found=found))
     assert "The map has no grid over two coordinates" in html

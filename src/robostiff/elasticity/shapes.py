@@ -22,7 +22,7 @@ from robostiff.elasticity.shear_factor import (
     tube_shear_factor,
 )
 from robostiff.errors import InputError
-from robostiff.spatial.formula import exact_together, is_above, is_formula
+from robostiff.spatial.formula import exact_number, exact_together, is_above, is_formula
 
 
 def circle(diameter: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
@@ -249,6 +249,9 @@ def _rectangle_torsion_constant(b: Any, h: Any) -> Any:
     # tanh x = 1 - 2 / (exp(2x) + 1): the ones sum to 31/32 zeta(5), and the rest, at most
     # exp(-n pi), / n^5 is below 1e-20 from the sixth odd n on.
     if is_formula(short):
+        if not long.free_symbols:
+            # zeta(5) and exponentials would be unknowns to exact arithmetic, and tell nobody more.
+            return exact_number(_rectangle_torsion_constant(float(b), float(h)))
         import sympy as sp
 
         exp, pi, ones = sp.exp, sp.pi, sp.Rational(31, 32) * sp.zeta(5)

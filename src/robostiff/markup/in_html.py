@@ -91,7 +91,9 @@ def _data(value: float, shown: float) -> str:
 def _matrix(block: LabelledMatrix) -> str:
     """A table with brackets; a dotted line parts translation from rotation."""
     n, second = len(block.rows), block.first_rotation
-    names = "".join(element("th", escaped(name), scope="col", style=_NAME) for name in block.columns)
+    names = "".join(
+        element("th", escaped(name), scope="col", style=_NAME) for name in block.columns
+    )
     lines = [element("tr", element("td", escaped(block.symbol), style=_NAME) + names)]
     for i, (name, values) in enumerate(zip(block.rows, shown_matrix(block.values), strict=True)):
         above = _BELOW if i == second and i else ""

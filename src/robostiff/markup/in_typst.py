@@ -26,13 +26,13 @@ TYPST_BLOCKS = """\
   width: 100%, fill: rgb("#fff4e0"), stroke: (left: 3pt + rgb("#8a4b00")), inset: 8pt, body,
 )
 #let rows(columns, ..cells) = block(above: 1em, below: 1em, table(
-  columns: columns, stroke: none, inset: (x: 5pt, y: 2.5pt), align: left,
+  columns: columns, stroke: none, inset: (x: 5pt, y: 3pt), align: left,
   table.hline(y: 1, stroke: 0.5pt), ..cells,
 ))
 #let entries(symbol, units, size, second, ..cells) = block(breakable: false, above: 1.2em, {
   set text(size: 8pt)
   table(
-    columns: size + 1, stroke: none, inset: (x: 4pt, y: 2.5pt), align: right,
+    columns: size + 1, stroke: none, inset: (x: 4pt, y: 3.5pt), align: right,
     table.vline(x: 1, start: 1, stroke: 1pt), table.vline(x: size + 1, start: 1, stroke: 1pt),
     table.vline(x: second + 1, start: 1, stroke: (thickness: 0.4pt, dash: "dotted")),
     table.hline(y: second + 1, start: 1, stroke: (thickness: 0.4pt, dash: "dotted")),
@@ -84,8 +84,9 @@ def block_typst(block: Block) -> str:
         case Bullets(items, tone):
             return _told("\n".join(f"- {typst_text(item)}" for item in items), tone)
         case Facts(rows):
-            cells = [f"  [#text(fill: luma(90))[{typst_text(a)}]], [{typst_text(b)}],"
-                     for a, b in rows]
+            cells = [
+                f"  [#text(fill: luma(90))[{typst_text(a)}]], [{typst_text(b)}]," for a, b in rows
+            ]
             start = "#table(columns: (auto, 1fr), stroke: none, inset: (x: 3pt, y: 2.5pt),"
             return "\n".join([start, *cells, ")"])
         case Table():

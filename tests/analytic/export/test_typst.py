@@ -124,5 +124,5 @@ def test_missing_package_says_what_to_install(monkeypatch, tmp_path):
         return find(name, *others)
 
     monkeypatch.setattr(builtins, "__import__", without_typst)
-    with pytest.raises(InputError, match="pip install typst"):
+    with pytest.raises(InputError, match=r"pip install 'robostiff\[pdf\]'"):
         derivation_pdf(ALL["equation_4"], tmp_path / "x.pdf")

@@ -66,7 +66,7 @@ def derivation_typst(derivation: Derivation | Derivative) -> str:
     >>> import sympy as sp
     >>> k = sp.Symbol("k_tau")
     >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
-    >>> print("\n".join(derivation_typst(Derivation("K_C", K, (), K)).splitlines()[28:34]))
+    >>> print("\n".join(derivation_typst(Derivation("K_C", K, (), K)).splitlines()[27:33]))
     == Result
     <BLANKLINE>
     #fit($ bold(upright(K))_(C) = frac(k_(tau), 3) mat(delim: "[",
