@@ -27,6 +27,7 @@ def test_the_exported_function_agrees_with_the_numerical_form(name):
     for _ in range(4):
         values = {k: v * rng.uniform(0.98, 1.02) for k, v in robot.nominal.items()}
         numeric = robot.substituted(values)
+        assert numeric.home is not None
         pose = numeric.home.p + 0.05 * rng.uniform(-1, 1, 3)
         expected = rs.stiffness(numeric, pose)
         assert not expected.status.is_bad

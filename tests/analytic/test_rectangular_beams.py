@@ -1,4 +1,4 @@
-"""Beams of rectangular section: their torsion constant is a series, which formulas take as a number."""
+"""Beams of rectangular section, whose torsion constant formulas take as a number."""
 
 import numpy as np
 import pytest

@@ -47,7 +47,7 @@ class Case:
     def size(self) -> float:
         """Size of the robot for the metric [m]."""
         points = [leg.end for leg in self.snapshot.legs] + [np.zeros(3)]
-        points += [element.point for leg in self.snapshot.legs for element in leg.elements]
+        points += [element.point for leg in self.snapshot.legs for element in leg.parts]
         return float(np.ptp(points, axis=0).max())
 
 

@@ -34,7 +34,7 @@ def branches_of(chains: list[FreeChain]) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def whole_stiffness(branches) -> np.ndarray:
-    return sum(chain_stiffness(C, J_q, length=LENGTH).K for C, J_q in branches)
+    return np.sum([chain_stiffness(C, J_q, length=LENGTH).K for C, J_q in branches], axis=0)
 
 
 @settings(max_examples=40)

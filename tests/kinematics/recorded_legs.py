@@ -115,7 +115,7 @@ def pairs_of(robot: Robot, poses: np.ndarray, record: Record, pose: FormulaPose)
 
 def at_samples(leg: PlacedLeg, count: int) -> list[PlacedLeg]:
     """A recorded leg in floats, at each sample of its record."""
-    values = [_values_of(element, count) for element in leg.elements]
+    values = [_values_of(element, count) for element in leg.own_parts]
     end = _samples(leg.end, count)
     return [
         PlacedLeg(leg.name, tuple(element[k] for element in values), end[k]) for k in range(count)
@@ -135,7 +135,7 @@ def cost_of(record: Record, formulas: Iterable[PlacedFormula], pose: FormulaPose
     """What the placement of legs takes beside the rotation of the platform, in additions."""
     wanted: set[int] = set()
     for formula in formulas:
-        for element in formula.leg.elements:
+        for element in formula.leg.parts:
             wanted |= {x.step for x in _entries(element)}
         wanted |= {x.step for x in formula.gap}
     shared = {x.step for x in pose.R.flat if isinstance(x, Entry)}

@@ -102,6 +102,7 @@ def test_columns_of_virtual_springs(case: tuple[Chain, Frame, np.random.Generato
                 return end.R, end.p
 
             assert np.abs(J_theta[:, column + k] - twist_rate(frame, at)).max() <= CLOSE
+        assert isinstance(element, PlacedSpring)
         block = K_theta_inverse[column : column + 6, column : column + 6]
         assert np.array_equal(block, element.elasticity.compliance)
         column += 6

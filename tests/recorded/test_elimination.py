@@ -30,7 +30,7 @@ def with_points_recorded(leg: PlacedLeg, seed: int) -> tuple[Record, PlacedLeg]:
     Equal points share their inputs, so that redundant joints stay redundant.
     """
     rng = np.random.default_rng(seed)
-    points = {tuple(e.point.tolist()) for e in leg.elements}
+    points = {tuple(e.point.tolist()) for e in leg.own_parts}
     inputs: dict[str, np.ndarray] = {}
     for n, point in enumerate(sorted(points)):
         for i in range(3):
@@ -42,14 +42,14 @@ def with_points_recorded(leg: PlacedLeg, seed: int) -> tuple[Record, PlacedLeg]:
         n = names[tuple(point.tolist())]
         return np.array([record.input(f"p{n}{i}") for i in range(3)], dtype=object)
 
-    elements = tuple(replace(e, point=own(e.point)) for e in leg.elements)
+    elements = tuple(replace(e, point=own(e.point)) for e in leg.own_parts)
     return record, PlacedLeg(leg.name, elements, leg.end)
 
 
 def in_numbers(leg: PlacedLeg, k: int) -> PlacedLeg:
     """The leg at a sample."""
 
-    elements = tuple(replace(e, point=samples(e.point, k)) for e in leg.elements)
+    elements = tuple(replace(e, point=samples(e.point, k)) for e in leg.own_parts)
     return PlacedLeg(leg.name, elements, leg.end)
 
 

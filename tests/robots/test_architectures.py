@@ -197,7 +197,7 @@ def test_3_upu_with_radial_axes_turns_freely_all_along_its_middle():
         for motion in result.free_motions:
             assert motion.screw.is_rotation
             assert motion.screw.direction[2] == pytest.approx(0, abs=1e-9)
-            np.testing.assert_allclose(motion.screw.point, [0, 0, apex], atol=1e-9)
+            assert motion.screw.point == pytest.approx([0, 0, apex], abs=1e-9)
 
 
 def test_3_upu_with_radial_axes_is_refused_with_its_home_in_the_middle():

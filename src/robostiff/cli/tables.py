@@ -14,7 +14,7 @@ from rich.text import Text
 
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.elastostatics import Status
-from robostiff.io.results.text import about, named, shown_twist
+from robostiff.io.results.text import about, named, shown_loads, shown_twist, told_parts
 from robostiff.markup import number, row, shown_matrix
 from robostiff.robots import RobotInfo
 
@@ -110,7 +110,7 @@ def print_deflection(result: Deflection) -> None:
         Text(f"load:       {named(answer.space.wrench_order, result.wrench, 'N', 'N m')}")
     )
     if result.has_answer:
-        shown = shown_twist(result.twist, answer.space)
+        shown = shown_twist(result)
         words = named(answer.space.twist_order, shown, "um", "urad")
         console.print(Text(f"deflection: {words}", style="bold"))
         for motion in answer.free_motions:
@@ -152,10 +152,10 @@ def _parts_table(result: Deflection) -> Table:
     table.add_column("share", justify="right")
     table.add_column("part")
     table.add_column("")
-    for part in result.parts[:_MOST_PARTS]:
+    told, rest = told_parts(result, _MOST_PARTS)
+    for part in told:
         bar = "█" * round(30 * part.share)
         table.add_row(f"{100 * part.share:.2f} %", f"{part.leg}/{part.part}", bar)
-    rest = result.parts[_MOST_PARTS:]
     if rest:
         table.add_row(f"{100 * sum(p.share for p in rest):.2f} %", f"{len(rest)} more parts", "")
     return table
@@ -165,6 +165,6 @@ def _actuator_table(result: Deflection) -> Table:
     table = Table(box=None, pad_edge=False)
     table.add_column("N or N m", justify="right")
     table.add_column("actuator")
-    for actuator in result.actuators:
-        table.add_row(f"{actuator.load:.5g}", f"{actuator.leg}/{actuator.joint}")
+    for load, actuator in zip(shown_loads(result), result.actuators, strict=True):
+        table.add_row(number(load), f"{actuator.leg}/{actuator.joint}")
     return table

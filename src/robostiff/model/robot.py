@@ -85,7 +85,7 @@ class Leg:
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Robot:
     """A serial or parallel robot.
 
@@ -257,6 +257,13 @@ class Robot:
     def coordinate_places(self) -> list[int]:
         """Places of its free coordinates among x, y, z, rx, ry, rz."""
         return [ALL_COORDINATES.index(coordinate) for coordinate in self.coordinates]
+
+    def __repr__(self) -> str:
+        legs = "1 leg" if self.is_serial else f"{len(self.legs)} legs"
+        free = " ".join(coordinate.value for coordinate in self.coordinates)
+        posed = "posed by its joints" if self.is_posed_by_joints else f"free in {free}"
+        symbols = f", symbols {', '.join(map(str, self.symbols))}" if self.symbols else ""
+        return f"<Robot {self.name!r}, {legs}, {posed}{symbols}>"
 
     def _repr_html_(self) -> str:
         return robot_html(self)

@@ -13,8 +13,6 @@ from robostiff.errors import InputError
 if TYPE_CHECKING:
     from robostiff.io.document import Document
     from robostiff.io.model_file.symbols import Symbols
-    from robostiff.model import Robot, Snapshot
-    from robostiff.network import Network
 
 __all__ = [
     "RobotInfo",
@@ -133,7 +131,7 @@ def load(
     *,
     symbols: Symbols = (),
     side: str | Path | None = None,
-) -> Robot | Snapshot | Network | Any:  # or a CableRobot, which answers other questions
+) -> Any:  # which kind of robot it is, the file decides
     """A robot by its name, or from a model file, a snapshot file or a robot description.
 
     Parameters

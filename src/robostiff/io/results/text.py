@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robostiff.analysis import Deflection, RobotStiffness
+from robostiff.analysis import Deflection, PartShare, RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.markup import number, row, shown_matrix
-from robostiff.spatial import Space
+
+_SEEN = 1e-9  # of the largest: smaller is rounding
+_NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
 
 
 def stiffness_text(result: RobotStiffness) -> str:
@@ -48,18 +50,20 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
     lines = [f"{answer.name}, {about(answer)}", f"status: {result.status}"]
     lines.append(f"load:       {named(answer.space.wrench_order, result.wrench, 'N', 'N m')}")
     if result.has_answer:
-        shown = shown_twist(result.twist, answer.space)
+        shown = shown_twist(result)
         lines.append(f"deflection: {named(answer.space.twist_order, shown, 'um', 'urad')}")
         lines += [f"free:       {motion}" for motion in answer.free_motions]
         if result.energy > 0:
             lines += ["", f"who bends (elastic energy {result.energy:.4g} J):"]
-            lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in result.parts[:most]]
-            if len(result.parts) > most:
-                rest = sum(p.share for p in result.parts[most:])
-                lines.append(f"{100 * rest:7.2f} %  {len(result.parts) - most} more parts")
+            told, rest = told_parts(result, most)
+            lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in told]
+            if rest:
+                share = 100 * sum(p.share for p in rest)
+                lines.append(f"{share:7.2f} %  {len(rest)} more parts")
         if result.actuators:
             lines += ["", "load on the actuators [N or N m]:"]
-            lines += [f"{a.load:12.5g}  {a.leg}/{a.joint}" for a in result.actuators]
+            loads = zip(shown_loads(result), result.actuators, strict=True)
+            lines += [f"{load:12.5g}  {a.leg}/{a.joint}" for load, a in loads]
     lines += [f"advice: {advice}" for advice in result.advice]
     return "\n".join(lines)
 
@@ -72,13 +76,24 @@ def about(result: RobotStiffness) -> str:
     return f"pose [{row(result.pose)}] (m, rad) {point}"
 
 
-def shown_twist(twist: np.ndarray, space: Space) -> np.ndarray:
-    """Twist in micrometres and microradians; what is rounding beside the others is zero."""
-    shown = 1e6 * twist
-    for part in (slice(None, space.translations), slice(space.translations, None)):
-        largest = np.max(np.abs(shown[part]))
-        shown[part] = np.where(np.abs(shown[part]) < 1e-9 * largest, 0.0, shown[part])
-    return shown
+def shown_twist(result: Deflection) -> np.ndarray:
+    """Displacement in micrometres and microradians; what is rounding beside the others is zero."""
+    space, length = result.stiffness.space, float(result.stiffness.about_reference.length)
+    shown = 1e6 * result.twist
+    sizes = np.abs(shown) * np.where(np.arange(space.size) < space.translations, 1.0, length)
+    return np.where(sizes < _SEEN * np.max(sizes), 0.0, shown)
+
+
+def told_parts(result: Deflection, most: int) -> tuple[list[PartShare], list[PartShare]]:
+    """Parts to name, those with the largest energy first, and the rest."""
+    told = [part for part in result.parts[:most] if part.share >= _NAMED]
+    return told, list(result.parts[len(told) :])
+
+
+def shown_loads(result: Deflection) -> list[float]:
+    """Loads on the actuators; what is rounding beside the others is zero."""
+    largest = max((abs(actuator.load) for actuator in result.actuators), default=0.0)
+    return [a.load if abs(a.load) > _SEEN * largest else 0.0 for a in result.actuators]
 
 
 def matrix_lines(K: np.ndarray, rows: Sequence[str], columns: Sequence[str]) -> list[str]:
