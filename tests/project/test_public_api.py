@@ -1,5 +1,6 @@
 """What `import robostiff as rs` offers: pinned, documented, and cheap."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -150,6 +151,15 @@ HEAVY = (
 
 def test_public_names_are_these():
     assert [name for name in rs.__all__ if name != "__version__"] == PUBLIC
+
+
+def test_type_checkers_read_the_same_names_from_the_same_places():
+    stub = ast.parse((ROOT / "src/robostiff/__init__.pyi").read_text(encoding="utf-8"))
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
+    told = {name.asname: node.module for node in imports for name in node.names}
+    assert set(told) == {*rs.__all__, "plot"}
+    for name, home in told.items():
+        assert getattr(import_module(str(home)), str(name)) is getattr(rs, str(name))
 
 
 def test_public_names_are_documented():

@@ -9,6 +9,7 @@ import pytest
 import robostiff as rs
 from robostiff.report import write_report
 from tests.report.browsing import chromium, opened
+from tests.report.machines import shipped
 
 POSE, LOAD = [0.06, 0.02, 0.9, 0, 0.17, 0], [300, 100, -200, 0, 0, 0]
 PLANAR_LOAD = [100, 20, 3]
@@ -24,13 +25,13 @@ def browser():
 def planar_map():
     # wide enough for poses out of reach
     grid = rs.Grid(x=rs.Axis(-0.6, 0.6, 9), y=rs.Axis(-0.6, 0.6, 7), rz=rs.Axis(-0.2, 0.2, 3))
-    return rs.stiffness_map(rs.load("3-rrr"), grid, [rs.Quantity.WORST_DEFLECTION])
+    return rs.stiffness_map(shipped("3-rrr"), grid, [rs.Quantity.WORST_DEFLECTION])
 
 
 @pytest.fixture(scope="module")
 def planar_page(tmp_path_factory, planar_map) -> Path:
     path = tmp_path_factory.mktemp("reports") / "planar.html"
-    write_report(rs.load("3-rrr"), path, wrench=PLANAR_LOAD, found=planar_map)
+    write_report(shipped("3-rrr"), path, wrench=PLANAR_LOAD, found=planar_map)
     return path
 
 
@@ -42,7 +43,7 @@ def planar(browser, planar_page):
 @pytest.fixture(scope="module")
 def spatial(browser, tmp_path_factory):
     path = tmp_path_factory.mktemp("reports") / "spatial.html"
-    write_report(rs.load("hexapod"), path, POSE, wrench=LOAD)
+    write_report(shipped("hexapod"), path, POSE, wrench=LOAD)
     return opened(browser, path)
 
 
@@ -75,7 +76,7 @@ def test_nothing_is_fetched_and_nothing_goes_wrong(name, request):
 
 
 def test_matrices_of_the_page_are_those_of_the_library(spatial):
-    result = rs.stiffness(rs.load("hexapod"), POSE)
+    result = rs.stiffness(shipped("hexapod"), POSE)
     assert spatial.numbers("[data-symbol=K]") == result.K.ravel().tolist()
     C = result.compliance
     assert C is not None
@@ -83,7 +84,7 @@ def test_matrices_of_the_page_are_those_of_the_library(spatial):
 
 
 def test_deflection_of_the_page_is_that_of_the_library(spatial):
-    bent = rs.deflection(rs.load("hexapod"), POSE, LOAD)
+    bent = rs.deflection(shipped("hexapod"), POSE, LOAD)
     loads_and_moves = np.reshape(spatial.numbers("#load > .wide:first-of-type"), (-1, 2))[:6]
     np.testing.assert_allclose(loads_and_moves[:, 0], LOAD, rtol=0)
     np.testing.assert_allclose(1e-6 * loads_and_moves[:, 1], bent.twist, rtol=1e-14)
@@ -92,13 +93,13 @@ def test_deflection_of_the_page_is_that_of_the_library(spatial):
 
 
 def test_weakest_directions_of_the_page_are_those_of_the_library(spatial):
-    principal = rs.indices(rs.stiffness(rs.load("hexapod"), POSE)).principal
+    principal = rs.indices(rs.stiffness(shipped("hexapod"), POSE)).principal
     shown = spatial.numbers("#weakest > .wide:first-of-type")[:6]
     assert shown == [*principal.translational.tolist(), *principal.rotational.tolist()]
 
 
 def test_planar_numbers_are_those_of_the_library(planar):
-    result = rs.stiffness(rs.load("3-rrr"))
+    result = rs.stiffness(shipped("3-rrr"))
     assert planar.numbers("[data-symbol=K]") == result.K.ravel().tolist()
 
 

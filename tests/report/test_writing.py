@@ -11,8 +11,16 @@ from typer.testing import CliRunner
 import robostiff as rs
 from robostiff.cli.main import app
 from robostiff.errors import InputError
-from robostiff.report import report_contents, report_html, report_pdf, report_typst, write_report
+from robostiff.report import (
+    report_contents,
+    report_html,
+    report_pdf,
+    report_typst,
+    save_report,
+    write_report,
+)
 from tests.project.shown_output import ROOT
+from tests.report.machines import shipped
 
 PLANAR_LOAD = [100, 20, 3]
 
@@ -24,7 +32,7 @@ def in_a_folder(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def planar():
-    return report_contents(rs.load("3-rpr"), wrench=PLANAR_LOAD)
+    return report_contents(shipped("3-rpr"), wrench=PLANAR_LOAD)
 
 
 def run(*arguments: str):
@@ -64,13 +72,13 @@ def test_the_same_pdf_each_time(planar):
 
 @pytest.mark.parametrize("robot", ["gough-stewart-a", "orthoglide", "planar-link"])
 def test_free_motions_blocks_and_planes_are_printed(robot, tmp_path):
-    write_report(rs.load(robot), tmp_path / "robot.pdf")
+    write_report(shipped(robot), tmp_path / "robot.pdf")
     assert (tmp_path / "robot.pdf").stat().st_size > 10_000
 
 
 def test_free_motions_are_told_in_words():
-    html = report_html(report_contents(rs.load("gough-stewart-a")))
-    motions = rs.stiffness(rs.load("gough-stewart-a")).free_motions
+    html = report_html(report_contents(shipped("gough-stewart-a")))
+    motions = rs.stiffness(shipped("gough-stewart-a")).free_motions
     assert len(motions) == 3
     for motion in motions:
         assert str(motion) in html
@@ -81,7 +89,7 @@ def test_free_motions_are_told_in_words():
 def test_a_load_that_is_not_carried():
     outcome = run("gough-stewart-a", "--wrench", "0 0 0 0 0 1", "-o", "robot.html")
     assert outcome.exit_code == 1
-    html = report_html(report_contents(rs.load("gough-stewart-a"), wrench=[0, 0, 0, 0, 0, 1]))
+    html = report_html(report_contents(shipped("gough-stewart-a"), wrench=[0, 0, 0, 0, 0, 1]))
     assert "There is no deflection: status free-motions+unbalanced." in html
     assert "runs away instead of deflecting" in html
 
@@ -101,9 +109,19 @@ def test_a_snapshot_has_no_formula(tmp_path):
     assert "There is no formula: a snapshot has no symbols." in html
 
 
+def test_the_formula_is_that_of_the_symbols():
+    numbers = report_contents(shipped("h4"))
+    assert numbers.derivation is None
+    assert "symbols=" in numbers.no_derivation
+    symbolic = rs.load("h4", symbols=rs.ALL_PARAMETERS)
+    contents = report_contents(shipped("h4"), symbolic=symbolic)
+    assert contents.derivation is not None
+    assert str(contents.stiffness.K.tolist()) == str(numbers.stiffness.K.tolist())
+
+
 def test_words_of_a_model_are_text_not_markup():
     title = '</script> & $x$ "quoted" \\'
-    odd = replace(rs.load("3-rpr"), name="<b>#odd</b>", title=title)
+    odd = replace(shipped("3-rpr"), name="<b>#odd</b>", title=title)
     contents = report_contents(odd)
     html = report_html(contents)
     assert "<b>#odd" not in html
@@ -130,7 +148,7 @@ def test_misuse(arguments, said, tmp_path):
     (tmp_path / "folder.zarr").mkdir()
     if "map.nc" in arguments:
         grid = rs.Grid(x=rs.Axis(-0.01, 0.01, 2), y=rs.Axis(-0.01, 0.01, 2))
-        rs.stiffness_map(rs.load("3-rpr"), grid).to_netcdf("map.nc", engine="h5netcdf")
+        rs.stiffness_map(shipped("3-rpr"), grid).to_netcdf("map.nc", engine="h5netcdf")
     outcome = run(*arguments)
     assert outcome.exit_code == 2
     assert said in outcome.stderr
@@ -139,14 +157,14 @@ def test_misuse(arguments, said, tmp_path):
 
 def test_a_map_without_a_grid():
     where = rs.RandomPoses(5, {"x": (-0.01, 0.01), "y": (-0.01, 0.01)}, seed=1)
-    found = rs.stiffness_map(rs.load("3-rpr"), where)
-    html = report_html(report_contents(rs.load("3-rpr"), found=found))
+    found = rs.stiffness_map(shipped("3-rpr"), where)
+    html = report_html(report_contents(shipped("3-rpr"), found=found))
     assert "The map has no grid over two coordinates" in html
 
 
 def test_several_poses_are_refused():
     with pytest.raises(InputError, match="got '2 poses', expected one pose"):
-        report_contents(rs.load("3-rpr"), np.zeros((2, 3)))
+        report_contents(shipped("3-rpr"), np.zeros((2, 3)))
 
 
 @pytest.mark.parametrize(
@@ -169,7 +187,7 @@ def test_a_missing_package_is_named_and_nothing_is_written(
 
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(InputError, match=hint):
-        rs.report.save_report(planar, tmp_path / path)
+        save_report(planar, tmp_path / path)
     assert not any(tmp_path.iterdir())
 
 
@@ -182,6 +200,6 @@ def test_an_old_report_stays_when_the_new_one_fails(monkeypatch, tmp_path):
 
     monkeypatch.setattr("robostiff.report.write.report_html", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        write_report(rs.load("3-rpr"), path)
+        write_report(shipped("3-rpr"), path)
     assert path.read_text() == "old"
     assert [found.name for found in tmp_path.iterdir()] == ["robot.html"]

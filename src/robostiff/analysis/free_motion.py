@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robostiff.analysis.geometry_in_words import direction_in_words, numbers_in_words
 from robostiff.spatial import Screw, Space, cross, screw_of_twist, skew
 
 _SMALL = 1e-7
@@ -28,10 +29,10 @@ class FreeMotion:
     screw: Screw
 
     def __str__(self) -> str:
-        direction = _direction(self.screw.direction)
+        direction = direction_in_words(self.screw.direction)
         if self.screw.point is None:
             return f"translation along {direction}"
-        place = f"{direction} through ({_numbers(self.screw.point)}) m"
+        place = f"{direction} through ({numbers_in_words(self.screw.point)}) m"
         if self.screw.is_rotation:
             return f"rotation about {place}"
         return f"screw motion about {place}, {1e3 * (self.screw.pitch or 0.0):.4g} mm per radian"
@@ -155,15 +156,3 @@ def _about_common_point(
 
 def _clean(values: np.ndarray) -> np.ndarray:
     return np.where(np.abs(values) < 1e-12 * np.max(np.abs(values)), 0.0, values)
-
-
-def _direction(e: np.ndarray) -> str:
-    for axis, name in zip(np.eye(3), "xyz", strict=True):
-        if np.linalg.norm(np.cross(e, axis)) < _SMALL:
-            return name
-    return f"({_numbers(e)})"
-
-
-def _numbers(values: np.ndarray) -> str:
-    scale = max(1e-3, float(np.max(np.abs(values))))
-    return ", ".join(f"{0.0 if abs(v) < 1e-7 * scale else v:.4g}" for v in values)

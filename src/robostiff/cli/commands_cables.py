@@ -16,8 +16,8 @@ from robostiff.cables import (
     NearestTensions,
     TensionRule,
 )
-from robostiff.cli.commands import Place, parameters_from, pose_from, wrench_from
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.written_arguments import Place, parameters_from, pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.cables_data import cable_response_data, cable_stiffness_data
 from robostiff.io.results.cables_text import cable_response_text, cable_stiffness_text

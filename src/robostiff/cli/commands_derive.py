@@ -30,10 +30,10 @@ from robostiff.analytic.export import (
     derivation_text,
     python_function,
 )
-from robostiff.cli.commands import parameters_from
 from robostiff.cli.derive_options import FORMATS
 from robostiff.cli.derive_pose import pose_from
 from robostiff.cli.derive_questions import Questions
+from robostiff.cli.written_arguments import parameters_from
 from robostiff.errors import InputError
 from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.io.suggest import did_you_mean

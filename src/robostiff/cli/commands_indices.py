@@ -10,8 +10,8 @@ import typer
 
 from robostiff.analysis import stiffness
 from robostiff.analysis.indices import indices
-from robostiff.cli.commands import Place, parameters_from, point_from, pose_from
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.written_arguments import Place, parameters_from, point_from, pose_from
 from robostiff.errors import InputError
 from robostiff.io.results.indices_data import indices_data
 from robostiff.io.results.indices_text import indices_text

@@ -20,10 +20,10 @@ from robostiff.analysis.maps import (
     stiffness_map,
 )
 from robostiff.analysis.maps.new_store import already_there
-from robostiff.cli.commands import parameters_from, wrench_from
 from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.map_poses import Asked, read_asked_poses
 from robostiff.cli.map_progress import MapBar
+from robostiff.cli.written_arguments import parameters_from, wrench_from
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.map_files import (
     check_netcdf,

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import typer
 
-from robostiff.cli.commands import Place, parameters_from, point_from, pose_from, wrench_from
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.written_arguments import (
+    Place,
+    parameters_from,
+    point_from,
+    pose_from,
+    wrench_from,
+)
 from robostiff.errors import InputError
 from robostiff.io.map_files.read_map import read_map
+from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.model import Robot, Snapshot
 from robostiff.report import report_contents, report_path, save_report
 from robostiff.robots import load
@@ -47,8 +55,19 @@ def make_report(
         wrench=None if pages.wrench is None else wrench_from(pages.wrench, robot.space),
         at=point_from(place),
         found=None if pages.map_file is None else read_map(pages.map_file),
+        symbolic=_with_symbols(source, settings),
     )
     save_report(contents, *paths)
     for path in paths:
         typer.echo(path)
     return BAD_STATUS if contents.status.is_bad else 0
+
+
+def _with_symbols(source: str, settings: Sequence[str]) -> Robot | None:
+    """The robot with its parameters as symbols; None where they cannot be kept."""
+    if source == "-":
+        return None  # standard input has been read
+    with suppress(InputError):
+        robot = load(source, parameters_from(settings), symbols=ALL_PARAMETERS)
+        return robot if isinstance(robot, Robot) else None
+    return None

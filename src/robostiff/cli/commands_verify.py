@@ -9,8 +9,8 @@ from typing import Any
 import typer
 
 from robostiff.analysis.verification import Comparison, Verification, verify
-from robostiff.cli.commands import Place, parameters_from, pose_from
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.written_arguments import Place, parameters_from, pose_from
 from robostiff.io.results.text import about
 from robostiff.robots import load
 from robostiff.version import __version__

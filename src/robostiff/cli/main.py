@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from robostiff.cli import derive_options
-from robostiff.cli import map_options as options
+from robostiff.cli import cable_options, derive_options, map_options, report_options
 from robostiff.cli.failure import reported
 from robostiff.cli.shared_options import (
     AtOption,
@@ -100,7 +99,8 @@ def stiffness(
 
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
-    from robostiff.cli.commands import Place, print_stiffness
+    from robostiff.cli.commands import print_stiffness
+    from robostiff.cli.written_arguments import Place
 
     return print_stiffness(robot, Place(pose, joints, at), method, set_ or [], json_, side)
 
@@ -130,7 +130,8 @@ def deflection(
 
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
-    from robostiff.cli.commands import Place, print_deflection
+    from robostiff.cli.commands import print_deflection
+    from robostiff.cli.written_arguments import Place
 
     return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_, side)
 
@@ -160,8 +161,8 @@ def indices(
 
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
-    from robostiff.cli.commands import Place
     from robostiff.cli.commands_indices import print_indices
+    from robostiff.cli.written_arguments import Place
 
     return print_indices(robot, Place(pose, joints, at), length, set_ or [], json_)
 
@@ -182,8 +183,8 @@ def verify(
 
     Exit status: 0 when the methods agree, 1 when they do not, 2 for bad input.
     """
-    from robostiff.cli.commands import Place
     from robostiff.cli.commands_verify import print_verification
+    from robostiff.cli.written_arguments import Place
 
     return print_verification(robot, Place(pose, joints, None), set_ or [], json_, side)
 
@@ -192,32 +193,13 @@ def verify(
 @reported
 def report(
     robot: RobotArgument,
-    output: Annotated[
-        str,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="What to write: FILE.html, or FILE.pdf."
-        ),
-    ],
+    output: report_options.OutputOption,
     pose: PoseOption = None,
     joints: JointsOption = None,
     at: AtOption = None,
-    wrench: Annotated[
-        str | None,
-        typer.Option(
-            "--wrench",
-            metavar='"fx fy fz mx my mz"',
-            help="A load on the platform: adds the deflection and who bends.",
-        ),
-    ] = None,
-    map_: Annotated[
-        str | None,
-        typer.Option(
-            "--map",
-            metavar="FILE",
-            help="A map of the robot, .zarr or .nc: adds slices of the workspace.",
-        ),
-    ] = None,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Write FILE.pdf besides FILE.html.")] = False,
+    wrench: report_options.WrenchOption = None,
+    map_: report_options.MapOption = None,
+    pdf: report_options.PdfOption = False,
     side: SideOption = None,
     set_: SetOption = None,
 ) -> int:
@@ -227,8 +209,8 @@ def report(
 
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
-    from robostiff.cli.commands import Place
     from robostiff.cli.commands_report import Pages, make_report
+    from robostiff.cli.written_arguments import Place
 
     pages = Pages(wrench, map_, output, pdf)
     return make_report(robot, Place(pose, joints, at), pages, set_ or [], side)
@@ -238,25 +220,25 @@ def report(
 @reported
 def map_(
     robot: RobotArgument,
-    output: options.OutputOption,
-    x: options.XOption = None,
-    y: options.YOption = None,
-    z: options.ZOption = None,
-    rx: options.RxOption = None,
-    ry: options.RyOption = None,
-    rz: options.RzOption = None,
-    joint: options.JointOption = None,
-    poses: options.PosesOption = None,
-    random: options.RandomOption = None,
-    seed: options.SeedOption = 0,
-    quantity: options.QuantityOption = None,
-    wrench: options.WrenchOption = None,
-    length: options.LengthOption = None,
-    resume: options.ResumeOption = False,
-    workers: options.WorkersOption = None,
-    threads: options.ThreadsOption = None,
-    scheduler: options.SchedulerOption = None,
-    batched: options.BatchedOption = False,
+    output: map_options.OutputOption,
+    x: map_options.XOption = None,
+    y: map_options.YOption = None,
+    z: map_options.ZOption = None,
+    rx: map_options.RxOption = None,
+    ry: map_options.RyOption = None,
+    rz: map_options.RzOption = None,
+    joint: map_options.JointOption = None,
+    poses: map_options.PosesOption = None,
+    random: map_options.RandomOption = None,
+    seed: map_options.SeedOption = 0,
+    quantity: map_options.QuantityOption = None,
+    wrench: map_options.WrenchOption = None,
+    length: map_options.LengthOption = None,
+    resume: map_options.ResumeOption = False,
+    workers: map_options.WorkersOption = None,
+    threads: map_options.ThreadsOption = None,
+    scheduler: map_options.SchedulerOption = None,
+    batched: map_options.BatchedOption = False,
     side: SideOption = None,
     set_: SetOption = None,
     json_: JsonOption = False,
@@ -338,40 +320,11 @@ def derive(
 def cables(
     robot: RobotArgument,
     pose: PoseOption = None,
-    wrench: Annotated[
-        str | None,
-        typer.Option(
-            "--wrench",
-            metavar='"fx fy fz mx my mz"',
-            help="A load on top of the weight while the winches are locked [N, N m]: how the "
-            "platform moves, and which cables become slack.",
-        ),
-    ] = None,
-    balance: Annotated[
-        str | None,
-        typer.Option(
-            "--balance",
-            metavar='"fx fy fz mx my mz"',
-            help="A wrench that the tensions balance at the pose itself [N, N m].",
-        ),
-    ] = None,
-    rule: Annotated[
-        str,
-        typer.Option("--rule", metavar="NAME", help="Of the tensions: nearest or closed-form."),
-    ] = "nearest",
-    level: Annotated[
-        float | None,
-        typer.Option(
-            "--level",
-            help="Where between least (0) and greatest (1) tensions they aim.",
-        ),
-    ] = None,
-    tensions: Annotated[
-        str | None,
-        typer.Option(
-            "--tensions", metavar='"t1 t2 ..."', help="The tensions themselves [N], one a cable."
-        ),
-    ] = None,
+    wrench: cable_options.WrenchOption = None,
+    balance: cable_options.BalanceOption = None,
+    rule: cable_options.RuleOption = "nearest",
+    level: cable_options.LevelOption = None,
+    tensions: cable_options.TensionsOption = None,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -381,8 +334,8 @@ def cables(
 
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
-    from robostiff.cli.commands import Place
     from robostiff.cli.commands_cables import print_cables
+    from robostiff.cli.written_arguments import Place
 
     place = Place(pose, None, None)
     return print_cables(robot, place, (wrench, balance), (rule, level, tensions), set_ or [], json_)

@@ -15,7 +15,7 @@ from rich.text import Text
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.io.results.text import about, named, shown_loads, shown_twist, told_parts
-from robostiff.markup import number, row, shown_matrix
+from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix
 from robostiff.robots import RobotInfo
 
 _MOST_PARTS = 12
@@ -86,7 +86,7 @@ def print_stiffness(result: RobotStiffness) -> None:
     console = Console()
     _print_head(console, result, result.status)
     if np.all(result.answered):
-        console.print(Text("\nK_C [N/m, N/rad, N m/rad]", style="italic"))
+        console.print(Text(f"\nK_C [{STIFFNESS_UNITS}]", style="italic"))
         console.print(_matrix_table(result))
         console.print()
     if Status.UNREACHABLE not in result.status:

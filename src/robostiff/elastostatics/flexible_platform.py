@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from robostiff.elastostatics.aggregation import aggregate
+from robostiff.elastostatics.block_diagonal import block_diagonal
 from robostiff.elastostatics.conditioning import smallest_compliance
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
@@ -87,7 +88,7 @@ def couple_legs(
             expected=f"one row and column for each of the {count} wrenches",
         )
     tolerance = first.tolerance
-    M = platform_compliance + _block_diagonal(leg_compliances)
+    M = platform_compliance + block_diagonal(leg_compliances)
     M = np.where(_idle(H)[..., None] | _idle(H)[..., None, :], 0.0, M)
     work = np.broadcast_to(platform_work, (*first.batch_shape, *platform_work.shape[-2:]))
     Z, lost, doubtful = _combinations(work, tolerance)
@@ -194,15 +195,3 @@ def _unheld(work: np.ndarray, held: np.ndarray, tolerance: Tolerance) -> np.ndar
 def _idle(H: np.ndarray) -> np.ndarray:
     """Columns that are no wrench (..., w)."""
     return ~np.any(H != 0, axis=-2)
-
-
-def _block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
-    count = sum(block.shape[-1] for block in blocks)
-    batch = np.broadcast_shapes(*(block.shape[:-2] for block in blocks))
-    whole = np.zeros((*batch, count, count))
-    start = 0
-    for block in blocks:
-        stop = start + block.shape[-1]
-        whole[..., start:stop, start:stop] = block
-        start = stop
-    return whole

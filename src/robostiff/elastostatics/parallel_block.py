@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from robostiff.elastostatics.block_diagonal import block_diagonal
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.elastostatics.transmitted_wrenches import wrenches_and_margins
 from robostiff.spatial import Space
@@ -105,7 +106,7 @@ def block_compliance(
         redundant.append(margins <= tolerance.independence)
         near = (margins > tolerance.rounding) & (margins <= tolerance.near_independence)
         doubtful = doubtful | np.any(near, axis=-1)
-    A, D = np.concatenate(parts, axis=-1), _block_diagonal(energies)
+    A, D = np.concatenate(parts, axis=-1), block_diagonal(energies)
     U, values, Vt = np.linalg.svd(_padded(A))
     held = values > tolerance.independence
     between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
@@ -199,15 +200,3 @@ def _least_energy(
     modes = N @ modes
     pull = np.swapaxes(modes, -1, -2) @ (D @ B)
     return B - modes @ (inverse[..., None] * pull), doubtful
-
-
-def _block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
-    size = sum(block.shape[-1] for block in blocks)
-    batch = np.broadcast_shapes(*(block.shape[:-2] for block in blocks))
-    whole = np.zeros((*batch, size, size))
-    start = 0
-    for block in blocks:
-        stop = start + block.shape[-1]
-        whole[..., start:stop, start:stop] = block
-        start = stop
-    return whole

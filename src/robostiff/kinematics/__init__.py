@@ -16,7 +16,8 @@ from robostiff.kinematics.jacobians import (
     spring_jacobian,
 )
 from robostiff.kinematics.pose import JointCoordinates, Pose
-from robostiff.kinematics.posture import Posture, PostureFinder, find_posture
+from robostiff.kinematics.posture import Posture
+from robostiff.kinematics.posture_finder import PostureFinder, find_posture
 
 __all__ = [
     "FormulaPose",

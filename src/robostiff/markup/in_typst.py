@@ -115,8 +115,8 @@ def _table(block: Table) -> str:
 def _columns(block: Table) -> str:
     """Columns as wide as they need, but one that holds sentences."""
     longest = [
-        max((len(row[i]) for row in block.rows if isinstance(row[i], str)), default=0)
-        for i in range(len(block.header))
+        max((len(cell) for cell in column if isinstance(cell, str)), default=0)
+        for column in zip(*block.rows, strict=True)
     ]
     if max(longest, default=0) < 60:
         return str(len(block.header))

@@ -9,7 +9,7 @@ import numpy as np
 from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import scaling
 from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
-from robostiff.plot.picture import BlockUnit, ColourScale, Matrix, Ramp
+from robostiff.plot.picture import ColourScale, Matrix, QuarterUnit, Ramp
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.single import single_stiffness
 
@@ -104,7 +104,7 @@ def matrix_picture(
             block = np.ix_(range(*rows), range(*columns))
             values = np.where(is_zero[block], 0.0, A[block])
             times, unit = prefixed(float(np.abs(values).max()), quarters[i][j])
-            units.append(BlockUnit(unit, rows, columns))
+            units.append(QuarterUnit(unit, rows, columns))
             for (r, c), value in np.ndenumerate(values):
                 texts[rows[0] + r][columns[0] + c] = short(times * value)
     shades, scale = _shades(scaled, is_zero, shade)

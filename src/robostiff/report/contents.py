@@ -66,6 +66,7 @@ def report_contents(
     wrench: ArrayLike | None = None,
     at: ArrayLike | None = None,
     found: xarray.Dataset | None = None,
+    symbolic: Robot | None = None,
 ) -> ReportContents:
     """Compute what a report tells.
 
@@ -81,6 +82,8 @@ def report_contents(
         Point about which stiffness and load are told, in the world [m].
     found : xarray.Dataset, optional
         What ``rs.stiffness_map`` returned for this robot, over a grid.
+    symbolic : Robot, optional
+        The same robot with symbols, for its formula; `robot` itself when left out.
 
     Raises
     ------
@@ -116,7 +119,7 @@ def report_contents(
     if np.all(result.answered):
         with suppress(NoAnswerError):
             of_pose = indices(result)
-    derivation, why_not = _derivation(robot)
+    derivation, why_not = _derivation(robot if symbolic is None else symbolic)
     return ReportContents(
         robot=robot,
         snapshot=snapshot,
@@ -149,6 +152,9 @@ def _derivation(robot: Robot | Snapshot) -> tuple[RobotDerivation | None, str]:
 
     if isinstance(robot, Snapshot):
         return None, "a snapshot has no symbols"
+    if not robot.symbols:
+        # of numbers alone it would tell no more than the matrix, and exact roots can take hours
+        return None, "all dimensions are numbers; rs.load(..., symbols=...) keeps them as symbols"
     try:
         return derive_robot(robot, AtHome()), ""
     except FormulaTooLargeError:

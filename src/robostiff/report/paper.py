@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from io import StringIO
+from typing import Any
 
 from robostiff.analytic.export.typst import (
     TYPST_DERIVATIONS,
@@ -119,11 +120,11 @@ def _figure(figure: Figure) -> str:
 def _svg(picture: Picture) -> str:
     with plot_extra():
         import matplotlib as mpl
-    axes = Matplotlib().draw(picture)
+    figure: Any = Matplotlib().draw(picture).figure
     written = StringIO()
     # the same names of clips each time
     with mpl.rc_context({"svg.hashsalt": "robostiff"}):
-        axes.figure.savefig(written, format="svg", metadata={"Date": None})
+        figure.savefig(written, format="svg", metadata={"Date": None})
     return written.getvalue()
 
 

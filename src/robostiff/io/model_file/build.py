@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
 
 from robostiff.io.document import Document
-from robostiff.io.expression import (
-    FLOATS,
-    Mathematics,
-    ParameterError,
-    Parameters,
-    exact_mathematics,
-)
+from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build_leg import build_legs
 from robostiff.io.model_file.build_platform import attached, build_platform, check_platform
 from robostiff.io.model_file.geometry import point, transform
-from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.symbols import (
     Symbols,
@@ -28,11 +21,6 @@ from robostiff.io.model_file.verify import verified
 from robostiff.io.model_file.written_robot import WrittenRobot
 from robostiff.model import ALL_COORDINATES, Coordinate, Robot
 from robostiff.spatial import Space
-
-if TYPE_CHECKING:
-    from pint import Quantity
-else:
-    Quantity = object
 
 _PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
@@ -48,8 +36,7 @@ def build_robot(
     Those in `symbols` stay symbols, in a robot that is built beside the one of numbers, which has
     been verified.
     """
-    values = _parameters(document, written, overrides, FLOATS)
-    top = Place(document, values)
+    top = top_place(document, written.parameters, overrides)
     robot, places = _assembled(top, written)
     robot = verified(robot, top, places, chosen=written.coordinates is not None)
     check_platform(top / "platform", robot)
@@ -57,9 +44,8 @@ def build_robot(
     if not names:
         return robot
     exact = exact_mathematics()
-    quantities, nominal = symbolic_values(names, values)
-    values = _parameters(document, written, {**overrides, **quantities}, exact)
-    top = Place(document, values, mathematics=exact)
+    quantities, nominal = symbolic_values(names, top.names)
+    top = top_place(document, written.parameters, {**overrides, **quantities}, exact)
     symbolic, _ = _assembled(top, written, robot.holds)
     return completed(symbolic, robot, nominal)
 
@@ -96,23 +82,6 @@ def _assembled(
             platform=platform,
         )
     return robot, [place for place, _ in legs]
-
-
-def _parameters(
-    document: Document,
-    written: WrittenRobot,
-    overrides: Mapping[str, Any],
-    mathematics: Mathematics,
-) -> Mapping[str, Quantity]:
-    place = Place(document, {}) / "parameters"
-    try:
-        return Parameters(written.parameters, overrides, mathematics).values
-    except ParameterError as error:
-        if error.name in overrides:
-            raise  # it is not the file that is wrong
-        raise (place / error.name).error(
-            error.subject, got=error.got, expected=error.expected, hint=error.hint
-        ) from None
 
 
 def _coordinates(place: Place, written: WrittenRobot) -> tuple[Coordinate, ...]:

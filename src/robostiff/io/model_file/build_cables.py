@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document
-from robostiff.io.expression import ParameterError, Parameters
 from robostiff.io.model_file.build_copies import named_copies
 from robostiff.io.model_file.geometry import point, transform, vector
-from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.written_cables import (
     WrittenCableBody,
     WrittenCableRobot,
@@ -82,7 +80,7 @@ def cable_robot_from_document(
             expected=str(VERSION),
         )
     written = validate(WrittenCableRobot, document)
-    top = Place(document, _parameters(document, written, parameters or {}))
+    top = top_place(document, written.parameters, parameters or {})
     with top.complaints():
         return CableRobot(
             name=written.name,
@@ -97,20 +95,6 @@ def cable_robot_from_document(
             title=written.title,
             source=written.source,
         )
-
-
-def _parameters(
-    document: Document, written: WrittenCableRobot, overrides: Mapping[str, Any]
-) -> Mapping[str, Any]:
-    place = Place(document, {}) / "parameters"
-    try:
-        return Parameters(written.parameters, overrides).values
-    except ParameterError as error:
-        if error.name in overrides:
-            raise  # it is not the file that is wrong
-        raise (place / error.name).error(
-            error.subject, got=error.got, expected=error.expected, hint=error.hint
-        ) from None
 
 
 def _weight(place: Place, written: WrittenWeight | None) -> Weight | None:

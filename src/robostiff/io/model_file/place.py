@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document
-from robostiff.io.expression import FLOATS, Mathematics, parse
+from robostiff.io.expression import FLOATS, Mathematics, ParameterError, Parameters, parse
 from robostiff.io.expression.nodes import Literal, Negative
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension, describe, make_quantity, make_unit, same_dimension, to_si
@@ -140,3 +140,38 @@ class Place:
             raise self.error(
                 error.subject, got=error.got, expected=error.expected, hint=hint or error.hint
             ) from None
+
+
+def top_place(
+    document: Document,
+    parameters: Mapping[str, Any],
+    overrides: Mapping[str, Any],
+    mathematics: Mathematics = FLOATS,
+) -> Place:
+    """The whole of a document, where its parameters have values, some of them other ones.
+
+    Parameters
+    ----------
+    document : Document
+    parameters : mapping of str to (str or float)
+        As they are written in the document.
+    overrides : mapping of str to (str, float or quantity)
+        Values in place of those written.
+    mathematics : Mathematics
+
+    Raises
+    ------
+    FileError
+        At a parameter that cannot be computed as it is written.
+    ParameterError
+        When it is a value of `overrides` that does not fit.
+    """
+    try:
+        names = Parameters(parameters, overrides, mathematics).values
+    except ParameterError as error:
+        if error.name in overrides:
+            raise  # it is not the file that is wrong
+        raise (Place(document, {}) / "parameters" / error.name).error(
+            error.subject, got=error.got, expected=error.expected, hint=error.hint
+        ) from None
+    return Place(document, names, mathematics=mathematics)

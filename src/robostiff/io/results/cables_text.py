@@ -7,16 +7,14 @@ import numpy as np
 from robostiff.analysis import CableResponse, CableStiffness
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.io.results.text import matrix_lines, named
-from robostiff.markup import number, row
-
-_UNITS = "[N/m, N/rad, N m/rad]"
+from robostiff.markup import STIFFNESS_UNITS, number, row
 
 
 def cable_stiffness_text(result: CableStiffness) -> str:
     """What `cable_stiffness` answered at a single pose, as lines of text."""
     lines = [*_head(result, str(result.status)), *_tension_lines(result)]
     if np.all(result.answered):
-        lines += ["", f"K {_UNITS}:"]
+        lines += ["", f"K [{STIFFNESS_UNITS}]:"]
         lines += matrix_lines(result.K, result.space.wrench_order, result.space.twist_order)
         lines += ["", _rank(result), *_motions(result)]
     lines += [f"advice: {advice}" for advice in result.advice]
@@ -41,7 +39,7 @@ def cable_response_text(result: CableResponse) -> str:
         event = result.first_slack
         lines.append(f"first slack: {event.cable}, at {number(event.factor)} times the load")
     if result.after is not None:
-        lines += ["", f"K under the load, of the taut cables {_UNITS}:"]
+        lines += ["", f"K under the load, of the taut cables [{STIFFNESS_UNITS}]:"]
         lines += matrix_lines(result.after.K, space.wrench_order, space.twist_order)
         lines += ["", _rank(result.after), *_motions(result.after)]
     lines += [f"advice: {advice}" for advice in result.advice]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from robostiff.analysis.free_motion import FreeMotion
+from robostiff.analysis.geometry_in_words import direction_in_words
 from robostiff.analysis.indices import (
     Centre,
     CollinearStiffness,
@@ -19,7 +20,6 @@ from robostiff.elastostatics import Status
 from robostiff.io.results.text import about
 from robostiff.markup import number, row
 
-_STRAIGHT = 1e-6
 _SMALL = 1e-9
 
 
@@ -41,7 +41,7 @@ def indices_text(found: StiffnessIndices) -> str:
     lines += _loads(found.collinear)
     lines += ["", f"worst deflection {worst.about}"]
     along, axis = worst.translational_direction, worst.rotational_direction
-    lines.append(_worst(worst.translational, "m/N", f"along {_words(along)}"))
+    lines.append(_worst(worst.translational, "m/N", f"along {direction_in_words(along)}"))
     lines.append(_worst(worst.rotational, "rad/(N m)", f"about {_turn(axis)}"))
     lines.append(
         f"anisotropy: {_known(ratio.translational)} of displacements, "
@@ -54,7 +54,7 @@ def indices_text(found: StiffnessIndices) -> str:
         for t in found.eigenscrews.twists
     ]
     lines += [
-        f"compliant axis: {_words(axis.direction)} through ({_place(axis.point)}) m"
+        f"compliant axis: {direction_in_words(axis.direction)} through ({_place(axis.point)}) m"
         for axis in found.eigenscrews.compliant_axes
     ]
     lines.append(f"centre of stiffness:  {_centre(found.centre_of_stiffness)}")
@@ -80,13 +80,13 @@ def indices_text(found: StiffnessIndices) -> str:
 def _along_axis(along: DirectionalStiffness) -> str:
     held = number(along.held)
     moves = "  moves freely" if Status.UNBALANCED in along.status else ""
-    return f"  {_words(along.direction):<25}{number(along.free):>14}{held:>12}{moves}"
+    return f"  {direction_in_words(along.direction):<25}{number(along.free):>14}{held:>12}{moves}"
 
 
 def _loads(found: PrincipalStiffness | CollinearStiffness) -> Iterator[str]:
     forces = zip(found.translational, found.translational_directions, strict=True)
     moments = zip(found.rotational, found.rotational_directions, strict=True)
-    yield from (_line(k, "N/m", f"force along {_words(u)}") for k, u in forces)
+    yield from (_line(k, "N/m", f"force along {direction_in_words(u)}") for k, u in forces)
     yield from (_line(k, "N m/rad", f"moment about {_turn(w)}") for k, w in moments)
 
 
@@ -103,8 +103,8 @@ def _worst(value: float | None, unit: str, words: str) -> str:
 def _wrench(found: Eigenwrench) -> str:
     screw = found.screw
     if screw is None or screw.point is None:
-        return f"translation along {_words(found.direction)}"
-    line = f"along {_words(screw.direction)} through ({_place(screw.point)}) m"
+        return f"translation along {direction_in_words(found.direction)}"
+    line = f"along {direction_in_words(screw.direction)} through ({_place(screw.point)}) m"
     if screw.is_rotation:  # of a wrench: a pitch of zero
         return f"force {line}"
     return f"wrench {line}, {1e3 * (screw.pitch or 0.0):.4g} N mm per N"
@@ -115,30 +115,17 @@ def _centre(centre: Centre) -> str:
         return "none"
     where = f"({_place(centre.point)}) m"
     if centre.line is not None:
-        where += f" and along {_words(centre.line)}"
+        where += f" and along {direction_in_words(centre.line)}"
     rest = "decoupled" if centre.is_decoupled else f"coupling {number(centre.coupling)}"
     return f"{where}, {rest}"
 
 
-def _words(direction: np.ndarray) -> str:
-    """A direction as x, y or z where it is one."""
-    e = np.append(direction, np.zeros(3 - len(direction)))
-    for axis, name in zip(np.eye(3), "xyz", strict=True):
-        if np.linalg.norm(np.cross(e, axis)) < _STRAIGHT:
-            return name
-    return f"({_four(e)})"
-
-
 def _turn(axis: np.ndarray) -> str:
-    return "z" if len(axis) == 1 else _words(axis)
+    return "z" if len(axis) == 1 else direction_in_words(axis)
 
 
 def _place(point: np.ndarray) -> str:
     return row(np.where(np.abs(point) < _SMALL, 0.0, point))
-
-
-def _four(values: Iterable[float]) -> str:
-    return ", ".join(f"{0.0 if abs(v) < _STRAIGHT else v:.4g}" for v in values)
 
 
 def _known(value: float | None) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from robostiff.analysis import Deflection, PartShare, RobotStiffness
 from robostiff.elastostatics import Status
-from robostiff.markup import number, row, shown_matrix
+from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix
 
 _SEEN = 1e-9  # of the largest: smaller is rounding
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
@@ -24,7 +24,7 @@ def stiffness_text(result: RobotStiffness) -> str:
     """
     lines = [f"{result.name}, {about(result)}", f"status: {result.status}"]
     if np.all(result.answered):
-        lines += ["", "K_C [N/m, N/rad, N m/rad]:"]
+        lines += ["", f"K_C [{STIFFNESS_UNITS}]:"]
         lines += matrix_lines(result.K, result.space.wrench_order, result.space.twist_order)
     if Status.UNREACHABLE not in result.status:
         lines += ["", f"rank {int(result.rank)} of {result.space.size}"]

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Container
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.io.document import Document
-from robostiff.io.expression import ParameterError, Parameters
 from robostiff.io.model_file.geometry import point
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
@@ -23,25 +20,6 @@ from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool
 from robostiff.io.suggest import Words, listing
 from robostiff.linkage import Connection, Linkage, welded_places
 from robostiff.model import Joint
-
-if TYPE_CHECKING:
-    from pint import Quantity
-else:
-    Quantity = object
-
-
-def place_of(
-    document: Document, written: WrittenSide, overrides: Mapping[str, str | float]
-) -> Place:
-    """The whole side file, with its parameters, some of which may be given other values."""
-    try:
-        return Place(document, Parameters(written.parameters, overrides).values)
-    except ParameterError as error:
-        if error.name in overrides:
-            raise  # it is not the file that is wrong
-        raise (Place(document, {}) / "parameters" / error.name).error(
-            error.subject, got=error.got, expected=error.expected, hint=error.hint
-        ) from None
 
 
 def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:

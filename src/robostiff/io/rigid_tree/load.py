@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from robostiff.io.document import Document
-from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.verify import verified
-from robostiff.io.rigid_tree.build import build_linkage, place_of
+from robostiff.io.rigid_tree.build import build_linkage
 from robostiff.io.rigid_tree.build_joints import undecided_mimics
 from robostiff.io.rigid_tree.tree import RigidTree
 from robostiff.io.rigid_tree.written_side import WrittenSide
@@ -78,7 +78,7 @@ def _read(
     side: Document, parameters: Mapping[str, str | float] | None
 ) -> tuple[WrittenSide, Place]:
     written = validate(WrittenSide, side)
-    return written, place_of(side, written, parameters or {})
+    return written, top_place(side, written.parameters, parameters or {})
 
 
 def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkage, Linkage]:

@@ -3,7 +3,7 @@
 from robostiff.plot.picture.bands import Bands, Percentile
 from robostiff.plot.picture.bars import Bars, Group, Panel, Series
 from robostiff.plot.picture.field import Cover, Field, Region
-from robostiff.plot.picture.matrix import BlockUnit, Matrix
+from robostiff.plot.picture.matrix import Matrix, QuarterUnit
 from robostiff.plot.picture.paint import Axis, Category, ColourScale, Paint, Ramp, Tone
 from robostiff.plot.picture.scene import Arrow, Face, Item, Marks, Mesh, Path, Scene, Shape, Weight
 
@@ -14,7 +14,6 @@ __all__ = [
     "Axis",
     "Bands",
     "Bars",
-    "BlockUnit",
     "Category",
     "ColourScale",
     "Cover",
@@ -30,6 +29,7 @@ __all__ = [
     "Path",
     "Percentile",
     "Picture",
+    "QuarterUnit",
     "Ramp",
     "Region",
     "Scene",

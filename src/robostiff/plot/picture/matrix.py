@@ -10,7 +10,7 @@ from robostiff.plot.picture.paint import ColourScale
 
 
 @dataclass(frozen=True)
-class BlockUnit:
+class QuarterUnit:
     """The unit of the numbers in a block of rows and columns, last ones excluded."""
 
     unit: str
@@ -31,7 +31,7 @@ class Matrix:
         What is written into each cell.
     shades : (n, m) array
         On the colour scale; NaN for a plain cell.
-    units : tuple of BlockUnit
+    units : tuple of QuarterUnit
         Upper blocks first.
     scale : ColourScale
     """
@@ -41,5 +41,5 @@ class Matrix:
     columns: tuple[str, ...]
     texts: tuple[tuple[str, ...], ...]
     shades: np.ndarray
-    units: tuple[BlockUnit, ...]
+    units: tuple[QuarterUnit, ...]
     scale: ColourScale

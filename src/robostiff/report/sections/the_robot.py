@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robostiff.markup import Table, Words
 from robostiff.model import Robot
-from robostiff.model.in_html import elements_in_words
+from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import one_figure
@@ -23,7 +23,7 @@ def robot_section(contents: ReportContents) -> Section:
             parts.append(Words(f"Free coordinates of the platform: {free}."))
         legs = [(leg.name, ", ".join(elements_in_words(leg.chain))) for leg in robot.legs]
     else:
-        legs = [(leg.name, ", ".join(part.name for part in leg.parts)) for leg in robot.legs]
+        legs = [(leg.name, ", ".join(placed_in_words(leg))) for leg in robot.legs]
     if snapshot is not None:
         parts.append(one_figure("robot", "The robot at this pose.", robot_picture(snapshot)))
     whole = Table(["leg", "from base to platform"], legs)

@@ -1,0 +1,29 @@
+"""Options of ``robostiff report``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+OutputOption = Annotated[
+    str,
+    typer.Option("--output", "-o", metavar="FILE", help="What to write: FILE.html, or FILE.pdf."),
+]
+WrenchOption = Annotated[
+    str | None,
+    typer.Option(
+        "--wrench",
+        metavar='"fx fy fz mx my mz"',
+        help="A load on the platform: adds the deflection and who bends.",
+    ),
+]
+MapOption = Annotated[
+    str | None,
+    typer.Option(
+        "--map",
+        metavar="FILE",
+        help="A map of the robot, .zarr or .nc: adds slices of the workspace.",
+    ),
+]
+PdfOption = Annotated[bool, typer.Option("--pdf", help="Write FILE.pdf besides FILE.html.")]

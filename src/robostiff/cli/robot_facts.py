@@ -1,0 +1,67 @@
+"""What a robot or a snapshot consists of, as plain data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robostiff.analysis import RobotStiffness, stiffness
+from robostiff.cli.platform_facts import platform_facts
+from robostiff.model import Actuated, Passive, Robot, Snapshot
+from robostiff.model.in_words import elements_in_words, placed_in_words
+
+
+def robot_facts(robot: Robot) -> dict[str, Any]:
+    """Facts for ``robostiff check`` about a robot, its stiffness at home included."""
+    home = stiffness(robot)
+    of_platform = {} if robot.platform is None else {"platform": platform_facts(robot)}
+    return {
+        "name": robot.name,
+        "kind": "model",
+        "title": robot.title,
+        "source": robot.source,
+        "space": robot.space.name.lower(),
+        "coordinates": [coordinate.value for coordinate in robot.coordinates],
+        "legs": [
+            {
+                "name": leg.name,
+                "elements": elements_in_words(leg.chain),
+                "passive_freedoms": sum(isinstance(r, Passive) for r in leg.chain.roles),
+                "actuated_freedoms": sum(isinstance(r, Actuated) for r in leg.chain.roles),
+            }
+            for leg in robot.legs
+        ],
+        **of_platform,
+        "home": home_facts(home),
+    }
+
+
+def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
+    """Facts for ``robostiff check`` about a snapshot, its stiffness included."""
+    return {
+        "name": snapshot.name,
+        "kind": "snapshot",
+        "title": snapshot.description,
+        "source": "",
+        "space": snapshot.space.name.lower(),
+        "coordinates": [],
+        "legs": [
+            {
+                "name": leg.name,
+                "elements": placed_in_words(leg),
+                "passive_freedoms": sum(freedom.is_passive for freedom in leg.freedoms),
+                "actuated_freedoms": sum(not freedom.is_passive for freedom in leg.freedoms),
+            }
+            for leg in snapshot.legs
+        ],
+        "home": home_facts(stiffness(snapshot)),
+    }
+
+
+def home_facts(home: RobotStiffness) -> dict[str, Any]:
+    """Status, rank and free motions at home."""
+    return {
+        "status": str(home.status),
+        "rank": int(home.rank),
+        "free_motions": [str(motion) for motion in home.free_motions],
+        "advice": list(home.advice),
+    }

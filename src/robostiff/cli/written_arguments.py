@@ -1,0 +1,132 @@
+"""Poses, points, loads and parameters as they are written on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.io.units import Dimension, parse_quantities
+from robostiff.kinematics import JointCoordinates, Pose
+from robostiff.model import Coordinate, Joint, Motion, Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
+from robostiff.spatial import Space
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the robot stands and about which point, as written on the command line."""
+
+    pose: str | None
+    joints: str | None
+    at: str | None
+
+
+def parameters_from(settings: Sequence[str]) -> dict[str, str]:
+    """Parameters of a model file, from ``NAME=VALUE``."""
+    parameters = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise InputError("--set", got=setting, expected="NAME=VALUE, such as R=350mm")
+        if name.strip() in parameters:
+            raise InputError("--set", got=setting, expected=f"one value for {name.strip()}")
+        parameters[name.strip()] = value.strip()
+    return parameters
+
+
+_POSE_DIMENSIONS = {
+    Coordinate.X: Dimension.LENGTH,
+    Coordinate.Y: Dimension.LENGTH,
+    Coordinate.Z: Dimension.LENGTH,
+    Coordinate.RX: Dimension.ANGLE,
+    Coordinate.RY: Dimension.ANGLE,
+    Coordinate.RZ: Dimension.ANGLE,
+}
+
+
+def pose_from(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> Pose:
+    """Where the robot stands."""
+    if place.pose is not None and place.joints is not None:
+        raise InputError("--pose and --joints", expected="one of them")
+    if isinstance(robot, Snapshot | Network):
+        kind = "network" if isinstance(robot, Network) else "snapshot"
+        if place.pose is not None or place.joints is not None:
+            raise InputError(
+                "--pose" if place.pose is not None else "--joints",
+                got=place.pose or place.joints,
+                expected=f"none: a {kind} is frozen at its own pose",
+                hint="describe the robot in a model file to move it",
+            )
+        return None
+    if isinstance(robot, CableRobot):
+        if place.joints is not None:
+            raise InputError("--joints", got=place.joints, expected="--pose: cables have no joints")
+        return None if place.pose is None else np.array(_pose_coordinates(robot, place.pose))
+    if place.joints is not None:
+        return JointCoordinates(_joints(robot, place.joints))
+    if place.pose is None:
+        return None
+    return np.array(_pose_coordinates(robot, place.pose))
+
+
+def _pose_coordinates(robot: Robot | CableRobot, text: str) -> list[float]:
+    """All six coordinates, or the free ones when there are as many numbers as those."""
+    every = tuple(_POSE_DIMENSIONS)
+    if 0 < len(robot.coordinates) < 6:
+        try:
+            return _read_coordinates(robot.coordinates, text)
+        except InputError as of_free:
+            try:
+                return _read_coordinates(every, text)
+            except InputError:
+                if of_free.subject != "--pose":
+                    raise of_free from None
+                names = " ".join(coordinate.value for coordinate in robot.coordinates)
+                raise InputError(
+                    "--pose",
+                    got=text,
+                    expected=f"{len(robot.coordinates)} numbers ({names}) or 6 (x y z rx ry rz)",
+                ) from None
+    return _read_coordinates(every, text)
+
+
+def _read_coordinates(coordinates: Sequence[Coordinate], text: str) -> list[float]:
+    dimensions = [_POSE_DIMENSIONS[coordinate] for coordinate in coordinates]
+    return parse_quantities(text, dimensions, [c.value for c in coordinates], "--pose")
+
+
+def _joints(robot: Robot, text: str) -> list[float]:
+    if not robot.is_serial:
+        raise InputError(
+            "--joints", got=text, expected="--pose: joints pose serial arms only", hint=None
+        )
+    dimensions, names = [], []
+    for element, _ in robot.legs[0].chain.moving:
+        motions = (
+            [freedom.motion for freedom in element.freedoms]
+            if isinstance(element, Joint)
+            else [Motion.TRANSLATION]
+        )
+        for motion in motions:
+            slides = motion is Motion.TRANSLATION
+            dimensions.append(Dimension.LENGTH if slides else Dimension.ANGLE)
+            names.append(element.name)
+    return parse_quantities(text, dimensions, names, "--joints")
+
+
+def point_from(place: Place) -> list[float] | None:
+    """The point asked for, or None for the robot's own."""
+    if place.at is None:
+        return None
+    return parse_quantities(place.at, [Dimension.LENGTH] * 3, ["x", "y", "z"], "--at")
+
+
+def wrench_from(text: str, space: Space) -> list[float]:
+    """A load, from forces and moments with units."""
+    dimensions = [Dimension.FORCE] * space.translations
+    dimensions += [Dimension.MOMENT] * (space.size - space.translations)
+    return parse_quantities(text, dimensions, space.wrench_order, "--wrench")

@@ -1,0 +1,237 @@
+"""Finding the posture of a robot at a pose: every leg closed, and all parts placed in the world."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.kinematics.closure import NewtonTask, attachment_frame, gaps, leg_solver
+from robostiff.kinematics.closure.leg_solver import LegSolver
+from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.pose import (
+    JointCoordinates,
+    Pose,
+    PoseRequest,
+    home_coordinates,
+    platform_pose,
+    requested_pose,
+)
+from robostiff.kinematics.posture import Posture
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import (
+    Leg,
+    PlacedLeg,
+    PlacedPlatform,
+    Robot,
+    Snapshot,
+)
+from robostiff.spatial import as_floats
+from robostiff.spatial.batch import poses_side_by_side
+
+# Where the legs may move the platform themselves, they do not stop at what counts as reached.
+_MET = 1e-12
+# Poses around home that tell whether the coordinates left to the legs stay where they are.
+_TRIED, _AROUND, _SEED = 8, 1e-2, 3
+
+
+class PostureFinder:
+    """Finds the postures of one robot; prepares the closure of its legs once.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Raises
+    ------
+    InputError
+        When a leg does not close in the home configuration, or the robot has symbols.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot.in_floats
+        self.home_pose = home_coordinates(self.robot)
+        self.length = reach(self.robot, self.home_pose)
+
+    @cached_property
+    def solvers(self) -> tuple[LegSolver, ...]:
+        """The way to close each leg."""
+        solvers = (leg_solver(leg, self.home_pose, self.length) for leg in self.robot.legs)
+        return tuple(
+            solver.that_holds_at(self._near_home.coordinates, self._near_home.R)
+            if solver.leg.chain.has_blocks and self.robot.coordinates
+            else solver
+            for solver in solvers
+        )
+
+    def request(self, pose: Pose) -> PoseRequest | np.ndarray:
+        """Read a pose; for a serial arm posed by its joints, their coordinates (..., size)."""
+        if self.robot.is_serial:
+            chain = self.robot.legs[0].chain
+            if isinstance(pose, JointCoordinates):
+                words = f"{chain.size} numbers in the last axis"
+                q = as_floats(f"joint coordinates of {self.robot.name!r}", pose.values, words)
+                if q.ndim == 0 or q.shape[-1] != chain.size:
+                    raise InputError(
+                        f"joint coordinates of {self.robot.name!r}",
+                        got=pose.values,
+                        expected=f"{chain.size} finite numbers in the last axis",
+                    )
+                return q
+            if pose is None and self.robot.home is None:
+                return chain.home
+        return requested_pose(self.robot, pose)
+
+    def find(self, pose: Pose) -> Posture:
+        """Posture at a pose or a batch of poses.
+
+        Raises
+        ------
+        InputError
+            When the pose does not fit the robot.
+        """
+        request = self.request(pose)
+        if isinstance(request, np.ndarray):
+            return self.at_joints(request)
+        return self.at_poses(request)
+
+    def at_joints(self, q: np.ndarray) -> Posture:
+        """Posture of a serial arm at joint coordinates (..., size)."""
+        rows = q.reshape(math.prod(q.shape[:-1]), q.shape[-1])
+        platform = platform_pose(self.robot, rows)
+        pose = np.concatenate([platform.translation, platform.rotation.as_rotvec()], axis=-1)
+        R = poses_side_by_side(platform.rotation.as_matrix(), 2)
+        return self._posture(q.shape[:-1], pose, R, [poses_side_by_side(rows, 1)])
+
+    def at_poses(self, request: PoseRequest) -> Posture:
+        """Posture at platform poses; coordinates that the legs decide follow."""
+        pose = request.coordinates
+        follow = bool(request.open) and not self._open_stay_at_home
+        # Alone a leg seldom closes where coordinates must follow: that is not looked for far away.
+        q = [solver.solve(pose, request.R, from_afar=not follow) for solver in self.solvers]
+        posture = self._posture(request.batch, pose, request.R, q)
+        missed = ~(posture.reached & posture.meets(_MET))
+        if not follow or not np.any(missed):
+            return posture
+        task = NewtonTask(self.robot.legs, request.open, self.length)
+        start = [solver.home for solver in self.solvers]
+        followed, found, closed = task.follow(self.home_pose, start, pose[missed])
+        # Where the legs cannot close at all, what each of them lacks at home's other coordinates
+        # says more than a compromise between them.
+        rows = np.flatnonzero(missed)[closed]
+        if rows.size == 0:
+            return posture
+        pose = pose.copy()
+        pose[rows] = followed[closed]
+        for own, new in zip(q, found, strict=True):
+            own[rows] = new[closed]
+        return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q)
+
+    def _undetermined(self, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
+        if self.robot.is_posed_by_joints:
+            return np.zeros(len(pose), dtype=bool)
+        return np.any([solver.leaves_drive_open(pose, R) for solver in self.solvers], axis=0)
+
+    @cached_property
+    def _open_stay_at_home(self) -> bool:
+        """Whether the coordinates that the legs decide keep their home values all around home.
+
+        Then no other value of them helps where a leg does not reach.
+        """
+        request = self._near_home
+        pose = request.coordinates, request.R
+        q = [solver.solve(*pose, from_afar=False) for solver in self.solvers]
+        around = self._posture(request.batch, request.coordinates, request.R, q)
+        return bool(np.all(around.reached & around.meets(_MET)))
+
+    @cached_property
+    def _near_home(self) -> PoseRequest:
+        """Poses around home, the coordinates that the legs decide as at home."""
+        chosen = self.robot.coordinate_places
+        scale = np.zeros(6)
+        scale[list(self.robot.space.rows)] = 1.0
+        scale = (scale * np.where(np.arange(6) < 3, self.length, 1.0))[chosen]
+        steps = np.random.default_rng(_SEED).uniform(-_AROUND, _AROUND, (_TRIED, len(chosen)))
+        return requested_pose(self.robot, self.home_pose[chosen] + steps * scale)
+
+    def _posture(
+        self, batch: tuple[int, ...], pose: np.ndarray, R: np.ndarray, q: list[np.ndarray]
+    ) -> Posture:
+        robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
+        legs, shifts, turns = [], [], []
+        for leg, own in zip(robot.legs, q, strict=True):
+            placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
+            legs.append(PlacedLeg(leg.name, placed.elements, placed.p))
+            shift, turn = _gap(leg, placed, R, p)
+            shifts.append(shift)
+            turns.append(turn)
+        reference = p + np.einsum("...ij,j->...i", R, robot.reference_point)
+        snapshot = Snapshot(robot.name, tuple(legs), reference, robot.space, robot.title)
+        if robot.platform is not None:
+            platform = PlacedPlatform(robot.platform, robot.holds, R, p)
+            snapshot = replace(snapshot, platform=platform)
+        return Posture(
+            robot=robot,
+            batch=batch,
+            pose=pose,
+            coordinates=tuple(q),
+            snapshot=snapshot,
+            shift_gaps=np.stack(shifts, axis=-1),
+            turn_gaps=np.stack(turns, axis=-1),
+            undetermined=self._undetermined(pose, R),
+            length=self.length,
+        )
+
+
+def find_posture(robot: Robot, pose: Pose = None) -> Posture:
+    """Posture of a robot at a pose or a batch of poses.
+
+    Parameters
+    ----------
+    robot : Robot
+    pose : RigidTransform, JointCoordinates, array of coordinates, or None
+        None for the home configuration.
+
+    Raises
+    ------
+    InputError
+        When the pose does not fit the robot, or a leg does not close in the home configuration.
+    """
+    if not isinstance(robot, Robot):
+        raise InputError(
+            "robot", got=robot, expected="a Robot", hint='write find_posture(load("hexapod"), pose)'
+        )
+    return PostureFinder(robot).find(pose)
+
+
+def reach(robot: Robot, home_pose: np.ndarray) -> float:
+    """Size of a robot [m]: the largest distance between a leg's two ends, or its chain's extent."""
+    R = turn_by_vector(home_pose[3:])
+    sizes = []
+    for leg in robot.legs:
+        _, p_end = attachment_frame(leg, R, home_pose[:3])
+        placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
+        extent = [np.linalg.norm(e.point - leg.base.p) for e in placed.parts]
+        sizes += [np.linalg.norm(p_end - leg.base.p), *extent]
+    size = float(max(sizes))
+    return size if size > 0 else 1.0
+
+
+def _gap(
+    leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """By how much a chain or a loop in it stays open: shift (N,) [m] and turn (N,) [rad]."""
+    shifts, turns = [], []
+    for gap in gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)):
+        shift = gap.p_wanted - gap.p
+        # The chord of the turn: exact enough for small gaps, and never above pi.
+        chord = gap.R_wanted - gap.R
+        half_sine = np.sqrt(np.einsum("...ij,...ij->...", chord, chord) / 8.0)
+        turns.append(2.0 * np.arcsin(np.minimum(half_sine, 1.0)))
+        shifts.append(np.sqrt(np.einsum("...i,...i->...", shift, shift)))
+    if len(shifts) == 1:
+        return shifts[0], turns[0]
+    return np.max(shifts, axis=0), np.max(turns, axis=0)

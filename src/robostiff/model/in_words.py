@@ -1,0 +1,67 @@
+"""The elements of a leg in a few words each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from robostiff.model.joint import Joint
+from robostiff.model.link import Telescope
+from robostiff.model.parallel_block import ParallelBlock
+from robostiff.model.snapshot import PlacedBlock
+
+if TYPE_CHECKING:
+    from robostiff.model.chain import Chain, Element
+    from robostiff.model.snapshot import PlacedElement, PlacedLeg
+
+
+def elements_in_words(chain: Chain) -> list[str]:
+    """The elements of a chain by name, with the roles of joints and what is in a block.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> elements_in_words(load("orthoglide").legs[0].chain)[1:3]
+    ['carriage joint (passive)', 'parallelogram 2 x [near pin (passive), bar, far pin (passive)]']
+    """
+    return [_element(part) for part in chain.elements]
+
+
+def placed_in_words(leg: PlacedLeg) -> list[str]:
+    """The elements of a leg of a snapshot by name, with what is in a block.
+
+    Examples
+    --------
+    >>> from robostiff.kinematics import find_posture
+    >>> from robostiff.robots import load
+    >>> placed_in_words(find_posture(load("planar-link")).snapshot.legs[0])
+    ['beam', 'tip']
+    """
+    return [_placed(part, "") for part in leg.elements]
+
+
+def _element(part: Element) -> str:
+    match part:
+        case ParallelBlock():
+            return _block(part.name, [elements_in_words(branch.chain) for branch in part.branches])
+        case Joint() | Telescope():
+            return f"{part.name} ({type(part.role).__name__.lower()})"
+        case _:
+            return part.name
+
+
+def _placed(part: PlacedElement, prefix: str) -> str:
+    """Without the names of the blocks around it."""
+    name = part.name.removeprefix(prefix)
+    if not isinstance(part, PlacedBlock):
+        return name
+    insides = [
+        [_placed(inner, f"{branch.name}/") for inner in branch.elements] for branch in part.branches
+    ]
+    return _block(name, insides)
+
+
+def _block(name: str, insides: Iterable[Iterable[str]]) -> str:
+    """A parallel block; branches that read alike are told once."""
+    told = ["[" + ", ".join(words) + "]" for words in insides]
+    return f"{name} " + (f"{len(told)} x {told[0]}" if len(set(told)) == 1 else " | ".join(told))
