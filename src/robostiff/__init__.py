@@ -127,7 +127,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _PACKAGES = ("plot",)
 
 __all__ = ["__version__"]
-__all__ += sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ += sorted(_HOME_OF)  # noqa: PLE0605  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:

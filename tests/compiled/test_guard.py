@@ -25,11 +25,11 @@ BACKENDS = [Backend.ARRAYS, *([Backend.MACHINE] if machine_code_is_available() e
 #: Their unreachable poses are followed by Newton's method, which takes its time.
 OPEN = (
     *("RPS tripod", "PRS tripod", "3-UPU", "3-puu", "tripteron", "3-rpr-beams"),
-    *("3-prs", "3-rps", "capaman", "t3r1"),
+    *("3-prs", "3-rps", "capaman", "h4", "t3r1"),
     *("four-bar legs", "nested parallelograms", "pairs of struts"),
 )
-#: At quarter turns, which are round values, one of its legs turns by itself.
-UNDETERMINED = ("agile-eye",)
+#: These take some hundredths of a second a pose, far from home at least.
+SLOW = ("capaman", "h4")
 #: Not trusted: so far from generic poses are they that every pose is computed in full.
 ILL_CONDITIONED = ("thin legs",)
 
@@ -45,9 +45,8 @@ def test_random_and_special_poses(name: str):
     rows = [space.near_home(rng), space.drawn(rng, 40, 0.1)]
     if name not in OPEN:
         rows += [space.drawn(rng, 200, size) for size in (0.6, 1.5)]
-    if name not in (*OPEN, *UNDETERMINED):
         rows.append(space.round_values())
-    rows = np.concatenate(rows)
+    rows = np.concatenate(rows)[:: 4 if name in SLOW else 1]
     for backend in BACKENDS:
         compiled = compiled_with(robot, backend)
         assert compiled.verified == (name not in ILL_CONDITIONED)

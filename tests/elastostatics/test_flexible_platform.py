@@ -100,6 +100,24 @@ def test_motions_of_the_platform_take_wrenches_away():
     assert np.allclose(again.whole.K, free.whole.K, rtol=0, atol=1e-9 * np.abs(expected.K).max())
 
 
+@pytest.mark.parametrize("axes", [(0, 0, 1), (0, 1, 0), (1, 0, 0)])
+def test_legs_that_pull_at_one_another_bend_the_platform(axes: tuple[int, ...]):
+    """Their wrenches cancel at the tool, and still share the energy of the one that reaches it."""
+    solved = [
+        solve_chain(np.eye(6), np.delete(np.eye(6), axis, axis=1), WrenchBasis(), ONE, Tolerance())
+        for axis in axes
+    ]
+    H = np.concatenate([own.held for own in solved], axis=-1)
+    root = np.random.default_rng(4).normal(size=(3, 3))
+    p, along_slide = root @ root.T, H[:1].T
+    coupled = couple_legs(solved, [np.eye(1)] * 3, p, along_slide)
+    # Least energy of x^T (p + 1) x with the slide free and the load along y: its own system.
+    constraints = np.hstack([along_slide, H[1:2].T])
+    inverse = np.linalg.inv(p + np.eye(3))
+    compliance = np.linalg.inv(constraints.T @ inverse @ constraints)[1, 1]
+    assert coupled.whole.K[1, 1] == pytest.approx(1.0 / compliance, rel=1e-12)
+
+
 def test_shapes_must_fit():
     C, solved = leg(np.random.default_rng(3), 2)
     with pytest.raises(InputError, match="each of the 4 wrenches"):

@@ -88,3 +88,9 @@ def test_a_leg_with_a_block_asks_for_the_pose_of_home():
     leg = Leg("arm", Frame.identity(), nested(), Frame.identity())
     with pytest.raises(rs.InputError, match="joint coordinates alone could leave its loops open"):
         Robot("arm", (leg,))
+
+
+@pytest.mark.parametrize("across", [[0, 0.1], "0.1 m", [0, np.nan, 0], 0.1])
+def test_vector_across_that_is_none_is_refused(across):
+    with pytest.raises(rs.InputError, match="across of 'pair'"):
+        parallelogram(Chain((rigid(0.2, "bar"),)), across, name="pair")

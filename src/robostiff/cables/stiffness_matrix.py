@@ -24,6 +24,13 @@ def elastic_stiffness(placed: PlacedCables, stiffness: np.ndarray) -> np.ndarray
     placed : PlacedCables
     stiffness : (..., m) array
         Of each cable with its winch, k [N/m].
+
+    Examples
+    --------
+    >>> placed = PlacedCables(np.array([[0, 0, 2.0]]), np.zeros((1, 3)), np.zeros(3),
+    ...     np.zeros(3), np.zeros(3), Space.SPATIAL)
+    >>> np.diag(elastic_stiffness(placed, np.array([4e4]))).tolist()
+    [0.0, 0.0, 40000.0, 0.0, 0.0, 0.0]
     """
     W = structure_matrix(placed)
     return (W * stiffness[..., None, :]) @ np.swapaxes(W, -1, -2)
@@ -79,6 +86,10 @@ def weight_stiffness(placed: PlacedCables) -> np.ndarray:
     """Stiffness of a weight at a point of the platform, -S(f, d) in the rotations (..., n, n).
 
     A weight below the reference point turns back like a pendulum; one above it topples.
+
+    Parameters
+    ----------
+    placed : PlacedCables
     """
     arm = placed.weight_arm
     return force_stiffness(np.broadcast_to(placed.weight_force, arm.shape), arm, placed.space)

@@ -16,6 +16,10 @@ def structure_matrix(placed: PlacedCables) -> np.ndarray:
     the cables lengthen by ``-A x`` under a small twist x. (Pott 2018, chapter 3; there and in most
     of the literature t is called f and F is called w.)
 
+    Parameters
+    ----------
+    placed : PlacedCables
+
     Examples
     --------
     >>> from robostiff.spatial import Space
@@ -30,7 +34,12 @@ def structure_matrix(placed: PlacedCables) -> np.ndarray:
 
 
 def weight_wrench(placed: PlacedCables) -> np.ndarray:
-    """Wrench of the weight about the reference point (..., n) [N, N m]."""
+    """Wrench of the weight about the reference point (..., n) [N, N m], in world axes.
+
+    Parameters
+    ----------
+    placed : PlacedCables
+    """
     force = np.broadcast_to(placed.weight_force, placed.reference_point.shape)
     wrench = np.concatenate([force, cross(placed.weight_arm, force)], axis=-1)
     return wrench[..., list(placed.space.rows)]

@@ -43,7 +43,13 @@ class GivenTensions:
     name = "given"
 
     def choose(self, problem: TensionProblem) -> tuple[np.ndarray, np.ndarray]:
-        """The tensions, and whether they balance the wrench."""
+        """The tensions, and whether they balance the wrench.
+
+        Raises
+        ------
+        InputError
+            When there are not as many as cables, or some are negative.
+        """
         poses, _, cables = problem.W.shape
         expected = f"{cables} tensions [N], one a cable"
         given = as_floats("tensions", self.values, expected)

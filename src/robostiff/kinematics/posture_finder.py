@@ -199,6 +199,13 @@ def find_posture(robot: Robot, pose: Pose = None) -> Posture:
     ------
     InputError
         When the pose does not fit the robot, or a leg does not close in the home configuration.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> posture = find_posture(load("3-puu"), [[0, 0, 0.3], [1, 0, 0.3]])
+    >>> posture.reached
+    array([ True, False])
     """
     if not isinstance(robot, Robot):
         raise InputError(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.spatial import as_floats
 from robostiff.spatial.formula import (
     Entries,
     exact_array,
@@ -32,8 +33,10 @@ def vector3(subject: str, value: Entries) -> np.ndarray:
         if formulas.shape != (3,) or not all(map(is_possible, formulas)):
             raise InputError(subject, got=value, expected="three finite numbers [x, y, z]")
         return formulas
-    vector = np.asarray(value, dtype=float)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        value = value.tolist()  # plain numbers among the formulas of another vector
+    vector = as_floats(subject, value, "three finite numbers [x, y, z]")
+    if vector.shape != (3,):
         raise InputError(subject, got=value, expected="three finite numbers [x, y, z]")
     return vector
 

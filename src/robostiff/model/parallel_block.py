@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.model.checks import vector3
 from robostiff.spatial import Frame
+from robostiff.spatial.formula import Entries
 
 if TYPE_CHECKING:
     from robostiff.model.chain import Chain
@@ -74,9 +76,7 @@ class ParallelBlock:
             )
 
 
-def parallelogram(
-    chain: Chain, across: np.ndarray, *, name: str = "parallelogram"
-) -> ParallelBlock:
+def parallelogram(chain: Chain, across: Entries, *, name: str = "parallelogram") -> ParallelBlock:
     """Two copies of a bar with its joints, side by side.
 
     Parameters
@@ -90,26 +90,27 @@ def parallelogram(
     Raises
     ------
     InputError
-        When the bars lie in one place.
+        When `across` is no vector, or the bars lie in one place.
 
     Examples
     --------
     >>> from robostiff.model import Chain, Passive, Rigid, revolute
     >>> bar = Rigid(Frame(np.eye(3), np.array([0.4, 0.0, 0.0])))
     >>> pins = [revolute([0, 0, 1], Passive(), name=name) for name in ("near pin", "far pin")]
-    >>> block = parallelogram(Chain((pins[0], bar, pins[1])), np.array([0.0, 0.1, 0.0]))
+    >>> block = parallelogram(Chain((pins[0], bar, pins[1])), [0, 0.1, 0])
     >>> [branch.start.p[1].item() for branch in block.branches]
     [-0.05, 0.05]
     """
-    if not np.any(across):
+    shift = vector3(f"across of {name!r}", across)
+    if not np.any(shift):
         raise InputError(
             f"across of {name!r}",
             got=across,
             expected="a vector from the first bar to the second",
             hint="two bars in one place are one bar of twice the stiffness",
         )
-    identity = np.eye(3, dtype=int) if across.dtype == object else np.eye(3)
-    sides = [Frame(identity, -across / 2), Frame(identity, across / 2)]
+    identity = np.eye(3, dtype=int) if shift.dtype == object else np.eye(3)
+    sides = [Frame(identity, -shift / 2), Frame(identity, shift / 2)]
     return ParallelBlock(
         tuple(Branch(f"bar{i + 1}", side, chain, side) for i, side in enumerate(sides)), name
     )

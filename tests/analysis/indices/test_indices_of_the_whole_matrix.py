@@ -167,7 +167,7 @@ def test_a_singular_matrix_has_no_condition_number():
     assert rs.Status.UNBALANCED in work.status
 
 
-@pytest.mark.parametrize("length", [0, -1, "long", np.nan, [1, 2]])
+@pytest.mark.parametrize("length", [0, -1, "long", np.nan, [1, 2], 1e-160, 1e300])
 def test_lengths_that_are_none(length):
     result = rs.stiffness(rs.load("hexapod"))
     for index in (condition_number, virtual_work, eigenstiffness, rs.indices):

@@ -10,6 +10,8 @@ from robostiff.elastostatics import scaling
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 
+_SHORTEST = 1e-30  # [m]; the largest number there may be is its inverse
+
 
 def index_length(result: RobotStiffness, length: float | None) -> float:
     """The characteristic length [m]: the one given, or the robot's own at its pose.
@@ -17,13 +19,14 @@ def index_length(result: RobotStiffness, length: float | None) -> float:
     Raises
     ------
     InputError
-        For a length that is no positive number.
+        For a length that is no positive number, or whose square no stiffness can be divided by.
     """
     if length is None:
         return float(result.about_reference.length)
-    given = as_floats("characteristic length", length, "a length above 0 [m]")
-    if given.shape != () or not given > 0:
-        raise InputError("characteristic length", got=length, expected="a length above 0 [m]")
+    expected = f"a length above 0, from {_SHORTEST:.0e} m"
+    given = as_floats("characteristic length", length, expected)
+    if given.shape != () or not given >= _SHORTEST:
+        raise InputError("characteristic length", got=length, expected=expected)
     return float(given)
 
 
