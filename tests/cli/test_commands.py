@@ -228,3 +228,9 @@ def test_help_imports_nothing_heavy():
         [sys.executable, "-c", code], capture_output=True, text=True, check=False
     )
     assert outcome.returncode == 0, outcome.stderr
+
+
+def test_a_pose_without_an_answer_is_told_without_a_traceback():
+    outcome = run("verify", "3-puu", "--pose", "5 0 0")
+    assert (outcome.exit_code, outcome.stdout) == (1, "")
+    assert outcome.stderr.startswith("robostiff: error: nothing to verify: leg 'leg1' falls short")

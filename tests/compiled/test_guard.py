@@ -14,8 +14,21 @@ from robostiff.compiled import Backend
 from robostiff.compiled.machine import machine_code_is_available
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture
-from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model import (
+    ALL_COORDINATES,
+    Actuated,
+    Chain,
+    Coordinate,
+    Leg,
+    Passive,
+    Robot,
+    beam_link,
+    parallelogram,
+    prismatic,
+    revolute,
+)
 from robostiff.robots import load
+from robostiff.spatial import Frame
 from tests.compiled.agreement import agreement
 from tests.generators.kernel_robots import ALL_ROBOTS, flat_struts, robot_called, thin_legs
 from tests.generators.machines import five_bar, tripod
@@ -204,3 +217,26 @@ def test_poses_computed_again_are_about_a_far_reference_point(backend: Backend):
         for name, value in expected.items():
             found = answer.values[name][i]
             assert np.max(np.abs(found - value)) <= 1e-9 * np.max(np.abs(value)), name
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_joint_coordinates_that_leave_a_loop_open(backend: Backend):
+    """The record follows one bar alone: where the other bar ends elsewhere there is no answer."""
+    pins = [revolute([0, 0, 1], Passive(), name=name) for name in ("near pin", "far pin")]
+    bar = beam_link([0.4, 0, 0], rs.material("steel"), rs.circle(0.02))
+    drives = (revolute([0, 0, 1], Actuated(1e6)), prismatic([0, 1, 0], Actuated(1e6)))
+    block = parallelogram(Chain((pins[0], bar, pins[1])), [0, 0.2, 0])
+    here, home = (Frame(np.eye(3), np.array([x, 0, 0])) for x in (0.0, 0.4))
+    leg = Leg("arm", here, Chain((drives[0], block, drives[1])), here)
+    robot = Robot("arm", (leg,), home=home, coordinates=(Coordinate.Y, Coordinate.RZ))
+    joints = rs.JointCoordinates(
+        [
+            [0, 0.1, -0.1, 0.1, -0.1, 0],
+            [0, 0.1, -0.1, 0.3, 0.2, 0],
+            [0.2, -0.2, 0.2, -0.2, 0.2, 0.1],
+        ]
+    )
+    found, expected = compiled_with(robot, backend).evaluate(joints), stiffness(robot, joints)
+    assert expected.answered.tolist() == [True, False, True]
+    assert found.status_codes.tolist() == expected.status_codes.tolist()
+    assert found.rank.tolist() == expected.rank.tolist()

@@ -11,7 +11,7 @@ import robostiff as rs
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure import NewtonTask
 from robostiff.model import Chain, Coordinate, Leg, ParallelBlock, Robot
-from robostiff.robots import load
+from robostiff.robots import load, robot_file
 from robostiff.spatial import Frame
 from tests.generators.elements import shift_by
 from tests.generators.kernel_robots import robot_called
@@ -54,7 +54,7 @@ def test_platform_shifts_and_does_not_turn(name):
 def test_coordinates_left_out_of_the_file_are_found(name):
     robot = load(name)
     assert isinstance(robot, Robot)
-    text = rs.robots.robot_file(name).read_text().replace("coordinates: [x, y, z]\n", "")
+    text = robot_file(name).read_text().replace("coordinates: [x, y, z]\n", "")
     from robostiff.io.document import parse_document
     from robostiff.io.model_file import model_from_document
 

@@ -9,7 +9,7 @@ import pytest
 import robostiff as rs
 from robostiff.report import write_report
 from tests.report.browsing import chromium, opened
-from tests.report.machines import shipped
+from tests.report.machines import shipped, with_symbols
 
 POSE, LOAD = [0.06, 0.02, 0.9, 0, 0.17, 0], [300, 100, -200, 0, 0, 0]
 PLANAR_LOAD = [100, 20, 3]
@@ -31,7 +31,7 @@ def planar_map():
 @pytest.fixture(scope="module")
 def planar_page(tmp_path_factory, planar_map) -> Path:
     path = tmp_path_factory.mktemp("reports") / "planar.html"
-    write_report(shipped("3-rrr"), path, wrench=PLANAR_LOAD, found=planar_map)
+    write_report(with_symbols("3-rrr"), path, wrench=PLANAR_LOAD, found=planar_map)
     return path
 
 
@@ -99,7 +99,7 @@ def test_weakest_directions_of_the_page_are_those_of_the_library(spatial):
 
 
 def test_planar_numbers_are_those_of_the_library(planar):
-    result = rs.stiffness(shipped("3-rrr"))
+    result = rs.stiffness(with_symbols("3-rrr").numeric)
     assert planar.numbers("[data-symbol=K]") == result.K.ravel().tolist()
 
 

@@ -85,7 +85,10 @@ class KernelInputs:
     def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues) -> InputRows:
         """Rows of inputs, and what is known of the poses before."""
         missed, loose = np.zeros((2, len(given)), dtype=bool)
-        if not self.joints or isinstance(pose, JointCoordinates):
+        by_joints = isinstance(pose, JointCoordinates)
+        # A record takes for granted that loops are closed, which given coordinates may leave open.
+        loops = any(leg.chain.has_blocks for leg in self.robot.legs)
+        if not self.joints or (by_joints and not loops):
             rows = given.T
         else:
             rows = np.empty((self.joints, len(given)))
@@ -93,7 +96,7 @@ class KernelInputs:
                 finder = PostureFinder(robot)
                 for start in range(0, len(group), CHUNK):
                     own = group[start : start + CHUNK]
-                    posture = finder.find(given[own])
+                    posture = finder.find(JointCoordinates(given[own]) if by_joints else given[own])
                     rows[:, own] = np.concatenate([q.T for q in posture.coordinates])
                     missed[own] = ~posture.reached
                     loose[own] = posture.reached & ~posture.meets(_MET)

@@ -9,7 +9,7 @@ from typing import ParamSpec
 
 import typer
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, NoAnswerError
 
 BAD_STATUS = 1
 BAD_INPUT = 2
@@ -26,6 +26,9 @@ def reported(command: Callable[P, int]) -> Callable[P, None]:
         except InputError as error:
             typer.echo(f"robostiff: error: {error}", err=True)
             raise typer.Exit(BAD_INPUT) from None
+        except NoAnswerError as error:
+            typer.echo(f"robostiff: error: {error}", err=True)
+            raise typer.Exit(BAD_STATUS) from None
         except BrokenPipeError:  # the reader of a pipe has left
             sys.stderr.close()
             raise typer.Exit(BAD_STATUS) from None

@@ -139,8 +139,8 @@ def _inverted(M: np.ndarray, Z: np.ndarray, HZ: np.ndarray, tolerance: Tolerance
     count = M.shape[-1]
     identity = np.eye(count)
     A = np.swapaxes(Z, -1, -2) @ M @ Z
-    # What never reaches the tool is no stranger to what does: legs that pull at one another bend the
-    # platform. Only where there is nothing, no wrench and no compliance, is nothing to solve for.
+    # What never reaches the tool is no stranger to what does: legs that pull at one another bend
+    # the platform. Only where there is neither wrench nor compliance is nothing to solve for.
     idle = _idle(HZ) & (np.einsum("...ii->...i", A) == 0)
     mean = np.trace(A, axis1=-2, axis2=-1) / count
     A = np.where(idle[..., None] | idle[..., None, :], 0.0, A)

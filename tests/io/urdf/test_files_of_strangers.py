@@ -193,3 +193,8 @@ def test_a_urdf_is_read_without_its_shapes(tmp_path):
     assert tree.links == ("a", "b")
     assert tree.joints[0].before.p.tolist() == [0, 0, 1]
     assert tree.joints[0].role == rs.Actuated(limits=(-1.0, 1.0))
+
+
+def test_numbers_that_nobody_reads_may_be_anything(tmp_path):
+    text = ARM.replace('effort="1" velocity="1"', 'effort="28 N m" velocity="fast"')
+    assert len(rs.load(_file(tmp_path, text), side=with_side(tmp_path, SIDE)).legs) == 1

@@ -13,12 +13,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from robostiff.errors import InputError
 from robostiff.io.suggest import Words
 
+_LARGEST = 1e30  # far beyond any robot, and far from overflow
+Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
+Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
 Matrix3 = Annotated[list[Vector], Field(min_length=3, max_length=3)]
-Row6 = Annotated[list[float], Field(min_length=6, max_length=6)]
+Row6 = Annotated[list[Number], Field(min_length=6, max_length=6)]
 Matrix6 = Annotated[list[Row6], Field(min_length=6, max_length=6)]
 Name = Annotated[str, Field(min_length=1)]
-Positive = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0, le=_LARGEST)]
 Informative = Annotated[Any, Field(description="any value; for people, not read")]
 
 
@@ -42,7 +45,7 @@ class PassivePart(Chained):
 
     type: Literal["passive"]
     kind: Literal["R", "P"] = Field(description="R to turn about the axis, P to slide along it")
-    point: Vector = Field(description="a point of the axis [m]")
+    point: Point = Field(description="a point of the axis [m]")
     axis: Vector = Field(description="the direction of the axis, of any length but zero")
 
 
@@ -51,7 +54,7 @@ class SpringPart(Chained):
 
     type: Literal["spring"]
     kind: Literal["R", "P"] = Field(description="R to turn about the axis, P to slide along it")
-    point: Vector = Field(description="a point of the axis [m]")
+    point: Point = Field(description="a point of the axis [m]")
     axis: Vector = Field(description="the direction of the axis, of any length but zero")
     k: Positive = Field(description="the stiffness, N m/rad for R and N/m for P")
 
@@ -59,8 +62,8 @@ class SpringPart(Chained):
 class BeamData(Part):
     """Where a beam runs, and what it is made of."""
 
-    start: Vector = Field(description="the end towards the base, or at node a [m]")
-    end: Vector = Field(description="the end towards the platform, or at node b [m]")
+    start: Point = Field(description="the end towards the base, or at node a [m]")
+    end: Point = Field(description="the end towards the platform, or at node b [m]")
     y_axis: Vector = Field(
         description="the direction of the section's y axis; its part along the beam does not matter"
     )
@@ -108,7 +111,7 @@ class Spring6Data(Part):
         }
     )
 
-    point: Vector = Field(description="the point about which the matrix is given [m]")
+    point: Point = Field(description="the point about which the matrix is given [m]")
     rotation: Matrix3 = Field(description="the rotation matrix whose columns are the spring's axes")
     K: Matrix6 | None = Field(None, description="the stiffness, wrench for a twist [N/m, N, N m]")
     compliance: Matrix6 | None = Field(
@@ -137,7 +140,7 @@ class BranchPart(Part):
     """A chain from the body before a parallel block to the body after it."""
 
     name: Name = Field(description="the name of the branch, unique in the block")
-    end: Vector = Field(description="where the branch meets the body after the block [m]")
+    end: Point = Field(description="where the branch meets the body after the block [m]")
     chain: list[ElementPart] = Field(
         description="the elements from body to body, none for a rigid branch; all else is rigid"
     )
@@ -162,7 +165,7 @@ class LegPart(Part):
     """A chain from the base to the platform."""
 
     name: Name = Field(description="the name of the leg, unique in the file")
-    end: Vector = Field(description="where the leg meets the platform [m]")
+    end: Point = Field(description="where the leg meets the platform [m]")
     chain: list[ElementPart] = Field(
         min_length=1, description="the elements from base to platform; all else is rigid"
     )
@@ -178,7 +181,7 @@ class FileHead(Part):
 
     name: Name = Field(description="the name of the robot")
     description: str = Field("", description="a line about it")
-    reference_point: Vector = Field(
+    reference_point: Point = Field(
         description="the point of the platform about which stiffness is given [m]"
     )
     planar: bool = Field(False, description="true for a robot that moves in the x-y plane alone")

@@ -12,6 +12,7 @@ from robostiff.io.snapshot.format import (
     Informative,
     Name,
     Part,
+    Point,
     Positive,
     Spring6Data,
     Vector,
@@ -41,7 +42,7 @@ class FreedomPart(Part):
     """An elementary motion of a joint."""
 
     kind: Literal["R", "P"] = Field(description="R to turn about the axis, P to slide along it")
-    point: Vector = Field(description="a point of the axis [m]")
+    point: Point = Field(description="a point of the axis [m]")
     axis: Vector = Field(description="the direction of the axis, of any length but zero")
     k: Positive | None = Field(
         description="the stiffness, N m/rad for R and N/m for P; null for a passive motion"
@@ -57,7 +58,7 @@ class JointBetween(BetweenPart):
 class GraphPart(Part):
     """Rigid bodies and what is between them."""
 
-    nodes: Annotated[dict[Name, Vector], Field(min_length=2)] = Field(
+    nodes: Annotated[dict[Name, Point], Field(min_length=2)] = Field(
         description="the rigid bodies by name, each with a point of its own [m]"
     )
     fixed: list[Name] = Field(min_length=1, description="the nodes that do not move")

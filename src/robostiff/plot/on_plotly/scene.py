@@ -58,7 +58,8 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         domain={"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
     )
     # nothing is written below a scene but its legend
-    height, below = made.layout.height - _NO_LABELS, made.layout.margin.b - _NO_LABELS
+    layout: Any = made.layout  # whose attributes Plotly makes at run time
+    height, below = layout.height - _NO_LABELS, layout.margin.b - _NO_LABELS
     made.update_layout(height=height, margin={"b": below, "l": 16})
     _fill(made, picture)
     return made
