@@ -68,6 +68,7 @@ bench: $(STAMP)-bench
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/derivations.py
 	$(BIN)/python benchmarks/map_overhead.py
+	$(BIN)/python benchmarks/map_rate.py
 	$(BIN)/python benchmarks/kernels.py
 	$(BIN)/python benchmarks/map_workers.py
 
