@@ -48,6 +48,9 @@ def test_coordinates_follow_branch_by_branch():
     assert [place.start for _, place in chain.moving] == list(range(8))
     assert chain.home.tolist() == [0, 0.1, -0.1, 0.1, -0.1, 0.3, 0.4, 0.5]
     assert chain.size == len(chain.freedoms) == len(chain.roles) == 8
+    inside = [f"block/left/pair/bar{i}/{pin}" for i in (1, 2) for pin in "ab"]
+    names = ("drive", *inside, "block/left/c", "block/right/d", "e")
+    assert chain.coordinate_names == names
 
 
 def test_the_main_path_goes_through_first_branches():

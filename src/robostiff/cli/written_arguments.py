@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.kinematics import JointCoordinates, Pose
-from robostiff.model import Coordinate, Joint, Motion, Robot, Snapshot
+from robostiff.model import Coordinate, Motion, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
@@ -104,18 +104,12 @@ def _joints(robot: Robot, text: str) -> list[float]:
         raise InputError(
             "--joints", got=text, expected="--pose: joints pose serial arms only", hint=None
         )
-    dimensions, names = [], []
-    for element, _ in robot.legs[0].chain.moving:
-        motions = (
-            [freedom.motion for freedom in element.freedoms]
-            if isinstance(element, Joint)
-            else [Motion.TRANSLATION]
-        )
-        for motion in motions:
-            slides = motion is Motion.TRANSLATION
-            dimensions.append(Dimension.LENGTH if slides else Dimension.ANGLE)
-            names.append(element.name)
-    return parse_quantities(text, dimensions, names, "--joints")
+    chain = robot.legs[0].chain
+    dimensions = [
+        Dimension.LENGTH if freedom.motion is Motion.TRANSLATION else Dimension.ANGLE
+        for freedom in chain.freedoms
+    ]
+    return parse_quantities(text, dimensions, chain.coordinate_names, "--joints")
 
 
 def point_from(place: Place) -> list[float] | None:

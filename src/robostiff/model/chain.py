@@ -67,6 +67,22 @@ class Chain:
         return tuple(freedoms)
 
     @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Name of each coordinate: the joint's, ``block/branch/joint`` inside a parallel block."""
+        return tuple(self._coordinate_names(""))
+
+    def _coordinate_names(self, prefix: str) -> Iterator[str]:
+        for element in self.elements:
+            if isinstance(element, ParallelBlock):
+                for branch in element.branches:
+                    own = f"{prefix}{element.name}/{branch.name}/"
+                    yield from branch.chain._coordinate_names(own)
+            elif isinstance(element, Joint) and element.size > 1:
+                yield from (f"{prefix}{element.name}[{i}]" for i in range(element.size))
+            elif isinstance(element, Joint | Telescope):
+                yield prefix + element.name
+
+    @property
     def size(self) -> int:
         """Number of coordinates."""
         return sum(place.stop - place.start for _, place in self.moving)

@@ -92,12 +92,8 @@ def pose_columns(robot: Robot, used: Sequence[str]) -> PoseColumns:
 def joint_columns(leg: Leg) -> PoseColumns:
     """Joint coordinates of a leg, from base to platform."""
     chain = leg.chain
-    names: list[str] = []
-    for element, where in chain.moving:
-        size = where.stop - where.start
-        names += [element.name] if size == 1 else [f"{element.name}[{i}]" for i in range(size)]
     units = tuple("m" if f.motion is Motion.TRANSLATION else "rad" for f in chain.freedoms)
-    return PoseColumns(tuple(names), units, tuple(map(float, chain.home)), of_joints=True)
+    return PoseColumns(chain.coordinate_names, units, tuple(map(float, chain.home)), of_joints=True)
 
 
 def _of_platform(robot: Robot, names: tuple[str, ...]) -> PoseColumns:
