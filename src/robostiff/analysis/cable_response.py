@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.analysis.cable_result import CableStiffness
 from robostiff.analysis.cable_stiffness import cable_stiffness, judged
+from robostiff.analysis.one_pose import require_one_pose
 from robostiff.cables import CableStatus, TensionRule
 from robostiff.cables.equilibrium import Hanging, Loading, first_slack, load_path
 from robostiff.elastostatics import Tolerance
@@ -163,13 +164,8 @@ def cable_response(
     (('cable1', 'cable2'), 0.27)
     """
     before = cable_stiffness(robot, pose, tensions=tensions, tolerance=tolerance)
-    if before.batch_shape:
-        raise InputError(
-            "pose of a loaded cable robot",
-            got=f"{int(np.prod(before.batch_shape))} poses",
-            expected="one pose",
-            hint="loop over the poses",
-        )
+    hint = "loop over the poses"
+    require_one_pose("a loaded cable robot", before.batch_shape, hint)
     F = _load(load, robot.space)
     barred = CableStatus.FREE_MOTIONS | CableStatus.UNSTABLE
     if not before.answered:

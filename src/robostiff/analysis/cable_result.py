@@ -21,6 +21,7 @@ from robostiff.cables import (
 from robostiff.cables.stability import Stability, stability
 from robostiff.cables.status import WITHOUT_STIFFNESS
 from robostiff.elastostatics import Tolerance
+from robostiff.elastostatics.scaled_inverse import scaled_inverse
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space
@@ -130,10 +131,7 @@ class CableStiffness:
         """Inverse of K (..., n, n) [m/N, 1/N, rad/(N m)]; None where K is singular or missing."""
         if not np.all(self.answered) or np.any(self.rank < self.space.size):
             return None
-        s = scaling(self.placed.characteristic_length, self.space)
-        scale = s[..., :, None] * s[..., None, :]
-        inverse = np.linalg.inv(self.K / scale)
-        return 0.5 * (inverse + np.swapaxes(inverse, -1, -2)) / scale
+        return scaled_inverse(self.K, self.placed.characteristic_length)
 
     def required_compliance(self) -> np.ndarray:
         """Compliance matrix, or an exception that says why there is none.

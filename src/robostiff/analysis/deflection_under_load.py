@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.in_html import deflection_html
 from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
+from robostiff.analysis.one_pose import require_one_pose
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import CartesianStiffness, Status, Tolerance, scaling
@@ -211,13 +212,8 @@ def deflection(
             hint="write cable_response(robot, pose, load=...)",
         )
     answer = stiffness(robot, pose, at=at, tolerance=tolerance)
-    if answer.batch_shape:
-        raise InputError(
-            "pose of a deflection",
-            got=f"{int(np.prod(answer.batch_shape))} poses",
-            expected="one pose",
-            hint="for many poses multiply the wrench by compliance(robot, poses)",
-        )
+    hint = "for many poses multiply the wrench by compliance(robot, poses)"
+    require_one_pose("a deflection", answer.batch_shape, hint)
     F = _checked_wrench(wrench, answer.space)
     if Status.UNREACHABLE in answer.status:
         return Deflection(F, answer, answer.status, None)

@@ -9,6 +9,7 @@ import numpy as np
 
 from robostiff.analysis.matrix_distance import matrix_distance
 from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.one_pose import require_one_pose
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import (
@@ -138,12 +139,7 @@ def verify(
             expected="a Robot, a Snapshot or a Network: there is one method for cables",
         )
     reference = stiffness(robot, pose, tolerance=tolerance)
-    if reference.batch_shape:
-        raise InputError(
-            "pose of a verification",
-            got=f"{int(np.prod(reference.batch_shape))} poses",
-            expected="one pose",
-        )
+    require_one_pose("a verification", reference.batch_shape)
     if Status.UNREACHABLE in reference.status:
         raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
     if isinstance(robot, Network):

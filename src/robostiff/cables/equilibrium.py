@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import root_scalar
 from scipy.spatial.transform import Rotation
 
 from robostiff.cables.placement import PlacedCables
@@ -212,6 +211,8 @@ def first_slack(
         return before[0], int(np.argmin(np.where(taut, start.pulls, np.inf)))
     if least(after[0]) > 0:  # from the start another rest is nearer: the path itself tells
         return after[0], int(np.argmin(np.where(taut, after[1].pulls, np.inf)))
+    from scipy.optimize import root_scalar
+
     found = root_scalar(least, bracket=(before[0], after[0]), method="brentq", xtol=1e-12)
     factor = float(found.root)
     state = loading.rest(factor, start) or after[1]

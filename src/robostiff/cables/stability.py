@@ -63,7 +63,7 @@ def stability(W: np.ndarray, K: np.ndarray, size: float, tolerance: Tolerance) -
     n = len(K)
     U, values, _ = np.linalg.svd(W)
     r = int(np.count_nonzero(values > tolerance.independence))
-    doubtful = bool(np.any((values > tolerance.rounding) & (values <= tolerance.near_independence)))
+    doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
     H, N = U[:, :r], U[:, r:]
     held, directions = np.linalg.eigh(H.T @ K @ H)
     largest = np.abs(held).max(initial=0.0)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntFlag
 
+from robostiff.elastostatics.status import words_of
+
 
 class CableStatus(IntFlag):
     """What happened at a pose; several may hold at once, and 0 is a plain answer.
@@ -44,10 +46,7 @@ class CableStatus(IntFlag):
         return tuple(_ADVICE[member] for member in type(self) if member & self)
 
     def __str__(self) -> str:
-        names = [
-            str(member.name).lower().replace("_", "-") for member in type(self) if member & self
-        ]
-        return "+".join(names) or "ok"
+        return words_of(self)
 
 
 WITHOUT_STIFFNESS = CableStatus.INFEASIBLE | CableStatus.NO_LENGTH | CableStatus.RULE_FAILED

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linprog
 
 _BALANCED = 1e-9
 
@@ -77,6 +76,8 @@ class TensionProblem:
         held, lost = U[:, :rank], U[:, rank:]
         if np.abs(lost.T @ self.F[pose]).max(initial=0.0) > _BALANCED * size:
             return False
+        from scipy.optimize import linprog
+
         found = linprog(
             np.zeros(self.W.shape[-1]),
             A_eq=held.T @ self.W[pose],

@@ -86,8 +86,7 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
     if not np.all(full):
         values = np.linalg.svd(held[~full], compute_uv=False)
         rank[~full] = np.count_nonzero(values > tolerance.independence, axis=-1)
-        between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
-        doubtful[~full] = np.any(between, axis=-1)
+        doubtful[~full] = np.any(tolerance.leaves_in_doubt(values), axis=-1)
     status = np.bitwise_or.reduce([leg.status_codes for leg in legs])
     status = status & ~np.uint8(Status.FREE_MOTIONS)
     status = status | (rank < n) * np.uint8(Status.FREE_MOTIONS)

@@ -9,7 +9,7 @@ from robostiff.elastostatics.chain_problem import ChainProblem, Form
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
 from robostiff.elastostatics.tolerance import Tolerance, matrix_length, scaling
-from robostiff.elastostatics.transmitted_wrenches import wrenches_and_margins
+from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
 from robostiff.elastostatics.wrench_basis import WrenchBasis
 from robostiff.errors import InputError
 from robostiff.spatial import Space, as_floats
@@ -90,12 +90,7 @@ def solve_chain(
     s = scaling(length, space)
     scale = s[..., :, None] * s[..., None, :]
 
-    J_scaled = J_q * s[..., :, None]
-    size = np.sqrt(np.einsum("...nq,...nq->...q", J_scaled, J_scaled))
-    J_scaled = J_scaled / np.where(size > 0, size, 1.0)[..., None, :]
-    W, margins = wrenches_and_margins(J_scaled, tolerance.independence)
-    if present is not None:
-        margins = np.where(present, margins, 1.0)
+    J_scaled, W, margins = unit_twists_and_wrenches(J_q * s[..., :, None], tolerance, present)
     redundant = margins <= tolerance.independence
     problem = ChainProblem(C * scale, J_scaled, W, redundant, margins, tolerance)
 
@@ -137,7 +132,7 @@ def _doubtful(problem: ChainProblem) -> np.ndarray:
     """Where a joint is nearly redundant, or a transmitted wrench nearly rigid (...)."""
     tolerance, margins = problem.tolerance, problem.margins
     # Between rounding and the cut a joint is dropped that a little more care would have kept.
-    nearly_redundant = (margins > tolerance.rounding) & (margins <= tolerance.near_independence)
+    nearly_redundant = tolerance.leaves_in_doubt(margins)
     nearly_rigid = ~problem.rigid & (problem.compliance_ratio <= tolerance.near_rigidity)
     return nearly_rigid | np.any(nearly_redundant, axis=-1)
 

@@ -177,8 +177,8 @@ def _combinations(
     U, values, _ = np.linalg.svd(work)
     held = np.count_nonzero(values > tolerance.independence, axis=-1)
     Z = np.where(np.arange(count) >= held[..., None, None], U, 0.0)
-    between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
-    return Z, _unheld(work, held, tolerance), np.any(between, axis=-1)
+    doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
+    return Z, _unheld(work, held, tolerance), doubtful
 
 
 def _unheld(work: np.ndarray, held: np.ndarray, tolerance: Tolerance) -> np.ndarray:

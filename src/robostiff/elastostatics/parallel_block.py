@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from robostiff.elastostatics.block_diagonal import block_diagonal
 from robostiff.elastostatics.tolerance import Tolerance, scaling
-from robostiff.elastostatics.transmitted_wrenches import wrenches_and_margins
+from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
 from robostiff.spatial import Space
 
 _ROUNDING = 4 * np.finfo(float).eps
@@ -100,17 +100,15 @@ def block_compliance(
     doubtful = np.zeros(length.shape, dtype=bool)
     for i, (C, J_q) in enumerate(branches):
         there = None if present is None else present[i]
-        W, margins = _transmitted(J_q * s[..., :, None], there, tolerance)
+        _, W, margins = unit_twists_and_wrenches(J_q * s[..., :, None], tolerance, there)
         parts.append(W)
         energies.append(np.swapaxes(W, -1, -2) @ (C * s[..., :, None] * s[..., None, :]) @ W)
         redundant.append(margins <= tolerance.independence)
-        near = (margins > tolerance.rounding) & (margins <= tolerance.near_independence)
-        doubtful = doubtful | np.any(near, axis=-1)
+        doubtful = doubtful | np.any(tolerance.leaves_in_doubt(margins), axis=-1)
     A, D = np.concatenate(parts, axis=-1), block_diagonal(energies)
     U, values, Vt = np.linalg.svd(_padded(A))
     held = values > tolerance.independence
-    between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
-    doubtful = doubtful | np.any(between, axis=-1)
+    doubtful = doubtful | np.any(tolerance.leaves_in_doubt(values), axis=-1)
     S = _evening(D)
     if S is None:
         carried, indefinite = _least_energy(U, values, Vt, held, D, tolerance)
@@ -139,16 +137,6 @@ def block_compliance(
         redundant=np.concatenate(redundant, axis=-1),
         doubtful=doubtful,
     )
-
-
-def _transmitted(
-    J_scaled: np.ndarray, present: np.ndarray | None, tolerance: Tolerance
-) -> tuple[np.ndarray, np.ndarray]:
-    """Transmitted wrenches, and margins of the joints; those of absent ones are 1."""
-    size = np.sqrt(np.einsum("...nq,...nq->...q", J_scaled, J_scaled))
-    unit = J_scaled / np.where(size > 0, size, 1.0)[..., None, :]
-    W, margins = wrenches_and_margins(unit, tolerance.independence)
-    return W, margins if present is None else np.where(present, margins, 1.0)
 
 
 def _padded(A: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics.scaled_inverse import scaled_inverse
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
@@ -107,10 +108,7 @@ class CartesianStiffness:
         """Inverse of K (..., n, n) [m/N, 1/N, rad/(N m)]; None when some pose has rank < n."""
         if not np.all(self.answered) or np.any(self.rank < self.space.size):
             return None
-        s = scaling(self.length, self.space)
-        scale = s[..., :, None] * s[..., None, :]
-        inverse = np.linalg.inv(self.matrix / scale)
-        return 0.5 * (inverse + np.swapaxes(inverse, -1, -2)) / scale
+        return scaled_inverse(self.matrix, self.length)
 
     @property
     def decision(self) -> RankDecision:

@@ -46,10 +46,19 @@ class Status(IntFlag):
         return tuple(_ADVICE[member] for member in type(self) if member & self)
 
     def __str__(self) -> str:
-        names = [
-            str(member.name).lower().replace("_", "-") for member in type(self) if member & self
-        ]
-        return "+".join(names) or "ok"
+        return words_of(self)
+
+
+def words_of(status: IntFlag) -> str:
+    """What happened, joined by ``+``; ``ok`` where nothing did.
+
+    Examples
+    --------
+    >>> words_of(Status.OK), words_of(Status.RIGID_DIRECTION)
+    ('ok', 'rigid-direction')
+    """
+    names = (str(member.name) for member in type(status) if member & status)
+    return "+".join(name.lower().replace("_", "-") for name in names) or "ok"
 
 
 WITHOUT_STIFFNESS = Status.RIGID_DIRECTION | Status.FORM_DOES_NOT_HOLD | Status.UNREACHABLE

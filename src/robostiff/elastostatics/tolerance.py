@@ -52,6 +52,16 @@ class Tolerance:
             if not 0 < strict <= near < 1:
                 raise InputError("tolerance", got=(strict, near), expected="0 < strict <= near < 1")
 
+    def leaves_in_doubt(self, values: np.ndarray) -> np.ndarray:
+        """Where values or margins lie so near the cut that little would decide otherwise.
+
+        Examples
+        --------
+        >>> Tolerance().leaves_in_doubt(np.array([1e-15, 1e-10, 1e-8, 1.0]))
+        array([False,  True,  True, False])
+        """
+        return (values > self.rounding) & (values <= self.near_independence)
+
 
 def matrix_length(
     C: Float[np.ndarray, "*batch n n"], J_q: Float[np.ndarray, "*batch n q"]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float
 
+from robostiff.elastostatics.tolerance import Tolerance
+
 _ROUNDING = 4 * np.finfo(float).eps
 
 
@@ -41,6 +43,24 @@ def transmitted_wrenches(
     """
     W, margins = wrenches_and_margins(J_q, independence)
     return W, margins <= independence
+
+
+def unit_twists_and_wrenches(
+    J_scaled: Float[np.ndarray, "*batch n q"],
+    tolerance: Tolerance,
+    present: Bool[np.ndarray, "*batch q"] | None = None,
+) -> tuple[
+    Float[np.ndarray, "*batch n q"], Float[np.ndarray, "*batch n m"], Float[np.ndarray, "*batch q"]
+]:
+    """Scaled twists brought to unit size, and what `wrenches_and_margins` tells of them.
+
+    `present` tells which columns are there: poses may differ in their number, and zero columns,
+    whose margin is 1, fill up.
+    """
+    size = np.sqrt(np.einsum("...nq,...nq->...q", J_scaled, J_scaled))
+    unit = J_scaled / np.where(size > 0, size, 1.0)[..., None, :]
+    W, margins = wrenches_and_margins(unit, tolerance.independence)
+    return unit, W, margins if present is None else np.where(present, margins, 1.0)
 
 
 def wrenches_and_margins(

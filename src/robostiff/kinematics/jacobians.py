@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from jaxtyping import Float
 
+from robostiff.elastostatics.block_diagonal import block_diagonal
 from robostiff.errors import InputError
 from robostiff.model import Motion, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import (
@@ -101,13 +102,7 @@ def spring_jacobian(
         [np.broadcast_to(c, (*batch, *c.shape[-2:])) for c in columns], axis=-1
     )
     size = J_theta.shape[-1]
-    compliance = np.zeros((*batch, size, size))
-    start = 0
-    for block in blocks:
-        stop = start + block.shape[-1]
-        compliance[..., start:stop, start:stop] = block
-        start = stop
-    return J_theta, compliance
+    return J_theta, np.broadcast_to(block_diagonal(blocks), (*batch, size, size))
 
 
 def leg_compliance(

@@ -147,6 +147,11 @@ class Chain:
         return Chain(tuple(path))
 
     @property
+    def zero(self) -> np.ndarray:
+        """Coordinates all zero, but those of locked joints, which keep home's (size,) [m, rad]."""
+        return np.where(self.free, 0.0, self.home)
+
+    @property
     def has_compliance(self) -> bool:
         """Whether any element gives way elastically."""
         return any(_gives_way(element) for element in self.elements)

@@ -251,10 +251,6 @@ class PlacedPlatform:
         """A point of the platform frame (3,) in the world (..., 3) [m]."""
         return self.origin + np.einsum("...ij,j->...i", self.rotation, point)
 
-    def in_platform(self, point: np.ndarray) -> np.ndarray:
-        """A point of the world (..., 3) in the platform frame (..., 3) [m]."""
-        return np.einsum("...ji,...j->...i", self.rotation, point - self.origin)
-
 
 def _shown(point: np.ndarray) -> str:
     entries = (str(x) if point.dtype == object else f"{x:.6g}" for x in point)

@@ -113,8 +113,7 @@ def _held(wrenches: np.ndarray, tolerance: Tolerance) -> tuple[np.ndarray, int, 
     """Unit wrenches as few columns, how many are independent, and whether that is in doubt."""
     U, values, _ = np.linalg.svd(wrenches, full_matrices=False)
     rank = int(np.count_nonzero(values > tolerance.independence))
-    between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
-    return U * values, rank, bool(np.any(between))
+    return U * values, rank, bool(np.any(tolerance.leaves_in_doubt(values)))
 
 
 def _range(wrenches: np.ndarray, tolerance: Tolerance) -> np.ndarray:

@@ -53,8 +53,8 @@ def null_spaces(G: np.ndarray, tolerance: Tolerance) -> NullSpaces:
         return NullSpaces(np.eye(columns), np.eye(rows), False)
     U, values, Vt = np.linalg.svd(G)
     rank = int(np.count_nonzero(values > tolerance.independence))
-    between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
-    return NullSpaces(Vt[rank:].T, U[:, rank:], bool(np.any(between)))
+    doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
+    return NullSpaces(Vt[rank:].T, U[:, rank:], doubtful)
 
 
 def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, bool]:
@@ -101,10 +101,10 @@ def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, b
             break
         size = min(columns, 4 * size)
     lost = values <= tolerance.independence
-    between = (values > tolerance.rounding) & (values <= tolerance.near_independence)
+    doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
     if len(Wt) < size:  # more motions than wrenches
         Wt = np.linalg.svd(G @ V)[2]
-    return V @ Wt[lost].T, bool(np.any(between))
+    return V @ Wt[lost].T, doubtful
 
 
 def pinning_coordinates(basis: np.ndarray) -> np.ndarray:

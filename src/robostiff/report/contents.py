@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis import Deflection, RobotStiffness, deflection, stiffness
 from robostiff.analysis.indices import StiffnessIndices, indices
+from robostiff.analysis.one_pose import require_one_pose
 from robostiff.analytic import AtHome, FormulaTooLargeError, RobotDerivation, Steps
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
@@ -100,13 +101,8 @@ def report_contents(
     _check_map(robot, found)
     numeric = robot.numeric if isinstance(robot, Robot) else robot
     result = stiffness(numeric, pose, at=at)
-    if result.batch_shape:
-        raise InputError(
-            "pose of a report",
-            got=f"{int(np.prod(result.batch_shape))} poses",
-            expected="one pose",
-            hint="make a map of many poses, and give it to the report",
-        )
+    hint = "make a map of many poses, and give it to the report"
+    require_one_pose("a report", result.batch_shape, hint)
     reached = Status.UNREACHABLE not in result.status
     snapshot = None
     if reached:

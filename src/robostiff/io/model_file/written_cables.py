@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Discriminator, Field, Tag
 
+from robostiff.io.model_file.written_head import WrittenHead
 from robostiff.io.model_file.written_parts import Value, Vector, Written, WrittenFrame
 from robostiff.io.model_file.written_repeat import (
     Text,
@@ -65,15 +66,9 @@ class WrittenTensions(Written):
     level: Value = 0
 
 
-class WrittenCableRobot(Written):
+class WrittenCableRobot(WrittenHead):
     """A whole model file of a cable robot."""
 
-    robostiff: Literal[1]
-    name: Text = Field(description="what the robot is called")
-    title: str = ""
-    source: Text = Field(description="where the numbers come from, in a sentence")
-    notes: str = ""
-    parameters: dict[str, Value] = Field(default_factory=dict)
     planar: bool = False
     home: WrittenFrame = Field(description="the pose of the platform, such as {at: [0, 0, 2 m]}")
     reference_point: Vector | None = None

@@ -219,6 +219,3 @@ WrittenElement = Annotated[
     | WrittenParallel,
     Field(discriminator="type"),
 ]
-
-for _holder in (WrittenParallelogram, WrittenBranch, WrittenBranchPattern, WrittenParallel):
-    _holder.model_rebuild()

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from robostiff.io.model_file.written_elements import WrittenElement
+from robostiff.io.model_file.written_head import WrittenHead
 from robostiff.io.model_file.written_parts import (
-    Value,
     Vector,
     Written,
     WrittenFrame,
@@ -60,15 +60,9 @@ WrittenLegs = Annotated[
 ]
 
 
-class WrittenRobot(Written):
+class WrittenRobot(WrittenHead):
     """A whole model file."""
 
-    robostiff: Literal[1]
-    name: Text = Field(description="what the robot is called")
-    title: str = ""
-    source: Text = Field(description="where the numbers come from, in a sentence")
-    notes: str = ""
-    parameters: dict[str, Value] = Field(default_factory=dict)
     materials: dict[str, WrittenMaterial] = Field(default_factory=dict)
     sections: dict[str, WrittenSection] = Field(default_factory=dict)
     planar: bool = False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen
-from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from robostiff.errors import InputError
 from robostiff.io.model_file.written_elements import (
@@ -31,8 +31,8 @@ from robostiff.io.model_file.written_parts import (
     WrittenMaterial,
     WrittenSection,
 )
+from robostiff.io.model_file.written_repeat import Text
 
-_Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 _LINK = "the name of a link"
 
 
@@ -48,7 +48,7 @@ class WrittenLinkBeam(Written):
     """A link that is a beam, from its joint to the next one."""
 
     type: Literal["beam"]
-    to: _Text | None = None
+    to: Text | None = None
     y_axis: Direction | None = None
     material: MaterialChoice = Field(description="a name, such as steel, or {E: 70 GPa, ...}")
     section: SectionChoice | None = None
@@ -60,7 +60,7 @@ class WrittenLinkMatrix(WrittenMatrices):
     """A link given by its 6x6 matrix, about the next joint."""
 
     type: Literal["link"]
-    to: _Text | None = None
+    to: Text | None = None
 
 
 WrittenElasticLink = Annotated[WrittenLinkBeam | WrittenLinkMatrix, Field(discriminator="type")]
@@ -73,11 +73,11 @@ def _word_or_mapping(value: Any) -> str:
 class WrittenLinkFrame(WrittenFrame):
     """A frame on a link."""
 
-    link: _Text = Field(description=_LINK)
+    link: Text = Field(description=_LINK)
 
 
 LinkFrameChoice = Annotated[
-    Annotated[_Text, Tag("word")] | Annotated[WrittenLinkFrame, Tag("mapping")],
+    Annotated[Text, Tag("word")] | Annotated[WrittenLinkFrame, Tag("mapping")],
     Discriminator(_word_or_mapping),
 ]
 """A link, whose own frame it is, or a frame on a link."""
@@ -86,12 +86,12 @@ LinkFrameChoice = Annotated[
 class WrittenTool(Written):
     """The point whose stiffness is asked for."""
 
-    link: _Text = Field(description=_LINK)
+    link: Text = Field(description=_LINK)
     at: Vector | None = None
 
 
 ToolChoice = Annotated[
-    Annotated[_Text, Tag("word")] | Annotated[WrittenTool, Tag("mapping")],
+    Annotated[Text, Tag("word")] | Annotated[WrittenTool, Tag("mapping")],
     Discriminator(_word_or_mapping),
 ]
 
@@ -126,7 +126,7 @@ LoopJointChoice = Annotated[
 class WrittenLoop(Written):
     """Frames on two links of the tree that coincide, but for the motion of a joint."""
 
-    name: _Text | None = None
+    name: Text | None = None
     between: Annotated[list[LinkFrameChoice], MinLen(2), MaxLen(2)] = Field(
         description="the two frames, such as [hand, part] or [{link: rod, at: [0.3, 0, 0]}, disc]"
     )
@@ -140,15 +140,15 @@ class WrittenSide(Written):
 
     robostiff: Literal[1]
     robot: str | None = None
-    name: _Text | None = None
+    name: Text | None = None
     title: str = ""
-    source: _Text = Field(description="where the stiffnesses come from, in a sentence")
+    source: Text = Field(description="where the stiffnesses come from, in a sentence")
     notes: str = ""
     parameters: dict[str, Value] = Field(default_factory=dict)
     materials: dict[str, WrittenMaterial] = Field(default_factory=dict)
     sections: dict[str, WrittenSection] = Field(default_factory=dict)
-    base: _Text | None = None
-    platform: _Text | None = None
+    base: Text | None = None
+    platform: Text | None = None
     tool: ToolChoice | None = None
     joints: dict[str, WrittenTreeJoint] = Field(default_factory=dict)
     links: dict[str, WrittenElasticLink] = Field(default_factory=dict)

@@ -75,5 +75,4 @@ def _kinds(chain: Chain) -> list[object]:
 
 
 def _at_zero(branch: Branch, path: Chain) -> PlacedChain:
-    zero = np.where(path.free, 0.0, path.home)
-    return place_chain(path, zero, branch.start.R, branch.start.p)
+    return place_chain(path, path.zero, branch.start.R, branch.start.p)

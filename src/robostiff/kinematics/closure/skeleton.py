@@ -74,8 +74,7 @@ def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skelet
     joined_where_axes_meet : bool
         Join neighbours also where only one of them is drawn at the point in which their axes meet.
     """
-    zero = np.where(chain.free, 0.0, chain.home)
-    placed = place_chain(chain, zero, np.eye(3), np.zeros(3))
+    placed = place_chain(chain, chain.zero, np.eye(3), np.zeros(3))
     freedoms = placed.freedoms
     parts: list[Cluster | Slide] = []
     for element, where in chain.moving:

@@ -219,5 +219,4 @@ class _Site:
 
 
 def _at_zero(chain: Chain) -> PlacedChain:
-    zero = np.where(chain.free, 0.0, chain.home)
-    return place_chain(chain, zero, np.eye(3), np.zeros(3))
+    return place_chain(chain, chain.zero, np.eye(3), np.zeros(3))
