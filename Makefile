@@ -97,12 +97,12 @@ $(STAMP)-demo: $(STAMP)-runtime
 	@touch $@
 
 $(STAMP)-test: $(STAMP)-runtime
-	$(PIP) --editable '.[test,sections,maps,urdf,mjcf,plot]'
+	$(PIP) --editable '.[test,maps,urdf,mjcf,plot]'
 	@touch $@
 
 # Other programs to compare with.
 $(STAMP)-bench: $(STAMP)-test
-	$(PIP) --editable '.[test,sections,maps,urdf,mjcf,plot,bench]'
+	$(PIP) --editable '.[test,maps,urdf,mjcf,plot,bench]'
 	@touch $@
 
 # Pyright runs on Node.js, which need not be there: it comes as a wheel.

@@ -32,7 +32,7 @@ def weakest_section(contents: ReportContents) -> Section | None:
         picture = ellipsoid_picture(found.result, Quality.COMPLIANCE, contents.snapshot)
         caption = "Displacements under unit forces from all sides (compliance ellipsoid)."
         parts.append(one_figure("ellipsoid", caption, picture))
-    return section("weakest", "Where it gives way", parts)
+    return section("weakest", "Where it is soft", parts)
 
 
 def _principal(found: StiffnessIndices) -> Iterator[list[Cell]]:
