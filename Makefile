@@ -12,12 +12,13 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: help demo test lint format docs outputs bench clean
+.PHONY: help demo test processors lint format docs outputs bench clean
 .NOTPARALLEL:
 
 help:
 	@echo "make demo    stiffness, free motions and deflection of shipped robots, and a report"
 	@echo "make test    the tests, doctests included (PYTEST_ARGS='-x tests/paper' runs some)"
+	@echo "make processors  the numerical tests with the arithmetic of other processors"
 	@echo "make lint    ruff, pyright and the direction of imports"
 	@echo "make format  let ruff put code in order"
 	@echo "make docs    the documentation, into docs/_build/html"
@@ -39,6 +40,20 @@ demo: $(STAMP)-demo
 
 test: $(STAMP)-test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+# OpenBLAS and NumPy choose their loops by processor, and these round differently.
+NUMERICAL := $(addprefix tests/,paper laws cases elastostatics elasticity kinematics recorded compiled \
+  network linkage cables analysis robots)
+NO_AVX512 := NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL AVX512_SPR"
+
+processors: $(STAMP)-test
+	@if grep -qs avx512f /proc/cpuinfo; then set -ex; \
+	  OPENBLAS_CORETYPE=SkylakeX $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL); \
+	  OPENBLAS_CORETYPE=Haswell $(NO_AVX512) $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL); \
+	else set -ex; \
+	  OPENBLAS_CORETYPE=Haswell $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL); \
+	fi; \
+	OPENBLAS_CORETYPE=Prescott $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL)
 
 lint: $(STAMP)-lint $(STAMP)-test
 	$(BIN)/ruff check
