@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from robostiff.analysis.planar import check_compliance_in_plane, check_passive_in_plane
-from robostiff.elastostatics import BlockCompliance, Tolerance, block_compliance
-from robostiff.kinematics import leg_compliance, passive_jacobian
+from robostiff.elastostatics import BlockCompliance, LegWrenches, Tolerance, leg_wrenches, scaling
+from robostiff.elastostatics.leg import felt_by_modes
+from robostiff.elastostatics.parallel_block import block_of
+from robostiff.kinematics import felt_by_springs, leg_compliance, passive_jacobian
 from robostiff.model import PlacedBlock, PlacedLeg
 from robostiff.spatial import Space
+from robostiff.spatial.batch import empty_batch
 
 
 @dataclass(frozen=True)
@@ -19,8 +23,12 @@ class LegMatrices:
 
     Attributes
     ----------
-    C : (..., n, n) array
-        Compliance with the passive joints held.
+    placed : PlacedLeg
+    at : (..., 3) array
+        The point [m].
+    space : Space
+    length : (...) array
+        Characteristic length [m].
     J_q : (..., n, q) array
         Twists of the passive joints, then of the freedoms of parallel blocks.
     names : tuple of str
@@ -31,11 +39,45 @@ class LegMatrices:
         Its parallel blocks.
     """
 
-    C: np.ndarray
+    placed: PlacedLeg
+    at: np.ndarray
+    space: Space
+    length: np.ndarray
     J_q: np.ndarray
     names: tuple[str, ...]
     present: np.ndarray | None = None
     blocks: tuple[SolvedBlock, ...] = ()
+
+    @cached_property
+    def C(self) -> np.ndarray:
+        """Compliance with the passive joints held (..., n, n)."""
+        C = leg_compliance(self.placed.without_blocks, self.at)
+        if self.space is Space.PLANAR:
+            rows = list(self.space.rows)
+            C = C[..., rows, :][..., :, rows]
+        return C + np.sum([block.whole.C for block in self.blocks], axis=0)
+
+    def wrenches(self, length: np.ndarray, tolerance: Tolerance) -> LegWrenches:
+        """What it transmits, and the energy of it, in coordinates scaled by a length [m]."""
+
+        def felt(W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            return self.felt(W, length)
+
+        return leg_wrenches(self.J_q, felt, length, tolerance, self.present)
+
+    def felt(self, W: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What its springs and blocks feel of scaled wrenches W, as `felt_by_springs`."""
+        wrenches = empty_batch(W.shape[:-2], (6, W.shape[-1]))
+        wrenches[...] = 0.0
+        wrenches[..., list(self.space.rows), :] = W * scaling(length, self.space)[..., None]
+        rows, sizes = felt_by_springs(self.placed.without_blocks, self.at, wrenches, length)
+        if not self.blocks:
+            return rows, sizes
+        of_blocks = [felt_by_modes(block.whole.modes)(W) for block in self.blocks]
+        return (
+            np.concatenate([rows, *(own for own, _ in of_blocks)], axis=-2),
+            np.concatenate([sizes, *(size for _, size in of_blocks)], axis=-1),
+        )
 
     @property
     def told_names(self) -> tuple[str, ...]:
@@ -65,7 +107,7 @@ class LegMatrices:
     @property
     def doubtful(self) -> np.ndarray:
         """Where rounding blurs which motions a block leaves free (...)."""
-        doubt = np.zeros(self.C.shape[:-2], dtype=bool)
+        doubt = np.zeros(self.J_q.shape[:-2], dtype=bool)
         for block in self.blocks:
             doubt = doubt | block.doubtful
         return doubt
@@ -129,40 +171,29 @@ def leg_matrices(
         When a leg of a planar robot leaves the plane.
     """
     J_q, names = passive_jacobian(leg.without_blocks, at)
-    C = leg_compliance(leg.without_blocks, at)
     if space is Space.PLANAR:
-        rows = list(space.rows)
         check_passive_in_plane(J_q, names)
-        check_compliance_in_plane(C, leg.name)
-        J_q, C = J_q[..., rows, :], C[..., rows, :][..., :, rows]
-    own = LegMatrices(C, J_q, names)
+        check_compliance_in_plane(leg_compliance(leg.without_blocks, at), leg.name)
+        J_q = J_q[..., list(space.rows), :]
     if not leg.blocks:
-        return own
+        return LegMatrices(leg, at, space, length, J_q, names)
     blocks = tuple(_block(block, at, space, length, tolerance) for block in leg.blocks)
     columns, there = [J_q], [np.ones((*J_q.shape[:-2], len(names)), dtype=bool)]
     for block in blocks:
-        C = C + block.whole.C
         columns.append(block.whole.J_q)
         there.append(block.whole.present)
         names += tuple(f"{block.placed.name}.free[{i}]" for i in range(there[-1].shape[-1]))
     present = np.concatenate(there, axis=-1)
-    return LegMatrices(
-        C,
-        np.concatenate(columns, axis=-1),
-        names,
-        None if np.all(present) else present,
-        blocks,
-    )
+    J_q = np.concatenate(columns, axis=-1)
+    there_all = None if np.all(present) else present
+    return LegMatrices(leg, at, space, length, J_q, names, there_all, blocks)
 
 
 def _block(
     block: PlacedBlock, at: np.ndarray, space: Space, length: np.ndarray, tolerance: Tolerance
 ) -> SolvedBlock:
     branches = tuple(leg_matrices(leg, at, space, length, tolerance) for leg in block.branches)
-    whole = block_compliance(
-        [(branch.C, branch.J_q) for branch in branches],
-        length,
-        tolerance,
-        [branch.present for branch in branches],
+    whole = block_of(
+        [branch.wrenches(length, tolerance) for branch in branches], length, tolerance
     )
     return SolvedBlock(block, whole, branches)

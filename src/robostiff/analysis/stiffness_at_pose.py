@@ -23,6 +23,7 @@ from robostiff.elastostatics import (
     aggregate,
     matrix_length,
     solve_chain,
+    solved_leg,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose, Posture, PostureFinder
@@ -203,18 +204,16 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     """Stiffness of the legs of a snapshot and of the whole."""
     length = snapshot.characteristic_length
     origin = _origin(snapshot, length)
-    usable = np.where(length > 0, length, 1.0)
-    problems = [
-        leg_matrices(leg, origin, snapshot.space, usable, tolerance) for leg in snapshot.legs
-    ]
+    problems = _legs(snapshot, origin, np.where(length > 0, length, 1.0), tolerance)
+    if not np.all(length > 0):  # all in one point: the springs themselves tell a length
+        of_springs = np.max([matrix_length(own.C, own.J_q) for own in problems], axis=0)
+        length = np.where(length > 0, length, of_springs)
+        problems = _legs(snapshot, origin, length, tolerance)
     names = [
         f"{leg.name}/{name}"
         for leg, own in zip(snapshot.legs, problems, strict=True)
         for name in own.told_names
     ]
-    if not np.all(length > 0):  # all in one point: the springs themselves tell a length
-        of_springs = np.max([matrix_length(own.C, own.J_q) for own in problems], axis=0)
-        length = np.where(length > 0, length, of_springs)
     legs = tuple(_solved(own, method, length, tolerance) for own in problems)
     alone = len(legs) == 1 and problems[0].J_q.shape[-1] == 0
     whole, C = aggregate(legs), problems[0].C if alone else None
@@ -231,11 +230,20 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     )
 
 
+def _legs(
+    snapshot: Snapshot, origin: np.ndarray, length: np.ndarray, tolerance: Tolerance
+) -> list[LegMatrices]:
+    return [leg_matrices(leg, origin, snapshot.space, length, tolerance) for leg in snapshot.legs]
+
+
 def _solved(
     leg: LegMatrices, method: Form, length: np.ndarray, tolerance: Tolerance
 ) -> CartesianStiffness:
     """Stiffness of a leg, with what is to be said of its blocks."""
-    solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)
+    if method == _DEFAULT_METHOD:
+        solved = solved_leg(leg.wrenches(length, tolerance), length, tolerance)
+    else:
+        solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)
     if not leg.blocks:
         return solved
     redundant = leg.told(solved.redundant)
@@ -258,12 +266,13 @@ def _of_network(network: Network, method: Form, tolerance: Tolerance) -> RobotSt
 
 
 def _origin(snapshot: Snapshot, length: np.ndarray) -> np.ndarray:
-    """Where to compute: at the reference point, or amid the legs where that is far away."""
+    """Where to compute: at the reference point, or amid the legs where that is far away.
+
+    From a robot that is all in one point every other is far away.
+    """
     reference, centre = snapshot.reference_point, snapshot.centre
     far = np.linalg.norm(reference - centre, axis=-1) > _FAR * length
-    return (
-        np.where((far & (length > 0))[..., None], centre, reference) if np.any(far) else reference
-    )
+    return np.where(far[..., None], centre, reference) if np.any(far) else reference
 
 
 def _check_arguments(robot: Any, method: Any, tolerance: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robostiff.elasticity._checks import as_array, finite_array, positive_number
 from robostiff.errors import InputError
+from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import (
     Entries,
     exact_array,
@@ -69,6 +71,11 @@ class Elasticity:
             )
         object.__setattr__(self, "compliance", compliance)
         object.__setattr__(self, "freedoms", freedoms)
+
+    @cached_property
+    def modes(self) -> NDArray:
+        """Twists by which it gives way (..., 6, 6): a wrench w stores ``|modes^T w|^2 / 2``."""
+        return compliance_modes(self.compliance)
 
 
 def actuator_compliance(stiffness: Any) -> Any:

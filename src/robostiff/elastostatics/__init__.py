@@ -12,6 +12,7 @@ from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
 from robostiff.elastostatics.flexible_platform import CoupledLegs, couple_legs
 from robostiff.elastostatics.index_rules import IndexRules, eliminate_index, eliminate_quasi_trivial
+from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg
 from robostiff.elastostatics.parallel_block import BlockCompliance, block_compliance
 from robostiff.elastostatics.recursive import Recursive, eliminate_joint
 from robostiff.elastostatics.result import CartesianStiffness
@@ -32,6 +33,7 @@ __all__ = [
     "CoupledLegs",
     "Form",
     "IndexRules",
+    "LegWrenches",
     "RankDecision",
     "Recursive",
     "SaddlePoint",
@@ -47,11 +49,13 @@ __all__ = [
     "eliminate_index",
     "eliminate_joint",
     "eliminate_quasi_trivial",
+    "leg_wrenches",
     "matrix_length",
     "saddle_point_matrix",
     "saddle_point_stiffness",
     "scaling",
     "solve_chain",
+    "solved_leg",
     "transmitted_wrenches",
     "wrench_basis_stiffness",
 ]

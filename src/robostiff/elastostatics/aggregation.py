@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
 from robostiff.elastostatics.conditioning import smallest_held_stiffness, smallest_singular_value
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
@@ -106,7 +107,13 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
         rigid=_beside([leg.rigid for leg in legs]),
         tolerance=tolerance,
         reason="; ".join(dict.fromkeys(leg.reason for leg in legs if leg.reason)),
+        carried=_all_carried(legs),
     )
+
+
+def _all_carried(legs: Sequence[CartesianStiffness]) -> ConjugateWrenches | None:
+    known = [leg.carried for leg in legs if leg.carried is not None]
+    return ConjugateWrenches.beside(known) if len(known) == len(legs) else None
 
 
 def _beside(stacks: Sequence[np.ndarray]) -> np.ndarray:

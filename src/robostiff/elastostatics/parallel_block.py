@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from robostiff.elastostatics.block_diagonal import block_diagonal
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
+from robostiff.elastostatics.least_energy import least_energy
+from robostiff.elastostatics.leg import LegWrenches, felt_by_compliance, leg_wrenches
 from robostiff.elastostatics.tolerance import Tolerance, scaling
-from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
 from robostiff.spatial import Space
 
 _ROUNDING = 4 * np.finfo(float).eps
-# Energies of unit ways within this part of one another are compared as they are.
-_ALIKE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -24,9 +23,11 @@ class BlockCompliance:
 
     Attributes
     ----------
-    C : (..., n, n) array
-        Compliance of the body after the block against the one before, for the wrenches that the
-        block transmits; zero for the others.
+    modes : (..., p, n) array
+        A wrench F that the block transmits stores the energy ``|modes F|^2 / 2`` in it, in scaled
+        coordinates; none where rigid branches carry it alone.
+    length : (...) array
+        Characteristic length [m] of the scaling.
     J_q : (..., n, f) array
         Twists that meet no stiffness: its freedoms. Poses may have different numbers of them; zero
         columns fill up.
@@ -40,12 +41,23 @@ class BlockCompliance:
         Where rounding blurs which directions are free.
     """
 
-    C: Float[np.ndarray, "*batch n n"]
+    modes: Float[np.ndarray, "*batch p n"]
+    length: np.ndarray
     J_q: Float[np.ndarray, "*batch n f"]
     present: Bool[np.ndarray, "*batch f"]
     shares: Float[np.ndarray, "*batch b n n"]
     redundant: Bool[np.ndarray, "*batch q"]
     doubtful: Bool[np.ndarray, "*batch"]
+
+    @property
+    def C(self) -> Float[np.ndarray, "*batch n n"]:
+        """Compliance of the body after the block against the one before (..., n, n).
+
+        For the wrenches that the block transmits; zero for the others.
+        """
+        s = scaling(self.length, Space.of_size(self.modes.shape[-1]))
+        modes = self.modes / s[..., None, :]
+        return np.swapaxes(modes, -1, -2) @ modes
 
 
 def block_compliance(
@@ -56,14 +68,10 @@ def block_compliance(
 ) -> BlockCompliance:
     """Compliance and freedoms of branches in parallel, seen from the chain that holds them.
 
-    The branches transmit wrenches W_i x_i with the energy x_i^T (W_i^T C_i W_i) x_i / 2 each. Under
-    a wrench F of the block they share it so that the whole energy is least (Castigliano)::
-
-        x^T D x -> min,  A x = F,  A = [W_1 ... W_b],  D = diag(W_i^T C_i W_i)
-
-    Its value F^T C F / 2 gives C, which is pinv(K) of the sum K of the branches' stiffnesses on
-    range(K), but needs none of them: rigid branches are legal. What no x can carry, null(A^T), are
-    the freedoms of the block.
+    The branches share a wrench of the block with the least energy, as the legs of a robot do
+    (`least_energy`): the compliance is pinv(K) of the sum K of the branches' stiffnesses on
+    range(K), but needs none of them, and rigid branches are legal. What no branch transmits are the
+    freedoms of the block.
 
     Parameters
     ----------
@@ -94,48 +102,54 @@ def block_compliance(
     >>> round(float(block.C[0, 0]), 9), block.J_q.shape
     (2.0, (6, 4))
     """
-    n = branches[0][0].shape[-1]
+    legs = [
+        leg_wrenches(
+            J_q,
+            felt_by_compliance(C, length),
+            length,
+            tolerance,
+            None if present is None else present[i],
+        )
+        for i, (C, J_q) in enumerate(branches)
+    ]
+    return block_of(legs, length, tolerance)
+
+
+def block_of(
+    branches: Sequence[LegWrenches], length: Float[np.ndarray, "*batch"], tolerance: Tolerance
+) -> BlockCompliance:
+    """As `block_compliance`, from the wrenches of the branches."""
+    A = np.concatenate([branch.W for branch in branches], axis=-1)
+    n = A.shape[-2]
     s = scaling(length, Space.of_size(n))
-    parts, energies, redundant = [], [], []
-    doubtful = np.zeros(length.shape, dtype=bool)
-    for i, (C, J_q) in enumerate(branches):
-        there = None if present is None else present[i]
-        _, W, margins = unit_twists_and_wrenches(J_q * s[..., :, None], tolerance, there)
-        parts.append(W)
-        energies.append(np.swapaxes(W, -1, -2) @ (C * s[..., :, None] * s[..., None, :]) @ W)
-        redundant.append(margins <= tolerance.independence)
-        doubtful = doubtful | np.any(tolerance.leaves_in_doubt(margins), axis=-1)
-    A, D = np.concatenate(parts, axis=-1), block_diagonal(energies)
-    U, values, Vt = np.linalg.svd(_padded(A))
+    U, values, _ = np.linalg.svd(_padded(A))
     held = values > tolerance.independence
-    doubtful = doubtful | np.any(tolerance.leaves_in_doubt(values), axis=-1)
-    S = _evening(D)
-    if S is None:
-        carried, indefinite = _least_energy(U, values, Vt, held, D, tolerance)
-    else:  # branches of very different softness: energies of alike size are compared
-        evened = np.linalg.svd(_padded(A * S[..., None, :]))
-        D_evened = D * S[..., :, None] * S[..., None, :]
-        carried, indefinite = _least_energy(*evened, held, D_evened, tolerance)
-        carried = carried * S[..., :, None]
-    doubtful = doubtful | indefinite
-    C = np.swapaxes(carried, -1, -2) @ D @ carried
+    doubtful = np.any(tolerance.leaves_in_doubt(values), axis=-1)
+    for branch in branches:
+        doubtful = doubtful | np.any(tolerance.leaves_in_doubt(branch.margins), axis=-1)
+    every = ConjugateWrenches.beside([branch.conjugate for branch in branches])
+    rank = np.count_nonzero(held, axis=-1)
+    shared = least_energy(every.unit, every.compliance, every.rigid, rank, tolerance)
     # Unit vectors carry no smaller parts than rounding: aligned blocks keep exact zeros.
     free = np.where(np.abs(U) <= _ROUNDING, 0.0, U) * ~held[..., None, :]
     most = int(np.max(np.count_nonzero(~held, axis=-1), initial=0))
-    free, there = free[..., n - most :], ~held[..., n - most :]
-    shares, start = [], 0
-    for W in parts:
-        stop = start + W.shape[-1]
-        shares.append(W @ carried[..., start:stop, :] * s[..., :, None] / s[..., None, :])
-        start = stop
+    shares, start, rigid = [], 0, 0
+    for own in (branch.conjugate for branch in branches):
+        stop, rigid_stop = start + own.unit.shape[-1], rigid + own.rigid.shape[-1]
+        carried = own.unit @ shared.shares[..., start:stop, :]
+        carried = carried + own.rigid @ shared.rigid_shares[..., rigid:rigid_stop, :]
+        shares.append(carried * s[..., :, None] / s[..., None, :])
+        start, rigid = stop, rigid_stop
+    margins = np.concatenate([branch.margins for branch in branches], axis=-1)
     return BlockCompliance(
-        C=C / (s[..., :, None] * s[..., None, :]),
+        modes=shared.modes,
+        length=length,
         # Twists in metres and radians again.
-        J_q=free / s[..., :, None],
-        present=there,
+        J_q=free[..., n - most :] / s[..., :, None],
+        present=~held[..., n - most :],
         shares=np.stack(shares, axis=-3),
-        redundant=np.concatenate(redundant, axis=-1),
-        doubtful=doubtful,
+        redundant=margins <= tolerance.independence,
+        doubtful=doubtful | shared.doubtful | every.doubtful,
     )
 
 
@@ -145,46 +159,3 @@ def _padded(A: np.ndarray) -> np.ndarray:
     if m >= n:
         return A
     return np.concatenate([A, np.zeros((*A.shape[:-1], n - m))], axis=-1)
-
-
-def _evening(D: np.ndarray) -> np.ndarray | None:
-    """Factors (..., m) that give all ways energies of alike size; None where they have them."""
-    energy = np.einsum("...mm->...m", D)
-    largest = np.max(energy, axis=-1, keepdims=True, initial=0.0)
-    elastic = energy > 0
-    if not np.any(elastic & (energy < _ALIKE * largest)):
-        return None
-    return np.where(elastic, np.sqrt(largest / np.where(elastic, energy, 1.0)), 1.0)
-
-
-def _least_energy(
-    U: np.ndarray,
-    values: np.ndarray,
-    Vt: np.ndarray,
-    held: np.ndarray,
-    D: np.ndarray,
-    tolerance: Tolerance,
-) -> tuple[np.ndarray, np.ndarray]:
-    """What the branches carry per wrench of the block, x = B F (..., m, n), and where in doubt.
-
-    U, values and Vt are those of A. Stresses without energy are those that rigid branches give one
-    another: however large they are, the energy is the same, and the least are taken.
-    """
-    n, m = U.shape[-1], D.shape[-1]
-    held = np.arange(n) < np.count_nonzero(held, axis=-1)[..., None]
-    inverse = np.where(held, 1.0 / np.where(held, values, 1.0), 0.0)
-    B = np.swapaxes(Vt[..., :n, :m], -1, -2) @ (inverse[..., None] * np.swapaxes(U, -1, -2))
-    if m <= 1:
-        return B, np.zeros(values.shape[:-1], dtype=bool)
-    # Stresses within the block, A N = 0, which the wrench leaves open: rows of Vt without a value.
-    idle = np.ones(Vt.shape[:-1], dtype=bool)
-    idle[..., :n] = ~held
-    N = np.swapaxes(Vt[..., :m] * idle[..., None], -1, -2)
-    energy, modes = np.linalg.eigh(np.swapaxes(N, -1, -2) @ D @ N)
-    part = energy / np.maximum(np.trace(D, axis1=-2, axis2=-1), np.finfo(float).tiny)[..., None]
-    elastic = part > tolerance.rigidity
-    doubtful = np.any(elastic & (part <= tolerance.near_rigidity), axis=-1)
-    inverse = np.where(elastic, 1.0 / np.where(elastic, energy, 1.0), 0.0)
-    modes = N @ modes
-    pull = np.swapaxes(modes, -1, -2) @ (D @ B)
-    return B - modes @ (inverse[..., None] * pull), doubtful

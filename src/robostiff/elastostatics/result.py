@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
+from robostiff.elastostatics.least_energy import LeastEnergy, least_energy
 from robostiff.elastostatics.scaled_inverse import scaled_inverse
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
@@ -39,6 +41,9 @@ class CartesianStiffness:
         What decided.
     reason : str
         Why the form refused, where it did.
+    carried : ConjugateWrenches or None
+        The wrenches of all legs and the compliance that each meets, from which compliance and loads
+        of legs follow; None where the matrix alone is known.
     """
 
     matrix: np.ndarray
@@ -50,6 +55,7 @@ class CartesianStiffness:
     rigid: np.ndarray
     tolerance: Tolerance
     reason: str = ""
+    carried: ConjugateWrenches | None = None
 
     @property
     def space(self) -> Space:
@@ -104,11 +110,39 @@ class CartesianStiffness:
         return columns * scaling(self.length, self.space)
 
     @property
+    def has_compliance(self) -> np.ndarray:
+        """Where every load meets a finite compliance (...), rigid directions among them."""
+        reached = (self.status_codes & int(Status.UNREACHABLE)) == 0
+        known = self.answered if self.carried is None else reached
+        return known & (self.rank == self.space.size)
+
+    @property
     def compliance(self) -> np.ndarray | None:
-        """Inverse of K (..., n, n) [m/N, 1/N, rad/(N m)]; None when some pose has rank < n."""
-        if not np.all(self.answered) or np.any(self.rank < self.space.size):
+        """Compliance C (..., n, n) [m/N, 1/N, rad/(N m)]; None when some pose has none.
+
+        The inverse of K where there is one. Where a direction is rigid there is none, and C is
+        zero for its wrench.
+        """
+        if not np.all(self.has_compliance):
             return None
-        return scaled_inverse(self.matrix, self.length)
+        if self.carried is None:
+            return scaled_inverse(self.matrix, self.length)
+        s = scaling(self.length, self.space)
+        return self.shares.compliance / (s[..., :, None] * s[..., None, :])
+
+    @property
+    def shares(self) -> LeastEnergy:
+        """How the legs share any load, in scaled coordinates.
+
+        Raises
+        ------
+        NoAnswerError
+            When the matrix alone is known.
+        """
+        if self.carried is None:
+            raise NoAnswerError("no shares of the legs: their wrenches are not known")
+        own = self.carried
+        return least_energy(own.unit, own.compliance, own.rigid, self.rank, self.tolerance)
 
     @property
     def decision(self) -> RankDecision:
@@ -143,6 +177,7 @@ class CartesianStiffness:
             rigid=_side_by_side([part.rigid for part in parts]),
             tolerance=parts[0].tolerance,
             reason="; ".join(dict.fromkeys(part.reason for part in parts if part.reason)),
+            carried=_joined([part.carried for part in parts]),
         )
 
     def reshaped(self, batch: tuple[int, ...]) -> CartesianStiffness:
@@ -156,6 +191,7 @@ class CartesianStiffness:
             redundant=self.redundant.reshape(*batch, self.redundant.shape[-1]),
             length=self.length.reshape(batch),
             rigid=self.rigid.reshape(*batch, *self.rigid.shape[-2:]),
+            carried=None if self.carried is None else self.carried.reshaped(batch),
         )
 
     def __getitem__(self, index: Any) -> CartesianStiffness:
@@ -169,6 +205,7 @@ class CartesianStiffness:
             redundant=self.redundant[index],
             length=np.asarray(self.length[index]),
             rigid=self.rigid[index],
+            carried=None if self.carried is None else self.carried[index],
         )
 
     def _single(self, what: str) -> None:
@@ -190,6 +227,18 @@ class CartesianStiffness:
             f"first being {first} ({self.status}): {advice} "
             "result[result.answered] keeps the others."
         )
+
+
+def _joined(parts: Sequence[ConjugateWrenches | None]) -> ConjugateWrenches | None:
+    known = [part for part in parts if part is not None]
+    if len(known) < len(parts):
+        return None
+    return ConjugateWrenches(
+        _side_by_side([part.unit for part in known]),
+        _side_by_side([part.compliance for part in known]),
+        _side_by_side([part.rigid for part in known]),
+        np.concatenate([part.doubtful for part in known]),
+    )
 
 
 def _side_by_side(stacks: Sequence[np.ndarray]) -> np.ndarray:

@@ -18,6 +18,7 @@ from robostiff.kinematics.jacobians import (
 from robostiff.kinematics.pose import JointCoordinates, Pose
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.posture_finder import PostureFinder, find_posture
+from robostiff.kinematics.spring_modes import felt_by_springs
 
 __all__ = [
     "FormulaPose",
@@ -27,6 +28,7 @@ __all__ = [
     "Pose",
     "Posture",
     "PostureFinder",
+    "felt_by_springs",
     "find_posture",
     "freedom_twist",
     "freedom_twists",

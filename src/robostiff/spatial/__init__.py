@@ -5,6 +5,7 @@ is ``(Fx, Fy, Fz, Mx, My, Mz)``: force, then moment about the reference point. W
 unless a name says otherwise; SI units.
 """
 
+from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import exact_number, is_formula
 from robostiff.spatial.frame import Frame
 from robostiff.spatial.joint_twist import cross, rotation_twist, translation_twist
@@ -27,6 +28,7 @@ __all__ = [
     "Space",
     "as_floats",
     "block_rotation",
+    "compliance_modes",
     "cross",
     "exact_number",
     "is_formula",

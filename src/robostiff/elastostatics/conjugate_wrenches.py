@@ -1,0 +1,220 @@
+"""The wrenches of a leg, conjugate in its energy: what all of linear statics is computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from robostiff.elastostatics.conditioning import smallest_singular_value
+from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.spatial.batch import product
+
+# Rounding grows by this much before an answer is no longer certain to nine digits.
+_FEW_DIGITS = 1e6
+
+
+@dataclass(frozen=True)
+class ConjugateWrenches:
+    """Wrenches that a leg transmits, in scaled coordinates.
+
+    Attributes
+    ----------
+    unit : (..., n, m) array
+        Unit wrenches, each of which meets compliance by itself: they share no energy. Zero columns
+        fill up.
+    compliance : (..., m) array
+        What each of them meets: f of it store the energy ``compliance f^2 / 2``.
+    rigid : (..., n, k) array
+        Orthonormal wrenches that meet no elastic part, zero columns elsewhere.
+    doubtful : (...) array of bool
+        Where rounding blurs what meets a spring, or leaves fewer than nine digits.
+    """
+
+    unit: Float[np.ndarray, "*batch n m"]
+    compliance: Float[np.ndarray, "*batch m"]
+    rigid: Float[np.ndarray, "*batch n k"]
+    doubtful: Bool[np.ndarray, "*batch"]
+
+    @property
+    def stiffness(self) -> Float[np.ndarray, "*batch n n"]:
+        """``K = sum of u u^T / c``, of the elastic wrenches alone (..., n, n)."""
+        elastic = self.compliance > 0
+        k = np.where(elastic, 1.0 / np.where(elastic, self.compliance, 1.0), 0.0)
+        return product(self.unit * k[..., None, :], np.swapaxes(self.unit, -1, -2))
+
+    @staticmethod
+    def beside(parts: Sequence[ConjugateWrenches]) -> ConjugateWrenches:
+        """Wrenches of several legs at the same poses."""
+        return ConjugateWrenches(
+            np.concatenate([part.unit for part in parts], axis=-1),
+            np.concatenate([part.compliance for part in parts], axis=-1),
+            np.concatenate([part.rigid for part in parts], axis=-1),
+            np.logical_or.reduce([part.doubtful for part in parts]),
+        )
+
+    def reshaped(self, batch: tuple[int, ...]) -> ConjugateWrenches:
+        """The same wrenches under another batch shape."""
+        return ConjugateWrenches(
+            self.unit.reshape(*batch, *self.unit.shape[-2:]),
+            self.compliance.reshape(*batch, self.compliance.shape[-1]),
+            self.rigid.reshape(*batch, *self.rigid.shape[-2:]),
+            self.doubtful.reshape(batch),
+        )
+
+    def __getitem__(self, index: Any) -> ConjugateWrenches:
+        """The wrenches at one pose, or at some poses, of a batch."""
+        return ConjugateWrenches(
+            self.unit[index], self.compliance[index], self.rigid[index], self.doubtful[index]
+        )
+
+
+def conjugate_wrenches(
+    W: Float[np.ndarray, "*batch n m"],
+    rows: Float[np.ndarray, "*batch p m"],
+    sizes: Float[np.ndarray, "*batch p"],
+    tolerance: Tolerance,
+) -> ConjugateWrenches:
+    """Wrenches of a leg that share no energy, from what each of its springs feels of them.
+
+    The energy of W f is ``sum over the springs of (size row . f)^2 / 2``. Geometry, the rows alone,
+    decides which wrenches meet no spring; a soft spring counts like a stiff one. The others are
+    made conjugate one by one, those that store most first, spring by spring: a stiff spring keeps
+    its digits beside a soft one, which it loses once their compliances are added up.
+
+    Parameters
+    ----------
+    W : (..., n, m) array
+        Orthonormal transmitted wrenches, scaled; zero columns come last.
+    rows : (..., p, m) array
+        Part of each wrench that each spring feels along its own unit twist.
+    sizes : (..., p) array
+        Root of the compliance of each spring along this twist; 0 for none.
+    tolerance : Tolerance
+
+    Examples
+    --------
+    Two springs that differ by 10^16 in a chain; they pull along x and across it:
+
+    >>> rows, sizes = np.array([[1.0, 0.0], [0.6, 0.8]]), np.array([1e-4, 1e4])
+    >>> found = conjugate_wrenches(np.eye(2), rows, sizes, Tolerance())
+    >>> found.stiffness
+    array([[ 1.0000e+08, -7.5000e+07],
+           [-7.5000e+07,  5.6250e+07]])
+    """
+    n, m = W.shape[-2:]
+    batch = np.broadcast_shapes(W.shape[:-2], rows.shape[:-2], sizes.shape[:-1])
+    transmitted = np.broadcast_to(np.count_nonzero(np.any(W != 0, axis=-2), axis=-1), batch)
+    elastic, doubtful = _elastic_rank(rows * (sizes > 0)[..., None], batch, tolerance)
+    if m == 0 or (np.all(elastic == m)):
+        unit, compliance, blurred = _conjugate(W, rows, sizes)
+        return ConjugateWrenches(unit, compliance, np.zeros((*batch, n, 0)), doubtful | blurred)
+    unit, rigid = np.zeros((*batch, n, m)), np.zeros((*batch, n, m))
+    compliance = np.zeros((*batch, m))
+    W, rows = np.broadcast_to(W, (*batch, n, m)), np.broadcast_to(rows, (*batch, *rows.shape[-2:]))
+    sizes = np.broadcast_to(sizes, (*batch, sizes.shape[-1]))
+    for group, (count, rank) in alike(np.stack([transmitted, elastic], axis=-1)):
+        W_own, R_own, s_own = W[group][..., :count], rows[group][..., :count], sizes[group]
+        if rank < count:
+            Vt = np.linalg.svd(R_own * (s_own > 0)[..., None])[2]
+            rigid[group, :, : count - rank] = W_own @ np.swapaxes(Vt[..., rank:, :], -1, -2)
+            Y = np.swapaxes(Vt[..., :rank, :], -1, -2)
+            W_own, R_own = W_own @ Y, R_own @ Y
+        own = _conjugate(W_own, R_own, s_own)
+        unit[group, :, :rank], compliance[group, :rank] = own[:2]
+        doubtful[group] |= own[2]
+    return ConjugateWrenches(unit, compliance, rigid, doubtful)
+
+
+def alike(decisions: np.ndarray) -> Iterator[tuple[Any, np.ndarray]]:
+    """Poses that decide alike, as an index, and what they decide, (..., k) arrays of int."""
+    every = decisions.reshape(-1, decisions.shape[-1])
+    if len(every) and np.all(every == every[0]):
+        yield Ellipsis, every[0]
+        return
+    for decision in np.unique(every, axis=0):
+        yield np.all(decisions == decision, axis=-1), decision
+
+
+def eliminated(
+    G: np.ndarray, X: np.ndarray, sizes: np.ndarray, pivots: int
+) -> tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray, np.ndarray]:
+    """Columns (G, X) freed one by one of the first `pivots`, those with the most energy first.
+
+    G holds what the springs feel, a row each, X the wrenches themselves. Gram and Schmidt with
+    pivots are stable row by row, whatever the sizes of the rows.
+
+    Returns
+    -------
+    found : list of (x, energy)
+        Each pivot (..., k), and the sum of the squares of its column of G (...).
+    rest : (..., k, m - pivots) array
+        X of the others, which are left without what they share with the pivots.
+    blurred : (...) array of bool
+        Where rounding of the rows is felt in the tenth digit.
+    """
+    found = []
+    blurred = np.zeros(np.broadcast_shapes(G.shape[:-2], sizes.shape[:-1]), dtype=bool)
+    for left in range(pivots, 0, -1):
+        energies = np.einsum("...pm,...pm->...m", G[..., :left], G[..., :left])
+        place = np.argmax(energies, axis=-1)
+        if left > 1 and np.any(place != 0):
+            chosen = np.arange(left) == place[..., None]
+            G, X = _swapped(G, chosen, left), _swapped(X, chosen, left)
+        g, x = G[..., 0], X[..., 0]
+        energy = np.max(energies, axis=-1)
+        safe = np.where(energy > 0, energy, 1.0)
+        part = np.einsum("...p,...pm->...m", g, G[..., 1:]) / safe[..., None]
+        G = G[..., 1:] - g[..., :, None] * part[..., None, :]
+        X = X[..., 1:] - x[..., :, None] * part[..., None, :]
+        reach = np.sqrt(np.einsum("...k,...k->...", x, x))
+        felt = np.max(np.abs(g) * sizes, axis=-1, initial=0.0)
+        blurred = blurred | (felt * reach > _FEW_DIGITS * energy)
+        found.append((x, energy))
+    return found, X, blurred
+
+
+def _swapped(A: np.ndarray, chosen: np.ndarray, left: int) -> np.ndarray:
+    """The chosen column first, and the first in its place."""
+    first, pivots = A[..., 0], A[..., :left]
+    column = np.einsum("...pm,...m->...p", pivots, chosen.astype(float))
+    swapped = np.where(chosen[..., None, :], first[..., None], pivots)
+    swapped = np.concatenate([column[..., None], swapped[..., 1:], A[..., left:]], axis=-1)
+    return swapped
+
+
+def _conjugate(
+    W: np.ndarray, rows: np.ndarray, sizes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    m = W.shape[-1]
+    found, _, blurred = eliminated(rows * sizes[..., None], W, sizes, m)
+    if not found:
+        return W, np.zeros((*blurred.shape, 0)), blurred
+    unit = np.stack([x for x, _ in found], axis=-1)
+    square = np.einsum("...nm,...nm->...m", unit, unit)
+    energies = np.stack([energy for _, energy in found], axis=-1)
+    return unit / np.sqrt(square)[..., None, :], energies / square, blurred
+
+
+def _elastic_rank(
+    rows: np.ndarray, batch: tuple[int, ...], tolerance: Tolerance
+) -> tuple[np.ndarray, np.ndarray]:
+    """How many independent wrenches meet a spring (...), and where this is in doubt."""
+    p, m = rows.shape[-2:]
+    rank, doubtful = np.full(batch, m), np.zeros(batch, dtype=bool)
+    if m == 0:
+        return rank, doubtful
+    margin = np.broadcast_to(smallest_singular_value(np.swapaxes(rows, -1, -2)), batch)
+    doubtful |= tolerance.leaves_in_doubt(margin)
+    lost = margin <= tolerance.independence
+    if np.any(lost):
+        if p == 0:
+            rank[lost] = 0
+            return rank, doubtful
+        values = np.linalg.svd(np.broadcast_to(rows, (*batch, p, m))[lost], compute_uv=False)
+        rank[lost] = np.count_nonzero(values > tolerance.independence, axis=-1)
+        doubtful[lost] = np.any(tolerance.leaves_in_doubt(values), axis=-1)
+    return rank, doubtful

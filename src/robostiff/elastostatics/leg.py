@@ -1,0 +1,109 @@
+"""A leg as the wrenches that it transmits and the energy that they store."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, conjugate_wrenches
+from robostiff.elastostatics.result import CartesianStiffness
+from robostiff.elastostatics.status import Status
+from robostiff.elastostatics.tolerance import Tolerance, scaling
+from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
+from robostiff.spatial import Space, compliance_modes
+
+#: What each spring feels of scaled wrenches W (..., n, m): rows (..., p, m) along unit twists, and
+#: roots of the compliances along them (..., p).
+Felt = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True)
+class LegWrenches:
+    """What a leg transmits, in scaled coordinates.
+
+    Attributes
+    ----------
+    W : (..., n, m) array
+        Orthonormal basis of the transmitted wrenches; zero columns fill up.
+    margins : (..., q) array
+        How far the unit twist of each passive joint lies from the span of those before it.
+    conjugate : ConjugateWrenches
+    """
+
+    W: Float[np.ndarray, "*batch n m"]
+    margins: Float[np.ndarray, "*batch q"]
+    conjugate: ConjugateWrenches
+
+
+def leg_wrenches(
+    J_q: Float[np.ndarray, "*batch n q"],
+    felt: Felt,
+    length: np.ndarray,
+    tolerance: Tolerance,
+    present: np.ndarray | None = None,
+) -> LegWrenches:
+    """What a leg with passive joints transmits, and the energy that its springs store of it.
+
+    Parameters
+    ----------
+    J_q : (..., n, q) array
+        Twists of the passive joints about one point.
+    felt : Felt
+        What the springs feel of wrenches about the same point.
+    length : (...) array
+        Characteristic length [m].
+    tolerance : Tolerance
+    present : (..., q) array of bool, optional
+        Which columns of J_q are there; all when left out.
+    """
+    s = scaling(length, Space.of_size(J_q.shape[-2]))
+    _, W, margins = unit_twists_and_wrenches(J_q * s[..., :, None], tolerance, present)
+    return LegWrenches(W, margins, conjugate_wrenches(W, *felt(W), tolerance))
+
+
+def felt_by_compliance(C: Float[np.ndarray, "*batch n n"], length: np.ndarray) -> Felt:
+    """What is felt by a chain of which the compliance alone is known."""
+    s = scaling(length, Space.of_size(C.shape[-1]))
+    return felt_by_modes(np.swapaxes(compliance_modes(C) * s[..., :, None], -1, -2))
+
+
+def felt_by_modes(modes: Float[np.ndarray, "*batch p n"]) -> Felt:
+    """What is felt where a load F stores the energy ``|modes F|^2 / 2``, in scaled coordinates."""
+    sizes = np.sqrt(np.einsum("...pn,...pn->...p", modes, modes))
+    unit = modes / np.where(sizes > 0, sizes, 1.0)[..., None]
+    return lambda W: (unit @ W, sizes)
+
+
+def solved_leg(
+    leg: LegWrenches, length: np.ndarray, tolerance: Tolerance
+) -> CartesianStiffness:
+    """Stiffness of a leg, ``K = W (W^T C W)^-1 W^T`` without summing C.
+
+    Where a transmitted wrench meets no spring there is no matrix (`Status.RIGID_DIRECTION`); what
+    the leg carries beside others, and their compliance together, follow all the same.
+    """
+    conjugate, s = leg.conjugate, scaling(length, Space.of_size(leg.W.shape[-2]))
+    redundant = leg.margins <= tolerance.independence
+    transmitted = np.count_nonzero(np.any(leg.W != 0, axis=-2), axis=-1)
+    doubtful = conjugate.doubtful | np.any(tolerance.leaves_in_doubt(leg.margins), axis=-1)
+    K = conjugate.stiffness
+    status = (
+        (transmitted < leg.W.shape[-2]) * int(Status.FREE_MOTIONS)
+        | np.any(redundant, axis=-1) * int(Status.REDUNDANT_JOINTS)
+        | np.any(conjugate.rigid != 0, axis=(-1, -2)) * int(Status.RIGID_DIRECTION)
+        | doubtful * int(Status.ILL_CONDITIONED)
+    )
+    return CartesianStiffness(
+        matrix=K * (s[..., :, None] * s[..., None, :]),
+        status_codes=np.asarray(np.broadcast_to(status, K.shape[:-2]), dtype=np.uint8),
+        rank=np.broadcast_to(transmitted, K.shape[:-2]),
+        held=leg.W,
+        redundant=redundant,
+        length=length,
+        rigid=conjugate.rigid,
+        tolerance=tolerance,
+        carried=conjugate,
+    )
