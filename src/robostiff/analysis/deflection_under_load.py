@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.in_html import deflection_html
+from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
 from robostiff.analysis.one_pose import require_one_pose
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.elastostatics import CartesianStiffness, Status, Tolerance, scaling
+from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture, freedom_twist
 from robostiff.model import (
@@ -31,7 +32,6 @@ from robostiff.network import Network, internal_loads
 from robostiff.spatial import Space, as_floats, move_twist, move_wrench
 
 _DEFAULT_TOLERANCE = Tolerance()
-_BALANCED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -111,6 +111,8 @@ class Deflection:
         Every elastic part, largest energy first.
     reactions : tuple of JointReaction
     actuators : tuple of ActuatorLoad
+    leg_wrenches : tuple of (n,) arrays
+        What each leg carries about ``stiffness.origin``, world axes [N, N m]; none for a network.
     """
 
     wrench: np.ndarray
@@ -120,6 +122,7 @@ class Deflection:
     parts: tuple[PartShare, ...] = ()
     reactions: tuple[JointReaction, ...] = ()
     actuators: tuple[ActuatorLoad, ...] = ()
+    leg_wrenches: tuple[np.ndarray, ...] = ()
 
     @property
     def twist(self) -> np.ndarray:
@@ -220,18 +223,13 @@ def deflection(
     to_origin = answer.origin - answer.reference_point
     to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
     F_origin = move_wrench(F, to_origin)
-    if answer.serial_compliance is not None:
-        t_origin, leg_wrenches = answer.serial_compliance @ F_origin, [F_origin]
-    elif not answer.status.has_stiffness:
-        return Deflection(F, answer, answer.status, None)
-    else:
-        try:
-            t_origin = _held_displacement(answer.about_reference, F_origin)
-        except np.linalg.LinAlgError:  # stiffnesses too far apart for their sum to hold both
-            return Deflection(F, answer, answer.status | Status.ILL_CONDITIONED, None)
-        if t_origin is None:
-            return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
-        leg_wrenches = [leg.matrix @ t_origin for leg in answer.legs]
+    loads = leg_loads(answer, F_origin)
+    if loads is None:
+        few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
+        return Deflection(F, answer, answer.status | few, None)
+    if not loads.balanced:
+        return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
+    t_origin, leg_wrenches = loads.twist, loads.wrenches
     parts: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
@@ -264,20 +262,8 @@ def deflection(
         parts=tuple(sorted(shares, key=lambda share: -round(share.share, 9))),
         reactions=tuple(reactions),
         actuators=tuple(actuators),
+        leg_wrenches=tuple(leg_wrenches),
     )
-
-
-def _held_displacement(held: CartesianStiffness, F: np.ndarray) -> np.ndarray | None:
-    """Least displacement under F on the directions that are held; None when F drives a free one."""
-    s = scaling(held.length, held.space)
-    F_scaled = F / s
-    U, values, _ = np.linalg.svd(held.held)
-    rank = int(np.count_nonzero(values > held.tolerance.independence))
-    held_directions, free = U[:, :rank], U[:, rank:]
-    if np.linalg.norm(free.T @ F_scaled) > _BALANCED * np.linalg.norm(F_scaled):
-        return None
-    K_held = held_directions.T @ (held.matrix / np.outer(s, s)) @ held_directions
-    return held_directions @ np.linalg.solve(K_held, held_directions.T @ F_scaled) / s
 
 
 def _carried(

@@ -193,7 +193,5 @@ def _block(
     block: PlacedBlock, at: np.ndarray, space: Space, length: np.ndarray, tolerance: Tolerance
 ) -> SolvedBlock:
     branches = tuple(leg_matrices(leg, at, space, length, tolerance) for leg in block.branches)
-    whole = block_of(
-        [branch.wrenches(length, tolerance) for branch in branches], length, tolerance
-    )
+    whole = block_of([branch.wrenches(length, tolerance) for branch in branches], length, tolerance)
     return SolvedBlock(block, whole, branches)

@@ -78,10 +78,23 @@ class RobotStiffness:
         return move_stiffness(K, v) if np.any(v) else K
 
     @property
+    def has_compliance(self) -> np.ndarray:
+        """Where every load meets a finite compliance (...), also where a direction is rigid."""
+        whole = self.about_reference
+        if self.serial_compliance is None:
+            return whole.has_compliance
+        return (whole.status_codes & int(Status.UNREACHABLE)) == 0
+
+    @property
     def compliance(self) -> np.ndarray | None:
-        """Compliance (..., n, n) [m/N, 1/N, rad/(N m)]; None where K is singular or missing."""
-        reachable = not np.any(self.about_reference.status_codes & int(Status.UNREACHABLE))
-        C = self.serial_compliance if reachable else None
+        """Compliance (..., n, n) [m/N, 1/N, rad/(N m)]; None where some load meets none.
+
+        The inverse of K. Where a direction is rigid, and K does not exist, C is zero for its
+        wrench: legs without elastic links have the C of their drives.
+        """
+        if not np.all(self.has_compliance):
+            return None
+        C = self.serial_compliance
         if C is None:
             C = self.about_reference.compliance
         if C is None:
@@ -97,7 +110,9 @@ class RobotStiffness:
         """
         C = self.compliance
         if C is None:
-            self._require_answer()
+            whole = self.about_reference
+            if whole.carried is None or np.any(whole.status_codes & int(Status.UNREACHABLE)):
+                self._require_answer()
             raise NoAnswerError(
                 f"no compliance matrix of {self.name!r}: {Status.FREE_MOTIONS.advice[0]}"
             )

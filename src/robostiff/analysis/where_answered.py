@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.analysis.result import RobotStiffness
-from robostiff.elastostatics import Status
 from robostiff.spatial import Space, move_compliance, move_stiffness
 from robostiff.spatial.batch import empty_batch
 
@@ -25,13 +24,11 @@ def stiffness_where_answered(result: RobotStiffness) -> np.ndarray:
 
 
 def compliance_where_answered(result: RobotStiffness) -> np.ndarray:
-    """Compliance matrices (N, n, n); NaN where there is none or free motions remain."""
-    serial = result.serial_compliance
+    """Compliance matrices (N, n, n); NaN where out of reach or free motions remain."""
+    whole, serial = result.has_compliance, result.serial_compliance
     if serial is not None:
-        whole = (result.status_codes & int(Status.UNREACHABLE)) == 0
         C = serial
     else:
-        whole = result.answered & (result.rank == result.space.size)
         C = empty_batch(whole.shape, result.about_reference.matrix.shape[1:])
         C[...] = np.nan
         if np.any(whole):

@@ -10,8 +10,10 @@ from robostiff.elastostatics.aggregation import aggregate, aggregate_matrices
 from robostiff.elastostatics.block import Block, eliminate_block
 from robostiff.elastostatics.chain import chain_stiffness, solve_chain
 from robostiff.elastostatics.chain_problem import Form
+from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
 from robostiff.elastostatics.flexible_platform import CoupledLegs, couple_legs
 from robostiff.elastostatics.index_rules import IndexRules, eliminate_index, eliminate_quasi_trivial
+from robostiff.elastostatics.least_energy import LeastEnergy, least_energy
 from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, solved_leg
 from robostiff.elastostatics.parallel_block import BlockCompliance, block_compliance
 from robostiff.elastostatics.recursive import Recursive, eliminate_joint
@@ -30,9 +32,11 @@ __all__ = [
     "Block",
     "BlockCompliance",
     "CartesianStiffness",
+    "ConjugateWrenches",
     "CoupledLegs",
     "Form",
     "IndexRules",
+    "LeastEnergy",
     "LegWrenches",
     "RankDecision",
     "Recursive",
@@ -49,6 +53,7 @@ __all__ = [
     "eliminate_index",
     "eliminate_joint",
     "eliminate_quasi_trivial",
+    "least_energy",
     "leg_wrenches",
     "matrix_length",
     "saddle_point_matrix",

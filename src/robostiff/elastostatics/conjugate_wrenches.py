@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from robostiff.elastostatics.conditioning import smallest_singular_value
 from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.spatial.batch import product
+from robostiff.spatial.batch import product, transposed
 
 # Rounding grows by this much before an answer is no longer certain to nine digits.
 _FEW_DIGITS = 1e6
@@ -44,7 +44,8 @@ class ConjugateWrenches:
         """``K = sum of u u^T / c``, of the elastic wrenches alone (..., n, n)."""
         elastic = self.compliance > 0
         k = np.where(elastic, 1.0 / np.where(elastic, self.compliance, 1.0), 0.0)
-        return product(self.unit * k[..., None, :], np.swapaxes(self.unit, -1, -2))
+        K = product(self.unit * k[..., None, :], transposed(self.unit))
+        return 0.5 * (K + transposed(K))
 
     @staticmethod
     def beside(parts: Sequence[ConjugateWrenches]) -> ConjugateWrenches:
@@ -120,8 +121,8 @@ def conjugate_wrenches(
         W_own, R_own, s_own = W[group][..., :count], rows[group][..., :count], sizes[group]
         if rank < count:
             Vt = np.linalg.svd(R_own * (s_own > 0)[..., None])[2]
-            rigid[group, :, : count - rank] = W_own @ np.swapaxes(Vt[..., rank:, :], -1, -2)
-            Y = np.swapaxes(Vt[..., :rank, :], -1, -2)
+            rigid[group, :, : count - rank] = W_own @ transposed(Vt[..., rank:, :])
+            Y = transposed(Vt[..., :rank, :])
             W_own, R_own = W_own @ Y, R_own @ Y
         own = _conjugate(W_own, R_own, s_own)
         unit[group, :, :rank], compliance[group, :rank] = own[:2]
@@ -207,7 +208,7 @@ def _elastic_rank(
     rank, doubtful = np.full(batch, m), np.zeros(batch, dtype=bool)
     if m == 0:
         return rank, doubtful
-    margin = np.broadcast_to(smallest_singular_value(np.swapaxes(rows, -1, -2)), batch)
+    margin = np.broadcast_to(smallest_singular_value(transposed(rows)), batch)
     doubtful |= tolerance.leaves_in_doubt(margin)
     lost = margin <= tolerance.independence
     if np.any(lost):

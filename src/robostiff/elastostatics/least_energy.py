@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from robostiff.elastostatics.conjugate_wrenches import alike, eliminated
 from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.spatial.batch import transposed
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,8 @@ class LeastEnergy:
     @property
     def compliance(self) -> Float[np.ndarray, "*batch n n"]:
         """Twists for loads that are carried, ``t = C F``; zero for the others."""
-        return np.swapaxes(self.modes, -1, -2) @ self.modes
+        C = transposed(self.modes) @ self.modes
+        return 0.5 * (C + transposed(C))
 
 
 def least_energy(
@@ -104,28 +106,24 @@ def least_energy(
 
 def _shared(U: np.ndarray, c: np.ndarray, H: np.ndarray, by_rigid: int, rank: int) -> LeastEnergy:
     """As `least_energy`, for poses at which as many wrenches are independent."""
-    n, m = U.shape[-2:]
+    n = U.shape[-2]
     Q, to_rigid = np.eye(n), np.zeros((*H.shape[:-2], 0, n))
     if H.shape[-1]:
         V, values, Zt = np.linalg.svd(H)
         inverse = 1.0 / values[..., :by_rigid, None]
-        to_rigid = _transposed(Zt[..., :by_rigid, :]) @ (
-            inverse * _transposed(V[..., :, :by_rigid])
-        )
+        to_rigid = transposed(Zt[..., :by_rigid, :]) @ (inverse * transposed(V[..., :, :by_rigid]))
         Q = V[..., :, by_rigid:]
     by_elastic = rank - by_rigid
-    A, values, Bt = np.linalg.svd(_transposed(Q) @ U)
+    A, values, Bt = np.linalg.svd(transposed(Q) @ U)
     A = A[..., :, :by_elastic]
     # What carries each of the directions A with the least wrenches, and stresses that carry none.
-    carried = _transposed(Bt[..., :by_elastic, :]) / values[..., None, :by_elastic]
-    idle = _transposed(Bt[..., by_elastic:, :])
+    carried = transposed(Bt[..., :by_elastic, :]) / values[..., None, :by_elastic]
+    idle = transposed(Bt[..., by_elastic:, :])
     both = np.concatenate([idle, carried], axis=-1)
     root = np.sqrt(c)
     row = np.sqrt(np.einsum("...mk,...mk->...m", both, both))
-    _, carried, blurred = eliminated(
-        root[..., None] * both, both, root * row, idle.shape[-1]
-    )
-    directions = _transposed(Q @ A)
+    _, carried, blurred = eliminated(root[..., None] * both, both, root * row, idle.shape[-1])
+    directions = transposed(Q @ A)
     shares = carried @ directions
     rigid_shares = to_rigid @ (np.eye(n) - U @ shares) if H.shape[-1] else to_rigid
     return LeastEnergy(shares, rigid_shares, root[..., None] * shares, blurred)
@@ -137,7 +135,3 @@ def _in_rows(values: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
     placed = np.zeros((*values.shape[:-2], count, values.shape[-1]))
     placed[..., rows, :] = values
     return placed
-
-
-def _transposed(A: np.ndarray) -> np.ndarray:
-    return np.swapaxes(A, -1, -2)

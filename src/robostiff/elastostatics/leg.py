@@ -77,9 +77,7 @@ def felt_by_modes(modes: Float[np.ndarray, "*batch p n"]) -> Felt:
     return lambda W: (unit @ W, sizes)
 
 
-def solved_leg(
-    leg: LegWrenches, length: np.ndarray, tolerance: Tolerance
-) -> CartesianStiffness:
+def solved_leg(leg: LegWrenches, length: np.ndarray, tolerance: Tolerance) -> CartesianStiffness:
     """Stiffness of a leg, ``K = W (W^T C W)^-1 W^T`` without summing C.
 
     Where a transmitted wrench meets no spring there is no matrix (`Status.RIGID_DIRECTION`); what

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
-from robostiff.elastostatics.least_energy import LeastEnergy, least_energy
+from robostiff.elastostatics.least_energy import least_energy
 from robostiff.elastostatics.scaled_inverse import scaled_inverse
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
@@ -127,22 +127,9 @@ class CartesianStiffness:
             return None
         if self.carried is None:
             return scaled_inverse(self.matrix, self.length)
-        s = scaling(self.length, self.space)
-        return self.shares.compliance / (s[..., :, None] * s[..., None, :])
-
-    @property
-    def shares(self) -> LeastEnergy:
-        """How the legs share any load, in scaled coordinates.
-
-        Raises
-        ------
-        NoAnswerError
-            When the matrix alone is known.
-        """
-        if self.carried is None:
-            raise NoAnswerError("no shares of the legs: their wrenches are not known")
-        own = self.carried
-        return least_energy(own.unit, own.compliance, own.rigid, self.rank, self.tolerance)
+        s, own = scaling(self.length, self.space), self.carried
+        found = least_energy(own.unit, own.compliance, own.rigid, self.rank, self.tolerance)
+        return found.compliance / (s[..., :, None] * s[..., None, :])
 
     @property
     def decision(self) -> RankDecision:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.maps.pose_batch import PoseBatch
 from robostiff.kinematics import find_posture, freedom_twist
 from robostiff.model import Actuated
-from robostiff.spatial import move_twist, move_wrench
+from robostiff.spatial import move_wrench
 from robostiff.spatial.batch import empty_batch
 
 
 def actuator_forces(batch: PoseBatch, twist: np.ndarray, wrench: np.ndarray) -> np.ndarray:
     """Load on each actuator along its coordinate (N, actuators) [N or N m].
 
-    A leg carries F_leg = K_leg t, of which an actuator feels the part along its own motion.
+    Of what a leg carries an actuator feels the part along its own motion.
 
     Parameters
     ----------
@@ -25,21 +26,20 @@ def actuator_forces(batch: PoseBatch, twist: np.ndarray, wrench: np.ndarray) -> 
         About the reference point.
     """
     result = batch.result
-    t_origin = move_twist(twist, -batch.offset)
+    known = np.isfinite(twist[:, 0])
+    whole = np.broadcast_to(wrench, (len(twist), len(wrench)))
+    loads = leg_loads(result[known], move_wrench(whole, -batch.offset)[known])
     posture = find_posture(batch.robot, batch.columns.as_pose(batch.poses))
     rows = list(batch.robot.space.rows)
-    loads = []
-    for leg, stiffness_of_leg in zip(posture.snapshot.legs, result.legs, strict=True):
-        if result.serial_compliance is not None:
-            own = move_wrench(np.broadcast_to(wrench, t_origin.shape), -batch.offset)
-        else:
-            own = np.einsum("...ij,...j->...i", stiffness_of_leg.matrix, t_origin)
-        for freedom in leg.freedoms:
-            if isinstance(freedom.role, Actuated):
-                column = freedom_twist(freedom, result.origin)[..., rows]
-                loads.append(np.einsum("...i,...i->...", column, own))
-    out = empty_batch((len(twist),), (len(loads),))
-    known = np.isfinite(twist[:, 0])
-    for k, load in enumerate(loads):
-        out[:, k] = np.where(known, load, np.nan)
+    columns = [
+        (i, freedom_twist(freedom, result.origin)[..., rows])
+        for i, leg in enumerate(posture.snapshot.legs)
+        for freedom in leg.freedoms
+        if isinstance(freedom.role, Actuated)
+    ]
+    out = empty_batch((len(twist),), (len(columns),))
+    out[...] = np.nan
+    if loads is not None:
+        for k, (i, column) in enumerate(columns):
+            out[known, k] = np.einsum("...i,...i->...", column[known], loads.wrenches[i])
     return out

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
@@ -14,12 +15,8 @@ from robostiff.analysis.where_answered import (
     origin_to_reference,
     stiffness_where_answered,
 )
-from robostiff.elastostatics import CartesianStiffness, scaling
 from robostiff.model import Robot
 from robostiff.spatial import move_twist, move_wrench
-
-# As in `deflection`: a load with less than this part of it on a free motion is balanced.
-_BALANCED = 1e-9
 
 
 class PoseBatch:
@@ -76,48 +73,13 @@ class PoseBatch:
         """
         twist = np.einsum("...ij,j->...i", self.compliance, wrench)
         unbalanced = np.zeros(len(twist), dtype=bool)
-        if self.result.serial_compliance is not None:
+        rows = np.flatnonzero(loads_known(self.result) & np.isnan(twist[:, 0]))
+        if not len(rows):
             return twist, unbalanced
-        held = self.result.answered & (self.rank < self.robot.space.size)
-        for rank in np.unique(self.rank[held]):
-            rows = np.flatnonzero(held & (self.rank == rank))
-            about = self.result.about_reference[rows]
-            to_origin = -self.offset[rows]
-            F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), to_origin)
-            t, drives = held_twists(about, F, int(rank))
-            twist[rows] = move_twist(t, -to_origin)
-            unbalanced[rows] = drives
+        to_origin = -self.offset[rows]
+        F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), to_origin)
+        loads = leg_loads(self.result[rows], F)
+        if loads is not None:
+            t = np.where(loads.balanced[:, None], loads.twist, np.nan)
+            twist[rows], unbalanced[rows] = move_twist(t, -to_origin), ~loads.balanced
         return twist, unbalanced
-
-
-def held_twists(
-    held: CartesianStiffness, F: np.ndarray, rank: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Least twists under wrenches at poses of one rank, and where a load drives a free motion.
-
-    K restricted to the span of the wrenches that hold the platform is inverted there.
-
-    Parameters
-    ----------
-    held : CartesianStiffness
-        At N poses.
-    F : (N, n) array
-    rank : int
-
-    Returns
-    -------
-    twist : (N, n) array
-        NaN where the load drives a free motion.
-    unbalanced : (N,) array of bool
-    """
-    s = scaling(held.length, held.space)
-    F_scaled = F / s
-    U = np.linalg.svd(held.held)[0]
-    H, free = U[..., :rank], U[..., rank:]
-    on_free = np.linalg.norm(np.einsum("kij,ki->kj", free, F_scaled), axis=-1)
-    unbalanced = on_free > _BALANCED * np.linalg.norm(F_scaled, axis=-1)
-    K = held.matrix / (s[:, :, None] * s[:, None, :])
-    K_held = np.einsum("kia,kij,kjb->kab", H, K, H, optimize=True)
-    load = np.einsum("kia,ki->ka", H, F_scaled)
-    twist = np.einsum("kia,ka->ki", H, np.linalg.solve(K_held, load[..., None])[..., 0]) / s
-    return np.where(unbalanced[:, None], np.nan, twist), unbalanced

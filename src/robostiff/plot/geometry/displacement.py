@@ -32,7 +32,7 @@ from robostiff.kinematics import (
 )
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedBlock
-from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.spatial import Space, move_twist
 
 Element = PlacedFreedom | PlacedSpring | PlacedBlock
 
@@ -112,16 +112,12 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     to_origin = answer.origin - answer.reference_point
     to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
     t = move_twist(bent.twist, to_origin)
-    if answer.serial_compliance is not None:
-        wrenches = [move_wrench(bent.wrench, to_origin)]
-    else:
-        wrenches = [leg.matrix @ t for leg in answer.legs]
     held = answer.about_reference
     solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance)
     platform = _spatial(t, rows)
     legs = tuple(
         solver.motion(leg, np.zeros(6), platform, _spatial(F, rows))
-        for leg, F in zip(snapshot.legs, wrenches, strict=True)
+        for leg, F in zip(snapshot.legs, bent.leg_wrenches, strict=True)
     )
     return RobotMotion(BodyMotion(platform, answer.origin), legs)
 

@@ -1,0 +1,110 @@
+"""Twist of the platform under a load, and what each leg carries of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.analysis.result import RobotStiffness
+from robostiff.elastostatics import ConjugateWrenches, least_energy, scaling
+
+_BALANCED = 1e-9  # part of a load that may do work on a free motion
+
+
+@dataclass(frozen=True)
+class LegLoads:
+    """How a robot carries a load, about the origin of its answer, in world axes.
+
+    Attributes
+    ----------
+    twist : (..., n) array
+        The least displacement, where free motions remain [m, rad].
+    balanced : (...) array of bool
+        Where the load does no work on free motions; nothing else holds elsewhere.
+    wrenches : tuple of (..., n) arrays
+        On each leg; none for a network.
+    """
+
+    twist: np.ndarray
+    balanced: np.ndarray
+    wrenches: tuple[np.ndarray, ...]
+
+
+def leg_loads(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
+    """How the legs carry a wrench about the origin of an answer.
+
+    They share it with the least energy, the primary result of linear statics: that needs a
+    stiffness matrix neither of a leg nor of the robot, and holds where a direction is rigid.
+
+    Parameters
+    ----------
+    answer : RobotStiffness
+        At one pose or a batch, all within reach.
+    wrench : (..., n) array
+        [N, N m].
+
+    Returns
+    -------
+    LegLoads or None
+        None where the matrices alone are known, and cannot be solved at some pose.
+    """
+    if answer.serial_compliance is not None:
+        twist = np.einsum("...ij,...j->...i", answer.serial_compliance, wrench)
+        F = np.broadcast_to(wrench, twist.shape)
+        return LegLoads(twist, np.ones(twist.shape[:-1], dtype=bool), (F,))
+    whole = answer.about_reference
+    known = [leg.carried for leg in answer.legs if leg.carried is not None]
+    if whole.carried is None or len(known) < len(answer.legs):
+        return _by_matrices(answer, wrench)
+    s = scaling(whole.length, whole.space)
+    F = wrench / s
+    every = ConjugateWrenches.beside(known)
+    found = least_energy(every.unit, every.compliance, every.rigid, whole.rank, whole.tolerance)
+    elastic = np.einsum("...ij,...j->...i", found.shares, F)
+    rigid = np.einsum("...ij,...j->...i", found.rigid_shares, F)
+    wrenches, start, first = [], 0, 0
+    for own in known:
+        stop, last = start + own.unit.shape[-1], first + own.rigid.shape[-1]
+        carried = np.einsum("...ij,...j->...i", own.unit, elastic[..., start:stop])
+        carried = carried + np.einsum("...ij,...j->...i", own.rigid, rigid[..., first:last])
+        wrenches.append(carried)
+        start, first = stop, last
+    missing = np.linalg.norm(F - np.sum(wrenches, axis=0), axis=-1)
+    return LegLoads(
+        twist=np.einsum("...ij,...j->...i", found.compliance, F) / s,
+        balanced=missing <= _BALANCED * np.linalg.norm(F, axis=-1),
+        wrenches=tuple(own * s for own in wrenches),
+    )
+
+
+def loads_known(answer: RobotStiffness) -> np.ndarray:
+    """Where `leg_loads` has an answer (...)."""
+    by_legs = answer.serial_compliance is not None or answer.about_reference.carried is not None
+    return answer.rank >= 0 if by_legs else answer.answered
+
+
+def _by_matrices(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
+    """From the stiffness matrices of the robot and of the legs."""
+    if not np.all(answer.answered):
+        return None
+    whole = answer.about_reference
+    s = scaling(whole.length, whole.space)
+    F, K = wrench / s, whole.matrix / (s[..., :, None] * s[..., None, :])
+    among = np.arange(K.shape[-1]) < whole.rank[..., None]
+    U = np.linalg.svd(whole.held)[0] * among[..., None, :]
+    held = U @ np.swapaxes(U, -1, -2)
+    load = np.einsum("...ij,...j->...i", held, F)
+    size = np.trace(K, axis1=-2, axis2=-1)[..., None, None]
+    # What is free is held by a spring of its own, which no load that is balanced feels.
+    K_held = held @ K @ held + np.where(size > 0, size, 1.0) * (np.eye(K.shape[-1]) - held)
+    try:
+        t = np.linalg.solve(K_held, load[..., None])[..., 0] / s
+    except np.linalg.LinAlgError:  # stiffnesses too far apart for their sum to hold both
+        return None
+    missing = np.linalg.norm(F - load, axis=-1)
+    return LegLoads(
+        twist=t,
+        balanced=missing <= _BALANCED * np.linalg.norm(F, axis=-1),
+        wrenches=tuple(np.einsum("...ij,...j->...i", leg.matrix, t) for leg in answer.legs),
+    )
