@@ -1,0 +1,129 @@
+"""The textbook K = J^-T k J^-1: rigid links, elastic drives; and blocks with rigid branches."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.elastostatics import Status
+from robostiff.model import (
+    Actuated,
+    Motion,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
+
+HERE = Path(__file__).parent
+
+
+def with_rigid_links(leg: PlacedLeg) -> PlacedLeg:
+    elements = []
+    for element in leg.elements:
+        if isinstance(element, PlacedBlock):
+            branches = tuple(with_rigid_links(branch) for branch in element.branches)
+            elements.append(PlacedBlock(element.name, branches))
+        elif not isinstance(element, PlacedSpring):
+            elements.append(element)
+    return replace(leg, elements=tuple(elements))
+
+
+def posed(name: str, move: tuple[float, float, float]) -> Snapshot:
+    robot = rs.load(name)
+    home = np.ravel(rs.find_posture(robot).pose)
+    coordinates = home[list(robot.coordinate_places)].copy()
+    coordinates[:3] += move
+    snapshot = rs.find_posture(robot, coordinates).snapshot.one(0)
+    return replace(snapshot, legs=tuple(with_rigid_links(leg) for leg in snapshot.legs))
+
+
+def rod_of(leg: PlacedLeg) -> np.ndarray:
+    """From the joint before the rod to that after it."""
+    block = next((e for e in leg.elements if isinstance(e, PlacedBlock)), None)
+    chain = leg if block is None else block.branches[0]
+    points = [
+        e.point
+        for e in chain.elements
+        if isinstance(e, PlacedFreedom) and e.is_passive and e.motion is Motion.ROTATION
+    ]
+    return points[-1] - points[0]
+
+
+def drive_of(leg: PlacedLeg) -> tuple[PlacedFreedom, np.ndarray]:
+    """The drive, and how the far end of what it carries moves with it."""
+    (drive,) = (
+        e for e in leg.elements if isinstance(e, PlacedFreedom) and isinstance(e.role, Actuated)
+    )
+    if drive.motion is Motion.TRANSLATION:
+        return drive, drive.axis
+    block = next((e for e in leg.elements if isinstance(e, PlacedBlock)), None)
+    near = [
+        np.mean([branch.elements[0].point for branch in block.branches], axis=0)
+        if block is not None
+        else leg.elements[1].point
+    ]
+    return drive, np.cross(drive.axis, near[0] - drive.point)
+
+
+@pytest.mark.parametrize("name", ["delta", "3-puu", "orthoglide"])
+@pytest.mark.parametrize("move", [(0, 0, 0), (0.03, -0.02, 0.04)])
+def test_compliance_of_rigid_links_is_that_of_the_jacobian(name, move):
+    """Rods keep their length: l . v = l . u dq for a rod l whose foot moves by u dq."""
+    snapshot = posed(name, move)
+    rods = np.array([rod_of(leg) for leg in snapshot.legs])
+    drives = [drive_of(leg) for leg in snapshot.legs]
+    along = np.array([rod @ u for rod, (_, u) in zip(rods, drives, strict=True)])
+    J = np.linalg.solve(rods, np.diag(along))  # v = J dq
+    k = np.array([drive.stiffness for drive, _ in drives])
+    expected = np.zeros((6, 6))
+    expected[:3, :3] = J / k @ J.T
+
+    result = rs.stiffness(snapshot)
+    assert Status.RIGID_DIRECTION in result.status
+    with pytest.raises(rs.NoAnswerError, match="infinite"):
+        _ = result.K
+    C = rs.compliance(snapshot)
+    assert np.abs(C - expected).max() < 1e-12 * np.abs(expected).max()
+
+    F = np.array([10.0, -20.0, 30.0, 1.0, 2.0, -3.0])
+    bent = rs.deflection(snapshot, wrench=F)
+    assert np.abs(bent.twist - expected @ F).max() < 1e-12 * np.abs(expected @ F).max()
+    loads = np.array([load.load for load in bent.actuators])
+    assert np.abs(loads - J.T @ F[:3]).max() < 1e-9 * np.abs(loads).max()
+
+
+def test_a_beam_beside_a_rigid_branch_is_rigid():
+    """The same physics, with a beam that carries nothing and without; alone and in a batch."""
+    clamp, plain = (rs.load(HERE / f"{name}.yaml") for name in ("clamp", "noclamp"))
+    expected = rs.stiffness(plain)
+    assert expected.K[0, 0] == pytest.approx(4756287, rel=1e-6)
+    alone = rs.stiffness(clamp)
+    assert np.abs(alone.K - expected.K).max() < 1e-11 * np.abs(expected.K).max()
+    assert alone.status == expected.status
+    poses = np.array([[0.3], [0.31], [0.25]])
+    together, one_by_one = rs.stiffness(clamp, poses), [rs.stiffness(plain, p) for p in poses]
+    for K, other in zip(together.K, one_by_one, strict=True):
+        assert np.abs(K - other.K).max() < 1e-11 * np.abs(other.K).max()
+
+
+@pytest.mark.parametrize("reference", [(0, 0, 0), (0.4, 0.1, 0.2), (1e-3, 0, 0), (50, 20, -3)])
+def test_a_robot_in_one_point_is_the_same_about_every_point(reference):
+    """Three springs through one point, and a joint there: status and rank belong to the robot."""
+    from robostiff.elasticity import Elasticity
+    from robostiff.model import Passive
+
+    at = np.array([0.2, -0.1, 0.3])
+    C = np.diag([1e-7, 2e-7, 3e-7, 1e-2, 2e-2, 5e-2])
+    spring = PlacedSpring("spring", at, np.eye(3), Elasticity(C))
+    joint = PlacedFreedom("joint", Motion.ROTATION, at, np.array([0.0, 0.0, 1.0]), Passive())
+    snapshot = Snapshot("point", (PlacedLeg("leg", (spring, joint), at),), np.array(reference))
+    result = rs.stiffness(snapshot)
+    there = rs.stiffness(replace(snapshot, reference_point=at))
+    assert result.status == there.status == Status.FREE_MOTIONS
+    assert int(result.rank) == 5
+    moved = there.about(np.array(reference, dtype=float))
+    assert np.abs(result.K - moved.K).max() <= 1e-9 * np.abs(moved.K).max()
