@@ -124,7 +124,7 @@ def _ends(
     ends: dict[str, list[LinkEnd]] = {link: [] for link in tree.links}
     for joint in tree.joints:
         if joint.name in connecting:
-            end = LinkEnd(joint.name, joint.before.p, joint.name in leading)
+            end = LinkEnd(joint.name, joint.drawn_at, joint.name in leading)
             ends[joint.parent].append(end)
     for loop in loops:
         for link, frame in zip(loop.links, loop.frames, strict=True):

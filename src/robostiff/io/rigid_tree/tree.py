@@ -48,7 +48,7 @@ class TreeJoint:
     parent, child : str
         Names of the links.
     before : Frame
-        Of the joint, in the parent's frame.
+        Of the joint at coordinate zero, in the parent's frame.
     axis : (3,) array
         Of a revolute or prismatic joint, or the normal of a planar one, in the joint's frame.
     after : Frame
@@ -70,6 +70,15 @@ class TreeJoint:
     role: Role = field(default_factory=Actuated)
     home: float = 0.0
     mimic: Mimic | None = None
+
+    @property
+    def drawn_at(self) -> np.ndarray:
+        """Where the description draws the joint, in the parent's frame (3,) [m].
+
+        A slide is drawn at its own coordinate, which need not be zero; a link ends there.
+        """
+        slides = self.type is JointType.PRISMATIC
+        return self.before.p + self.before.R @ (self.home * self.axis * slides)
 
 
 @dataclass(frozen=True)
