@@ -1,105 +1,118 @@
-"""A MuJoCo model without shapes, from a file of a stranger."""
+"""A MuJoCo model without shapes: names and arrays, compiled in a process of its own."""
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from robostiff.errors import FileError, InputError, Location
-from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, parse_xml, read_bytes
+from robostiff.io.child_process import answer_of
+from robostiff.io.mjcf.kinematic_part import kinematic_part
 from robostiff.io.suggest import Words
 
-_LIMITS = XmlLimits()
-# Whatever draws, touches, senses or drives: none of it tells where bodies and joints are, and some
-# of it would open other files.
-_SUPERFLUOUS = (
-    "sensors",
-    "keys",
-    "pairs",
-    "excludes",
-    "skins",
-    "tuples",
-    "actuators",
-    "tendons",
-    "cameras",
-    "lights",
-    "geoms",
-    "flexes",
-    "meshes",
-    "hfields",
-    "materials",
-    "textures",
+_TASK = Path(__file__).with_name("compile_in_child.py")
+_LINE = re.compile(r",? line (\d+)")
+_REAL = frozenset(
+    (
+        *("body_pos", "body_quat", "site_pos", "site_quat", "jnt_pos", "jnt_axis", "jnt_range"),
+        *("jnt_stiffness", "qpos0", "eq_data"),
+    )
 )
 
 
-def compiled_model(source: Path | str) -> tuple[Any, frozenset[str]]:
-    """The MuJoCo model of a file without its shapes, and the joints that actuators drive.
+@dataclass(frozen=True)
+class CompiledModel:
+    """What MuJoCo makes of a file.
+
+    Attributes
+    ----------
+    name : str
+    bodies, joints, sites, equalities : tuple of str
+        Their names, empty where they have none.
+    driven : frozenset of str
+        Joints that actuators drive.
+    arrays : dict of str to array
+        Those of MuJoCo's own model, by the same names.
+    """
+
+    name: str
+    bodies: tuple[str, ...]
+    joints: tuple[str, ...]
+    sites: tuple[str, ...]
+    equalities: tuple[str, ...]
+    driven: frozenset[str]
+    arrays: dict[str, np.ndarray]
+
+    def __getattr__(self, key: str) -> np.ndarray:
+        """An array of MuJoCo's model."""
+        try:
+            return self.__dict__["arrays"][key]
+        except KeyError:
+            raise AttributeError(key) from None
+
+
+def compiled_model(source: Path | str) -> CompiledModel:
+    """The MuJoCo model of a file without its shapes.
 
     Raises
     ------
     FileError
-        When the file cannot be read, is too large, or MuJoCo refuses it.
+        When the file cannot be read, is too large, or MuJoCo refuses it or takes too long.
     InputError
         When mujoco is not installed.
     """
-    file = str(source)
-    _check_size(parse_xml(read_bytes(source, _LIMITS), file, _LIMITS))
-    mujoco = _mujoco()
-    try:
-        spec = mujoco.MjSpec.from_file(file)
-        on_joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-        driven = frozenset(a.target for a in spec.actuators if a.trntype in on_joints)
-        for kind in _SUPERFLUOUS:
-            for element in list(getattr(spec, kind, ())):
-                spec.delete(element)
-        # Bodies have lost the shapes that gave them mass.
-        spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
-        return spec.compile(), driven
-    except (ValueError, RuntimeError, mujoco.FatalError) as error:
-        raise FileError(
-            Location(file),
-            "MJCF",
-            got=Words(" ".join(str(error).split())),
-            expected="a model that MuJoCo can compile",
-        ) from None
-
-
-def _mujoco() -> Any:
-    try:
-        import mujoco
-    except ImportError:
+    part = kinematic_part(source)
+    if find_spec("mujoco") is None:
         raise InputError(
             "MJCF",
             got=Words("no mujoco, which reads it"),
             expected="the extra mjcf",
             hint="pip install 'robostiff[mjcf]'",
-        ) from None
-    return mujoco
-
-
-def _check_size(root: XmlElement) -> None:
-    if root.tag != "mujoco":
-        raise FileError(
-            root.location, "MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top"
         )
-    if _unfolded(root) > _LIMITS.elements:
+    try:
+        return _compiled(part.text, str(source))
+    except FileError as error:
+        raise _in_its_line(error, part.places) from None
+
+
+@lru_cache(maxsize=64)
+def _compiled(text: str, file: str) -> CompiledModel:
+    place = Location(file)
+    data = answer_of(_TASK, {"text": text}, place, "MJCF", "MuJoCo")
+    names = {key: data.pop(key) for key in ("bodies", "joints", "sites", "equalities")}
+    name, driven = data.pop("name"), frozenset(data.pop("driven"))
+    arrays = {key: _array(key, values, place) for key, values in data.items()}
+    return CompiledModel(
+        name,
+        **{key: tuple(map(str, listed)) for key, listed in names.items()},
+        driven=driven,
+        arrays=arrays,
+    )
+
+
+def _array(key: str, values: Any, place: Location) -> np.ndarray:
+    array = np.array(values, dtype=float if key in _REAL else np.int64)
+    if not np.isfinite(array).all():
         raise FileError(
-            root.location,
+            place,
             "MJCF",
-            got=Words("more elements than that, once replicate is carried out"),
-            expected=f"at most {_LIMITS.elements}",
+            got=Words(f"a model with a {key} that is no number"),
+            expected="finite places, axes and coordinates",
         )
+    array.setflags(write=False)
+    return array
 
 
-def _unfolded(root: XmlElement) -> int:
-    """Number of elements once those in ``replicate`` are copied, or one beyond the limit."""
-    total, waiting = 0, [(root, 1)]
-    while waiting and total <= _LIMITS.elements:
-        element, times = waiting.pop()
-        count = element.attributes.get("count", "1").split()
-        if element.tag in ("replicate", "composite", "flexcomp"):
-            for word in count:
-                times *= max(1, int(word)) if word.lstrip("+-").isdecimal() else 1
-        total += times
-        waiting += [(child, times) for child in element.children]
-    return total
+def _in_its_line(error: FileError, places: tuple[Location, ...]) -> FileError:
+    """The complaint at the place of the file that MuJoCo's line number stands for."""
+    found = _LINE.search(str(error.got))
+    if error.location.line is not None or not found or not 0 < int(found[1]) <= len(places):
+        return error
+    words = Words(_LINE.sub("", str(error.got)).strip())
+    return FileError(places[int(found[1]) - 1], error.subject, got=words, expected=error.expected)

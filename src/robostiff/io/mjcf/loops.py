@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from robostiff.errors import FileError, Location
+from robostiff.io.mjcf.compiled import CompiledModel
 from robostiff.io.mjcf.frames import frame_of
 from robostiff.io.mjcf.names import Names
 from robostiff.io.rigid_tree.tree import JointType, Mimic, TreeLoop
@@ -18,7 +17,7 @@ _SITE = 6  # mjOBJ_SITE
 
 
 def read_equalities(
-    model: Any, names: Names, file: str
+    model: CompiledModel, names: Names, file: str
 ) -> tuple[tuple[TreeLoop, ...], dict[str, Mimic]]:
     """Loops, and for each joint that follows another one how it does.
 
@@ -31,10 +30,10 @@ def read_equalities(
     """
     loops: list[TreeLoop] = []
     mimics: dict[str, Mimic] = {}
-    for i in range(model.neq):
+    for i, name in enumerate(model.equalities):
         if not model.eq_active0[i]:
             continue
-        kind, name = int(model.eq_type[i]), model.equality(i).name
+        kind = int(model.eq_type[i])
         if kind == _CONNECT:
             loops.append(_connect(model, names, i, name or f"connect{i + 1}"))
         elif kind == _WELD:
@@ -52,7 +51,7 @@ def read_equalities(
     return tuple(loops), mimics
 
 
-def _links(model: Any, names: Names, i: int) -> tuple[str, str]:
+def _links(model: CompiledModel, names: Names, i: int) -> tuple[str, str]:
     known = names.sites if int(model.eq_objtype[i]) == _SITE else names.bodies
     return known[int(model.eq_obj1id[i])], known[int(model.eq_obj2id[i])]
 
@@ -61,7 +60,7 @@ def _at(point: np.ndarray) -> Frame:
     return Frame(np.eye(3), np.array(point, dtype=float))
 
 
-def _connect(model: Any, names: Names, i: int, name: str) -> TreeLoop:
+def _connect(model: CompiledModel, names: Names, i: int, name: str) -> TreeLoop:
     """A point of each of two bodies, or the origins of two sites, that coincide."""
     frames = (Frame.identity(), Frame.identity())
     if int(model.eq_objtype[i]) != _SITE:
@@ -70,7 +69,7 @@ def _connect(model: Any, names: Names, i: int, name: str) -> TreeLoop:
     return TreeLoop(name, JointType.SPHERICAL, _links(model, names, i), frames)
 
 
-def _weld(model: Any, names: Names, i: int, name: str) -> TreeLoop:
+def _weld(model: CompiledModel, names: Names, i: int, name: str) -> TreeLoop:
     """The pose of the second body in the first, or the frames of two sites, that coincide."""
     frames = (Frame.identity(), Frame.identity())
     if int(model.eq_objtype[i]) != _SITE:
@@ -79,7 +78,7 @@ def _weld(model: Any, names: Names, i: int, name: str) -> TreeLoop:
     return TreeLoop(name, JointType.FIXED, _links(model, names, i), frames)
 
 
-def _joint(model: Any, names: Names, i: int, file: str) -> tuple[str, Mimic]:
+def _joint(model: CompiledModel, names: Names, i: int, file: str) -> tuple[str, Mimic]:
     """A joint that is a polynomial of another one, about their reference coordinates."""
     follower = int(model.eq_obj1id[i])
     leader = int(model.eq_obj2id[i])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from robostiff.io.mjcf.compiled import CompiledModel
 
 
 class Names:
@@ -15,18 +15,18 @@ class Names:
     bodies, sites, joints : list of str
     """
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: CompiledModel) -> None:
         links: set[str] = set()
-        self.bodies = [_name(model.body(i).name, f"body{i}", links) for i in range(model.nbody)]
+        self.bodies = [_name(own, f"body{i}", links) for i, own in enumerate(model.bodies)]
         self.sites = [
-            _name(model.site(i).name, f"site{i + 1}", links, " site") for i in range(model.nsite)
+            _name(own, f"site{i + 1}", links, " site") for i, own in enumerate(model.sites)
         ]
         joints: set[str] = set()
         self.joints = [
-            _name(model.joint(i).name, self._unnamed(model, i), joints) for i in range(model.njnt)
+            _name(own, self._unnamed(model, i), joints) for i, own in enumerate(model.joints)
         ]
 
-    def _unnamed(self, model: Any, joint: int) -> str:
+    def _unnamed(self, model: CompiledModel, joint: int) -> str:
         return f"joint of {self.bodies[int(model.jnt_bodyid[joint])]}"
 
 

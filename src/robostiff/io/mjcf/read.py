@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from robostiff.io.mjcf.compiled import compiled_model
+from robostiff.io.mjcf.compiled import CompiledModel, compiled_model
 from robostiff.io.mjcf.frames import frame_of
 from robostiff.io.mjcf.loops import read_equalities
 from robostiff.io.mjcf.names import Names
-from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
+from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.kinematics.turn import turn_about
 from robostiff.model import Actuated, Passive, Role
 from robostiff.spatial import Frame
@@ -45,13 +44,13 @@ def read_mjcf(source: Path | str) -> RigidTree:
     InputError
         When mujoco is not installed.
     """
-    model, driven = compiled_model(source)
+    model = compiled_model(source)
     names = Names(model)
     loops, mimics = read_equalities(model, names, str(source))
     joints: list[TreeJoint] = []
-    for body in range(1, model.nbody):
-        joints += _joints_of_body(model, names, body, driven, mimics)
-    for site in range(model.nsite):
+    for body in range(1, len(model.bodies)):
+        joints += _joints_of_body(model, names, body, mimics)
+    for site in range(len(model.sites)):
         joints.append(_site(model, names, site))
     links = [names.bodies[0], *(joint.child for joint in joints)]
     return RigidTree(
@@ -64,7 +63,7 @@ def read_mjcf(source: Path | str) -> RigidTree:
 
 
 def _joints_of_body(
-    model: Any, names: Names, body: int, driven: frozenset[str], mimics: dict[str, Any]
+    model: CompiledModel, names: Names, body: int, mimics: dict[str, Mimic]
 ) -> list[TreeJoint]:
     """The joint, joints or weld by which a body hangs on its parent."""
     name, parent = names.bodies[body], names.bodies[int(model.body_parentid[body])]
@@ -92,7 +91,7 @@ def _joints_of_body(
                 before=drawn @ anchor @ _moved_back(kind, axis, home),
                 axis=axis,
                 after=anchor.inverse,
-                role=_role(model, i, own in driven),
+                role=_role(model, i, own in model.driven),
                 home=home,
                 mimic=mimics.get(own),
             )
@@ -108,7 +107,7 @@ def _moved_back(kind: JointType, axis: np.ndarray, home: float) -> Frame:
     return Frame(np.eye(3), -home * axis if kind is JointType.PRISMATIC else np.zeros(3))
 
 
-def _role(model: Any, joint: int, is_driven: bool) -> Role:
+def _role(model: CompiledModel, joint: int, is_driven: bool) -> Role:
     limits = None
     if model.jnt_limited[joint]:
         low, high = (float(value) for value in model.jnt_range[joint])
@@ -120,7 +119,7 @@ def _role(model: Any, joint: int, is_driven: bool) -> Role:
     return Actuated(limits=limits) if is_driven else Passive()
 
 
-def _site(model: Any, names: Names, site: int) -> TreeJoint:
+def _site(model: CompiledModel, names: Names, site: int) -> TreeJoint:
     parent = names.bodies[int(model.site_bodyid[site])]
     seen = frame_of(model.site_pos[site], model.site_quat[site])
     return _fixed(names.sites[site], parent, seen)
@@ -130,6 +129,5 @@ def _fixed(child: str, parent: str, frame: Frame) -> TreeJoint:
     return TreeJoint(f"{child} on {parent}", JointType.FIXED, parent, child, frame, np.zeros(3))
 
 
-def _model_name(model: Any, source: Path | str) -> str:
-    name = bytes(model.names).split(b"\0", 1)[0].decode()
-    return name if name and name != "MuJoCo Model" else Path(source).stem
+def _model_name(model: CompiledModel, source: Path | str) -> str:
+    return model.name if model.name not in ("", "MuJoCo Model") else Path(source).stem

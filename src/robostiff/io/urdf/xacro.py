@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import warnings
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
-from robostiff.errors import FileError, InputError, Location
-from robostiff.io.rigid_tree.xml_text import parse_xml, read_bytes
+from robostiff.errors import InputError, Location
+from robostiff.io.child_process import answer_of
+from robostiff.io.rigid_tree.xml_text import XmlLimits, parse_xml, read_bytes
 from robostiff.io.suggest import Words
+
+_TASK = Path(__file__).with_name("expand_in_child.py")
+_LIMITS = XmlLimits()
 
 
 def expand_xacro(source: Path | str) -> bytes:
     """The URDF that a xacro file expands to.
 
-    Xacro computes Python expressions and includes other files: expand no file that you would not
-    run.
+    Xacro computes Python expressions and includes other files. It does so in a process of its own,
+    which may read files, but neither write them nor start programs nor open connections. That is a
+    fence and no wall: expand no file that you would not run.
 
     Parameters
     ----------
@@ -24,32 +28,18 @@ def expand_xacro(source: Path | str) -> bytes:
     Raises
     ------
     FileError
-        When the file cannot be read or expanded.
+        When the file, or one that it includes, cannot be read or expanded, or takes too long.
     InputError
         When xacrodoc is not installed.
     """
     file = str(source)
-    parse_xml(read_bytes(source), file)
-    try:
-        import xacro
-        from xacrodoc import packages
-    except ImportError:
+    parse_xml(read_bytes(source, _LIMITS), file, _LIMITS)
+    if find_spec("xacrodoc") is None or find_spec("xacro") is None:
         raise InputError(
             "xacro",
             got=Words("no xacrodoc, which expands it"),
             expected="the extra urdf",
             hint="pip install 'robostiff[urdf]'",
-        ) from None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of Python code inside macros
-            packages.walk_up_from(file)  # for $(find package)
-            document: Any = xacro.process_file(file)
-            return document.toxml().encode()
-    except Exception as error:  # macros may fail in any way
-        raise FileError(
-            Location(file),
-            "xacro",
-            got=Words(f"{type(error).__name__}: {error}"),
-            expected="macros that expand to a URDF",
-        ) from None
+        )
+    request = {"file": file, "limits": vars(_LIMITS)}
+    return answer_of(_TASK, request, Location(file), "xacro", "xacro")["text"].encode()

@@ -1,0 +1,60 @@
+"""The task of the child process in which MuJoCo compiles; imports nothing of this package."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco as _mujoco
+
+mujoco: Any = _mujoco  # a module in C without annotations
+
+_ARRAYS = (
+    "body_parentid",
+    "body_jntadr",
+    "body_jntnum",
+    "body_pos",
+    "body_quat",
+    "jnt_type",
+    "jnt_bodyid",
+    "jnt_qposadr",
+    "jnt_limited",
+    "jnt_range",
+    "jnt_pos",
+    "jnt_axis",
+    "qpos0",
+    "site_bodyid",
+    "site_pos",
+    "site_quat",
+    "eq_type",
+    "eq_objtype",
+    "eq_obj1id",
+    "eq_obj2id",
+    "eq_active0",
+    "eq_data",
+)
+
+
+def answer(request: dict[str, Any]) -> dict[str, Any]:
+    """Names and arrays of the model of a text without shapes, or why there is none."""
+    try:
+        spec = mujoco.MjSpec.from_string(request["text"])
+        on_joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+        driven = sorted({a.target for a in spec.actuators if a.trntype in on_joints})
+        for actuator in list(spec.actuators):
+            spec.delete(actuator)
+        # Bodies have lost the shapes that gave them mass.
+        spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
+        model = spec.compile()
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        return {"refusal": str(error)}
+    return {
+        "name": bytes(model.names).split(b"\0", 1)[0].decode(),
+        "driven": driven,
+        "bodies": [model.body(i).name for i in range(model.nbody)],
+        "joints": [model.joint(i).name for i in range(model.njnt)],
+        "sites": [model.site(i).name for i in range(model.nsite)],
+        "equalities": [model.equality(i).name for i in range(model.neq)],
+        # Newer versions have coefficients of higher powers behind it.
+        "jnt_stiffness": model.jnt_stiffness.reshape(model.njnt, -1)[:, :1].tolist(),
+        **{key: getattr(model, key).tolist() for key in _ARRAYS},
+    }

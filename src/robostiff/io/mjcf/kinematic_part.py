@@ -1,0 +1,295 @@
+"""What an MJCF file tells of bodies, joints, sites and loops, as a text of its own, bounded.
+
+Whatever draws, touches, senses or drives does not tell where bodies and joints are. It is left out
+before MuJoCo sees the file, as some of it takes memory by the number written there, and some opens
+other files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from robostiff.errors import FileError, Location
+from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, parse_xml, read_bytes
+from robostiff.io.suggest import Words
+
+_LIMITS = XmlLimits()
+MOST_ELEMENTS = 20_000
+"""Bodies, joints and sites of a description, copies counted."""
+_DEEPEST_INCLUDE = 16
+_LARGEST = 1e30
+
+_IN_BODIES = frozenset(("geom", "camera", "light", "inertial", "plugin", "flexcomp"))
+_AT_TOP = frozenset(
+    (
+        "asset",
+        "contact",
+        "custom",
+        "deformable",
+        "extension",
+        "keyframe",
+        "option",
+        "sensor",
+        "size",
+        "statistic",
+        "tendon",
+        "visual",
+    )
+)
+_IN_DEFAULTS = frozenset(
+    (
+        *("mesh", "material", "geom", "camera", "light", "pair", "tendon", "flex", "inertial"),
+        *("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder"),
+        *("muscle", "adhesion", "dcmotor", "plugin"),
+    )
+)
+_IN_COMPOSITE = frozenset(("skin", "plugin"))
+_LEFT_OUT = {
+    "mujoco": _AT_TOP,
+    "worldbody": _IN_BODIES,
+    "body": _IN_BODIES,
+    "frame": _IN_BODIES,
+    "replicate": _IN_BODIES,
+    "default": _IN_DEFAULTS,
+    "composite": _IN_COMPOSITE,
+    "compiler": frozenset(("lengthrange",)),
+}
+_ATTRIBUTES_LEFT_OUT = {
+    "compiler": frozenset(
+        (
+            *("alignfree", "assetdir", "balanceinertia", "boundinertia", "boundmass"),
+            *("discardvisual", "exactmeshinertia", "fitaabb", "fusestatic", "inertiafromgeom"),
+            *("inertiagrouprange", "meshdir", "saveinertial", "settotalmass", "strippath"),
+            *("texturedir", "usethread"),
+        )
+    ),
+    "site": frozenset(("user", "material")),
+    "joint": frozenset(("user",)),
+    "body": frozenset(("user",)),
+    "geom": frozenset(("user", "material", "mesh", "hfield")),
+}
+_COPYING = ("replicate", "composite")
+_NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
+
+
+@dataclass(frozen=True)
+class KinematicPart:
+    """A text for MuJoCo, and where each of its lines comes from.
+
+    Attributes
+    ----------
+    text : str
+        One tag a line.
+    places : tuple of Location
+        Of the lines.
+    """
+
+    text: str
+    places: tuple[Location, ...]
+
+
+def kinematic_part(source: Path | str) -> KinematicPart:
+    """The part of an MJCF file, and of those that it includes, that tells of bodies and joints.
+
+    Raises
+    ------
+    FileError
+        When a file cannot be read or is too large, copies are too many, numbers are not finite, or
+        there is what has no counterpart here.
+    """
+    file = Path(source)
+    root = parse_xml(read_bytes(source, _LIMITS), str(source), _LIMITS)
+    if root.tag != "mujoco":
+        raise FileError(
+            root.location, "MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top"
+        )
+    _Includes(file.parent).resolve(root)
+    _keep_kinematics(root)
+    _check_number_of_elements(root)
+    _check_numbers(root)
+    lines = list(_lines(root))
+    return KinematicPart("\n".join(line for line, _ in lines), tuple(place for _, place in lines))
+
+
+class _Includes:
+    """Replaces ``<include file="..."/>`` by what is in the file, as MuJoCo does."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.elements = 0
+
+    def resolve(self, element: XmlElement, chain: tuple[Path, ...] = ()) -> None:
+        """Resolve those below an element of the last file of a chain of includes."""
+        waiting = [element]
+        while waiting:
+            here = waiting.pop()
+            children: list[XmlElement] = []
+            for child in here.children:
+                children += self._included(child, chain) if child.tag == "include" else [child]
+            waiting += [child for child in here.children if child.tag != "include"]
+            here.children = children
+
+    def _included(self, element: XmlElement, chain: tuple[Path, ...]) -> list[XmlElement]:
+        written = element.attributes.get("file", "")
+        file = self._found(element, written, chain)
+        if file in chain or len(chain) >= _DEEPEST_INCLUDE:
+            raise FileError(
+                element.location,
+                "file of an include",
+                got=written,
+                expected="a file that does not include itself"
+                if file in chain
+                else f"at most {_DEEPEST_INCLUDE} files inside each other",
+            )
+        root = parse_xml(read_bytes(file, _LIMITS), str(file), _LIMITS)
+        self.elements += sum(1 for _ in _all(root))
+        if self.elements > _LIMITS.elements:
+            raise FileError(
+                element.location,
+                "included files",
+                got=Words(f"more than {_LIMITS.elements} elements"),
+                expected=f"at most {_LIMITS.elements}",
+            )
+        self.resolve(root, (*chain, file))
+        return root.children
+
+    def _found(self, element: XmlElement, written: str, chain: tuple[Path, ...]) -> Path:
+        """Seen from the first file, or from the one that includes it."""
+        folders = [self.folder, *(file.parent for file in chain[-1:])]
+        for folder in folders:
+            if written and (folder / written).is_file():
+                return (folder / written).resolve()
+        raise FileError(
+            element.location,
+            "file of an include",
+            got=written or Words("none"),
+            expected="a file, seen from the first one or from this one",
+        )
+
+
+def _all(root: XmlElement) -> Iterator[XmlElement]:
+    waiting = [root]
+    while waiting:
+        element = waiting.pop()
+        yield element
+        waiting += element.children
+
+
+def _keep_kinematics(root: XmlElement) -> None:
+    for element in _all(root):
+        left_out = _LEFT_OUT.get(element.tag, frozenset())
+        for child in element.children:
+            _refuse_other_models(child)
+        element.children = [child for child in element.children if child.tag not in left_out]
+        if element.tag == "equality":
+            _keep_loops(element)
+        if element.tag == "actuator":
+            element.children = [_drive(a) for a in element.children if _target(a)]
+        for name in _ATTRIBUTES_LEFT_OUT.get(element.tag, ()):
+            element.attributes.pop(name, None)
+
+
+def _refuse_other_models(element: XmlElement) -> None:
+    if element.tag == "attach":
+        raise FileError(
+            element.location,
+            "attach",
+            got=Words("a body of another model"),
+            expected="bodies written here, or in a file that is included",
+            hint="save the model as one file with MuJoCo: compile it, then mj_saveLastXML",
+        )
+
+
+def _keep_loops(equality: XmlElement) -> None:
+    kept = []
+    for child in equality.children:
+        if child.tag not in _NO_LOOPS:
+            kept.append(child)
+        elif child.attributes.get("active", "true") != "false":
+            raise FileError(
+                child.location,
+                f"equality {child.attributes.get('name', '')}".strip(),
+                got=Words("a constraint on tendons or deformable parts"),
+                expected="connect, weld or joint",
+            )
+    equality.children = kept
+
+
+def _target(actuator: XmlElement) -> dict[str, str]:
+    keys = ("joint", "jointinparent")
+    return {key: actuator.attributes[key] for key in keys if key in actuator.attributes}
+
+
+def _drive(actuator: XmlElement) -> XmlElement:
+    """That a joint is driven is all that counts."""
+    return XmlElement("general", _target(actuator), actuator.location, [])
+
+
+def _check_number_of_elements(root: XmlElement) -> None:
+    """Bound the number of elements once those in ``replicate`` are copied."""
+    total, waiting = 0, [(root, 1)]
+    while waiting:
+        element, times = waiting.pop()
+        if element.tag in _COPYING:
+            for word in element.attributes.get("count", "1").split():
+                times *= max(1, abs(_whole(word)))
+        total += times
+        if total > MOST_ELEMENTS:
+            raise FileError(
+                element.location,
+                "MJCF",
+                got=Words("more elements than that, once replicate is carried out"),
+                expected=f"at most {MOST_ELEMENTS} bodies, joints and sites in all",
+            )
+        waiting += [(child, times) for child in reversed(element.children)]
+
+
+def _whole(word: str) -> int:
+    """The whole number that a word begins with, or one too large when it is no number."""
+    try:
+        return int(min(abs(float(word)), MOST_ELEMENTS + 1))
+    except ValueError:
+        return MOST_ELEMENTS + 1
+
+
+def _check_numbers(root: XmlElement) -> None:
+    """Refuse numbers that are not finite, over which MuJoCo can spin."""
+    names = {element.attributes.get(key) for element in _all(root) for key in ("name", "class")}
+    for element in _all(root):
+        for key, text in element.attributes.items():
+            if text not in names and not all(map(_is_harmless, text.split())):
+                raise FileError(
+                    element.location,
+                    f"{key} of <{element.tag}>",
+                    got=text,
+                    expected=f"finite numbers up to {_LARGEST:g}",
+                )
+
+
+def _is_harmless(word: str) -> bool:
+    try:
+        return abs(float(word)) <= _LARGEST
+    except ValueError:
+        return not word.casefold().lstrip("+-").startswith(("nan(", "0x"))
+
+
+def _lines(element: XmlElement) -> Iterator[tuple[str, Location]]:
+    """The tags below an element, without recursion, each with its place."""
+    waiting: list[XmlElement | str] = [element]
+    places = [element.location]
+    while waiting:
+        here = waiting.pop()
+        if isinstance(here, str):
+            yield f"</{here}>", places.pop()
+            continue
+        written = "".join(f" {key}={quoteattr(text)}" for key, text in here.attributes.items())
+        if not here.children:
+            yield f"<{here.tag}{written}/>", here.location
+            continue
+        yield f"<{here.tag}{written}>", here.location
+        places.append(here.location)
+        waiting.append(here.tag)
+        waiting += reversed(here.children)
