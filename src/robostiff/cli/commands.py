@@ -14,7 +14,9 @@ from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.network_facts import network_facts
 from robostiff.cli.robot_facts import home_facts, robot_facts, snapshot_facts
 from robostiff.cli.written_arguments import (
+    NO_SIDE_FILE,
     Place,
+    SideFile,
     parameters_from,
     point_from,
     pose_from,
@@ -49,10 +51,10 @@ def list_robots(as_json: bool) -> int:
 
 
 def check_robot(
-    source: str, settings: Sequence[str], as_json: bool, side: str | None = None
+    source: str, settings: Sequence[str], as_json: bool, side: SideFile = NO_SIDE_FILE
 ) -> int:
     """Print what a robot consists of; reading it is the check."""
-    robot = load(source, parameters_from(settings), side=side)
+    robot = load(source, parameters_from(settings), **side.options)
     if isinstance(robot, CableRobot):
         from robostiff.cli.commands_cables import cable_robot_facts
 
@@ -74,11 +76,11 @@ def print_stiffness(
     method: str,
     settings: Sequence[str],
     as_json: bool,
-    side: str | None = None,
+    side: SideFile = NO_SIDE_FILE,
 ) -> int:
     """Print K at a pose."""
     form = _method(method)
-    robot = load(source, parameters_from(settings), side=side)
+    robot = load(source, parameters_from(settings), **side.options)
     result = stiffness(robot, pose_from(robot, place), method=form, at=point_from(place))
     if isinstance(result, CableStiffness):
         from robostiff.cli.commands_cables import print_cable_stiffness
@@ -99,10 +101,10 @@ def print_deflection(
     wrench: str,
     settings: Sequence[str],
     as_json: bool,
-    side: str | None = None,
+    side: SideFile = NO_SIDE_FILE,
 ) -> int:
     """Print the deflection under a load."""
-    robot = load(source, parameters_from(settings), side=side)
+    robot = load(source, parameters_from(settings), **side.options)
     F = wrench_from(wrench, robot.space)
     result = deflection(robot, pose_from(robot, place), F, at=point_from(place))
     if as_json:

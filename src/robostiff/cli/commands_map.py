@@ -23,7 +23,7 @@ from robostiff.analysis.maps.new_store import already_there
 from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.map_poses import Asked, read_asked_poses
 from robostiff.cli.map_progress import MapBar
-from robostiff.cli.written_arguments import parameters_from, wrench_from
+from robostiff.cli.written_arguments import NO_SIDE_FILE, SideFile, parameters_from, wrench_from
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.map_files import (
     check_netcdf,
@@ -63,11 +63,11 @@ def make_map(
     run: Run,
     settings: Sequence[str],
     as_json: bool,
-    side: str | None = None,
+    side: SideFile = NO_SIDE_FILE,
 ) -> int:
     """Compute a map, write it, and sum it up."""
     output = _checked_output(run)
-    robot = load(source, parameters_from(settings), side=side)
+    robot = load(source, parameters_from(settings), **side.options)
     if isinstance(robot, CableRobot):
         raise InputError(
             "robot of a map",

@@ -10,7 +10,9 @@ import typer
 
 from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.written_arguments import (
+    NO_SIDE_FILE,
     Place,
+    SideFile,
     parameters_from,
     point_from,
     pose_from,
@@ -35,13 +37,13 @@ class Pages:
 
 
 def make_report(
-    source: str, place: Place, pages: Pages, settings: Sequence[str], side: str | None = None
+    source: str, place: Place, pages: Pages, settings: Sequence[str], side: SideFile = NO_SIDE_FILE
 ) -> int:
     """Write a report and print where it is; 1 when the pose has a bad status."""
     paths = [report_path(pages.output)]
     if pages.pdf and paths[0].suffix.lower() != ".pdf":
         paths.append(report_path(paths[0].with_suffix(".pdf")))
-    robot = load(source, parameters_from(settings), side=side)
+    robot = load(source, parameters_from(settings), **side.options)
     if not isinstance(robot, Robot | Snapshot):
         raise InputError(
             f"report on {source!r}",

@@ -10,17 +10,23 @@ import typer
 
 from robostiff.analysis.verification import Comparison, Verification, verify
 from robostiff.cli.failure import BAD_STATUS
-from robostiff.cli.written_arguments import Place, parameters_from, pose_from
+from robostiff.cli.written_arguments import (
+    NO_SIDE_FILE,
+    Place,
+    SideFile,
+    parameters_from,
+    pose_from,
+)
 from robostiff.io.results.text import about
 from robostiff.robots import load
 from robostiff.version import __version__
 
 
 def print_verification(
-    source: str, place: Place, settings: Sequence[str], as_json: bool, side: str | None = None
+    source: str, place: Place, settings: Sequence[str], as_json: bool, side: SideFile = NO_SIDE_FILE
 ) -> int:
     """Print how far the methods are from one another at a pose; 1 when they disagree."""
-    robot = load(source, parameters_from(settings), side=side)
+    robot = load(source, parameters_from(settings), **side.options)
     result = verify(robot, pose_from(robot, place))
     typer.echo(json.dumps(_data(result), indent=1) if as_json else _text(result))
     return 0 if result.agree else BAD_STATUS

@@ -16,6 +16,7 @@ from robostiff.cli.shared_options import (
     RobotArgument,
     SetOption,
     SideOption,
+    XacroOption,
 )
 from robostiff.version import __version__
 
@@ -62,6 +63,7 @@ def robots(json_: JsonOption = False) -> int:
 def check(
     robot: RobotArgument,
     side: SideOption = None,
+    allow_xacro: XacroOption = False,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -70,8 +72,10 @@ def check(
     Exit status: 0 when it can be used, 2 when it cannot.
     """
     from robostiff.cli.commands import check_robot
+    from robostiff.cli.written_arguments import SideFile
 
-    return check_robot(robot, set_ or [], json_, side)
+    described = SideFile(side, allow_xacro)
+    return check_robot(robot, set_ or [], json_, described)
 
 
 @app.command()
@@ -90,6 +94,7 @@ def stiffness(
         ),
     ] = "wrench-basis",
     side: SideOption = None,
+    allow_xacro: XacroOption = False,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -100,9 +105,10 @@ def stiffness(
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
     from robostiff.cli.commands import print_stiffness
-    from robostiff.cli.written_arguments import Place
+    from robostiff.cli.written_arguments import Place, SideFile
 
-    return print_stiffness(robot, Place(pose, joints, at), method, set_ or [], json_, side)
+    described = SideFile(side, allow_xacro)
+    return print_stiffness(robot, Place(pose, joints, at), method, set_ or [], json_, described)
 
 
 @app.command()
@@ -121,6 +127,7 @@ def deflection(
     joints: JointsOption = None,
     at: AtOption = None,
     side: SideOption = None,
+    allow_xacro: XacroOption = False,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -131,9 +138,10 @@ def deflection(
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
     from robostiff.cli.commands import print_deflection
-    from robostiff.cli.written_arguments import Place
+    from robostiff.cli.written_arguments import Place, SideFile
 
-    return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_, side)
+    described = SideFile(side, allow_xacro)
+    return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_, described)
 
 
 @app.command()
@@ -174,6 +182,7 @@ def verify(
     pose: PoseOption = None,
     joints: JointsOption = None,
     side: SideOption = None,
+    allow_xacro: XacroOption = False,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -184,9 +193,10 @@ def verify(
     Exit status: 0 when the methods agree, 1 when they do not, 2 for bad input.
     """
     from robostiff.cli.commands_verify import print_verification
-    from robostiff.cli.written_arguments import Place
+    from robostiff.cli.written_arguments import Place, SideFile
 
-    return print_verification(robot, Place(pose, joints, None), set_ or [], json_, side)
+    described = SideFile(side, allow_xacro)
+    return print_verification(robot, Place(pose, joints, None), set_ or [], json_, described)
 
 
 @app.command()
@@ -201,6 +211,7 @@ def report(
     map_: report_options.MapOption = None,
     pdf: report_options.PdfOption = False,
     side: SideOption = None,
+    allow_xacro: XacroOption = False,
     set_: SetOption = None,
 ) -> int:
     """Write what there is to say about a robot as one page that opens without a network.
@@ -210,10 +221,11 @@ def report(
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
     from robostiff.cli.commands_report import Pages, make_report
-    from robostiff.cli.written_arguments import Place
+    from robostiff.cli.written_arguments import Place, SideFile
 
     pages = Pages(wrench, map_, output, pdf)
-    return make_report(robot, Place(pose, joints, at), pages, set_ or [], side)
+    described = SideFile(side, allow_xacro)
+    return make_report(robot, Place(pose, joints, at), pages, set_ or [], described)
 
 
 @app.command("map")
@@ -240,6 +252,7 @@ def map_(
     scheduler: map_options.SchedulerOption = None,
     batched: map_options.BatchedOption = False,
     side: SideOption = None,
+    allow_xacro: XacroOption = False,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
@@ -259,6 +272,7 @@ def map_(
     Exit status: 0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.
     """
     from robostiff.cli.commands_map import Asked, Run, make_map
+    from robostiff.cli.written_arguments import SideFile
 
     axes = {"x": x, "y": y, "z": z, "rx": rx, "ry": ry, "rz": rz}
     asked = Asked(
@@ -272,7 +286,8 @@ def map_(
         length,
     )
     run = Run(output, resume, workers, threads, scheduler, batched)
-    return make_map(robot, asked, run, set_ or [], json_, side)
+    described = SideFile(side, allow_xacro)
+    return make_map(robot, asked, run, set_ or [], json_, described)
 
 
 @app.command()

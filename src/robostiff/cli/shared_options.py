@@ -56,4 +56,11 @@ SideOption = Annotated[
         "joints, loops. NAME.stiffness.yaml beside it when left out.",
     ),
 ]
+XacroOption = Annotated[
+    bool,
+    typer.Option(
+        "--allow-xacro",
+        help="Expand a xacro that a side file names, which runs the Python written in it.",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,22 @@ class Place:
     pose: str | None
     joints: str | None
     at: str | None
+
+
+@dataclass(frozen=True)
+class SideFile:
+    """The side file of a robot description, and whether one may name a xacro."""
+
+    file: str | None = None
+    allow_xacro: bool = False
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """As `robostiff.load` takes them."""
+        return {"side": self.file, "allow_xacro": self.allow_xacro}
+
+
+NO_SIDE_FILE = SideFile()
 
 
 def parameters_from(settings: Sequence[str]) -> dict[str, str]:

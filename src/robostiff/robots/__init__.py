@@ -131,6 +131,7 @@ def load(
     *,
     symbols: Symbols = (),
     side: str | Path | None = None,
+    allow_xacro: bool = False,
 ) -> Any:  # which kind of robot it is, the file decides
     """A robot by its name, or from a model file, a snapshot file or a robot description.
 
@@ -148,6 +149,9 @@ def load(
     side : str or path, optional
         For a robot description: the file with what it cannot say; ``arm.stiffness.yaml`` beside
         ``arm.urdf`` when left out.
+    allow_xacro : bool
+        Whether a side file may name a xacro under ``robot:``. Xacro runs Python that is written in
+        it; a xacro that is named here itself is trusted.
 
     Returns
     -------
@@ -187,7 +191,7 @@ def load(
     if descriptions.names_description(document):
         if symbols:
             raise descriptions.refuse_symbols(name, symbols)
-        return descriptions.load_from_side(document, parameters)
+        return descriptions.load_from_side(document, parameters, allow_xacro=allow_xacro)
     if not _is_snapshot(document):
         from robostiff.io.model_file import model_from_document
         from robostiff.io.model_file.build_cables import cable_robot_from_document, has_cables

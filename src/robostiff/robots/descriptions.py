@@ -55,12 +55,16 @@ def load_description(
 
 
 def load_from_side(
-    document: Document, parameters: Mapping[str, str | float] | None = None
+    document: Document,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    allow_xacro: bool = False,
 ) -> Robot | Network:
     """The robot of a side file that names its description."""
     from robostiff.io.rigid_tree import robot_of_tree
 
-    return robot_of_tree(_tree(_description_of(document)), document, parameters)
+    path = _description_of(document, allow_xacro)
+    return robot_of_tree(_tree(path), document, parameters)
 
 
 def load_linkage(
@@ -68,6 +72,7 @@ def load_linkage(
     parameters: Mapping[str, str | float] | None = None,
     *,
     side: str | Path | None = None,
+    allow_xacro: bool = False,
 ) -> Linkage:
     """A robot description with its side file as a linkage, to be placed at any joint coordinates.
 
@@ -83,6 +88,8 @@ def load_linkage(
         Other values for some of the side file's parameters.
     side : str or path, optional
         The side file; the one beside the description when left out.
+    allow_xacro : bool
+        Whether a side file may name a xacro, which runs Python; see `robostiff.load`.
 
     Raises
     ------
@@ -106,10 +113,10 @@ def load_linkage(
             got=Words("a file that is no robot description"),
             expected="URDF, xacro or MJCF, or a side file with robot: FILE",
         )
-    return linkage_of_tree(_tree(_description_of(document)), document, parameters)
+    return linkage_of_tree(_tree(_description_of(document, allow_xacro)), document, parameters)
 
 
-def _description_of(document: Document) -> Path:
+def _description_of(document: Document, allow_xacro: bool) -> Path:
     """The file that a side file names, beside it."""
     written = document.data["robot"]
     place = document.location(("robot",))
@@ -118,8 +125,17 @@ def _description_of(document: Document) -> Path:
             place, "robot", got=written, expected=f"a file with the ending {', '.join(ENDINGS)}"
         )
     path = Path(document.file).parent / written
-    if not path.exists():
+    if "\0" in written or not path.is_file():
         raise FileError(place, "robot", got=written, expected="a file, seen from the side file")
+    if path.suffix.lower() == ".xacro" and not allow_xacro:
+        raise FileError(
+            place,
+            "robot",
+            got=written,
+            expected="URDF or MJCF: xacro runs Python that is written in it",
+            hint=f"if you trust that file, load {path} itself with this one as side file, or write "
+            "allow_xacro=True, --allow-xacro on the command line",
+        )
     return path
 
 

@@ -55,6 +55,6 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
         "sites": [model.site(i).name for i in range(model.nsite)],
         "equalities": [model.equality(i).name for i in range(model.neq)],
         # Newer versions have coefficients of higher powers behind it.
-        "jnt_stiffness": model.jnt_stiffness.reshape(model.njnt, -1)[:, :1].tolist(),
+        "jnt_stiffness": [model.joint(i).stiffness.flat[0] for i in range(model.njnt)],
         **{key: getattr(model, key).tolist() for key in _ARRAYS},
     }

@@ -17,7 +17,7 @@ from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, parse_xml, r
 from robostiff.io.suggest import Words
 
 _LIMITS = XmlLimits()
-MOST_ELEMENTS = 20_000
+MOST_ELEMENTS = 4_000
 """Bodies, joints and sites of a description, copies counted."""
 _DEEPEST_INCLUDE = 16
 _LARGEST = 1e30
@@ -100,13 +100,12 @@ def kinematic_part(source: Path | str) -> KinematicPart:
         When a file cannot be read or is too large, copies are too many, numbers are not finite, or
         there is what has no counterpart here.
     """
-    file = Path(source)
     root = parse_xml(read_bytes(source, _LIMITS), str(source), _LIMITS)
     if root.tag != "mujoco":
         raise FileError(
             root.location, "MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top"
         )
-    _Includes(file.parent).resolve(root)
+    _Includes(Path(source)).resolve(root)
     _keep_kinematics(root)
     _check_number_of_elements(root)
     _check_numbers(root)
@@ -117,8 +116,8 @@ def kinematic_part(source: Path | str) -> KinematicPart:
 class _Includes:
     """Replaces ``<include file="..."/>`` by what is in the file, as MuJoCo does."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, first: Path) -> None:
+        self.first = first
         self.elements = 0
 
     def resolve(self, element: XmlElement, chain: tuple[Path, ...] = ()) -> None:
@@ -135,13 +134,14 @@ class _Includes:
     def _included(self, element: XmlElement, chain: tuple[Path, ...]) -> list[XmlElement]:
         written = element.attributes.get("file", "")
         file = self._found(element, written, chain)
-        if file in chain or len(chain) >= _DEEPEST_INCLUDE:
+        again = file.resolve() in [before.resolve() for before in (self.first, *chain)]
+        if again or len(chain) >= _DEEPEST_INCLUDE:
             raise FileError(
                 element.location,
                 "file of an include",
                 got=written,
                 expected="a file that does not include itself"
-                if file in chain
+                if again
                 else f"at most {_DEEPEST_INCLUDE} files inside each other",
             )
         root = parse_xml(read_bytes(file, _LIMITS), str(file), _LIMITS)
@@ -158,10 +158,10 @@ class _Includes:
 
     def _found(self, element: XmlElement, written: str, chain: tuple[Path, ...]) -> Path:
         """Seen from the first file, or from the one that includes it."""
-        folders = [self.folder, *(file.parent for file in chain[-1:])]
+        folders = [self.first.parent, *(file.parent for file in chain[-1:])]
         for folder in folders:
             if written and (folder / written).is_file():
-                return (folder / written).resolve()
+                return folder / written
         raise FileError(
             element.location,
             "file of an include",
