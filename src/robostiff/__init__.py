@@ -66,7 +66,13 @@ _HOMES = {
         "RobotDerivation",
         "Steps",
     ),
-    "robostiff.errors": ("FileError", "InputError", "NoAnswerError", "RobostiffError"),
+    "robostiff.errors": (
+        "FileError",
+        "InputError",
+        "NoAnswerError",
+        "PlausibilityWarning",
+        "RobostiffError",
+    ),
     "robostiff.kinematics": ("JointCoordinates", "find_posture"),
     "robostiff.model": (
         "Actuated",

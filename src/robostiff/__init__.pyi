@@ -69,6 +69,7 @@ from robostiff.elastostatics import chain_stiffness as chain_stiffness
 from robostiff.errors import FileError as FileError
 from robostiff.errors import InputError as InputError
 from robostiff.errors import NoAnswerError as NoAnswerError
+from robostiff.errors import PlausibilityWarning as PlausibilityWarning
 from robostiff.errors import RobostiffError as RobostiffError
 from robostiff.io.model_file import ALL_PARAMETERS as ALL_PARAMETERS
 from robostiff.kinematics import JointCoordinates as JointCoordinates

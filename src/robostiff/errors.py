@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,6 +102,18 @@ class FileError(InputError):
     def message(self) -> str:
         """The place, then the complaint."""
         return f"{self.location}: {super().message()}"
+
+
+class PlausibilityWarning(UserWarning):
+    """Input that can be used, but is probably a slip, such as a link of 500 m or E of 210 Pa."""
+
+
+def warn_of_slip(text: str) -> None:
+    """Show a `PlausibilityWarning` at the line of the user's that called this package."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("robostiff"):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, PlausibilityWarning, stacklevel=level)
 
 
 class NoAnswerError(RobostiffError):

@@ -57,6 +57,7 @@ PUBLIC = [
     "NoAnswerError",
     "NoMachineCodeWarning",
     "Passive",
+    "PlausibilityWarning",
     "PoseList",
     "PrincipalStiffness",
     "Quantity",

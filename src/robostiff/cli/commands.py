@@ -10,7 +10,7 @@ import typer
 
 from robostiff.analysis import CableStiffness, deflection, stiffness
 from robostiff.cli import tables
-from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.failure import BAD_STATUS, slips
 from robostiff.cli.network_facts import network_facts
 from robostiff.cli.robot_facts import home_facts, robot_facts, snapshot_facts
 from robostiff.cli.written_arguments import (
@@ -54,15 +54,19 @@ def check_robot(
     source: str, settings: Sequence[str], as_json: bool, side: SideFile = NO_SIDE_FILE
 ) -> int:
     """Print what a robot consists of; reading it is the check."""
-    robot = load(source, parameters_from(settings), **side.options)
-    if isinstance(robot, CableRobot):
-        from robostiff.cli.commands_cables import cable_robot_facts
+    doubts: list[str] = []
+    with slips(doubts.append):
+        robot = load(source, parameters_from(settings), **side.options)
+        if isinstance(robot, CableRobot):
+            from robostiff.cli.commands_cables import cable_robot_facts
 
-        facts = cable_robot_facts(robot)
-    elif isinstance(robot, Network):
-        facts = {**network_facts(robot), "home": home_facts(stiffness(robot))}
-    else:
-        facts = snapshot_facts(robot) if isinstance(robot, Snapshot) else robot_facts(robot)
+            facts = cable_robot_facts(robot)
+        elif isinstance(robot, Network):
+            facts = {**network_facts(robot), "home": home_facts(stiffness(robot))}
+        else:
+            facts = snapshot_facts(robot) if isinstance(robot, Snapshot) else robot_facts(robot)
+    if doubts:
+        facts["warnings"] = doubts
     if as_json:
         _print_json(facts)
     else:

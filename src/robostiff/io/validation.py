@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
@@ -12,6 +13,7 @@ from robostiff.io._problem import Problem, Rank, part, problem
 from robostiff.io.document import Document
 
 Model = TypeVar("Model", bound=BaseModel)
+_MOST_OF_A_KIND = 100
 
 
 def validate(model: type[Model], document: Document, at: Sequence[str | int] = ()) -> Model:
@@ -82,15 +84,27 @@ def file_error(
         Of the most telling mistake; others are counted.
     """
     data = part(document.data, at) if data is None else data
-    entries = [dict(details) for details in error.errors(include_url=False)]
-    problems = [problem(details, model, data) for details in entries]
+    entries = error.errors(include_url=False)
+    problems = [problem(dict(details), model, data) for details in _some(entries)]
     chief = min(problems, key=lambda found: (found.rank, -len(found.path)))
     same = [found for found in problems if found.path == chief.path and found.rank == chief.rank]
     complaint = _complaint(chief, same, document, at)
     others = {found.path for found in problems} - {chief.path, chief.meant}
     # A mistake inside one member of a union makes the other members complain of the whole.
     others = {path for path in others if path != chief.path[: len(path)]}
-    return _with_count(complaint, len(others)) if others else complaint
+    count = len(others) + len(entries) - len(problems)
+    return _with_count(complaint, count) if count else complaint
+
+
+def _some(entries: Sequence[Any]) -> list[Any]:
+    """Of very many errors the first ones of each kind."""
+    seen: Counter[str] = Counter()
+    found = []
+    for details in entries:
+        seen[details["type"]] += 1
+        if seen[details["type"]] <= _MOST_OF_A_KIND:
+            found.append(details)
+    return found
 
 
 def _complaint(

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model import ALL_COORDINATES, Joint, Leg, Link, Motion, Rigid, Robot
 from robostiff.spatial import Space, as_floats
 from robostiff.spatial.batch import poses_side_by_side
+
+FARTHEST = 100.0
+"""Lengths and places beyond that are probably meant in another unit [m]."""
+FULL_TURN = 2 * math.pi * (1 + 1e-9)
+"""Angles beyond that are probably meant in degrees [rad]."""
 
 
 @dataclass(frozen=True)
@@ -107,16 +113,71 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
     expected = f"{free}6 numbers (x y z rx ry rz) in the last axis"
     given = as_floats(f"pose of {robot.name!r}", pose, expected)
     if given.ndim == 0 or given.shape[-1] not in {len(names), 6} or given.shape[-1] == 0:
-        raise InputError(f"shape of the pose of {robot.name!r}", got=given.shape, expected=expected)
+        raise InputError(
+            f"shape of the pose of {robot.name!r}",
+            got=given.shape,
+            expected=expected,
+            hint=_HINT if _may_be_joints(robot, given) else None,
+        )
     batch, rows = given.shape[:-1], given.reshape(-1, given.shape[-1])
     if rows.shape[-1] == 6:
+        _question(robot, rows, home)
         _check_plane(robot, rows, home)
         return _request(batch, rows, ())
     coordinates = np.tile(home, (len(rows), 1))
     chosen = robot.coordinate_places
     coordinates[:, chosen] = rows
+    _question(robot, coordinates, home)
     open_ = tuple(k for k in robot.space.rows if k not in chosen)
     return _request(batch, coordinates, open_)
+
+
+_HINT = "did you mean JointCoordinates([...])? --joints on the command line"
+
+
+def _may_be_joints(robot: Robot, given: np.ndarray) -> bool:
+    """Whether there are as many numbers as joints of a serial arm."""
+    return robot.is_serial and given.ndim > 0 and given.shape[-1] == robot.legs[0].chain.size
+
+
+def question_joints(robot: Robot, q: np.ndarray) -> None:
+    """Warn of joint coordinates (..., size) of a serial arm that are probably in other units."""
+    turns = np.array([f.motion is Motion.ROTATION for f in robot.legs[0].chain.freedoms], bool)
+    if q.size and np.max(np.abs(q), where=turns, initial=0.0) > 2 * FULL_TURN:
+        warn_of_slip(f"joint coordinates of {robot.name!r}: angles beyond two turns; in degrees?")
+    if q.size and np.max(np.abs(q), where=~turns, initial=0.0) > FARTHEST:
+        warn_of_slip(f"joint coordinates of {robot.name!r}: slides beyond {FARTHEST:g} m; in mm?")
+
+
+def _question(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
+    """Warn of poses (N, 6) that are probably in other units, or no poses at all."""
+    if not rows.size:
+        return
+    subject = f"pose of {robot.name!r}"
+    if np.max(np.abs(rows[:, :3] - home[:3])) > FARTHEST:
+        warn_of_slip(f"{subject}: a place more than {FARTHEST:g} m from home; in mm?")
+    elif np.max(np.sum(rows[:, 3:] ** 2, axis=1)) > FULL_TURN**2:
+        warn_of_slip(f"{subject}: a rotation vector of more than a turn; in degrees?")
+    elif _may_be_joints(robot, rows):
+        leg = robot.legs[0]
+        far = np.linalg.norm(rows[:, :3] - leg.base.p, axis=1)
+        if np.all(far > _span(leg)):
+            warn_of_slip(f"{subject}: places that the arm is too short to reach; {_HINT}")
+
+
+def _span(leg: Leg) -> float:
+    """How far a leg of turning joints reaches at most [m]; infinite with other elements."""
+    span = float(np.linalg.norm(leg.attachment.p))
+    for element in leg.chain.elements:
+        if isinstance(element, Rigid):
+            span += float(np.linalg.norm(element.transform.p))
+        elif isinstance(element, Link):
+            span += float(np.linalg.norm(element.to))
+        elif not isinstance(element, Joint) or any(
+            freedom.motion is not Motion.ROTATION for freedom in element.freedoms
+        ):
+            return math.inf
+    return span
 
 
 def _check_plane(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:

@@ -18,6 +18,7 @@ from robostiff.kinematics.pose import (
     PoseRequest,
     home_coordinates,
     platform_pose,
+    question_joints,
     requested_pose,
 )
 from robostiff.kinematics.posture import Posture
@@ -80,6 +81,7 @@ class PostureFinder:
                         got=pose.values,
                         expected=f"{chain.size} finite numbers in the last axis",
                     )
+                question_joints(self.robot, q)
                 return q
             if pose is None and self.robot.home is None:
                 return chain.home

@@ -59,6 +59,8 @@ class Builder:
                 got=key,
                 expected=f"each key once; line {first.key_line if first else '?'} has it already",
             )
+        if len(top.data) >= self.limits.keys:
+            raise self.limits.too_many_keys(self.place(line, column))
         top.key = (key, line, column)
 
     def scalar(self, value: Any, line: int, column: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import partial
 from typing import Any
 
 from robostiff.errors import FileError, Location
@@ -20,7 +21,7 @@ _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 
 class _DuplicateKey(Exception):
-    """Some mapping has a key twice."""
+    """Some mapping has a key twice, or too many keys."""
 
 
 def parse_json(text: str, file: str, limits: Limits) -> Any:
@@ -33,7 +34,8 @@ def parse_json(text: str, file: str, limits: Limits) -> Any:
     """
     _check_structure(text, file, limits)
     try:
-        data = json.loads(text, object_pairs_hook=_unique, parse_int=integer)
+        unique = partial(_unique, most=limits.keys)
+        data = json.loads(text, object_pairs_hook=unique, parse_int=integer)
     except json.JSONDecodeError as error:
         place = Location(file, error.lineno, error.colno)
         raise FileError(place, f"not JSON: {error.msg}") from None
@@ -86,9 +88,9 @@ def _check_structure(text: str, file: str, limits: Limits) -> None:
             raise limits.too_many(Location(file, *line_and_column(text, piece.start())))
 
 
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _unique(pairs: list[tuple[str, Any]], most: int) -> dict[str, Any]:
     mapping = dict(pairs)
-    if len(mapping) < len(pairs):
+    if len(mapping) < len(pairs) or len(mapping) > most:
         raise _DuplicateKey
     return mapping
 

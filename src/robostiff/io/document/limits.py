@@ -20,11 +20,19 @@ class Limits:
         Of lists and mappings inside each other.
     nodes : int
         Values in all.
+    keys : int
+        Of one mapping.
+    yaml_size, yaml_marks : int
+        Size of a YAML text [bytes], and line ends, commas and brackets in it: YAML takes a hundred
+        times as long to read as JSON.
     """
 
     size: int = 4_000_000
     depth: int = 64
     nodes: int = 200_000
+    keys: int = 10_000
+    yaml_size: int = 1_000_000
+    yaml_marks: int = 20_000
 
     def too_large(self, file: str, size: int | None = None) -> FileError:
         """The complaint about the size of a file."""
@@ -50,3 +58,39 @@ class Limits:
             got=Words(f"more than {self.nodes}"),
             expected=f"at most {self.nodes}",
         )
+
+    def too_many_keys(self, place: Location) -> FileError:
+        """The complaint about the number of keys in a mapping."""
+        return FileError(
+            place,
+            "too many keys",
+            got=Words(f"more than {self.keys}"),
+            expected=f"at most {self.keys} in a mapping",
+        )
+
+    def check_yaml(self, text: str, file: str) -> None:
+        """Raise for a YAML text that would take long to read.
+
+        Raises
+        ------
+        FileError
+            When it is.
+        """
+        hint = "write a file of that size as JSON"
+        if len(text) > self.yaml_size:
+            raise FileError(
+                Location(file),
+                "YAML file too large",
+                got=Words(f"{len(text)} characters"),
+                expected=f"at most {self.yaml_size}",
+                hint=hint,
+            )
+        marks = sum(map(text.count, "\n,[{"))
+        if marks > self.yaml_marks:
+            raise FileError(
+                Location(file),
+                "too many values in YAML",
+                got=Words(f"{marks} lines, commas and brackets"),
+                expected=f"at most {self.yaml_marks}",
+                hint=hint,
+            )

@@ -39,6 +39,7 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
     """
     from ruamel.yaml import events as kinds
 
+    limits.check_yaml(text, file)
     if found := _LONG_TAG.search(text):  # over which the scanner takes quadratic time
         raise FileError(
             Location(file, *line_and_column(text, found.start())),

@@ -30,6 +30,7 @@ else:
     Quantity = object
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+_MOST = 1000
 
 
 class ParameterError(InputError):
@@ -87,6 +88,12 @@ class Parameters:
     values: dict[str, Quantity] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if len(self.definitions) > _MOST:
+            raise ParameterError(
+                str(list(self.definitions)[_MOST]),
+                got=Words(f"{len(self.definitions)} parameters"),
+                expected=f"at most {_MOST}",
+            )
         for name in self.definitions:
             _check_name(name)
         values = _evaluate_all(self.definitions, self.mathematics)

@@ -31,10 +31,15 @@ from robostiff.io.model_file.written_elements import (
 from robostiff.model import Branch, Chain, Element, ParallelBlock, parallelogram
 
 _MOST_PARTS = 1000
+_MOST_ELEMENTS = 200
 
 
 def build_chain(place: Place, written: list[WrittenElement], stock: Stock) -> Chain:
     """The chain that is written at a place."""
+    if len(written) > _MOST_ELEMENTS:
+        raise (place / _MOST_ELEMENTS).error(
+            "elements of a chain", got=len(written), expected=f"at most {_MOST_ELEMENTS}"
+        )
     names = _element_names(place, written)
     elements = [
         build_element(place / i, element, own, stock)

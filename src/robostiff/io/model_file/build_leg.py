@@ -9,7 +9,10 @@ from robostiff.io.model_file.geometry import transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_robot import WrittenLeg, WrittenLegBody, WrittenPattern
+from robostiff.io.suggest import Words
 from robostiff.model import Elbow, Leg
+
+MOST_LEGS = 200
 
 
 def build_legs(
@@ -25,6 +28,10 @@ def build_legs(
         for name, named_at, here in named_copies(where, part):
             if name in built:
                 raise named_at.error("name of a leg", got=name, expected="each name once")
+            if len(built) == MOST_LEGS:
+                raise here.error(
+                    "legs", got=Words(f"more than {MOST_LEGS}"), expected=f"at most {MOST_LEGS}"
+                )
             built[name] = here, build_leg(here, part, name, stock)
     return list(built.values())
 

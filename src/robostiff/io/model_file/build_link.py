@@ -47,6 +47,10 @@ _COMPLIANCE_BLOCKS = (
 )
 
 
+SHORTEST = 1e-9
+"""Of beams [m]; what is shorter is a slip."""
+
+
 def build_rigid(place: Place, written: WrittenRigid, name: str) -> Rigid:
     """The rigid part that is written at a place."""
     turned = rotation(place, written)
@@ -138,9 +142,11 @@ def _length(to: np.ndarray) -> Any:
 
 def _run(place: Place, written: list) -> np.ndarray:
     to = point(place, written)
-    if not np.any(to):
+    if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < SHORTEST):
         raise place.error(
-            "end of the beam", got=written, expected="a point away from the beam's start"
+            "end of the beam",
+            got=written,
+            expected=f"a point away from the beam's start, by {SHORTEST:g} m or more",
         )
     return to
 

@@ -14,8 +14,17 @@ from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, Parameters, parse
 from robostiff.io.expression.nodes import Literal, Negative
+from robostiff.io.plausibility import question
 from robostiff.io.suggest import Words
-from robostiff.io.units import Dimension, describe, make_quantity, make_unit, same_dimension, to_si
+from robostiff.io.units import (
+    Dimension,
+    describe,
+    is_bare,
+    make_quantity,
+    make_unit,
+    same_dimension,
+    to_si,
+)
 from robostiff.spatial.formula import is_above
 
 if TYPE_CHECKING:
@@ -24,6 +33,10 @@ else:
     Quantity = object
 
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
+_LARGEST_OF = {Dimension.LENGTH: 1e9, Dimension.AREA: 1e18, Dimension.ANGLE: 1e9}
+# The least of what must be positive: nothing is thinner than an atom.
+_LEAST = 1e-30
+_LEAST_OF = {Dimension.LENGTH: 1e-12, Dimension.AREA: 1e-24, Dimension.SECOND_MOMENT: 1e-48}
 _parsed = lru_cache(maxsize=4096)(parse)
 
 
@@ -66,18 +79,23 @@ class Place:
         FileError
             When it cannot be evaluated, or is something else.
         """
+        has_unit = False
         with self.complaints():
             if isinstance(value, str):
                 quantity = _parsed(value).evaluate(self.names, self.mathematics)
                 number = to_si(quantity, dimension, got=self._came(value))
+                has_unit = not is_bare(quantity)
             else:
                 number = self.mathematics.bare(to_si(value, dimension))
-        if is_above(abs(number), _LARGEST):
+        largest = _LARGEST_OF.get(dimension, _LARGEST)
+        if is_above(abs(number), largest):
             raise self.error(
                 dimension.with_article.split(" ", 1)[1],
                 got=self._came(value),
-                expected=f"at most {_LARGEST:g} in SI units",
+                expected=f"at most {largest:g} in SI units",
             )
+        if not self.is_exact:
+            question(number, dimension, self.document.location, self.path, has_unit=has_unit)
         return number
 
     def positive(self, value: str | float, dimension: Dimension) -> Any:
@@ -86,6 +104,12 @@ class Place:
         if is_above(0, number, or_at=True):
             words = dimension.with_article.split(" ", 1)[1]
             raise self.error(words, got=self._came(value), expected="a positive one")
+        least = _LEAST_OF.get(dimension, _LEAST)
+        if is_above(least, number):
+            words = dimension.with_article.split(" ", 1)[1]
+            raise self.error(
+                words, got=self._came(value), expected=f"at least {least:g} in SI units"
+            )
         return number
 
     def is_length(self, value: str | float) -> bool:

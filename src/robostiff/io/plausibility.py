@@ -1,0 +1,69 @@
+"""Numbers that can be used but are probably a slip: a warning that asks what was meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from robostiff.errors import Location, warn_of_slip
+from robostiff.io.units import Dimension
+from robostiff.kinematics.pose import FARTHEST, FULL_TURN
+
+# Elastic moduli [Pa]: with a unit, and as bare numbers, which are easily meant in another unit.
+_SOFTEST, _SOFTEST_BARE, _HARDEST = 1e3, 1e6, 1e13
+
+
+def question(
+    number: float,
+    dimension: Dimension,
+    location: Callable[[Sequence[str | int]], Location],
+    path: Sequence[str | int] = (),
+    *,
+    has_unit: bool = False,
+) -> None:
+    """Warn when a number is probably meant in another unit.
+
+    Parameters
+    ----------
+    number : float
+        In SI units.
+    dimension : Dimension
+    location, path
+        Where it is written; looked up for a warning only.
+    has_unit : bool
+        Whether a unit is written with it.
+    """
+    doubt = _DOUBTS.get(dimension)
+    words = doubt(float(number), has_unit) if doubt else None
+    if words:
+        warn_of_slip(f"{location(path)}: {words}")
+
+
+def _length(number: float, has_unit: bool) -> str | None:
+    if abs(number) <= FARTHEST:
+        return None
+    return f"a length of {number:g} m; in mm?" + ("" if has_unit else f" write {number:g} mm")
+
+
+def _angle(number: float, has_unit: bool) -> str | None:
+    if has_unit or abs(number) <= FULL_TURN:
+        return None
+    return f"an angle of {number:g} rad; in degrees? write {number:g} deg"
+
+
+def _modulus(number: float, has_unit: bool) -> str | None:
+    softest = _SOFTEST if has_unit else _SOFTEST_BARE
+    if softest <= number <= _HARDEST:
+        return None
+    unit = "GPa" if number < _SOFTEST else "MPa"
+    if number > _HARDEST:
+        return f"an elastic modulus of {number:g} Pa, harder than diamond"
+    return f"an elastic modulus of {number:g} Pa; in {unit}?" + (
+        "" if has_unit else f" write {number:g} {unit}"
+    )
+
+
+_DOUBTS = {
+    Dimension.LENGTH: _length,
+    Dimension.ANGLE: _angle,
+    Dimension.MODULUS: _modulus,
+}
