@@ -19,6 +19,7 @@ def question(
     path: Sequence[str | int] = (),
     *,
     has_unit: bool = False,
+    in_si: bool = False,
 ) -> None:
     """Warn when a number is probably meant in another unit.
 
@@ -31,35 +32,38 @@ def question(
         Where it is written; looked up for a warning only.
     has_unit : bool
         Whether a unit is written with it.
+    in_si : bool
+        Whether none can be written there, as numbers are always in SI units.
     """
     doubt = _DOUBTS.get(dimension)
-    words = doubt(float(number), has_unit) if doubt else None
-    if words:
-        warn_of_slip(f"{location(path)}: {words}")
+    found = doubt(float(number), has_unit) if doubt else None
+    if found is None:
+        return
+    words, unit = found
+    if unit:
+        words += f"; in {unit}?"
+        if not has_unit:
+            words += " numbers here are in SI units" if in_si else f" write {number:g} {unit}"
+    warn_of_slip(f"{location(path)}: {words}")
 
 
-def _length(number: float, has_unit: bool) -> str | None:
-    if abs(number) <= FARTHEST:
-        return None
-    return f"a length of {number:g} m; in mm?" + ("" if has_unit else f" write {number:g} mm")
+def _length(number: float, _: bool) -> tuple[str, str] | None:
+    return (f"a length of {number:g} m", "mm") if abs(number) > FARTHEST else None
 
 
-def _angle(number: float, has_unit: bool) -> str | None:
+def _angle(number: float, has_unit: bool) -> tuple[str, str] | None:
     if has_unit or abs(number) <= FULL_TURN:
         return None
-    return f"an angle of {number:g} rad; in degrees? write {number:g} deg"
+    return f"an angle of {number:g} rad", "deg"
 
 
-def _modulus(number: float, has_unit: bool) -> str | None:
+def _modulus(number: float, has_unit: bool) -> tuple[str, str] | None:
     softest = _SOFTEST if has_unit else _SOFTEST_BARE
     if softest <= number <= _HARDEST:
         return None
-    unit = "GPa" if number < _SOFTEST else "MPa"
     if number > _HARDEST:
-        return f"an elastic modulus of {number:g} Pa, harder than diamond"
-    return f"an elastic modulus of {number:g} Pa; in {unit}?" + (
-        "" if has_unit else f" write {number:g} {unit}"
-    )
+        return f"an elastic modulus of {number:g} Pa, harder than diamond", ""
+    return f"an elastic modulus of {number:g} Pa", "GPa" if number < _SOFTEST else "MPa"
 
 
 _DOUBTS = {

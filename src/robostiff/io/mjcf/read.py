@@ -6,11 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from robostiff.errors import Location
 from robostiff.io.mjcf.compiled import CompiledModel, compiled_model
 from robostiff.io.mjcf.frames import frame_of
 from robostiff.io.mjcf.loops import read_equalities
 from robostiff.io.mjcf.names import Names
+from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
+from robostiff.io.units import Dimension
 from robostiff.kinematics.turn import turn_about
 from robostiff.model import Actuated, Passive, Role
 from robostiff.spatial import Frame
@@ -49,7 +52,7 @@ def read_mjcf(source: Path | str) -> RigidTree:
     loops, mimics = read_equalities(model, names, str(source))
     joints: list[TreeJoint] = []
     for body in range(1, len(model.bodies)):
-        joints += _joints_of_body(model, names, body, mimics)
+        joints += _joints_of_body(model, names, body, mimics, str(source))
     for site in range(len(model.sites)):
         joints.append(_site(model, names, site))
     links = [names.bodies[0], *(joint.child for joint in joints)]
@@ -63,10 +66,16 @@ def read_mjcf(source: Path | str) -> RigidTree:
 
 
 def _joints_of_body(
-    model: CompiledModel, names: Names, body: int, mimics: dict[str, Mimic]
+    model: CompiledModel, names: Names, body: int, mimics: dict[str, Mimic], file: str
 ) -> list[TreeJoint]:
     """The joint, joints or weld by which a body hangs on its parent."""
     name, parent = names.bodies[body], names.bodies[int(model.body_parentid[body])]
+    question(
+        float(np.max(np.abs(model.body_pos[body]))),
+        Dimension.LENGTH,
+        lambda _: Location(file, path=f"body {name}"),
+        in_si=True,
+    )
     drawn = frame_of(model.body_pos[body], model.body_quat[body])
     first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     if count == 0:

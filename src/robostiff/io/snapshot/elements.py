@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -17,9 +18,12 @@ from robostiff.elasticity import (
     elasticity_from_compliance,
     elasticity_from_stiffness,
 )
+from robostiff.errors import warn_of_slip
+from robostiff.io.plausibility import question
 from robostiff.io.snapshot.format import (
     BeamData,
     BeamPart,
+    ElementPart,
     PassivePart,
     Spring6Data,
     Spring6Part,
@@ -27,8 +31,12 @@ from robostiff.io.snapshot.format import (
 )
 from robostiff.io.snapshot.graph_format import FreedomPart
 from robostiff.io.snapshot.place import Place
+from robostiff.io.units import Dimension
 from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedSpring, Role, beam_axes
 from robostiff.model.checks import rotation_matrix, unit_vector
+
+# Part of a beam's length by which the axis of a joint may miss it, with a rigid part between.
+_FAR = 0.5
 
 
 def placed(
@@ -74,6 +82,9 @@ def placed_beam(element: BeamData, name: str, place: Place) -> PlacedSpring:
         )
     with place.at("end").to_blame():
         length = float(np.hypot.reduce(along))
+        question(
+            length, Dimension.LENGTH, place.document.location, place.at("end").path, in_si=True
+        )
         x = _direction("direction of the beam", along)
     with place.at("y_axis").to_blame():
         rotation = beam_axes(x, _direction("y axis of the section", element.y_axis))
@@ -89,11 +100,34 @@ def placed_beam(element: BeamData, name: str, place: Place) -> PlacedSpring:
         )
         material = Material(name, element.E, element.G)
         compliance = beam_compliance(length, material, section, theory)
+    question(element.E, Dimension.MODULUS, place.document.location, place.at("E").path, in_si=True)
     if not np.isfinite(compliance).all():
         raise place.error(
             "compliance of the beam", expected="finite numbers", hint="check the units of the beam"
         )
     return PlacedSpring(name, end, rotation, Elasticity(compliance))
+
+
+def question_joints(chain: Sequence[ElementPart], place: Place) -> None:
+    """Warn of joints in a chain whose axis passes far from the beam beside them."""
+    for i, (one, other) in enumerate(pairwise(chain)):
+        for beam, joint, j in ((one, other, i + 1), (other, one, i)):
+            if isinstance(beam, BeamPart) and isinstance(joint, PassivePart | SpringPart):
+                _question_joint(beam, joint, place.at(j))
+
+
+def _question_joint(beam: BeamPart, joint: PassivePart | SpringPart, place: Place) -> None:
+    if joint.kind != Motion.ROTATION.value:
+        return
+    ends, axis = np.array([beam.start, beam.end]), np.array(joint.axis)
+    axis = axis / np.linalg.norm(axis)
+    gap = float(np.min(np.linalg.norm(np.cross(ends - joint.point, axis), axis=1)))
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    if gap > _FAR * length:
+        warn_of_slip(
+            f"{place.document.location(place.at('point').path)}: the axis of this joint passes "
+            f"{gap:g} m from the beam beside it, which is {length:g} m long; are both in metres?"
+        )
 
 
 def placed_spring6(element: Spring6Data, name: str, place: Place) -> PlacedSpring:

@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document, read_document
-from robostiff.io.snapshot.elements import placed
+from robostiff.io.snapshot.elements import placed, question_joints
 from robostiff.io.snapshot.format import (
     BranchPart,
     ElementPart,
@@ -167,6 +167,7 @@ def _chain(part: LegPart | BranchPart, place: Place, prefix: str = "") -> tuple[
             elements.append(_block(element, name, chain.at(i)))
         else:
             elements.append(placed(element, name, chain.at(i)))
+    question_joints(part.chain, chain)
     return tuple(elements)
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from xml.etree import ElementTree
 
 from robostiff.errors import FileError
+from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.xml_text import XmlElement
 from robostiff.io.suggest import Words, did_you_mean, listing
+from robostiff.io.units import Dimension
 
 _TYPES = ("fixed", "revolute", "continuous", "prismatic", "planar", "floating")
 _NUMBERS = {
@@ -16,6 +17,9 @@ _NUMBERS = {
     "limit": {"lower": 1, "upper": 1},
     "mimic": {"multiplier": 1, "offset": 1},
 }
+
+_LARGEST = 1e9  # metres and radians; far beyond any robot
+_ASKED = {("origin", "xyz"): Dimension.LENGTH, ("origin", "rpy"): Dimension.ANGLE}
 
 
 def check_structure(root: XmlElement) -> None:
@@ -119,10 +123,14 @@ def _check_numbers(element: XmlElement, sizes: dict[str, int], what: str) -> Non
             numbers = [float(word) for word in text.split()]
         except ValueError:
             numbers = []
-        if len(numbers) != size or not all(map(math.isfinite, numbers)):
+        if len(numbers) != size or not all(abs(n) <= _LARGEST for n in numbers):
             raise FileError(
                 element.location,
                 f"{attribute} in the {what}",
                 got=text,
-                expected=f"{size} finite number{'s' * (size > 1)}",
+                expected=f"{size} finite number{'s' * (size > 1)} up to {_LARGEST:g}",
             )
+        dimension = _ASKED.get((element.tag, attribute))
+        if dimension is not None:
+            worst = max(numbers, key=abs)
+            question(worst, dimension, lambda _, place=element.location: place, in_si=True)
