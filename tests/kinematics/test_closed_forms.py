@@ -33,7 +33,7 @@ WITH_ELBOWS = (*RODS, *SLIDING, "RRR", "PRR")
 
 def solved(solver: LegSolver, poses: np.ndarray) -> np.ndarray:
     """Leg coordinates at pose coordinates (N, 6)."""
-    return solver.solve(poses, turn_by_vector(poses[:, 3:]))
+    return solver.solve(poses, turn_by_vector(poses[:, 3:]))[0]
 
 
 def gap(case: LegCase, q: np.ndarray, pose: np.ndarray) -> float:

@@ -86,9 +86,10 @@ def test_copies_are_where_newton_finds_them(name):
     closed = finder.find(poses)
     for leg, solver, q in zip(robot.legs, finder.solvers, closed.coordinates, strict=True):
         task = NewtonTask((leg,), (), finder.length)
-        _, (found,), met = task.follow(finder.home_pose, [solver.home], full)
-        assert met.all()
-        iterated = replace(solver, closed_form=None).solve(full, np.tile(np.eye(3), (12, 1, 1)))
+        followed = task.follow(finder.home_pose, [solver.home], full)
+        assert followed.closed.all()
+        (found,) = followed.coordinates
+        iterated, _ = replace(solver, closed_form=None).solve(full, np.tile(np.eye(3), (12, 1, 1)))
         assert np.array_equal(iterated, found)
         turning = leg.chain.size > 10  # the spin of a Delta's rods is left to either
         assert turning or np.abs(found - q).max() < 1e-10

@@ -1,5 +1,7 @@
 """Closing the loops of linkages."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from robostiff.linkage import Connection, Linkage, close
-from robostiff.linkage.closure import _jacobian
+from robostiff.linkage.closure import _Loops
 from robostiff.linkage.spanning_tree import spanning_tree
 from robostiff.model import Actuated, Locked, Passive, prismatic, revolute, spherical, universal
 from robostiff.spatial import Frame
@@ -41,9 +43,9 @@ def test_rates_of_the_gaps_are_their_finite_differences(seed):
     tree = spanning_tree(linkage)
     assert len(tree.cuts) == 3
     q = {c.name: c.home for c in linkage.connections}
-    frames = tree.frames(q)
     moving = [c for c in linkage.connections if c.size < 3]  # a rotation vector is no integral
-    J = _jacobian(tree, q, frames, moving, 1.0)
+    loops = replace(_Loops.of(tree, linkage, q, moving), length=1.0)
+    J = loops.rates(loops.guess[None])[0]
     column, h = 0, 1e-6
     for c in moving:
         for k in range(c.size):
@@ -173,3 +175,80 @@ def test_a_spherical_joint_closes_from_far_away():
             0,
         ]
         assert np.linalg.norm(top - low) == pytest.approx(1.2, abs=1e-9)
+
+
+def _bars(rng, spatial):
+    """A crank, a coupler and a rocker of random lengths, closed at home at a random crank angle.
+
+    Its joints are parallel hinges, or two hinges askew and two balls.
+    """
+    while True:
+        crank, foot = rng.uniform(0.3, 1.0), np.array([rng.uniform(1.5, 2.5), 0, 0])
+        coupler, rocker = rng.uniform(1.0, 2.5, 2)
+        angle = rng.uniform(0, 2 * np.pi)
+        tip = crank * np.array([np.cos(angle), 0, -np.sin(angle)])
+        way = foot - tip
+        far = np.linalg.norm(way)
+        if abs(coupler - rocker) * 1.2 < far < (coupler + rocker) / 1.1:
+            break
+    along = (far**2 + coupler**2 - rocker**2) / (2 * far)
+    side = np.cross([0, 1.0, 0], way / far) * np.sqrt(coupler**2 - along**2)
+    top = tip + along * way / far + side
+    tilt = 0.3 * rng.normal(size=3) if spatial else np.zeros(3)
+    axes = [np.array([0, 1.0, 0]), np.array([0, 1.0, 0]) + [tilt[0], 0, tilt[2]]]
+
+    def at(point, origin):
+        return Frame(np.eye(3), point - origin)
+
+    o, level = np.zeros(3), Frame.identity()
+
+    def pin(name):
+        if spatial:
+            return spherical(Passive(), name=name)
+        return revolute([0, 1, 0], Passive(), name=name)
+
+    connections = (
+        Connection("crank", "ground", "a", level, revolute(axes[0], Actuated(1.0), name="crank"), level),
+        Connection("knee", "a", "b", at(tip, o), pin("knee"), level),
+        Connection("rocker", "ground", "c", at(foot, o), revolute(axes[1], Passive(), name="rocker"), level),
+        Connection("loop", "b", "c", at(top, tip), pin("loop"), at(foot, top)),
+    )  # fmt: skip
+    return Linkage("bars", connections, "ground", "b", o)
+
+
+@pytest.mark.parametrize("spatial", [False, True])
+def test_values_are_reached_where_a_smooth_path_leads_to_them(spatial):
+    """Random bars driven along small steps: far values give the same, or are refused beyond them."""
+    rng = np.random.default_rng(17)
+    refused = reached = 0
+    for _ in range(5):
+        linkage = _bars(rng, spatial)
+        goal = rng.uniform(0.5, 2.5) * rng.choice([-1, 1])
+        found, q, steps = close(linkage), 0.0, 16
+        assert found.is_closed
+        last, smooth = found, True
+        for k in range(1, steps + 1):
+            q = k / steps * goal
+            near = [
+                replace(c, element=replace(c.element, home=tuple(last.coordinates[c.name])))
+                for c in linkage.connections
+            ]
+            here = close(replace(linkage, connections=tuple(near)), {"crank": q})
+            turned = here.coordinates["rocker"][0] - last.coordinates["rocker"][0]
+            smooth = here.is_closed and abs(turned) < 4 * abs(goal) / steps
+            if not smooth:
+                break
+            last = here
+        found = close(linkage, {"crank": goal})
+        assert found.is_closed == smooth
+        if smooth:
+            reached += 1
+            for body in "abc":
+                assert np.allclose(found.frames[body].p, last.frames[body].p, atol=1e-9)
+            rocker = found.coordinates["rocker"] - last.coordinates["rocker"]
+            assert np.abs(rocker).max() < 1e-9
+        else:
+            refused += 1
+            assert "digits" not in found.advice
+    assert reached >= 2
+    assert refused >= 1

@@ -100,7 +100,7 @@ def test_closed_form_and_newton_agree(name):
             assert name in BY_ITERATION
             continue
         task = NewtonTask((solver.leg,), (), solver.length)
-        _, (found,), _ = task.follow(solver.home_pose, [solver.home], poses)
+        (found,) = task.follow(solver.home_pose, [solver.home], poses).coordinates
         difference = found - q
         turns = np.abs(difference) > np.pi  # the same angle, a turn further
         difference[turns] -= 2 * np.pi * np.sign(difference[turns])

@@ -39,6 +39,8 @@ class Posture:
         By how much each leg misses the platform [m], [rad].
     undetermined : (N,) array of bool
         Where a drive may have any coordinate, so that the one given is arbitrary.
+    elsewhere : (N,) array of bool
+        Where all legs close, but no path without singularity was found that leads there from home.
     length : float
         Characteristic length of the closure [m].
     """
@@ -51,12 +53,13 @@ class Posture:
     shift_gaps: np.ndarray
     turn_gaps: np.ndarray
     undetermined: np.ndarray
+    elsewhere: np.ndarray
     length: float
 
     @property
     def reached(self) -> np.ndarray:
-        """Which poses all legs reach (N,)."""
-        return np.all(self._closed & self._long_enough, axis=-1)
+        """Which poses all legs reach, in the assembly mode of home (N,)."""
+        return np.all(self._closed & self._long_enough, axis=-1) & ~self.elsewhere
 
     def meets(self, tolerance: float) -> np.ndarray:
         """Where all legs meet the platform within a part of the robot's length (N,)."""
@@ -83,6 +86,11 @@ class Posture:
                 sentences.append(
                     f"leg {leg.name!r} would need a telescope shorter than nothing at this pose"
                 )
+        if not sentences and self.elsewhere[0]:
+            sentences.append(
+                "the legs close at this pose in another assembly mode only: the straight way from "
+                "home passes a singularity; give poses nearer to home, or another home"
+            )
         if self.reached[0] and self.undetermined[0]:
             sentences.append("a crank may stand at any angle at this pose: one of them is shown")
         if self.reached[0]:

@@ -113,24 +113,27 @@ class PostureFinder:
         pose = request.coordinates
         follow = bool(request.open) and not self._open_stay_at_home
         # Alone a leg seldom closes where coordinates must follow: that is not looked for far away.
-        q = [solver.solve(pose, request.R, from_afar=not follow) for solver in self.solvers]
-        posture = self._posture(request.batch, pose, request.R, q)
+        alone = [solver.solve(pose, request.R, from_afar=not follow) for solver in self.solvers]
+        q = [own for own, _ in alone]
+        elsewhere = np.any([away for _, away in alone], axis=0)
+        posture = self._posture(request.batch, pose, request.R, q, elsewhere)
         missed = ~(posture.reached & posture.meets(_MET))
         if not follow or not np.any(missed):
             return posture
         task = NewtonTask(self.robot.legs, request.open, self.length)
         start = [solver.home for solver in self.solvers]
-        followed, found, closed = task.follow(self.home_pose, start, pose[missed])
+        found = task.follow(self.home_pose, start, pose[missed])
+        met = found.closed | found.elsewhere
         # Where the legs cannot close at all, what each of them lacks at home's other coordinates
         # says more than a compromise between them.
-        rows = np.flatnonzero(missed)[closed]
+        rows = np.flatnonzero(missed)[met]
         if rows.size == 0:
             return posture
         pose = pose.copy()
-        pose[rows] = followed[closed]
-        for own, new in zip(q, found, strict=True):
-            own[rows] = new[closed]
-        return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q)
+        pose[rows], elsewhere[rows] = found.pose[met], found.elsewhere[met]
+        for own, new in zip(q, found.coordinates, strict=True):
+            own[rows] = new[met]
+        return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q, elsewhere)
 
     def _undetermined(self, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
         if self.robot.is_posed_by_joints:
@@ -145,7 +148,7 @@ class PostureFinder:
         """
         request = self._near_home
         pose = request.coordinates, request.R
-        q = [solver.solve(*pose, from_afar=False) for solver in self.solvers]
+        q = [solver.solve(*pose, from_afar=False)[0] for solver in self.solvers]
         around = self._posture(request.batch, request.coordinates, request.R, q)
         return bool(np.all(around.reached & around.meets(_MET)))
 
@@ -160,7 +163,12 @@ class PostureFinder:
         return requested_pose(self.robot, self.home_pose[chosen] + steps * scale)
 
     def _posture(
-        self, batch: tuple[int, ...], pose: np.ndarray, R: np.ndarray, q: list[np.ndarray]
+        self,
+        batch: tuple[int, ...],
+        pose: np.ndarray,
+        R: np.ndarray,
+        q: list[np.ndarray],
+        elsewhere: np.ndarray | None = None,
     ) -> Posture:
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
         legs, shifts, turns = [], [], []
@@ -184,6 +192,7 @@ class PostureFinder:
             shift_gaps=np.stack(shifts, axis=-1),
             turn_gaps=np.stack(turns, axis=-1),
             undetermined=self._undetermined(pose, R),
+            elsewhere=np.zeros(len(pose), dtype=bool) if elsewhere is None else elsewhere,
             length=self.length,
         )
 

@@ -1,27 +1,25 @@
-"""Joint coordinates at which the loops of a linkage close, by damped Newton steps."""
+"""Joint coordinates at which the loops of a linkage close, in the assembly mode of home."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from robostiff.kinematics import freedom_twists, place_chain
+from robostiff.kinematics.closure import AssemblyMode, Part, nearest
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
 from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Locked, Motion, Passive, PlacedFreedom
 from robostiff.spatial import Frame
 
-_ITERATIONS = 100
-_CONVERGED = 1e-14
-_STANDSTILL = 1e-11
 # As for legs: what a platform counts as reached by.
 _CLOSED = 1e-7
 # Loops that close but for this may lack digits rather than length.
 _NEARLY = 1e-3
-_LARGEST_STEP = 0.5
 
 
 @dataclass(frozen=True)
@@ -39,29 +37,42 @@ class Configuration:
         [rad].
     length : float
         Characteristic length [m] that weighs turns against shifts.
+    elsewhere : bool
+        Whether no path without singularity was found that leads there from home.
     """
 
     coordinates: Mapping[str, np.ndarray]
     frames: Mapping[str, Frame]
     gaps: Mapping[str, tuple[float, float]]
     length: float
+    elsewhere: bool = False
 
     @property
     def is_closed(self) -> bool:
-        """Whether all loops close."""
+        """Whether all loops close, in the assembly mode of home."""
+        return self._has_no_gap and not self.elsewhere
+
+    @property
+    def _has_no_gap(self) -> bool:
         return all(
             shift <= _CLOSED * self.length and turn <= _CLOSED for shift, turn in self.gaps.values()
         )
 
     @property
     def complaint(self) -> str:
-        """The widest gap in words."""
+        """What keeps it from being closed: its assembly mode, or the widest gap."""
+        if self._has_no_gap:
+            return (
+                "they do in another assembly mode only, behind a singularity on the way from home"
+            )
         name, (shift, turn) = self._widest
         return f"a gap of {1e3 * shift:.4g} mm and {np.degrees(turn):.4g} deg at {name!r}"
 
     @property
     def advice(self) -> str:
         """What to do about loops that do not close."""
+        if self._has_no_gap:
+            return "give joint values nearer to home, or another home"
         _, (shift, turn) = self._widest
         if max(shift / self.length, turn) < _NEARLY:
             return "give its lengths and angles more digits, for the loops nearly close"
@@ -77,6 +88,7 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
 
     Passive joints move first. Only where they cannot close the loops, other joints move too, as
     little as it takes. Joints among `values`, held joints and locked ones keep their coordinates.
+    Values are reached on the straight way from home, in its assembly mode.
 
     Parameters
     ----------
@@ -96,95 +108,195 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
     """
     given = linkage.checked(values or {})
     tree = spanning_tree(linkage)
-    q = {c.name: given.get(c.name, c.home) for c in linkage.connections}
-    # A joint that is told a value now may contradict what another one holds at home.
-    held = frozenset(given) if given else linkage.held
-    movable = [
+    home = _first_closed(linkage, linkage.held, lambda moving: _nearest_home(tree, linkage, moving))
+    if not given:
+        return home
+    # A joint that has a value now may contradict what another one holds at home.
+    if not home.is_closed:
+        home = _first_closed(linkage, frozenset(), lambda own: _nearest_home(tree, linkage, own))
+    return _first_closed(
+        linkage, frozenset(given), lambda moving: _at_values(tree, linkage, home, given, moving)
+    )
+
+
+def _first_closed(
+    linkage: Linkage,
+    held: frozenset[str],
+    attempt: Callable[[tuple[Connection, ...]], Configuration],
+) -> Configuration:
+    """The attempt with passive joints where that closes, otherwise that with all that may move."""
+    movable = tuple(
         c
         for c in linkage.connections
         if isinstance(c.element, Joint)
         and c.name not in held
         and not isinstance(c.element.role, Locked)
-    ]
-    passive = [c for c in movable if _is_passive(c)]
-    found = _newton(tree, q, passive)
-    return found if found.is_closed else _newton(tree, q, movable)
+    )
+    found = attempt(tuple(c for c in movable if _is_passive(c)))
+    return found if found.is_closed else attempt(movable)
 
 
 def _is_passive(connection: Connection) -> bool:
     return isinstance(connection.element, Joint) and isinstance(connection.element.role, Passive)
 
 
-def _newton(
-    tree: SpanningTree, q: Mapping[str, np.ndarray], moving: Iterable[Connection]
+def _nearest_home(
+    tree: SpanningTree, linkage: Linkage, moving: tuple[Connection, ...]
 ) -> Configuration:
-    """Levenberg steps damped by the square of the error; the best configuration on the way."""
-    coordinates = dict(q)
-    length = tree.length(tree.frames(coordinates))
-    unknowns = [c for c in moving if c.name in tree.in_loops]
-    units = np.array([unit for c in unknowns for unit in _units(c, length)])
-    best, least = coordinates, np.inf
-    for _ in range(_ITERATIONS):
-        frames = tree.frames(coordinates)
-        e = _errors(tree, coordinates, frames, length)
-        size = float(np.abs(e).max(initial=0.0))
-        better = size < least
-        if better:
-            best, least = coordinates, size
-        if least <= _CONVERGED or (not better and least <= _STANDSTILL) or not unknowns:
-            break
-        J = _jacobian(tree, coordinates, frames, unknowns, length) * units
-        A = J @ J.T
-        damping = max(min(size, 1.0) ** 2, 1e-15) * np.trace(A) / len(A)
-        if damping == 0.0:
-            break  # nothing moves a gap
-        step = J.T @ np.linalg.solve(A + damping * np.eye(len(A)), e)
-        step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), 1e-300))
-        coordinates = _advanced(coordinates, unknowns, step * units)
-    frames = tree.frames(best)
-    return Configuration(best, frames, tree.gaps(best, frames), length)
+    """Closed as near to the home coordinates as it goes."""
+    loops = _Loops.of(tree, linkage, {c.name: c.home for c in linkage.connections}, moving)
+    return loops.configuration(nearest(loops, loops.guess[None])[0])
 
 
-def _units(connection: Connection, length: float) -> list[float]:
-    """What a step of 1 means: the length for a slide, a radian for a turn."""
-    freedoms = connection.element.freedoms if isinstance(connection.element, Joint) else ()
-    return [length if f.motion is Motion.TRANSLATION else 1.0 for f in freedoms]
-
-
-def _errors(
-    tree: SpanningTree, q: Mapping[str, np.ndarray], frames: Mapping[str, Frame], length: float
-) -> np.ndarray:
-    """Gaps of all loops, turns as such and shifts as parts of the length (6 m)."""
-    parts = [np.zeros(0)]
-    for cut in tree.cuts:
-        meant, there = tree.beyond(cut, q, frames[cut.a]), frames[cut.b]
-        parts += [(there.p - meant.p) / length, vector_of_turn(there.R @ meant.R.T)]
-    return np.concatenate(parts)
-
-
-def _jacobian(
+def _at_values(
     tree: SpanningTree,
-    q: Mapping[str, np.ndarray],
-    frames: Mapping[str, Frame],
-    unknowns: list[Connection],
-    length: float,
-) -> np.ndarray:
-    """Rates at which the unknown coordinates close the gaps (6 m, n)."""
-    starts = np.cumsum([0, *(c.size for c in unknowns)])
-    column = {c.name: start for c, start in zip(unknowns, starts, strict=False)}
-    J = np.zeros((6 * len(tree.cuts), int(starts[-1])))
-    placed = {c.name: placed_freedoms(c, q[c.name], frames[c.a]) for c in unknowns}
-    for i, cut in enumerate(tree.cuts):
-        rows, at = slice(6 * i, 6 * i + 6), frames[cut.b].p
-        ways = [(1.0, tree.ways[cut.a]), (-1.0, tree.ways[cut.b]), (1.0, ((cut, 1.0),))]
-        for sign, way in ways:
-            for connection, direction in way:
-                if connection.name in column:
-                    start = column[connection.name]
-                    twists = freedom_twists(placed[connection.name], at)
-                    J[rows, start : start + connection.size] += sign * direction * twists
-        J[6 * i : 6 * i + 3] /= length
-    return J
+    linkage: Linkage,
+    home: Configuration,
+    values: Mapping[str, np.ndarray],
+    moving: tuple[Connection, ...],
+) -> Configuration:
+    """Closed at values of some joints, where home is closed on the way from there."""
+    guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
+    loops = _Loops.of(tree, linkage, guess, moving)
+    if home.is_closed:
+        start = np.concatenate([home.coordinates[c.name] for c in linkage.connections])
+        x, kept = AssemblyMode(loops, start).at(loops.at_values(home, values)[None])
+        if kept[0]:
+            return loops.configuration(x[0])
+    found = loops.configuration(nearest(loops, loops.guess[None])[0])
+    return replace(found, elsewhere=home.is_closed)
+
+
+@dataclass(frozen=True)
+class _Loops:
+    """The loops of a linkage as equations; a posture x has the coordinates of all connections.
+
+    Attributes
+    ----------
+    tree : SpanningTree
+    connections : sequence of Connection
+    guess : (size,) array
+        Coordinates to start from.
+    unknowns : sequence of Connection
+        Joints that move.
+    length : float
+        Characteristic length [m].
+    """
+
+    tree: SpanningTree
+    connections: Sequence[Connection]
+    guess: np.ndarray
+    unknowns: Sequence[Connection]
+    length: float
+
+    @classmethod
+    def of(
+        cls,
+        tree: SpanningTree,
+        linkage: Linkage,
+        guess: Mapping[str, np.ndarray],
+        moving: Sequence[Connection],
+    ) -> _Loops:
+        """Those that some joints may close."""
+        return cls(
+            tree,
+            linkage.connections,
+            np.concatenate([guess[c.name] for c in linkage.connections]),
+            [c for c in moving if c.name in tree.in_loops],
+            tree.length(tree.frames(guess)),
+        )
+
+    def at_values(self, home: Configuration, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The prescribed coordinates: values, and those of other joints at rest as at home."""
+        here = {c.name: values.get(c.name, home.coordinates[c.name]) for c in self.connections}
+        return np.concatenate([here[c.name] for c in self.connections])[self.given]
+
+    def configuration(self, x: np.ndarray) -> Configuration:
+        """The linkage at one posture."""
+        q = self._by_name(x)
+        frames = self.tree.frames(q)
+        return Configuration(q, frames, self.tree.gaps(q, frames), self.length)
+
+    @cached_property
+    def given(self) -> np.ndarray:
+        """Places of the joints that do not move by themselves."""
+        moving = {c.name for c in self.unknowns}
+        own = [np.full(c.size, c.name not in moving) for c in self.connections]
+        return np.flatnonzero(np.concatenate(own))
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """All loops together."""
+        count = sum(c.size for c in self.unknowns)
+        equations = np.arange(6 * len(self.tree.cuts))
+        return (Part(np.arange(0), equations, np.arange(count)),)
+
+    def gaps(self, x: np.ndarray) -> np.ndarray:
+        """Gaps of all loops, turns as such and shifts as parts of the length (N, 6 m)."""
+        return np.array([self._gaps(self._by_name(row)) for row in x])
+
+    def rates(self, x: np.ndarray) -> np.ndarray:
+        """Rates at which the unknown coordinates close the gaps (N, 6 m, n)."""
+        return np.array([self._rates(self._by_name(row)) for row in x])
+
+    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Postures after steps; coordinates of a spherical joint turn it about axes of body a."""
+        x, start, at = x.copy(), 0, 0
+        step = step * self._units
+        moving = {c.name for c in self.unknowns}
+        for c in self.connections:
+            own = x[:, at : at + c.size]
+            at += c.size
+            if c.name not in moving:
+                continue
+            delta = step[:, start : start + c.size]
+            start += c.size
+            if isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL:
+                own[:] = vector_of_turn(turn_by_vector(delta) @ turn_by_vector(own))
+            else:
+                own += delta
+        return x
+
+    def lengths(self, x: np.ndarray) -> np.ndarray:
+        """None: a linkage has no telescopes."""
+        return np.zeros((len(x), 0))
+
+    def _by_name(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        ends = np.cumsum([c.size for c in self.connections])[:-1]
+        return dict(zip((c.name for c in self.connections), np.split(x, ends), strict=True))
+
+    def _gaps(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
+        frames = self.tree.frames(q)
+        parts = [np.zeros(0)]
+        for cut in self.tree.cuts:
+            meant, there = self.tree.beyond(cut, q, frames[cut.a]), frames[cut.b]
+            parts += [(there.p - meant.p) / self.length, vector_of_turn(there.R @ meant.R.T)]
+        return np.concatenate(parts)
+
+    def _rates(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
+        frames, tree = self.tree.frames(q), self.tree
+        starts = np.cumsum([0, *(c.size for c in self.unknowns)])
+        column = {c.name: start for c, start in zip(self.unknowns, starts, strict=False)}
+        J = np.zeros((6 * len(tree.cuts), int(starts[-1])))
+        placed = {c.name: placed_freedoms(c, q[c.name], frames[c.a]) for c in self.unknowns}
+        for i, cut in enumerate(tree.cuts):
+            rows, at = slice(6 * i, 6 * i + 6), frames[cut.b].p
+            ways = [(1.0, tree.ways[cut.a]), (-1.0, tree.ways[cut.b]), (1.0, ((cut, 1.0),))]
+            for sign, way in ways:
+                for connection, direction in way:
+                    if connection.name in column:
+                        start = column[connection.name]
+                        twists = freedom_twists(placed[connection.name], at)
+                        J[rows, start : start + connection.size] += sign * direction * twists
+            J[6 * i : 6 * i + 3] /= self.length
+        return J * self._units
+
+    @cached_property
+    def _units(self) -> np.ndarray:
+        """What a step of 1 means: the length for a slide, a radian for a turn."""
+        joints = [c.element for c in self.unknowns if isinstance(c.element, Joint)]
+        motions = [freedom.motion for joint in joints for freedom in joint.freedoms]
+        return np.array([self.length if m is Motion.TRANSLATION else 1.0 for m in motions])
 
 
 def placed_freedoms(connection: Connection, q: np.ndarray, frame_a: Frame) -> list[PlacedFreedom]:
@@ -193,18 +305,3 @@ def placed_freedoms(connection: Connection, q: np.ndarray, frame_a: Frame) -> li
         return []
     start = frame_a @ connection.before
     return place_chain(Chain((connection.element,)), q, start.R, start.p).freedoms
-
-
-def _advanced(
-    q: Mapping[str, np.ndarray], unknowns: list[Connection], step: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Coordinates after a step; those of a spherical joint turn it about the axes of body a."""
-    moved, start = dict(q), 0
-    for c in unknowns:
-        delta = step[start : start + c.size]
-        start += c.size
-        if isinstance(c.element, Joint) and c.element.kind is JointKind.SPHERICAL:
-            moved[c.name] = vector_of_turn(turn_by_vector(delta) @ turn_by_vector(q[c.name]))
-        else:
-            moved[c.name] = q[c.name] + delta
-    return moved

@@ -2,11 +2,11 @@
 
 Closed forms for the usual legs (``strut``: UPS, SPS, UPU, UCU, planar RPR; ``rod``: PUU, PUS, RUU,
 RUS, planar RRR and PRR; ``sliding_rod``: PRRR and CRR with parallel axes), recognised from geometry
-alone; damped Newton from the home configuration for the rest.
+alone; Newton's method from the home configuration, in its assembly mode, for the rest.
 """
 
 from robostiff.kinematics.closure.leg_solver import LegSolver, leg_solver
-from robostiff.kinematics.closure.newton import (
+from robostiff.kinematics.closure.leg_equations import (
     NewtonTask,
     advance,
     attachment_frame,
@@ -14,12 +14,17 @@ from robostiff.kinematics.closure.newton import (
     gaps,
 )
 
+from robostiff.kinematics.closure.newton import AssemblyMode, Part, nearest
+
 __all__ = [
+    "AssemblyMode",
     "LegSolver",
     "NewtonTask",
+    "Part",
     "advance",
     "attachment_frame",
     "closing_rates",
     "gaps",
     "leg_solver",
+    "nearest",
 ]

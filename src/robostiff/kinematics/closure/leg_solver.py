@@ -8,7 +8,12 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.copies import copied_places
-from robostiff.kinematics.closure.newton import NewtonTask, attachment_frame, gaps
+from robostiff.kinematics.closure.leg_equations import (
+    Followed,
+    NewtonTask,
+    attachment_frame,
+    gaps,
+)
 from robostiff.kinematics.closure.rod import Rod, recognise_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
 from robostiff.kinematics.closure.sliding_rod import SlidingRod, recognise_sliding_rod
@@ -51,8 +56,8 @@ class LegSolver:
 
     def solve(
         self, pose: np.ndarray, R_platform: np.ndarray, *, from_afar: bool = True
-    ) -> np.ndarray:
-        """Leg coordinates (N, size) at platform poses, the nearest where out of reach.
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Leg coordinates at platform poses, the nearest where out of reach.
 
         Parameters
         ----------
@@ -62,17 +67,29 @@ class LegSolver:
             The same rotation as a matrix, which the legs share.
         from_afar : bool
             Whether to look for poses far from home in many small steps, where that is the way.
+
+        Returns
+        -------
+        q : (N, size) array
+        elsewhere : (N,) array of bool
+            Where the leg closes, but in another assembly mode than at home.
         """
+        elsewhere = np.zeros(len(pose), dtype=bool)
         if self.closed_form is None:
-            return self._iterated(pose)[0] if from_afar else self._at_once(pose)
+            if not from_afar:
+                return self._at_once(pose), elsewhere
+            found = self._iterated(pose)
+            return found.coordinates[0], found.elsewhere
         q = self._copies_at(self.closed_form, pose, R_platform)
         if not self.leg.chain.has_blocks:
-            return q
+            return q, elsewhere
         rows = np.flatnonzero(self._leaves_loops_open(q, pose, R_platform))
         if rows.size and from_afar:
-            found, closed = self._iterated(pose[rows])
-            q[rows[closed]] = found[closed]
-        return q
+            found = self._iterated(pose[rows])
+            met = found.closed | found.elsewhere
+            q[rows[met]] = found.coordinates[0][met]
+            elsewhere[rows] = found.elsewhere
+        return q, elsewhere
 
     def _leaves_loops_open(
         self, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray
@@ -86,11 +103,10 @@ class LegSolver:
         first, *loops = (_is_open(gap, self.length) for gap in gaps(self.leg, placed, *frame))
         return ~first & np.any(loops, axis=0)
 
-    def _iterated(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Leg coordinates by Newton's method, and where they close."""
+    def _iterated(self, pose: np.ndarray) -> Followed:
+        """Leg coordinates by Newton's method."""
         task = NewtonTask((self.leg,), (), self.length)
-        _, (q,), closed = task.follow(self.home_pose, [self.home], pose)
-        return q, closed
+        return task.follow(self.home_pose, [self.home], pose)
 
     def leaves_drive_open(self, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Where the coordinate of the drive does not follow from the pose (N,)."""

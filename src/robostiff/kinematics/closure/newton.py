@@ -1,263 +1,334 @@
-"""Damped Newton closure of legs without a closed form, followed from the home configuration."""
+"""Newton's method for closed postures: the nearest one, and the one in the assembly mode of home."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
-from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
-from robostiff.kinematics.jacobians import freedom_twists
-from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
-from robostiff.model import Joint, JointKind, Leg, Motion
-from robostiff.spatial import cross
-from robostiff.spatial.batch import product
+from robostiff.elastostatics.tolerance import Tolerance
 
-_ITERATIONS = 40
-_CONVERGED = 1e-13
-_CLOSED = 1e-10
-_STEPS = (8, 64)
+CLOSED = 1e-10
+_NEARLY_CLOSED = 1e-7
+_CONVERGED = 1e-14
+_STANDSTILL = 1e-11
+_NEAREST_ITERATIONS = 60
 _LARGEST_STEP = 0.5
+
+_NEWTON_STEPS = 6
+_CONTRACTION = 0.5
+# Steps below this are as small as rounding makes them: they need not become smaller.
+_SMALL_STEP = 1e-9
+# Into how many parts the way from home is cut where it is too far for one.
+_PARTS_OF_WAY = (1, 4, 16, 64)
+
+_INDEPENDENT = Tolerance().independence
+# Coordinates this far from home, in radians and parts of the length, say what rank is usual there.
+_ASIDE, _SEED = 1e-3, 5
 
 
 @dataclass(frozen=True)
-class NewtonTask:
-    """Legs to close together, and the platform coordinates that they leave open.
+class Part:
+    """Equations whose determinant keeps its sign within an assembly mode.
 
     Attributes
     ----------
-    legs : sequence of Leg
-    open : tuple of int
-        Pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide.
-    length : float
-        Characteristic length [m] that weighs turns against shifts.
+    loops : (n,) array of int
+        Equations of loops inside legs, which are taken first.
+    ends : (n,) array of int
+        The other equations.
+    unknowns : (n,) array of int
     """
 
-    legs: Sequence[Leg]
-    open: tuple[int, ...]
-    length: float
+    loops: np.ndarray
+    ends: np.ndarray
+    unknowns: np.ndarray
 
-    def follow(
-        self, start: np.ndarray, q: list[np.ndarray], goal: np.ndarray
-    ) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
-        """Pose coordinates and leg coordinates at the goals, followed from one closed posture.
+    @property
+    def equations(self) -> np.ndarray:
+        """All equations, those of loops first."""
+        return np.concatenate([self.loops, self.ends])
+
+
+class Equations(Protocol):
+    """What must be closed, at postures x one a row.
+
+    Gaps and unknowns are scaled to radians and parts of the length. ``given`` are the places in x
+    of coordinates that are prescribed, ``parts`` what has an assembly mode of its own; the last of
+    them has all equations and unknowns.
+    """
+
+    @property
+    def given(self) -> np.ndarray: ...
+    @property
+    def parts(self) -> Sequence[Part]: ...
+    def gaps(self, x: np.ndarray) -> np.ndarray:
+        """What stays open (N, m)."""
+        ...
+
+    def rates(self, x: np.ndarray) -> np.ndarray:
+        """Rates at which the unknowns close it (N, m, n)."""
+        ...
+
+    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Postures after steps (N, n) of the unknowns."""
+        ...
+
+    def lengths(self, x: np.ndarray) -> np.ndarray:
+        """What must be longer than nothing (N, k) [m]."""
+        ...
+
+
+def nearest(equations: Equations, x: np.ndarray) -> np.ndarray:
+    """Postures that are closed, or as nearly as it goes, by Levenberg steps from guesses x (N, size).
+
+    Steps are damped by the square of the gap. They may lead to another assembly mode.
+    """
+    best, best_size = x, np.full(len(x), np.inf)
+    done = np.zeros(len(x), dtype=bool)
+    for _ in range(_NEAREST_ITERATIONS):
+        e = equations.gaps(x)
+        size = np.max(np.abs(e), axis=-1, initial=0.0)
+        better = (size < best_size) & ~done
+        best_size = np.where(better, size, best_size)
+        best = np.where(better[:, None], x, best)
+        done |= (best_size <= _CONVERGED) | (~better & (best_size < _STANDSTILL))
+        if np.all(done):
+            break
+        J = equations.rates(x)
+        if J.shape[-1] == 0:
+            break  # nothing can move
+        J_T = np.swapaxes(J, -1, -2)
+        wide = J.shape[-1] > J.shape[-2]
+        A = J @ J_T if wide else J_T @ J
+        trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
+        # Where nothing moves a gap, any damping keeps it at rest.
+        damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * np.where(trace > 0, trace, 1.0)
+        A = A + damping[:, None, None] * np.eye(A.shape[-1])
+        right = e[..., None] if wide else J_T @ e[..., None]
+        found = np.linalg.solve(A, right)
+        step = (J_T @ found if wide else found)[..., 0]
+        longest = np.max(np.abs(step), axis=-1, keepdims=True)
+        x = equations.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
+    return best
+
+
+@dataclass(frozen=True)
+class _Directions:
+    """Combinations of equations and of unknowns in which a part is square and regular.
+
+    ``U`` (..., m, r) and ``V`` (..., n, r) are orthonormal, ``sign`` that of det U^T J V.
+    """
+
+    U: np.ndarray
+    V: np.ndarray
+    sign: np.ndarray
+
+    def of_rows(self, rows: np.ndarray) -> _Directions:
+        """Those of some postures; at home they are the same for all."""
+        return (
+            self if self.U.ndim == 2 else _Directions(self.U[rows], self.V[rows], self.sign[rows])
+        )
+
+    def square(self, J: np.ndarray) -> np.ndarray:
+        """U^T J V (N, r, r)."""
+        return np.swapaxes(self.U, -1, -2) @ J @ self.V
+
+
+@dataclass(frozen=True)
+class AssemblyMode:
+    """The assembly mode of a closed posture: what a path without singularity reaches from there.
+
+    Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
+    than nothing, and each Newton step is at most half of the one before, six at most. The way is
+    gone at once where that holds, otherwise in 4, 16 or 64 parts. The answer at a pose is the same
+    to the last bit whatever other poses come with it.
+
+    Attributes
+    ----------
+    equations : Equations
+    home : (size,) array
+        The closed posture.
+    """
+
+    equations: Equations
+    home: np.ndarray
+
+    def at(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Postures at prescribed coordinates.
 
         Parameters
         ----------
-        start : (6,) array
-            Pose coordinates (x, y, z, rotation vector) of the closed posture.
-        q : list of (size,) arrays
-            Leg coordinates of the closed posture.
-        goal : (N, 6) array
-            Wanted pose coordinates; the open ones are first guesses.
+        given : (N, g) array
+            In the order of ``equations.given``.
 
         Returns
         -------
-        pose : (N, 6) array
-        q : list of (N, size) arrays
-            Where no closure is found, the nearest that was.
-        closed : (N,) array of bool
-            Where closure is found.
+        x : (N, size) array
+            Home's unknowns where none is found.
+        kept : (N,) array of bool
+            Where a closed posture is found in this assembly mode.
         """
-        N = len(goal)
-        # At once: where that fails, this is the nearest posture.
-        pose, found = self.close(goal.copy(), [np.tile(own, (N, 1)) for own in q])
-        left = np.flatnonzero(self._errors(pose, found)[1] > _CLOSED)
-        for steps in _STEPS:
-            if left.size == 0:
-                break
-            rows, at, own = self._in_steps(start, q, goal, left, steps)
-            pose[rows] = at
-            for coordinates, followed in zip(found, own, strict=True):
-                coordinates[rows] = followed
-            left = np.setdiff1d(left, rows)
-        closed = np.ones(N, dtype=bool)
-        closed[left] = False
-        return pose, found, closed
-
-    def _in_steps(
-        self,
-        start: np.ndarray,
-        q: list[np.ndarray],
-        goal: np.ndarray,
-        rows: np.ndarray,
-        steps: int,
-    ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-        """Follow some poses in equal steps; those that are lost on the way are left behind."""
-        at = np.tile(start, (rows.size, 1))
-        own = [np.tile(coordinates, (rows.size, 1)) for coordinates in q]
-        for k in range(1, steps + 1):
-            at, own = self.close(_between(start, goal[rows], k / steps, at, self.open), own)
-            kept = self._errors(at, own)[1] <= _CLOSED
-            rows, at, own = rows[kept], at[kept], [coordinates[kept] for coordinates in own]
+        found = np.tile(self.home, (len(given), 1))
+        found[:, self.equations.given] = given
+        kept = np.zeros(len(given), dtype=bool)
+        for parts_of_way in _PARTS_OF_WAY:
+            rows = np.flatnonzero(~kept)
             if rows.size == 0:
                 break
-        return rows, at, own
+            rows, there = self._along(given, rows, parts_of_way)
+            found[rows], kept[rows] = there, True
+        return found, kept
 
-    def close(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Close from a guess, by Levenberg steps damped by the square of the error.
-
-        The answer at a pose is the same to the last bit whatever other poses come with it.
-        """
-        if len(pose) == 1:  # sums over a lone pose round in another order: it comes with its twin
-            twins = self.close(np.repeat(pose, 2, axis=0), [np.repeat(own, 2, axis=0) for own in q])
-            return twins[0][:1], [own[:1] for own in twins[1]]
-        best = (pose, q)
-        best_error = np.full(len(pose), np.inf)
-        done = np.zeros(len(pose), dtype=bool)
-        for _ in range(_ITERATIONS):
-            e, size = self._errors(pose, q)
-            better = (size < best_error) & ~done
-            best_error = np.where(better, size, best_error)
-            best = _where(better, (pose, q), best)
-            done |= (best_error <= _CONVERGED) | (~better & (best_error < 1e-11))
-            if np.all(done):
+    def _along(
+        self, given: np.ndarray, rows: np.ndarray, parts_of_way: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Postures at the end of the straight way from home, and whose they are."""
+        places = self.equations.given
+        start = self.home[places]
+        x = np.tile(self.home, (len(rows), 1))
+        directions = self._at_home
+        for k in range(1, parts_of_way + 1):
+            x[:, places] = start + k / parts_of_way * (given[rows] - start)
+            if directions is None:
+                x = nearest(self.equations, x)
+                kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
+            else:
+                x, kept = self._newton(x, directions[-1])
+            kept &= np.all(self.equations.lengths(x)[:, self._long_at_home] > 0, axis=-1)
+            rows, x = rows[kept], x[kept]
+            if rows.size == 0:
                 break
-            J = self._jacobian(pose, q)
-            if J.shape[-1] == 0:
-                break  # nothing can move
-            A = np.einsum("nij,nik->njk", J, J)
-            damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15)
-            damping = damping * np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
-            A = A + damping[:, None, None] * np.eye(A.shape[-1])
-            step = np.linalg.solve(A, np.einsum("nij,ni->nj", J, e)[..., None])[..., 0]
-            longest = np.max(np.abs(step), axis=-1, keepdims=True)
-            step = step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300))
-            pose, q = self._advance(pose, q, step)
-        return best
+            if directions is not None:
+                directions = [one.of_rows(kept) for one in directions]
+                J = self.equations.rates(x)
+                kept = self._same_signs(J, directions)
+                rows, x, J = rows[kept], x[kept], J[kept]
+                if rows.size == 0:
+                    break
+                if k < parts_of_way:
+                    directions = [
+                        _carried(part, one.of_rows(kept), J)
+                        for part, one in zip(self.equations.parts, directions, strict=True)
+                    ]
+        return rows, x
 
-    def _errors(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """All gaps as lengths (N, 6 m), and their largest part of the length (N,)."""
-        R_platform = turn_by_vector(pose[:, 3:])
-        parts = []
-        for leg, own in zip(self.legs, q, strict=True):
-            frame = attachment_frame(leg, R_platform, pose[:, :3])
-            for gap in gaps(leg, place_chain(leg.chain, own, leg.base.R, leg.base.p), *frame):
-                turn = vector_of_turn(np.einsum("nij,nkj->nik", gap.R_wanted, gap.R))
-                parts += [gap.p_wanted - gap.p, turn * self.length]
-        e = np.concatenate(parts, axis=-1) / self.length
-        return e, np.max(np.abs(e), axis=-1)
+    def _newton(self, x: np.ndarray, directions: _Directions) -> tuple[np.ndarray, np.ndarray]:
+        """Close from guesses by steps that contract, and where that succeeds."""
+        x = x.copy()
+        closed = np.zeros(len(x), dtype=bool)
+        last = np.full(len(x), np.inf)
+        going = np.arange(len(x))
+        for taken in range(_NEWTON_STEPS + 1):
+            e = self.equations.gaps(x[going])
+            size = _size(e)
+            still = last[going] <= _SMALL_STEP
+            # Where nothing moves any more, dimensions with few digits may leave a little open.
+            closed[going] = size <= np.where(still, _NEARLY_CLOSED, CLOSED)
+            on = (size > _CONVERGED) & ~still
+            if taken == _NEWTON_STEPS or not np.any(on):
+                break
+            going, e = going[on], e[on]
+            own = directions.of_rows(going)
+            whole = self.equations.parts[-1]
+            T = own.square(_of_part(whole, self.equations.rates(x[going])))
+            right = np.swapaxes(own.U, -1, -2) @ e[:, whole.equations, None]
+            step = (own.V @ _solved(T, right))[..., 0]
+            length = np.sqrt(np.sum(step * step, axis=-1))
+            contracts = (length <= _CONTRACTION * last[going]) | (length <= _SMALL_STEP)
+            closed[going[~contracts]] = False
+            going, step, length = going[contracts], step[contracts], length[contracts]
+            if going.size == 0:
+                break
+            x[going], last[going] = self.equations.moved(x[going], step), length
+        return x, closed
 
-    def _jacobian(self, pose: np.ndarray, q: list[np.ndarray]) -> np.ndarray:
-        """Rates of the gaps closed by the moving coordinates, then by the open pose coordinates."""
-        R_platform = turn_by_vector(pose[:, 3:])
-        rates = rotvec_rate(pose[:, 3:])
-        blocks = []
-        columns = sum(int(np.count_nonzero(leg.chain.free)) for leg in self.legs)
-        column = 0
-        for leg, own in zip(self.legs, q, strict=True):
-            moving = np.flatnonzero(leg.chain.free)
-            frame = attachment_frame(leg, R_platform, pose[:, :3])
-            arm = frame[1] - pose[:, :3]
-            placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
-            for number, gap in enumerate(gaps(leg, placed, *frame)):
-                rows = np.zeros((len(pose), 6, columns + len(self.open)))
-                rows[:, :, column : column + moving.size] = closing_rates(gap, placed)[:, :, moving]
-                if number == 0:  # the platform's own
-                    for k, coordinate in enumerate(self.open):
-                        rows[:, :, columns + k] = -_pose_twist(coordinate, rates, arm)
-                rows[:, :3] /= self.length
-                blocks.append(rows)
-            column += moving.size
-        return np.concatenate(blocks, axis=1) * self._unit_steps
+    def _same_signs(self, J: np.ndarray, directions: list[_Directions]) -> np.ndarray:
+        same = np.ones(len(J), dtype=bool)
+        for part, own in zip(self.equations.parts, directions, strict=True):
+            sign = np.linalg.slogdet(own.square(_of_part(part, J)))[0]
+            same &= sign * own.sign > 0
+        return same
 
     @cached_property
-    def _unit_steps(self) -> np.ndarray:
-        """What a step of 1 means for each unknown: the length for a shift, a radian for a turn."""
-        steps = []
-        for leg in self.legs:
-            motions = [freedom.motion for freedom in leg.chain.freedoms]
-            steps += [
-                self.length if motion is Motion.TRANSLATION else 1.0
-                for motion, free in zip(motions, leg.chain.free, strict=True)
-                if free
-            ]
-        steps += [self.length if coordinate < 3 else 1.0 for coordinate in self.open]
-        return np.array(steps)
+    def _at_home(self) -> list[_Directions] | None:
+        """Directions at home; None where home is singular, so that modes meet there."""
+        J = self.equations.rates(self.home[None])[0]
+        aside = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, (1, J.shape[-1]))
+        J_aside = self.equations.rates(self.equations.moved(self.home[None], aside))[0]
+        found = []
+        for part in self.equations.parts:
+            own = _directions(part, _of_part(part, J))
+            if own.V.shape[-1] < _directions(part, _of_part(part, J_aside)).V.shape[-1]:
+                return None
+            found.append(own)
+        return found
 
-    def _advance(
-        self, pose: np.ndarray, q: list[np.ndarray], step: np.ndarray
-    ) -> tuple[np.ndarray, list[np.ndarray]]:
-        moved, column = [], 0
-        step = step * self._unit_steps
-        for leg, own in zip(self.legs, q, strict=True):
-            free = leg.chain.free
-            count = int(np.count_nonzero(free))
-            delta = np.zeros_like(own)
-            delta[:, free] = step[:, column : column + count]
-            moved.append(advance(leg, own, delta))
-            column += count
-        pose = pose.copy()
-        pose[:, list(self.open)] += step[:, column:]
-        return pose, moved
+    @cached_property
+    def _long_at_home(self) -> np.ndarray:
+        return np.flatnonzero(self.equations.lengths(self.home[None])[0] > 0)
 
 
-def gaps(
-    leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
-) -> Iterator[Loop]:
-    """What must close: the leg on its frame of the platform, then the loops inside the leg."""
-    main = tuple(leg.chain.main_places.tolist())
-    yield Loop("", placed.R, placed.p, R_platform, p_platform, own=main, leading=())
-    yield from placed.loops
+def _size(e: np.ndarray) -> np.ndarray:
+    return np.max(np.abs(e), axis=-1, initial=0.0)
 
 
-def closing_rates(gap: Loop, placed: PlacedChain) -> np.ndarray:
-    """Twists by which each coordinate of a leg closes a gap (..., 6, size)."""
-    freedoms = placed.freedoms
-    J = np.zeros((*gap.p.shape[:-1], 6, len(freedoms)))
-    if gap.own:
-        J[..., gap.own] += freedom_twists([freedoms[i] for i in gap.own], gap.p)
-    if gap.leading:
-        J[..., gap.leading] -= freedom_twists([freedoms[i] for i in gap.leading], gap.p_wanted)
-    return J
+def _of_part(part: Part, J: np.ndarray) -> np.ndarray:
+    """The rates of one part, those of loops first."""
+    return J[..., part.equations[:, None], part.unknowns]
 
 
-def advance(leg: Leg, q: np.ndarray, delta: np.ndarray) -> np.ndarray:
-    """Coordinates after small motions; those of a spherical joint turn it about frame axes."""
-    moved = q + delta
-    for element, place in leg.chain.moving:
-        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-            turn = turn_by_vector(delta[..., place])
-            R = product(turn, turn_by_vector(q[..., place]))
-            moved[..., place] = vector_of_turn(R)
-    return moved
+def _solved(T: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """T^-1 right; infinite where T is singular."""
+    try:
+        return np.linalg.solve(T, right)
+    except np.linalg.LinAlgError:
+        singular = np.linalg.slogdet(T)[0] == 0
+        T = np.where(singular[:, None, None], np.eye(T.shape[-1]), T)
+        return np.where(singular[:, None, None], np.inf, np.linalg.solve(T, right))
 
 
-def attachment_frame(
-    leg: Leg, R_platform: np.ndarray, p_platform: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Frame on the platform at which the chain of a leg ends, in the world."""
-    R_attachment, p_attachment = leg.attachment.R, leg.attachment.p
-    p = p_platform + np.einsum("...ij,j->...i", R_platform, p_attachment)
-    return product(R_platform, R_attachment), p
+def _directions(part: Part, J: np.ndarray) -> _Directions:
+    """Directions at one posture, by singular values; loops close before the ends do."""
+    k = len(part.loops)
+    U_loops, V_loops = _spans(J[:k])
+    ends = J[k:] - (J[k:] @ V_loops) @ V_loops.T
+    U_ends, V_ends = _spans(ends)
+    U = np.zeros((len(J), U_loops.shape[1] + U_ends.shape[1]))
+    U[:k, : U_loops.shape[1]], U[k:, U_loops.shape[1] :] = U_loops, U_ends
+    V = np.concatenate([V_loops, V_ends], axis=1)
+    return _Directions(U, V, np.linalg.slogdet(U.T @ J @ V)[0])
 
 
-def _pose_twist(coordinate: int, rates: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    twist = np.zeros((len(arm), 6))
-    if coordinate < 3:
-        twist[:, coordinate] = 1.0
-    else:
-        w = rates[:, :, coordinate - 3]
-        twist[:, :3], twist[:, 3:] = cross(w, arm), w
-    return twist
+def _spans(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal bases of what a matrix reaches, and of what it does not lose."""
+    if 0 in A.shape:
+        return np.zeros((A.shape[0], 0)), np.zeros((A.shape[1], 0))
+    U, s, V_T = np.linalg.svd(A, full_matrices=False)
+    rank = int(np.count_nonzero(s > _INDEPENDENT))
+    return U[:, :rank], V_T[:rank].T
 
 
-def _between(
-    start: np.ndarray, goal: np.ndarray, part: float, at: np.ndarray, open_: tuple[int, ...]
-) -> np.ndarray:
-    """Pose coordinates part of the way; the open ones stay as they were found."""
-    between = start + part * (goal - start)
-    between[:, list(open_)] = at[:, list(open_)]
-    return between
+def _carried(part: Part, before: _Directions, J: np.ndarray) -> _Directions:
+    """Directions at the next postures along a way, from those before: ranks stay what they were."""
+    J = _of_part(part, J)
+    k = len(part.loops)
+    U = np.broadcast_to(before.U, (len(J), *before.U.shape[-2:]))
+    r = int(np.count_nonzero(np.any(U[0, :k], axis=0))) if k else 0
+    U_loops, V_loops = _carried_spans(J[:, :k], U[:, :k, :r])
+    over = np.swapaxes(V_loops, -1, -2)
+    U_ends, V_ends = _carried_spans(J[:, k:] - (J[:, k:] @ V_loops) @ over, U[:, k:, r:])
+    U = np.zeros(U.shape)
+    U[:, :k, :r], U[:, k:, r:] = U_loops, U_ends
+    V = np.concatenate([V_loops, V_ends], axis=-1)
+    return _Directions(U, V, np.linalg.slogdet(np.swapaxes(U, -1, -2) @ J @ V)[0])
 
 
-def _where(
-    better: np.ndarray,
-    new: tuple[np.ndarray, list[np.ndarray]],
-    old: tuple[np.ndarray, list[np.ndarray]],
-) -> tuple[np.ndarray, list[np.ndarray]]:
-    pick = better[:, None]
-    legs = [np.where(pick, a, b) for a, b in zip(new[1], old[1], strict=True)]
-    return np.where(pick, new[0], old[0]), legs
+def _carried_spans(A: np.ndarray, U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """As `_spans`, of the same rank as the directions U before."""
+    A_T = np.swapaxes(A, -1, -2)
+    V = np.linalg.qr(A_T @ U)[0]
+    return np.linalg.qr(A @ V)[0], V

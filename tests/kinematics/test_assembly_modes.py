@@ -1,0 +1,123 @@
+"""Postures belong to the assembly mode of home: what a path without singularity reaches from there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.kinematics import Posture, PostureFinder
+
+RADIUS, CRANK, BAR = 0.120, 0.090, 0.110
+SWING = CRANK * np.sin(np.radians(20))
+TURNED = np.radians([-120.0, 0.0, 120.0])
+
+
+def capaman_poses(count: int, size: float, seed: int) -> np.ndarray:
+    """Poses x, y, rz around home, up to some shift [m] and eight times as many radians."""
+    return size * np.random.default_rng(seed).uniform(-1, 1, (count, 3)) * [1, 1, 8]
+
+
+def lean_of_couplers(posture: Posture) -> np.ndarray:
+    """By how much the couplers of CaPaMan lean (N, 3): none does in a parallelogram."""
+    return np.array([np.abs(q[:, 0] + q[:, 1]) for q in posture.coordinates]).T
+
+
+def swings(six: np.ndarray) -> np.ndarray:
+    """Where the ball joints are, seen from the feet of their legs: across and up (N, 3, 2).
+
+    With level couplers they run on circles of the radius of the cranks.
+    """
+    R = Rotation.from_rotvec(six[:, 3:]).as_matrix()
+    found = []
+    for phi in TURNED:
+        outward = np.array([np.cos(phi), np.sin(phi), 0])
+        across = np.array([-np.sin(phi), np.cos(phi), 0])
+        ball = six[:, :3] + R @ (RADIUS * outward)
+        found.append(np.stack([ball @ across - SWING, ball[:, 2] - BAR], axis=-1))
+    return np.stack(found, axis=1)
+
+
+def on_circles(six: np.ndarray) -> np.ndarray:
+    return (np.sum(swings(six) ** 2, axis=-1) - CRANK**2) / CRANK**2
+
+
+def tracked(poses: np.ndarray, steps: int = 150) -> tuple[np.ndarray, np.ndarray]:
+    """Where z, rx, ry follow the straight way from home, and how singular they came to be."""
+    six = np.zeros((len(poses), 6))
+    six[:, 2] = CRANK * np.cos(np.radians(20)) + BAR
+    units, alive = np.diag([0, 0, 0.1, 1.0, 1.0, 0])[[2, 3, 4]], np.ones(len(poses), dtype=bool)
+    nearest = np.full(len(poses), np.inf)
+    for k in range(1, steps + 1):
+        six[:, [0, 1, 5]] = k / steps * poses
+        for _ in range(4):
+            sides = [(on_circles(six + 1e-6 * u) - on_circles(six - 1e-6 * u)) for u in units]
+            J = np.stack(sides, axis=-1) / 2e-6
+            singular = np.linalg.svd(J)[1][:, -1]
+            J[singular < 1e-6] = np.eye(3)
+            step = np.linalg.solve(J, -on_circles(six)[..., None])[..., 0]
+            six = np.where(alive[:, None], six + np.clip(step, -0.2, 0.2) @ units, six)
+        alive &= np.abs(on_circles(six)).max(axis=1) < 1e-9
+        # Cranks that are level are flat parallelograms, where the crossed ones begin.
+        level = swings(six)[..., 1].min(axis=1) / CRANK
+        nearest = np.where(alive, np.minimum(nearest, np.minimum(singular, level)), nearest)
+        alive &= level > 0
+    return alive, nearest
+
+
+@pytest.mark.parametrize(("size", "seed"), [(0.02, 1), (0.05, 2), (0.08, 3)])
+def test_parallelograms_of_capaman_do_not_cross(size: float, seed: int) -> None:
+    """What is reached has level couplers, and it is what a way in small steps reaches."""
+    poses = capaman_poses(60, size, seed)
+    posture = rs.find_posture(rs.load("capaman"), poses)
+    reached = posture.reached
+    assert lean_of_couplers(posture)[reached].max(initial=0) < 1e-9
+    assert np.abs(on_circles(posture.pose[reached])).max() < 1e-9
+    found, nearest = tracked(poses)
+    clear = ~found | (nearest > 0.1)
+    np.testing.assert_array_equal(reached[clear], found[clear])
+    assert np.sum(clear) > 45
+    if size > 0.02:
+        crossed = lean_of_couplers(posture).max(axis=1) > 1e-6
+        assert np.any(posture.elsewhere)
+        assert np.all(crossed[posture.elsewhere])
+
+
+def test_another_assembly_mode_is_no_answer() -> None:
+    robot = rs.load("capaman")
+    poses = capaman_poses(60, 0.05, 2)
+    posture = rs.find_posture(robot, poses)
+    away = np.flatnonzero(posture.elsewhere)
+    assert away.size >= 5
+    result = rs.stiffness(robot, poses)
+    assert np.all(result.status_codes[away] & int(rs.Status.UNREACHABLE))
+    one = rs.stiffness(robot, poses[away[0]])
+    assert any("another assembly mode" in sentence for sentence in one.advice)
+    with pytest.raises(rs.NoAnswerError, match="another assembly mode"):
+        _ = one.K
+    answer = rs.compile(robot).evaluate(poses)
+    np.testing.assert_array_equal(answer.status_codes, result.status_codes)
+    ok = result.answered
+    K, reference = answer.values["K"][ok], result[ok].K
+    scale = np.abs(reference).max(axis=(1, 2), keepdims=True)
+    assert np.abs((K - reference) / scale).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["capaman", "h4", "3-prs"])
+def test_postures_do_not_depend_on_the_poses_beside_them(name: str) -> None:
+    robot = rs.load(name)
+    finder = PostureFinder(robot)
+    rng = np.random.default_rng(4)
+    places = robot.coordinate_places
+    units = np.where(np.array(places) < 3, 0.3 * finder.length, 0.6)
+    poses = finder.home_pose[places] + rng.uniform(-1, 1, (24, len(places))) * units
+    whole = finder.find(poses)
+    assert 0 < np.sum(whole.reached) < 24
+    for rows in (rng.permutation(24), rng.permutation(24)[:7], np.array([2]), np.array([9])):
+        part = finder.find(poses[rows])
+        np.testing.assert_array_equal(part.reached, whole.reached[rows])
+        np.testing.assert_array_equal(part.elsewhere, whole.elsewhere[rows])
+        np.testing.assert_array_equal(part.pose, whole.pose[rows])
+        for few, many in zip(part.coordinates, whole.coordinates, strict=True):
+            np.testing.assert_array_equal(few, many[rows])
