@@ -229,26 +229,31 @@ def chains(
     return FreeChain(springs, tuple(freedoms[i] for i in order), rng.uniform(-1, 1, 3))
 
 
-@st.composite
-def planar_chains(draw: st.DrawFn, joints: st.SearchStrategy[int] | None = None) -> FreeChain:
-    """Random chains in the x-y plane: beams, turns about z, slides across it."""
-    rng = np.random.default_rng(draw(SEEDS))
+def planar_chain(rng: np.random.Generator, joints: int) -> FreeChain:
+    """A random chain in the x-y plane: beams, turns about z, slides across it."""
     springs = []
-    for _ in range(draw(st.integers(1, 2))):
+    for _ in range(int(rng.integers(1, 3))):
         a = rng.uniform(-np.pi, np.pi)
         R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
         point = np.append(rng.uniform(-1, 1, 2), 0.0)
         springs.append(replace(random_beam(rng), axes=R, point=point))
     freedoms = []
-    for _ in range(draw(st.integers(0, 2) if joints is None else joints)):
+    for _ in range(joints):
         point = np.append(rng.uniform(-1, 1, 2), 0.0)
         slides = rng.uniform() < 0.3
         axis = np.append(rng.normal(size=2), 0.0) if slides else np.array([0, 0, 1.0])
         freedoms.append(Turning("P" if slides else "R", point, axis))
-    if freedoms and draw(st.booleans()):
+    if freedoms and rng.uniform() < 0.5:
         freedoms.append(freedoms[0])
     end = np.append(rng.uniform(-1, 1, 2), 0.0)
     return FreeChain(tuple(springs), tuple(freedoms), end, planar=True)
+
+
+@st.composite
+def planar_chains(draw: st.DrawFn, joints: st.SearchStrategy[int] | None = None) -> FreeChain:
+    """Random chains in the x-y plane; see `planar_chain`."""
+    rng = np.random.default_rng(draw(SEEDS))
+    return planar_chain(rng, draw(st.integers(0, 2) if joints is None else joints))
 
 
 def joint_rank(J_q: np.ndarray, length: float = LENGTH) -> int:

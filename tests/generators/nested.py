@@ -95,6 +95,18 @@ class _Grower:
         return p if self.space is Space.SPATIAL else np.append(p[:2], 0.0)
 
 
+def nested_snapshot(
+    rng: np.random.Generator, space: Space, rigid: bool, number: int, depth: int
+) -> Snapshot:
+    """A random robot whose legs hold parallel blocks; see `nested_snapshots`."""
+    grower = _Grower(rng, space, rigid)
+    grown = tuple(grower.leg(f"leg{i}", depth, int(rng.integers(0, 3))) for i in range(number))
+    reference = rng.uniform(-1, 1, 3)
+    if space is Space.PLANAR:
+        reference[2] = 0.0
+    return Snapshot("nested", grown, reference, space)
+
+
 @st.composite
 def nested_snapshots(
     draw: st.DrawFn,
@@ -108,10 +120,4 @@ def nested_snapshots(
     With `rigid`, some branches are rigid. Joints may be redundant.
     """
     rng = np.random.default_rng(draw(SEEDS))
-    grower = _Grower(rng, space, rigid)
-    number = draw(st.integers(1, legs))
-    grown = tuple(grower.leg(f"leg{i}", depth, int(rng.integers(0, 3))) for i in range(number))
-    reference = rng.uniform(-1, 1, 3)
-    if space is Space.PLANAR:
-        reference[2] = 0.0
-    return Snapshot("nested", grown, reference, space)
+    return nested_snapshot(rng, space, rigid, draw(st.integers(1, legs)), depth)

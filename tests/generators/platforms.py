@@ -47,18 +47,13 @@ def _part(rng: np.random.Generator, kind: str, a: PlatformNode, b: PlatformNode,
     return PlatformPart(name, a.name, b.name, point, axes, Elasticity(C, hinge))
 
 
-@st.composite
-def robots_on_platforms(draw: st.DrawFn, kinds: tuple[str, ...] = ()) -> OnPlatform:
-    """Nodes joined by a tree of parts and some more that close loops; legs hold any of them."""
-    robot = draw(robots())
-    rng = np.random.default_rng(draw(SEEDS))
-    kinds = kinds or draw(
-        st.sampled_from([("beam",), ("beam", "spring", "rigid"), ("beam", "hinge", "spring")])
-    )
-    count = draw(st.integers(2, 5))
+def on_platform(
+    rng: np.random.Generator, robot: FreeRobot, kinds: tuple[str, ...], count: int, closing: int
+) -> OnPlatform:
+    """A robot on `count` nodes joined by a tree of parts, and `closing` more parts."""
     nodes = [PlatformNode(f"n{i}", rng.uniform(-0.5, 0.5, 3)) for i in range(count)]
     ends = [(int(rng.integers(i)), i) for i in range(1, count)]
-    for _ in range(draw(st.integers(0, 3))):
+    for _ in range(closing):
         a, b = rng.choice(count, 2, replace=False)
         ends.append((int(a), int(b)))
     parts = tuple(
@@ -70,3 +65,15 @@ def robots_on_platforms(draw: st.DrawFn, kinds: tuple[str, ...] = ()) -> OnPlatf
     holds = tuple(f"n{rng.integers(count)}" for _ in snapshot.legs)
     placed = PlacedPlatform(platform, holds, random_rotation(rng), rng.uniform(-1, 1, 3))
     return OnPlatform(robot, replace(snapshot, platform=placed))
+
+
+KINDS_OF_PARTS = (("beam",), ("beam", "spring", "rigid"), ("beam", "hinge", "spring"))
+
+
+@st.composite
+def robots_on_platforms(draw: st.DrawFn, kinds: tuple[str, ...] = ()) -> OnPlatform:
+    """Nodes joined by a tree of parts and some more that close loops; legs hold any of them."""
+    robot = draw(robots())
+    rng = np.random.default_rng(draw(SEEDS))
+    kinds = kinds or draw(st.sampled_from(KINDS_OF_PARTS))
+    return on_platform(rng, robot, kinds, draw(st.integers(2, 5)), draw(st.integers(0, 3)))

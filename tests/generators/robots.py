@@ -127,17 +127,11 @@ def _soft_leg(rng: np.random.Generator) -> FreeChain:
     return FreeChain((random_single(rng), random_single(rng)), joints, rng.uniform(-1, 1, 3))
 
 
-@st.composite
-def robots(draw: st.DrawFn) -> FreeRobot:
-    """Random parallel robots.
+KINDS_OF_ROBOTS = ("struts", "general", "over-constrained", "apex", "soft")
 
-    Kinds: `struts`, legs between balls; `general`, legs of any joints; `over-constrained`, legs
-    with the same parallel axes; `apex`, struts that meet in one point; `soft`, legs of few springs
-    beside one full leg.
-    """
-    rng = np.random.default_rng(draw(SEEDS))
-    kind = draw(st.sampled_from(["struts", "general", "over-constrained", "apex", "soft"]))
-    number = draw(st.integers(1, 5))
+
+def random_robot(rng: np.random.Generator, kind: str, number: int) -> FreeRobot:
+    """A random parallel robot of a kind; see `robots`."""
     reference = rng.uniform(-0.5, 0.5, 3)
     if kind == "struts":
         legs = [
@@ -165,3 +159,16 @@ def robots(draw: st.DrawFn) -> FreeRobot:
     else:
         legs = [_general_leg(rng) for _ in range(number)]
     return FreeRobot(tuple(legs), reference)
+
+
+@st.composite
+def robots(draw: st.DrawFn) -> FreeRobot:
+    """Random parallel robots.
+
+    Kinds: `struts`, legs between balls; `general`, legs of any joints; `over-constrained`, legs
+    with the same parallel axes; `apex`, struts that meet in one point; `soft`, legs of few springs
+    beside one full leg.
+    """
+    rng = np.random.default_rng(draw(SEEDS))
+    kind = draw(st.sampled_from(KINDS_OF_ROBOTS))
+    return random_robot(rng, kind, draw(st.integers(1, 5)))

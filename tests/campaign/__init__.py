@@ -1,0 +1,1 @@
+"""Random robots, files and stores through every way to an answer; ``python -m tests.campaign``."""

@@ -1,0 +1,382 @@
+"""Stiffness and compliance of a robot at a pose in 50 digits, from plain geometry.
+
+Written apart from the package: a leg, a branch of a block, and the robot itself are all one thing,
+chains that carry wrenches. The unknowns are the wrenches f of all chains about one point. A passive
+joint takes the work of its twist from them, J^T f = 0; the wrenches of a block's branches add up to
+that of the chain that holds the block. Among what is left, f = N z, the energy 1/2 z^T A z with
+A = N^T C N is least. Ranks are decided in double precision, on unit wrenches; numbers are computed
+in balls of 180 bits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from flint import arb, arb_mat, ctx
+from scipy.linalg import null_space
+
+from robostiff.model import (
+    Motion,
+    Passive,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+)
+from robostiff.spatial import Space
+
+BITS = 180
+CUT = 1e-9
+#: Singular values between these decide nothing for certain.
+DOUBT = (1e-13, 1e-5)
+_ZERO = 1e-13  # part of the largest compliance of a spring below which a direction is rigid
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What is true of a robot at a pose.
+
+    Attributes
+    ----------
+    K, C : array or None
+        About the reference point, world axes; None where a direction is rigid, or free.
+    rank : int
+    is_rigid, is_free, is_redundant : bool
+    in_doubt : bool
+        Whether a decision was so near that another arithmetic may decide otherwise.
+    margins : tuple of float
+        The singular values next to the cut.
+    """
+
+    K: np.ndarray | None
+    C: np.ndarray | None
+    rank: int
+    is_rigid: bool
+    is_free: bool
+    is_redundant: bool
+    in_doubt: bool
+    margins: tuple[float, ...] = ()
+
+
+@dataclass
+class _Chain:
+    """A chain: its springs as (T, C, directions), its twists, and who holds it."""
+
+    parent: int | None
+    block: int | None
+    springs: list[tuple[arb_mat, arb_mat, np.ndarray]] = field(default_factory=list)
+    twists: list[arb_mat] = field(default_factory=list)
+
+
+def reference(snapshot: Snapshot) -> Reference:
+    """Stiffness, compliance and rank of a snapshot at one pose, on a rigid platform."""
+    before = ctx.prec
+    ctx.prec = BITS
+    try:
+        return _Whole(snapshot).answer()
+    finally:
+        ctx.prec = before
+
+
+class _Whole:
+    def __init__(self, snapshot: Snapshot) -> None:
+        self.snapshot = snapshot
+        self.rows = [0, 1, 5] if snapshot.space is Space.PLANAR else list(range(6))
+        self.n = len(self.rows)
+        self.shifts = 2 if self.n == 3 else 3
+        self.at = np.asarray(snapshot.reference_point, dtype=float).reshape(3)
+        self.length = _extent(snapshot)
+        self.scale = np.array([1.0] * self.shifts + [self.length] * (self.n - self.shifts))
+        self.margins: list[float] = []
+
+    def answer(self) -> Reference:
+        legs = [self._chains_of(leg) for leg in self.snapshot.legs]
+        solved = [_Leg(self, chains) for chains in legs]
+        held = np.hstack([leg.held for leg in solved])
+        rank = self.rank_of(held)
+        is_rigid = any(leg.is_rigid for leg in solved)
+        K = None
+        if not is_rigid:
+            total = arb_mat(self.n, self.n)
+            for leg in solved:
+                total += leg.stiffness()
+            K = _floats(total)
+        C = _floats(self._compliance(solved)) if rank == self.n else None
+        low, high = DOUBT
+        return Reference(
+            K=K,
+            C=C,
+            rank=rank,
+            is_rigid=is_rigid,
+            is_free=rank < self.n,
+            is_redundant=any(leg.is_redundant for leg in solved),
+            in_doubt=any(low < value < high for value in self.margins),
+            margins=tuple(sorted(value for value in self.margins if value < high)),
+        )
+
+    def rank_of(self, matrix: np.ndarray) -> int:
+        """Rank by singular values; those near the cut are kept as margins."""
+        if 0 in matrix.shape:
+            return 0
+        values = np.linalg.svd(matrix, compute_uv=False)
+        self.margins += [float(v) for v in values if v < DOUBT[1]]
+        return int(np.count_nonzero(values > CUT))
+
+    def _compliance(self, legs: list[_Leg]) -> arb_mat:
+        """From min 1/2 z^T A z under P z = F, all legs at once; its multiplier is the twist."""
+        size = sum(leg.A.nrows() for leg in legs)
+        G = np.zeros((sum(len(leg.G) for leg in legs), size))
+        A, P = arb_mat(size, size), arb_mat(self.n, size)
+        row = column = 0
+        for leg in legs:
+            m = leg.A.nrows()
+            G[row : row + len(leg.G), column : column + m] = leg.G
+            _place(A, leg.A, column, column)
+            _place(P, leg.P, 0, column)
+            row, column = row + len(leg.G), column + m
+        felt = np.vstack([G, _floats(P) / self.scale[:, None]])
+        _, kept = _pivots(felt, self.rank_of(_unit_columns(felt)))
+        m = len(kept)
+        S = arb_mat(m + self.n, m + self.n)
+        _place(S, _part(A, kept, kept), 0, 0)
+        P = _part(P, range(self.n), kept)
+        _place(S, P, m, 0)
+        _place(S, P.transpose(), 0, m)
+        inverse = S.inv()
+        last = range(m, m + self.n)
+        return -1 * _part(inverse, last, last)
+
+    def _chains_of(self, leg: PlacedLeg) -> tuple[list[_Chain], int]:
+        chains: list[_Chain] = []
+        blocks = 0
+
+        def grow(own: PlacedLeg, parent: int | None, block: int | None) -> None:
+            nonlocal blocks
+            here = len(chains)
+            chains.append(_Chain(parent, block))
+            for element in own.elements:
+                if isinstance(element, PlacedBlock):
+                    number, blocks = blocks, blocks + 1
+                    for branch in element.branches:
+                        grow(branch, here, number)
+                elif isinstance(element, PlacedSpring):
+                    self._spring(chains[here], element)
+                else:
+                    self._joint(chains[here], element)
+
+        grow(leg, None, None)
+        return chains, blocks
+
+    def _joint(self, chain: _Chain, joint: PlacedFreedom) -> None:
+        axis = [arb(float(x)) for x in np.ravel(joint.axis)]
+        if joint.motion is Motion.TRANSLATION:
+            twist = [*axis, arb(0), arb(0), arb(0)]
+        else:
+            arm = [
+                arb(float(o)) - arb(float(p)) for o, p in zip(self.at, np.ravel(joint.point), strict=True)
+            ]
+            twist = [*_cross(axis, arm), *axis]
+        column = arb_mat(self.n, 1, [twist[row] for row in self.rows])
+        if isinstance(joint.role, Passive):
+            if any(x != 0 for x in np.ravel(_floats(column))):
+                chain.twists.append(column)
+        elif joint.role.stiffness is not None:
+            C = arb_mat([[1 / arb(float(joint.role.stiffness))]])
+            chain.springs.append((column.transpose(), C, np.eye(1)))
+
+    def _spring(self, chain: _Chain, spring: PlacedSpring) -> None:
+        R = arb_mat(np.reshape(spring.rotation, (3, 3)).tolist()).transpose()
+        r = [
+            arb(float(o)) - arb(float(p)) for o, p in zip(self.at, np.ravel(spring.point), strict=True)
+        ]
+        cross = arb_mat([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
+        T = arb_mat(6, 6)
+        _place(T, R, 0, 0)
+        _place(T, R * cross, 3, 0)
+        _place(T, R, 3, 3)
+        T = _part(T, range(6), self.rows)
+        C = np.reshape(spring.elasticity.compliance, (6, 6))
+        for twist in np.reshape(spring.elasticity.freedoms, (6, -1)).T:
+            column = T.transpose() * arb_mat(6, 1, [float(x) for x in twist])
+            chain.twists.append(column)
+        s = np.repeat([1.0, self.length], 3)
+        values, vectors = np.linalg.eigh(0.5 * (C + C.T) * np.outer(s, s))
+        size = np.sqrt(np.maximum(np.diag(C) * s * s, 0))
+        soft = size > 0  # scaled to a unit diagonal: softness is no geometry
+        U = np.zeros((6, 0))
+        if soft.any():
+            unit = 0.5 * (C + C.T) * np.outer(s, s)
+            unit[np.ix_(soft, soft)] /= np.outer(size[soft], size[soft])
+            values, vectors = np.linalg.eigh(unit[np.ix_(soft, soft)])
+            U = np.zeros((6, len(values)))
+            U[soft] = vectors
+            U = U[:, values > _ZERO]
+        chain.springs.append((T, arb_mat(C.tolist()), U))
+
+
+class _Leg:
+    """Wrenches that one leg can carry: f = N z, their energy A, and P z at its end."""
+
+    def __init__(self, whole: _Whole, made: tuple[list[_Chain], int]) -> None:
+        chains, blocks = made
+        n, s = whole.n, whole.scale
+        size = n * len(chains)
+        rows: list[arb_mat] = []
+        for i, chain in enumerate(chains):
+            for twist in chain.twists:
+                norm = float(np.linalg.norm(np.ravel(_floats(twist)) * s))
+                row = arb_mat(1, size)
+                _place(row, twist.transpose() * (1 / arb(norm)), 0, n * i)
+                rows.append(row)
+        for block in range(blocks):
+            inside = [i for i, chain in enumerate(chains) if chain.block == block]
+            parent = chains[inside[0]].parent
+            for k in range(n):
+                row = arb_mat(1, size)
+                row[0, n * parent + k] = -1 / arb(float(s[k]))
+                for i in inside:
+                    row[0, n * i + k] = 1 / arb(float(s[k]))
+                rows.append(row)
+        unit = np.tile(s, len(chains))
+        B = np.array([np.ravel(_floats(row)) for row in rows]).reshape(-1, size) * unit
+        rank = whole.rank_of(B)
+        self.is_redundant = any(
+            chain.twists and _rank(chain.twists, s) < len(chain.twists) for chain in chains
+        )
+        chosen, basic = _pivots(B, rank)
+        free = [i for i in range(size) if i not in set(basic)]
+        N = arb_mat(size, len(free))
+        if basic:
+            X = _stacked(rows, chosen, basic).solve(_stacked(rows, chosen, free))
+            for i, place in enumerate(basic):
+                for j in range(len(free)):
+                    N[place, j] = -X[i, j]
+        for j, place in enumerate(free):
+            N[place, j] = 1
+        self.P = _part(N, range(n), range(len(free)))
+        self.A = arb_mat(len(free), len(free))
+        felt = []
+        for i, chain in enumerate(chains):
+            own = _part(N, range(n * i, n * i + n), range(len(free)))
+            for T, C, U in chain.springs:
+                w = T * own
+                self.A += w.transpose() * C * w
+                weight = _directions(np.ones(1), whole.length, T.nrows())
+                felt.append(U.T @ (_floats(w) / weight[:, None]))
+        self.G = np.vstack(felt) if felt else np.zeros((0, len(free)))
+        # decisions on orthonormal wrenches
+        basis = null_space(B, rcond=CUT) if len(B) else np.eye(size)
+        basis = basis[:, : size - rank]
+        z = basis[free] * unit[free][:, None]
+        end = self._orthonormal(basis[:n], whole)
+        self.held = end
+        G = _unit_rows(self.G) @ z if len(free) else np.zeros((0, 0))
+        self.of_G = whole.rank_of(self.G @ z) if len(free) else 0
+        _, values, V = np.linalg.svd(self.G @ z) if len(free) else (0, np.zeros(0), np.zeros((0, 0)))
+        idle = V[self.of_G :].T
+        carried = basis[:n] @ idle if len(free) else np.zeros((n, 0))
+        whole.margins += [float(v) for v in np.ravel(np.abs(carried)) if 1e-12 < v < DOUBT[1]]
+        self.is_rigid = bool(np.any(np.abs(carried) > 1e-8))
+        del G, values
+        self.n = n
+
+    @staticmethod
+    def _orthonormal(columns: np.ndarray, whole: _Whole) -> np.ndarray:
+        rank = whole.rank_of(columns)
+        U, _, _ = np.linalg.svd(columns, full_matrices=False)
+        return U[:, :rank]
+
+    def stiffness(self) -> arb_mat:
+        """P A^-1 P^T, the coordinates left out that no spring feels."""
+        _, kept = _pivots(self.G, self.of_G)
+        if not kept:
+            return arb_mat(self.n, self.n)
+        P = _part(self.P, range(self.n), kept)
+        return P * _part(self.A, kept, kept).solve(P.transpose())
+
+
+def _directions(unit: np.ndarray, length: float, rows: int) -> np.ndarray:
+    return unit if rows == 1 else np.repeat([1.0, length], 3)
+
+
+def _rank(twists: list[arb_mat], s: np.ndarray) -> int:
+    J = np.array([np.ravel(_floats(twist)) for twist in twists]).T * s[:, None]
+    values = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
+    return int(np.count_nonzero(values > CUT))
+
+
+def _extent(snapshot: Snapshot) -> float:
+    """A length of the robot: largest distance of its springs, turns and ends from their mean."""
+    points = [np.ravel(leg.end) for leg in snapshot.legs]
+    for leg in snapshot.legs:
+        for part in leg.parts:
+            if isinstance(part, PlacedSpring) or part.motion is Motion.ROTATION:
+                points.append(np.ravel(part.point))
+    away = np.linalg.norm(points - np.mean(points, axis=0), axis=-1)
+    size = float(np.sqrt(np.mean(away**2)))
+    if size > 1e-12 * float(np.max(np.abs(points))):
+        return size
+    C = sum(
+        np.reshape(spring.elasticity.compliance, (6, 6))
+        for leg in snapshot.legs
+        for spring in leg.springs
+    )
+    C = np.zeros((6, 6)) + C
+    shift, turn = np.trace(C[:3, :3]), np.trace(C[3:, 3:])
+    return float(np.sqrt(shift / turn)) if shift > 0 and turn > 0 else 1.0
+
+
+def _cross(a: list[arb], b: list[arb]) -> list[arb]:
+    return [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+
+
+def _pivots(B: np.ndarray, rank: int) -> tuple[list[int], list[int]]:
+    """Rows and columns of the first pivots of elimination with complete pivoting."""
+    B = _unit_rows(B).copy()
+    rows, columns = [], []
+    for _ in range(rank):
+        r, c = np.unravel_index(np.argmax(np.abs(B)), B.shape)
+        rows.append(int(r))
+        columns.append(int(c))
+        B -= np.outer(B[:, c] / B[r, c], B[r])
+        B[:, c] = 0.0
+        B[r] = 0.0
+    return rows, columns
+
+
+def _unit_rows(B: np.ndarray) -> np.ndarray:
+    size = np.linalg.norm(B, axis=1, keepdims=True)
+    return B / np.where(size > 0, size, 1.0)
+
+
+def _unit_columns(B: np.ndarray) -> np.ndarray:
+    return _unit_rows(B.T).T
+
+
+def _place(matrix: arb_mat, part: arb_mat, row: int, column: int) -> None:
+    for i in range(part.nrows()):
+        for j in range(part.ncols()):
+            matrix[row + i, column + j] = part[i, j]
+
+
+def _part(matrix: arb_mat, rows, columns) -> arb_mat:
+    rows, columns = list(rows), list(columns)
+    entries = [matrix[i, j] for i in rows for j in columns]
+    return arb_mat(len(rows), len(columns), entries)
+
+
+def _stacked(rows: list[arb_mat], chosen: list[int], columns: list[int]) -> arb_mat:
+    entries = [rows[i][0, j] for i in chosen for j in columns]
+    return arb_mat(len(chosen), len(columns), entries)
+
+
+def _floats(matrix: arb_mat) -> np.ndarray:
+    return np.array(
+        [[float(matrix[i, j]) for j in range(matrix.ncols())] for i in range(matrix.nrows())]
+    ).reshape(matrix.nrows(), matrix.ncols())
