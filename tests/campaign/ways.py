@@ -1,0 +1,375 @@
+"""Every way from a robot frozen at a pose to its stiffness matrix."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+import robostiff as rs
+from robostiff.elasticity import Elasticity
+from robostiff.elastostatics import Form, Status, Tolerance
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.io.document import parse_document
+from robostiff.io.snapshot import network_from_document, network_to_data, snapshot_from_document
+from robostiff.io.snapshot.write import snapshot_to_data
+from robostiff.model import Motion, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.network import energy_stiffness, network_of_snapshot
+from robostiff.spatial import Space
+from tests.campaign.answers import Answer, Judge
+from tests.campaign.placed import with_parts
+from tests.campaign.reference import Reference, _extent, reference
+from tests.generators.chains import random_rotation
+
+
+def answer_of(way: str, ask: Callable[[], Any]) -> Answer:
+    """The answer of a way, or its exception; refusals that are part of the contract too."""
+    try:
+        result = ask()
+    except Exception as error:  # whatever is raised is a finding
+        return Answer(way, error=f"{type(error).__name__}: {error}")
+    if isinstance(result, Answer):
+        return result
+    K = result.K if bool(np.all(result.answered)) else None
+    return Answer(way, K, result.status, int(result.rank))
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way, and how much it costs: one in `every` robots takes it."""
+
+    name: str
+    ask: Callable[[Snapshot, np.random.Generator], Any]
+    every: int = 1
+
+
+def _form(form: Form) -> Callable[[Snapshot, np.random.Generator], Any]:
+    return lambda snapshot, rng: rs.stiffness(snapshot, method=form)
+
+
+def _network(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    return rs.stiffness(network_of_snapshot(snapshot))
+
+
+def _energy(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    try:
+        K = energy_stiffness(network_of_snapshot(snapshot), Tolerance())
+    except NoAnswerError:
+        rigid = rs.stiffness(snapshot).status & Status.RIGID_DIRECTION
+        if rigid:
+            return Answer("energy", None, Status.FORM_DOES_NOT_HOLD)
+        return Answer("energy", error="NoAnswerError: no energy, and no rigid direction")
+    return Answer("energy", K)
+
+
+def written(snapshot: Snapshot) -> str:
+    """The snapshot as a file; a flexible platform as a graph.
+
+    Raises
+    ------
+    InputError
+        When the format cannot say it.
+    """
+    if snapshot.platform is not None:
+        return json.dumps(network_to_data(network_of_snapshot(snapshot)))
+    return json.dumps(snapshot_to_data(snapshot))
+
+
+def read(text: str) -> Any:
+    """What a file says."""
+    document = parse_document(text, file="written.json")
+    is_graph = "legs" not in document.data
+    return network_from_document(document) if is_graph else snapshot_from_document(document)
+
+
+def _file(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    try:
+        text = written(snapshot)
+    except InputError as error:
+        if "compliance" in str(error) or "free and rigid" in str(error):
+            return Answer("file", None, Status.FORM_DOES_NOT_HOLD)  # cannot be said in the format
+        raise
+    return rs.stiffness(read(text))
+
+
+def _verify(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    found = rs.verify(snapshot)
+    worst = [f"{c.method} {c.reason}" for c in found.comparisons if c.outcome.value == "differs"]
+    if worst:
+        return Answer("verify", error=f"FalseAlarm: {'; '.join(worst)}")
+    return Answer("verify", None, Status.FORM_DOES_NOT_HOLD)
+
+
+def _compliance(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    try:
+        return Answer("compliance", C=rs.compliance(snapshot))
+    except NoAnswerError as error:
+        result = rs.stiffness(snapshot)
+        if int(result.rank) < result.space.size:
+            return Answer("compliance", None, Status.FORM_DOES_NOT_HOLD)
+        return Answer("compliance", error=f"NoAnswerError: {error}")
+
+
+def _deflection(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    n = snapshot.space.size
+    result = rs.stiffness(snapshot)
+    if int(result.rank) < n:
+        return Answer("deflection", None, Status.FORM_DOES_NOT_HOLD)
+    columns, status = [], Status.OK
+    for F in np.eye(n):
+        bent = rs.deflection(snapshot, wrench=F)
+        if bent.moved is None:
+            return Answer("deflection", error=f"NoDeflection: {bent.status}")
+        columns.append(bent.moved)
+        status |= bent.status
+    return Answer("deflection", None, status, int(result.rank), np.array(columns).T)
+
+
+def _indices(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    """Nothing is compared: it must answer, or say why not."""
+    try:
+        found = rs.indices(rs.stiffness(snapshot))
+        repr(found)
+        for name in ("principal", "collinear", "worst", "condition"):
+            getattr(found, name, None)
+    except NoAnswerError:
+        pass
+    return Answer("indices", None, Status.FORM_DOES_NOT_HOLD)
+
+
+def _turned(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    R, shift = random_frame(rng, snapshot.space)
+    result = rs.stiffness(in_frame(snapshot, R, shift, 1.0))
+    n, t = snapshot.space.size, snapshot.space.translations
+    T = np.zeros((n, n))
+    T[:t, :t] = R[:t, :t]
+    T[t:, t:] = R if n == 6 else 1.0
+    K = T.T @ result.K @ T if bool(result.answered) else None
+    return Answer("frame", K, result.status, int(result.rank))
+
+
+def _millimetres(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    if snapshot.platform is not None:
+        return Answer("millimetres", None, Status.FORM_DOES_NOT_HOLD)  # nodes are in metres
+    result = rs.stiffness(in_frame(snapshot, np.eye(3), np.zeros(3), 1e3))
+    n, t = snapshot.space.size, snapshot.space.translations
+    d = np.where(np.arange(n) < t, 1e3, 1.0)
+    K = result.K * np.outer(d, d) / 1e3 if bool(result.answered) else None
+    return Answer("millimetres", K, result.status, int(result.rank))
+
+
+def _point(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    """About another point, and moved back."""
+    from robostiff.spatial import move_stiffness
+
+    v = rng.uniform(-1, 1, 3)
+    if snapshot.space is Space.PLANAR:
+        v[2] = 0.0
+    result = rs.stiffness(replace(snapshot, reference_point=snapshot.reference_point + v))
+    K = None
+    if bool(result.answered):
+        K = move_stiffness(result.K, -v[: snapshot.space.translations if v[2] == 0 else 3])
+    return Answer("point", K, result.status, int(result.rank))
+
+
+def _batch(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    R, shift = random_frame(rng, snapshot.space)
+    group = [in_frame(snapshot, R, shift, 1.0), snapshot, snapshot]
+    return rs.stiffness(stacked(group))[1]
+
+
+def _bad_company(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    """Beside it one whose joints are all alike, one without compliance, one in a single point."""
+
+    def alike(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
+        if isinstance(part, PlacedSpring) or part.motion is Motion.TRANSLATION:
+            return part
+        point = snapshot.reference_point.copy()
+        return replace(part, axis=np.array([0.0, 0, 1]), point=point)
+
+    def rigid(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
+        if isinstance(part, PlacedFreedom):
+            return part
+        return replace(part, elasticity=Elasticity(np.zeros((6, 6)), part.elasticity.freedoms))
+
+    group = [with_parts(snapshot, alike), snapshot, with_parts(snapshot, rigid)]
+    return rs.stiffness(stacked(group))[1]
+
+
+def _bad_compliance(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    """Compliance of a batch whose other pose is singular: refused with words, or answered."""
+    if int(rs.stiffness(snapshot).rank) < snapshot.space.size:
+        return Answer("compliance in bad company", None, Status.FORM_DOES_NOT_HOLD)
+
+    def alike(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
+        if isinstance(part, PlacedSpring) or part.motion is Motion.TRANSLATION:
+            return part
+        return replace(part, axis=np.array([0.0, 0, 1]), point=snapshot.reference_point.copy())
+
+    try:
+        rs.compliance(stacked([snapshot, with_parts(snapshot, alike)]))
+    except NoAnswerError:
+        pass
+    return Answer("compliance in bad company", None, Status.FORM_DOES_NOT_HOLD)
+
+
+FORMS: tuple[Form, ...] = (
+    rs.SaddlePoint(),
+    rs.Block(),
+    rs.Recursive(),
+    rs.IndexRules(),
+)
+WAYS = (
+    *(Way(form.name, _form(form), 2) for form in FORMS),
+    Way("batch", _batch, 2),
+    Way("bad company", _bad_company, 2),
+    Way("compliance in bad company", _bad_compliance, 8),
+    Way("network", _network, 2),
+    Way("energy", _energy, 4),
+    Way("file", _file, 4),
+    Way("frame", _turned, 4),
+    Way("point", _point, 4),
+    Way("millimetres", _millimetres, 4),
+    Way("compliance", _compliance, 3),
+    Way("deflection", _deflection, 8),
+    Way("indices", _indices, 8),
+    Way("verify", _verify, 16),
+)
+
+
+def judged(
+    snapshot: Snapshot,
+    seed: list[int],
+    only: frozenset[str] | None = None,
+    truth: Reference | None | str = "compute",
+) -> tuple[Judge, list[str]]:
+    """A robot at a pose by the reference, the default way and a share of the others.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    seed : list of int
+        Decides which ways, and what is drawn for them.
+    only : set of str, optional
+        Just these ways, and the default.
+
+    Returns
+    -------
+    judge : Judge
+    taken : list of str
+        Names of the ways.
+    """
+    size = _extent(snapshot)
+    has_blocks = any(leg.blocks for leg in snapshot.legs)
+    if truth == "compute":
+        truth = None if snapshot.platform is not None else reference(snapshot)
+    assert not isinstance(truth, str)
+    judge = Judge(truth, size, has_blocks)
+    default = answer_of("default", lambda: rs.stiffness(snapshot))
+    judge.hear(default, None)
+    taken = ["default"]
+    for i, way in enumerate(WAYS):
+        rng = np.random.default_rng([*seed, i])
+        if rng.integers(way.every) if only is None else way.name not in only:
+            continue
+        taken.append(way.name)
+        answer = replace(answer_of(way.name, lambda w=way, r=rng: w.ask(snapshot, r)), way=way.name)
+        judge.hear(answer, default)
+    return judge, taken
+
+
+def random_frame(rng: np.random.Generator, space: Space) -> tuple[np.ndarray, np.ndarray]:
+    """A turn and a shift that leave the plane of a planar robot."""
+    if space is Space.SPATIAL:
+        return random_rotation(rng), rng.uniform(-1, 1, 3)
+    a = rng.uniform(-np.pi, np.pi)
+    R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1.0]])
+    return R, np.append(rng.uniform(-1, 1, 2), 0.0)
+
+
+def in_frame(snapshot: Snapshot, R: np.ndarray, shift: np.ndarray, unit: float) -> Snapshot:
+    """The same robot elsewhere, lengths in other units (`unit` of them in a metre)."""
+
+    def place(p: np.ndarray) -> np.ndarray:
+        return (R @ p + shift) * unit
+
+    d = np.repeat([unit, 1.0], 3)
+
+    def one(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
+        if isinstance(part, PlacedSpring):
+            own = part.elasticity
+            C = own.compliance * np.outer(d, d) / unit
+            elasticity = Elasticity(C, own.freedoms * d[:, None])
+            return replace(
+                part, point=place(part.point), rotation=R @ part.rotation, elasticity=elasticity
+            )
+        role = part.role
+        if part.stiffness is not None and unit != 1.0:
+            by = unit if part.motion is Motion.ROTATION else 1 / unit
+            role = replace(role, stiffness=part.stiffness * by)  # pyright: ignore[reportCallIssue]
+        return replace(part, point=place(part.point), axis=R @ part.axis, role=role)
+
+    moved = with_parts(snapshot, one)
+
+    def ending(leg: PlacedLeg) -> PlacedLeg:
+        elements = tuple(
+            PlacedBlock(e.name, tuple(ending(branch) for branch in e.branches))
+            if isinstance(e, PlacedBlock)
+            else e
+            for e in leg.elements
+        )
+        return replace(leg, elements=elements, end=place(leg.end))
+
+    platform = snapshot.platform
+    if platform is not None:
+        if unit != 1.0:
+            raise NotImplementedError("platforms in other units")
+        platform = replace(
+            platform, rotation=R @ platform.rotation, origin=place(platform.origin)
+        )
+    return replace(
+        moved,
+        legs=tuple(ending(leg) for leg in moved.legs),
+        reference_point=place(snapshot.reference_point),
+        platform=platform,
+    )
+
+
+def stacked(group: list[Snapshot]) -> Snapshot:
+    """Snapshots of one robot at several poses as a batch."""
+
+    def legs_of(legs: list[PlacedLeg]) -> PlacedLeg:
+        elements = []
+        for parts in zip(*(leg.elements for leg in legs), strict=True):
+            first = parts[0]
+            if isinstance(first, PlacedBlock):
+                branches = zip(*(p.branches for p in parts), strict=True)  # type: ignore[union-attr]
+                own = tuple(legs_of(list(branch)) for branch in branches)
+                elements.append(PlacedBlock(first.name, own))
+                continue
+            point = np.stack([p.point for p in parts])  # type: ignore[union-attr]
+            if isinstance(first, PlacedFreedom):
+                axis = np.stack([p.axis for p in parts])  # type: ignore[union-attr]
+                elements.append(replace(first, point=point, axis=axis))
+            else:
+                C = np.stack([p.elasticity.compliance for p in parts])  # type: ignore[union-attr]
+                turn = np.stack([p.rotation for p in parts])  # type: ignore[union-attr]
+                elasticity = Elasticity(C, first.elasticity.freedoms)
+                elements.append(replace(first, point=point, rotation=turn, elasticity=elasticity))
+        end = np.stack([leg.end for leg in legs])
+        return replace(legs[0], elements=tuple(elements), end=end)
+
+    legs = tuple(legs_of(list(own)) for own in zip(*(s.legs for s in group), strict=True))
+    first = group[0]
+    platform = first.platform
+    if platform is not None:
+        platform = replace(
+            platform,
+            rotation=np.stack([s.platform.rotation for s in group if s.platform]),
+            origin=np.stack([s.platform.origin for s in group if s.platform]),
+        )
+    reference_point = np.stack([s.reference_point for s in group])
+    return replace(first, legs=legs, reference_point=reference_point, platform=platform)
