@@ -1,0 +1,274 @@
+"""Random robots that can be posed: legs of every kind, arms, shipped robots of other dimensions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.errors import InputError
+from robostiff.io.document import read_document
+from robostiff.kinematics import JointCoordinates, Pose
+from robostiff.model import (
+    ALL_COORDINATES,
+    Actuated,
+    Chain,
+    Element,
+    Joint,
+    JointKind,
+    Leg,
+    Locked,
+    Motion,
+    Passive,
+    Rigid,
+    Robot,
+    Telescope,
+    beam_link,
+)
+from robostiff.robots import robot_file, shipped_robots
+from robostiff.spatial import Frame, Space
+from tests.campaign.walk import end_of, frame_of
+from tests.generators.elements import BAR, ROD, STEEL, KINDS as ELEMENTS, random_element
+from tests.generators.elements import random_transform
+from tests.generators.kernel_robots import HAND_MADE
+from tests.generators.legs import PLANAR, RODS, SLIDING, STRUTS, random_leg
+
+SIX_FREEDOMS = ("UPS", "SPS", "PUS", "PSU", "RUS", "RSU", "SPU", "UCU")
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A robot and poses of it.
+
+    Attributes
+    ----------
+    robot : Robot
+    rows : (N, n) array
+        Free pose coordinates, or joint coordinates.
+    by_joints : bool
+    q : (N, size) array or None
+        Coordinates of a single leg that were carried forward to the poses, near home.
+    parameters : mapping of str to float
+        Those of a shipped robot that differ from the file's.
+    """
+
+    robot: Robot
+    rows: np.ndarray
+    by_joints: bool = False
+    q: np.ndarray | None = None
+    shipped: str = ""
+    parameters: tuple[tuple[str, float], ...] = ()
+
+    def pose(self, rows: np.ndarray | slice | int = slice(None)) -> Pose:
+        """Rows as the library wants them."""
+        chosen = self.rows[rows] if not isinstance(rows, np.ndarray) else rows
+        return JointCoordinates(chosen) if self.by_joints else chosen
+
+
+def random_posed(rng: np.random.Generator, kind: str, count: int = 4) -> Posed | None:
+    """A robot of a kind of `KINDS`; None where the dimensions drawn make no robot."""
+    try:
+        return KINDS[kind](rng, count)
+    except InputError as error:
+        if "limits of the drive" in str(error) or kind == "shipped":
+            return None
+        raise
+
+
+def _one_leg(rng: np.random.Generator, count: int) -> Posed:
+    """A single leg carried forward from coordinates near home."""
+    kinds = (*STRUTS, *RODS, *PLANAR, *SLIDING)
+    case = random_leg(kinds[rng.integers(len(kinds))], int(rng.integers(2**31)))
+    leg = case.leg
+    if rng.uniform() < 0.4:
+        leg = _homes_anywhere(rng, leg)
+    return _carried(rng, leg, count, rng.uniform(0.02, 0.4))
+
+
+def _carried(rng: np.random.Generator, leg: Leg, count: int, size: float) -> Posed:
+    """Home and poses of a leg's end from its coordinates."""
+    base, end = frame_of(leg.base), np.linalg.inv(frame_of(leg.attachment))
+    home_q = np.asarray(leg.chain.home, dtype=float)
+    step = np.array([0.2 if f.motion is Motion.TRANSLATION else 1.0 for f in leg.chain.freedoms])
+    free = leg.chain.free
+    shifts = size * step * free * rng.uniform(-1, 1, (count, len(home_q)))
+    q = np.vstack([home_q, home_q + shifts])
+    T = end_of(leg.chain, q, base)[0] @ end
+    home = Frame(T[0, :3, :3], T[0, :3, 3])
+    robot = Robot("one leg", (leg,), home=home)
+    turns = Rotation.from_matrix(T[:, :3, :3]).as_rotvec()
+    return Posed(robot, np.hstack([T[:, :3, 3], turns]), q=q)
+
+
+def _homes_anywhere(rng: np.random.Generator, leg: Leg) -> Leg:
+    """Turns beyond half a turn, and slides to the other side."""
+    elements: list[Element] = []
+    for e in leg.chain.elements:
+        if isinstance(e, Joint) and e.kind in (JointKind.REVOLUTE, JointKind.PRISMATIC):
+            home = np.array(e.home)
+            home = home + 2 * np.pi * rng.integers(-1, 2) if e.kind is JointKind.REVOLUTE else (
+                home * rng.choice([-1.0, 1.0])
+            )
+            role = e.role
+            if isinstance(role, Actuated) and rng.uniform() < 0.7:
+                width = 1.0 if e.kind is JointKind.REVOLUTE else 0.3
+                role = Actuated(role.stiffness, (float(home[0] - width), float(home[0] + width)))
+            e = replace(e, home=tuple(home.tolist()), role=role)
+        elements.append(e)
+    return replace(leg, chain=Chain(tuple(elements)))
+
+
+def _several_legs(rng: np.random.Generator, count: int) -> Posed:
+    """Two to six legs that leave all six coordinates to the drives."""
+    home = random_transform(rng, 0.2)
+    platform = frame_of(home)
+    legs = []
+    for i in range(int(rng.integers(2, 7))):
+        kind = SIX_FREEDOMS[rng.integers(len(SIX_FREEDOMS))]
+        leg = random_leg(kind, int(rng.integers(2**31))).leg
+        if rng.uniform() < 0.2:
+            leg = _homes_anywhere(rng, leg)
+        legs.append(_on(leg, platform, f"leg{i}"))
+    robot = Robot("legs", tuple(legs), home=home)
+    return Posed(robot, _near(rng, robot, count, 10 ** rng.uniform(-2, -0.6)))
+
+
+def _coupled(rng: np.random.Generator, count: int) -> Posed:
+    """A leg of five freedoms among others: one pose coordinate follows."""
+    home = random_transform(rng, 0.2)
+    platform = frame_of(home)
+    kinds = [("UPU", "PUU", "RUU")[rng.integers(3)]]
+    kinds += [SIX_FREEDOMS[rng.integers(len(SIX_FREEDOMS))] for _ in range(rng.integers(1, 4))]
+    legs = tuple(
+        _on(random_leg(kind, int(rng.integers(2**31))).leg, platform, f"leg{i}")
+        for i, kind in enumerate(kinds)
+    )
+    open_ = int(rng.integers(3, 6))
+    coordinates = tuple(c for k, c in enumerate(ALL_COORDINATES) if k != open_)
+    robot = Robot("coupled legs", legs, home=home, coordinates=coordinates)
+    return Posed(robot, _near(rng, robot, count, 10 ** rng.uniform(-2, -0.8)))
+
+
+def _on(leg: Leg, platform: np.ndarray, name: str) -> Leg:
+    """The same leg with its base where its end meets the platform at home."""
+    q = np.asarray(leg.chain.home, dtype=float)[None]
+    end = end_of(leg.chain, q, np.eye(4))[0][0]
+    base = platform @ frame_of(leg.attachment) @ np.linalg.inv(end)
+    U, _, V = np.linalg.svd(base[:3, :3])
+    return replace(leg, name=name, base=Frame(U @ V, base[:3, 3]))
+
+
+def _arm(rng: np.random.Generator, count: int) -> Posed:
+    """A serial chain of any elements, posed by its joints."""
+    while True:
+        kinds = [ELEMENTS[rng.integers(len(ELEMENTS))] for _ in range(int(rng.integers(1, 7)))]
+        chain = Chain(tuple(random_element(kind, rng) for kind in kinds))
+        if chain.has_compliance:
+            break
+    leg = Leg("arm", random_transform(rng), chain, random_transform(rng, 0.2))
+    robot = Robot("arm", (leg,), coordinates=())
+    q = chain.home + chain.free * 0.3 * rng.uniform(-1, 1, (count, chain.size))
+    return Posed(robot, q, by_joints=True)
+
+
+def _driven_arm(rng: np.random.Generator, count: int) -> Posed:
+    """Six driven turns and slides with links, posed by the platform: which branch?"""
+    elements: list[Element] = []
+    homes = rng.uniform() < 0.6
+    for i in range(6):
+        axis = rng.normal(size=3)
+        if rng.uniform() < 0.4:
+            axis = np.eye(3)[rng.integers(3)]
+        kind = JointKind.PRISMATIC if rng.uniform() < 0.15 else JointKind.REVOLUTE
+        k = float(10 ** rng.uniform(4, 6))
+        home = [float(rng.uniform(-1.5, 1.5))] if homes else [0.0]
+        make = rs.prismatic if kind is JointKind.PRISMATIC else rs.revolute
+        elements.append(make(axis, Actuated(k), home=home, name=f"j{i + 1}"))
+        to = rng.uniform(-0.4, 0.4, 3)
+        link = beam_link(to, STEEL, ROD) if rng.uniform() < 0.6 else Rigid(Frame(np.eye(3), to))
+        elements.append(link)
+    leg = Leg("arm", Frame.identity(), Chain(tuple(elements)), Frame.identity())
+    return _carried(rng, leg, count, rng.uniform(0.02, 0.3))
+
+
+def _structure(rng: np.random.Generator, count: int) -> Posed:
+    """Beams and locked joints between base and platform: nothing moves."""
+    home = random_transform(rng, 0.2)
+    platform = frame_of(home)
+    legs = []
+    for i in range(int(rng.integers(1, 4))):
+        elements: list[Element] = [beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, BAR, y_axis=[1, 2, 3])]
+        for k in range(int(rng.integers(0, 3))):
+            role = Locked(1e5) if rng.uniform() < 0.5 else Locked()
+            angle = float(rng.uniform(-1, 1))
+            elements.append(rs.revolute(rng.normal(size=3), role, home=[angle], name=f"lock{k}"))
+            elements.append(beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, ROD))
+        leg = Leg("", Frame.identity(), Chain(tuple(elements)), random_transform(rng, 0.2))
+        legs.append(_on(leg, platform, f"leg{i}"))
+    from robostiff.kinematics.pose import home_coordinates
+
+    named = ALL_COORDINATES if rng.uniform() < 0.5 else ()
+    robot = Robot("structure", tuple(legs), home=home, coordinates=named)
+
+    return Posed(robot, home_coordinates(robot)[None])
+
+
+def _hand_made(rng: np.random.Generator, count: int) -> Posed:
+    names = list(HAND_MADE)
+    robot = HAND_MADE[names[rng.integers(len(names))]]()
+    return Posed(
+        robot, _near(rng, robot, count, 10 ** rng.uniform(-2, 0)), by_joints=_by_joints(robot)
+    )
+
+
+def _shipped(rng: np.random.Generator, count: int) -> Posed | None:
+    """A shipped robot with other dimensions."""
+    names = shipped_robots()
+    name = names[rng.integers(len(names))]
+    nominal = _nominal(name)
+    chosen = [p for p in nominal if rng.uniform() < 0.5]
+    by = rng.uniform(0.05, 0.2)
+    parameters = {p: float(nominal[p] * (1 + by * rng.uniform(-1, 1))) for p in chosen}
+    robot = rs.load(name, parameters)
+    rows = _near(rng, robot, count, 10 ** rng.uniform(-2, -0.3))
+    return Posed(
+        robot, rows, _by_joints(robot), shipped=name, parameters=tuple(parameters.items())
+    )
+
+
+@cache
+def _nominal(name: str) -> dict[str, float]:
+    """Parameters of a shipped robot in SI units."""
+    written = read_document(robot_file(name)).data.get("parameters", {})
+    return dict(rs.load(name, symbols=tuple(written)).nominal) if written else {}
+
+
+def _by_joints(robot: Robot) -> bool:
+    return robot.is_serial and robot.home is None
+
+
+def _near(rng: np.random.Generator, robot: Robot, count: int, size: float) -> np.ndarray:
+    """Home, and poses around it."""
+    from tests.generators.planted_poses import PoseSpace
+
+    space = PoseSpace(robot)
+    rows = np.vstack([space.home, space.drawn(rng, count, size)])
+    if rng.uniform() < 0.3:
+        rows = np.vstack([rows, space.round_values()[rng.integers(3)]])
+    return rows
+
+
+KINDS: dict[str, Callable[[np.random.Generator, int], Posed | None]] = {
+    "one leg": _one_leg,
+    "several legs": _several_legs,
+    "coupled legs": _coupled,
+    "arm": _arm,
+    "driven arm": _driven_arm,
+    "structure": _structure,
+    "hand-made": _hand_made,
+    "shipped": _shipped,
+}

@@ -1,0 +1,397 @@
+"""Every way from a robot and its poses to stiffness: postures, batches, kernels, formulas, files."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.analytic.export import c_function, python_function
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError, NoAnswerError, RobostiffError
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
+from robostiff.kinematics import PostureFinder, place_chain
+from robostiff.model import Actuated, PlacedLeg, Snapshot
+from tests.campaign import ways
+from tests.campaign.answers import Complaint, Judge
+from tests.campaign.posed import Posed
+from tests.campaign.reference import _extent
+from tests.campaign.walk import Walker, pose_matrix, wanted_pose
+from tests.generators.documents import model_data
+
+COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+_DECISIVE = ~int(Status.ILL_CONDITIONED)
+
+
+class Case:
+    """A robot, its poses, and what the batch of all of them says."""
+
+    def __init__(self, posed: Posed, rng: np.random.Generator) -> None:
+        self.posed, self.robot, self.rng = posed, posed.robot, rng
+        self.complaints: list[Complaint] = []
+        self.batch = rs.stiffness(self.robot, posed.pose())
+        self.finder = PostureFinder(self.robot)
+        self.posture = self.finder.find(posed.pose())
+        self.size = _extent(self.posture.snapshot.one(0))
+
+    def say(self, way: str, what: str, detail: str) -> None:
+        self.complaints.append(Complaint(way, what, detail[:400]))
+
+    def good(self) -> np.ndarray:
+        """Rows with a matrix that is not in doubt."""
+        doubt = self.batch.status_codes & int(Status.ILL_CONDITIONED)
+        return np.flatnonzero(self.batch.answered & (doubt == 0))
+
+    def K(self, row: int) -> np.ndarray:
+        return self.batch[row].K
+
+    def off(self, K: np.ndarray, other: np.ndarray) -> float:
+        return Judge(None, self.size, True).distance(K, other)
+
+    def same(self, way: str, row: int, K: np.ndarray | None, status: int, rank: int) -> None:
+        """Compare an answer with that of the batch."""
+        own = int(self.batch.status_codes[row])
+        doubt = (own | status) & int(Status.ILL_CONDITIONED)
+        at = f"row {row}"
+        if (own ^ status) & _DECISIVE or rank != int(self.batch.rank[row]):
+            if not doubt:
+                words = f"{Status(status)}, rank {rank} for {Status(own)}, rank {self.batch.rank[row]}"
+                self.say(way, f"another status ({Status((own ^ status) & _DECISIVE)})", f"{at}: {words}")
+            return
+        if doubt or K is None or not self.batch.answered[row] or rank == 0:
+            return
+        off = self.off(K, self.K(row))
+        if not off <= 2e-9:
+            self.say(way, "another K than in the batch", f"{at}: {off:.2e}; {Status(own)}")
+
+
+def _alone(case: Case) -> None:
+    row = int(case.rng.integers(len(case.posed.rows)))
+    one = rs.stiffness(case.robot, case.posed.pose(row))
+    case.same("alone", row, one.K if bool(one.answered) else None, int(one.status), int(one.rank))
+
+
+def _bad_poses(case: Case) -> None:
+    """The same row beside poses out of reach, and home."""
+    row = int(case.rng.integers(len(case.posed.rows)))
+    mine = case.posed.rows[row]
+    far = mine + 1e3 if not case.posed.by_joints else np.zeros_like(mine)
+    rows = np.vstack([far, mine, case.posed.rows[0], np.zeros_like(mine)])
+    found = rs.stiffness(case.robot, case.posed.pose(rows))[1]
+    K = found.K if bool(found.answered) else None
+    case.same("bad poses beside", row, K, int(found.status), int(found.rank))
+
+
+def _kernel(backend: rs.Backend, name: str) -> Callable[[Case], None]:
+    def ask(case: Case) -> None:
+        if not np.any(case.good()):
+            return
+        try:
+            compiled = rs.compile(case.robot, backend=backend)
+        except InputError as error:
+            if any(w in str(error) for w in ("rigid", "room around", "generic", "no place")):
+                return  # refused with words
+            raise
+        if not compiled.verified:
+            case.say(name, "record and batched form disagree", "verified is False")
+        found = compiled.evaluate(case.posed.pose())
+        for row in range(len(case.posed.rows)):
+            status, rank = int(found.status_codes[row]), int(found.rank[row])
+            case.same(name, row, found.values["K"][row], status, rank)
+
+    return ask
+
+
+def _kernel_compliance(case: Case) -> None:
+    """Compliance by a kernel, singular poses among the others."""
+    n = case.robot.space.size
+    if int(np.max(case.batch.rank)) < n:
+        return
+    try:
+        compiled = rs.compile(case.robot, [rs.ComplianceMatrix()], backend=rs.Backend.ARRAYS)
+    except (InputError, NoAnswerError):
+        return
+    found = compiled.evaluate(case.posed.pose())
+    (C,) = found.values.values()
+    for row in case.good():
+        if int(case.batch.rank[row]) == n and case.batch.status_codes[row] == 0:
+            off = case.off(C[row] @ case.K(row), np.eye(n)) if np.isfinite(C[row]).all() else np.inf
+            if not off <= 1e-6:
+                case.say("kernel of the compliance", "no inverse of K", f"row {row}: {off:.2e}")
+
+
+def _posture(case: Case) -> None:
+    """Coordinates that were carried forward come back, with the K that belongs to them."""
+    q = case.posed.q
+    if q is None:
+        return
+    leg = case.robot.legs[0]
+    drives = [isinstance(role, Actuated) for role in leg.chain.roles]
+    for row, own in enumerate(q):
+        _expect(case, "planted coordinates", row, [own], regular=_regular(case, own))
+        if case.posture.reached[row] and not _is_free(case, own):
+            mine = case.posture.coordinates[0][row]
+            off = np.abs(mine - own)[drives]
+            if off.size and off.max() > 1e-5 and _regular(case, own):
+                what = "another coordinate of a drive" if row else "another coordinate of a drive at home"
+                case.say("planted coordinates", what, f"row {row}: {mine} for {own}")
+
+
+def _is_free(case: Case, q: np.ndarray) -> bool:
+    """Whether the end can stay while joints move."""
+    return _jacobian_rank(case, q) < int(np.count_nonzero(case.robot.legs[0].chain.free))
+
+
+def _jacobian_rank(case: Case, q: np.ndarray) -> int:
+    walker = Walker(case.robot, [q])
+    x = q[walker.free[0]]
+    _, J = walker._gaps_and_rates(np.concatenate([x, np.zeros(len(walker.open))]), np.zeros(6), True)
+    values = np.linalg.svd(J[:, : len(x)], compute_uv=False)
+    return int(np.count_nonzero(values > 1e-3 * values[0])) if len(values) else 0
+
+
+def _regular(case: Case, q: np.ndarray) -> bool:
+    """Whether the way from home to q, straight in coordinates, keeps away from singularities."""
+    home = case.posed.q[0] if case.posed.q is not None else q
+    ranks = {_jacobian_rank(case, home + t * (q - home)) for t in np.linspace(0, 1, 7)}
+    return len(ranks) == 1
+
+
+def _expect(case: Case, way: str, row: int, q: list[np.ndarray], regular: bool = True) -> None:
+    """The robot at known coordinates, against what the library says of the pose."""
+    own = case.batch[row]
+    at = f"row {row}"
+    if own.status & Status.UNREACHABLE:
+        if regular:
+            case.say(way, "unreachable, and there is a way from home", f"{at}: {own.advice[:1]}")
+        return
+    snapshot = snapshot_at(case.robot, q, case.posture.snapshot.reference_point[row])
+    known = rs.stiffness(snapshot)
+    doubt = (known.status | own.status) & Status.ILL_CONDITIONED
+    if doubt or not regular or not (bool(known.answered) and bool(own.answered)):
+        return
+    if int(known.rank) == 0 or int(known.rank) != int(own.rank):
+        if int(known.rank) != int(own.rank):
+            case.say(way, "another rank than at the posture of home's mode", f"{at}: {own.rank}")
+        return
+    off = case.off(own.K, known.K)
+    if not off <= 1e-6:
+        mine = [np.round(c[row], 6).tolist() for c in case.posture.coordinates]
+        theirs = [np.round(c, 6).tolist() for c in q]
+        case.say(way, "another K than in the assembly mode of home", f"{at}: {off:.2e}; {mine} for {theirs}")
+
+
+def snapshot_at(robot: Any, q: list[np.ndarray], reference_point: np.ndarray) -> Snapshot:
+    """A robot at coordinates of its legs."""
+    legs = []
+    for leg, own in zip(robot.legs, q, strict=True):
+        placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
+        legs.append(PlacedLeg(leg.name, placed.elements, placed.p))
+    return Snapshot(robot.name, tuple(legs), reference_point, robot.space)
+
+
+def _walk(case: Case) -> None:
+    """Where a smooth way leads from home to a pose."""
+    posed = case.posed
+    if posed.by_joints or not case.robot.coordinates or len(posed.rows) < 2:
+        return
+    home = case.finder.find(None)
+    if not home.reached[0]:
+        return
+    row = int(case.rng.integers(1, len(posed.rows)))
+    walker = Walker(case.robot, [c[0] for c in home.coordinates])
+    free = posed.rows[row]
+    full = free if len(free) == 6 else wanted_pose(case.robot, home.pose[0], free)
+    try:
+        walked = walker.walk(home.pose[0], full)
+    except np.linalg.LinAlgError:
+        return
+    if not walked.is_smooth or not _lengths_positive(case.robot, walked.q):
+        return
+    turn = pose_matrix(walked.pose)
+    if np.abs(walked.pose - case.posture.pose[row]).max() > 1e-6 and case.posture.reached[row]:
+        same = np.abs(turn - pose_matrix(case.posture.pose[row])).max() < 1e-6
+        if not same:
+            case.say("walk", "other pose coordinates that follow", f"row {row}: {case.posture.pose[row]} for {walked.pose}")
+            return
+    _expect(case, "walk", row, walked.q)
+
+
+def _lengths_positive(robot: Any, q: list[np.ndarray]) -> bool:
+    for leg, own in zip(robot.legs, q, strict=True):
+        for element, where in leg.chain.moving:
+            for beam in getattr(element, "beams", ()):
+                if beam.fixed + beam.share * own[where.start] <= 1e-3:
+                    return False
+    return True
+
+
+def _frozen(case: Case) -> None:
+    """The posture as a snapshot, through the ways of snapshots, with the reference."""
+    rows = np.flatnonzero(case.posture.reached)
+    if not rows.size:
+        return
+    row = int(rows[case.rng.integers(rows.size)])
+    snapshot = case.posture.snapshot.one(row)
+    seed = [int(x) for x in case.rng.integers(2**31, size=2)]
+    judge, _ = ways.judged(snapshot, seed)
+    for complaint in judge.complaints:
+        case.say(f"frozen, {complaint.way}", complaint.what, f"row {row}: {complaint.detail}")
+    one = rs.stiffness(snapshot)
+    status = int(one.status) | int(case.batch.status_codes[row]) & int(Status.BEYOND_LIMITS)
+    K = one.K if bool(one.answered) else None
+    case.same("frozen", row, K, status, int(one.rank))
+
+
+def _file(case: Case) -> None:
+    """Written as a model file and read."""
+    if case.posed.shipped:
+        return
+    try:
+        text = json.dumps(model_data(case.robot))
+    except TypeError:
+        return
+    robot = model_from_document(parse_document(text, file="written.json"))
+    found = rs.stiffness(robot, case.posed.pose())
+    for row in range(len(case.posed.rows)):
+        one = found[row]
+        K = one.K if bool(one.answered) else None
+        case.same("model file", row, K, int(one.status), int(one.rank))
+
+
+def _formula(symbols: bool) -> Callable[[Case], None]:
+    """Derived at a general pose in steps, or at home in closed form; exported and called."""
+
+    def ask(case: Case) -> None:
+        if not case.good().size or case.posed.shipped in ("h4", "gantry-tau", "capaman"):
+            return
+        robot = case.robot
+        name = "formula in steps" if symbols else "formula at home"
+        if symbols:
+            pose: Any = rs.AtSymbols()
+            rows = [int(r) for r in case.good()]
+        else:
+            pose = rs.AtHome()
+            rows = [0] if 0 in case.good() else []
+        if not rows:
+            return
+        form = rs.Steps() if symbols or case.rng.uniform() < 0.5 else rs.Closed()
+        try:
+            derivation = rs.derive(robot, pose=pose, form=form)
+        except RobostiffError as error:
+            if "one that is a dou" in str(error):
+                raise
+            return  # refused with words
+        names = [s.name for s in derivation.symbols]
+        for language in ("Python", "C"):
+            if language == "C" and (COMPILER is None or case.rng.uniform() < 0.5):
+                continue
+            call = _python(derivation) if language == "Python" else _c(derivation, names)
+            for row in rows:
+                known = _coordinates(case, row, derivation)
+                K = np.asarray(call({n: known[n] for n in names}), dtype=float)
+                if int(case.batch.rank[row]) == 0:
+                    continue
+                off = case.off(K, case.K(row))
+                if not off <= 1e-8:
+                    what = "not a number" if not np.isfinite(K).all() else "another K than in the batch"
+                    case.say(f"{name}, {language}", what, f"row {row}: {off:.2e}; {known}")
+
+    return ask
+
+
+def _coordinates(case: Case, row: int, derivation: Any) -> dict[str, float]:
+    """Values of the symbols of a general pose."""
+    posed, robot = case.posed, case.robot
+    names = [c if isinstance(c, str) else c.name for c in derivation.coordinates]
+    if posed.by_joints:
+        return dict(zip(names, map(float, posed.rows[row]), strict=True))
+    six = case.posture.pose[row]
+    angles = Rotation.from_rotvec(six[3:]).as_euler("xyz")
+    values = [*six[:3], *angles]
+    return {n: float(values[k]) for n, k in zip(names, robot.coordinate_places, strict=True)}
+
+
+def _python(derivation: Any) -> Callable[[dict[str, float]], Any]:
+    space: dict[str, Any] = {}
+    exec(python_function(derivation), space)  # noqa: S102
+    return lambda values: space["stiffness"](**values)
+
+
+def _c(derivation: Any, names: list[str]) -> Callable[[dict[str, float]], Any]:
+    folder = tempfile.mkdtemp()
+    source, library = Path(folder, "f.c"), Path(folder, "f.so")
+    source.write_text(c_function(derivation))
+    assert COMPILER is not None
+    command = [COMPILER, "-O1", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"]
+    subprocess.run(command, check=True, capture_output=True)
+    function = ctypes.CDLL(str(library)).stiffness
+    function.restype = None
+    shutil.rmtree(folder)
+    n = derivation.K.rows
+
+    def call(values: dict[str, float]) -> np.ndarray:
+        K = (ctypes.c_double * (n * n))()
+        given = (ctypes.c_double * max(len(names), 1))(*(values[name] for name in names))
+        function(K, given)
+        return np.array(K).reshape(n, n)
+
+    return call
+
+
+@dataclass(frozen=True)
+class PosedWay:
+    """A way, and which share of robots takes it."""
+
+    name: str
+    ask: Callable[[Case], None]
+    every: int
+
+
+WAYS = (
+    PosedWay("alone", _alone, 1),
+    PosedWay("bad poses beside", _bad_poses, 2),
+    PosedWay("planted coordinates", _posture, 1),
+    PosedWay("walk", _walk, 2),
+    PosedWay("frozen", _frozen, 3),
+    PosedWay("model file", _file, 12),
+    PosedWay("kernel", _kernel(rs.Backend.BEST, "kernel"), 8),
+    PosedWay("kernel in NumPy", _kernel(rs.Backend.ARRAYS, "kernel in NumPy"), 12),
+    PosedWay("kernel of the compliance", _kernel_compliance, 24),
+    PosedWay("formula in steps", _formula(True), 60),
+    PosedWay("formula at home", _formula(False), 60),
+)
+
+
+def judged_posed(
+    posed: Posed, seed: list[int], only: frozenset[str] | None = None
+) -> tuple[list[Complaint], list[str]]:
+    """A robot and its poses through a share of the ways."""
+    try:
+        case = Case(posed, np.random.default_rng(seed))
+    except Exception as error:  # whatever is raised is a finding
+        text = f"{type(error).__name__}: {error}"
+        return [Complaint("batch of poses", f"raised {type(error).__name__}", text[:300])], ["batch of poses"]
+    taken = ["batch of poses"]
+    for i, way in enumerate(WAYS):
+        rng = np.random.default_rng([*seed, i])
+        if rng.integers(way.every) if only is None else way.name not in only:
+            continue
+        case.rng = rng
+        taken.append(way.name)
+        try:
+            way.ask(case)
+        except Exception as error:
+            case.say(way.name, f"raised {type(error).__name__}", str(error))
+    return case.complaints, taken
