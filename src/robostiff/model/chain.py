@@ -108,6 +108,16 @@ class Chain:
         return np.array([not isinstance(role, Locked) for role in self.roles], dtype=bool)
 
     @property
+    def home_given(self) -> np.ndarray:
+        """Which home coordinates were chosen, and not left out, (size,) bool."""
+        given = [
+            bool(element.home_given)
+            for element, place in self.moving
+            for _ in range(place.start, place.stop)
+        ]
+        return np.array(given, dtype=bool)
+
+    @property
     def has_blocks(self) -> bool:
         """Whether it holds a parallel block."""
         return any(isinstance(element, ParallelBlock) for element in self.elements)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
@@ -107,8 +107,10 @@ class Joint:
         coordinates are a rotation vector.
     role : Passive, Actuated or Locked
     home : tuple of float or formula
-        Coordinates in the home configuration [m, rad].
+        Coordinates in the home configuration [m, rad]; zeros when left out.
     name : str
+    home_given : bool
+        Whether the home coordinates were chosen, and not left out.
     """
 
     kind: JointKind
@@ -116,9 +118,12 @@ class Joint:
     role: Role
     home: tuple[Any, ...] = ()
     name: str = ""
+    home_given: bool | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         subject = f"home coordinates of the {self.kind.value} joint"
+        if self.home_given is None:
+            object.__setattr__(self, "home_given", bool(self.home))
         home = self.home or (0.0,) * len(self.freedoms)
         home = finite_coordinates(subject, home, len(self.freedoms))
         object.__setattr__(self, "home", home)

@@ -102,19 +102,26 @@ class Telescope:
         Columns: the beams' own axes in the present frame, x along `direction`.
     role : Passive, Actuated or Locked
         Of the slide.
-    home : float
-        Extension in the home configuration [m].
+    home : float or None
+        Extension in the home configuration [m]; zero when left out.
     name : str
+    home_given : bool
+        Whether the home extension was chosen, and not left out.
     """
 
     direction: np.ndarray
     beams: tuple[TelescopicBeam, ...]
     axes: np.ndarray
     role: Role
-    home: Any = 0.0
+    home: Any = None
     name: str = "telescope"
+    home_given: bool | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        if self.home_given is None:
+            object.__setattr__(self, "home_given", self.home is not None)
+        if self.home is None:
+            object.__setattr__(self, "home", 0.0)
         excess = sum(beam.share for beam in self.beams) - 1
         if self.beams and (is_above(excess, 1e-9) or is_above(-excess, 1e-9)):
             raise InputError(

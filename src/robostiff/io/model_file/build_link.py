@@ -106,7 +106,7 @@ def build_telescope(place: Place, written: WrittenTelescope, name: str, stock: S
     along = direction(place / "direction", written.direction)
     y_axis = _y_axis(place, written.y_axis)
     role = build_role(place, written, (Dimension.LENGTH,))
-    home = 0.0
+    home = None
     if written.home is not None:
         home = (place / "home").number(written.home, Dimension.LENGTH)
     beams = tuple(

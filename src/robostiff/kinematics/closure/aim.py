@@ -9,6 +9,7 @@ from robostiff.spatial import cross
 from robostiff.spatial.batch import product, transposed
 
 Pair = tuple[np.ndarray, np.ndarray]
+Sign = int | np.ndarray
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -30,15 +31,12 @@ def angle_between(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.nd
 
 
 def aim_two_axes(
-    axis1: np.ndarray,
-    axis2: np.ndarray,
-    start: np.ndarray,
-    end: np.ndarray,
-    near: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 0.0),
-) -> tuple[Pair, Pair]:
-    """Angles with turn(axis1, q1) turn(axis2, q2) start = end: both pairs, the nearer first.
+    axis1: np.ndarray, axis2: np.ndarray, start: np.ndarray, end: np.ndarray, sign: Sign = 1
+) -> Pair:
+    """Angles with turn(axis1, q1) turn(axis2, q2) start = end, of two such pairs.
 
-    Where no angles do, those that come nearest.
+    The pairs differ in the sign of the triple product ``b.(axis1 x end)``, with b the second axis
+    as the first has turned it. Where no angles do, those that come nearest.
 
     Parameters
     ----------
@@ -46,42 +44,22 @@ def aim_two_axes(
         Unit vectors; `start` is not along `axis2`.
     end : (..., 3) array
         Unit vectors.
-    near : pair of (...) arrays
-        The angles of the home configuration, which tell the two pairs apart [rad].
+    sign : int or (...) array of int
+        1 or -1: which pair.
 
     Returns
     -------
-    nearer, other : pairs (q1, q2) of (...) arrays [rad]
+    q1, q2 : (...) arrays [rad]
     """
     across = start - axis2 * (axis2 @ start)
     a, b = axis1 @ across, axis1 @ np.cross(axis2, start)
     wanted = end @ axis1 - (axis1 @ axis2) * (axis2 @ start)
     size = np.hypot(a, b)
-    middle = np.arctan2(b, a)
     swing = np.arccos(np.clip(wanted / (size if size > 0 else 1.0), -1.0, 1.0))
-    pairs = []
-    for q2 in (middle + swing, middle - swing):
-        wrapped = np.arctan2(np.sin(q2), np.cos(q2))
-        turned = np.einsum("...ij,j->...i", turn_about(axis2, wrapped), start)
-        pairs.append((angle_between(axis1, turned, end), wrapped))
-    (p1, p2), (m1, m2) = pairs
-    from_p = angle_apart(p1, near[0]) + angle_apart(p2, near[1])
-    from_m = angle_apart(m1, near[0]) + angle_apart(m2, near[1])
-    p_nearer = from_p <= from_m
-    nearer = np.where(p_nearer, p1, m1), np.where(p_nearer, p2, m2)
-    other = np.where(p_nearer, m1, p1), np.where(p_nearer, m2, p2)
-    return nearer, other
-
-
-def angle_apart(a: np.ndarray, b: np.ndarray | float) -> np.ndarray:
-    """How far two angles are apart, whole turns left out: 1 - cos(a - b) (...), 0 to 2.
-
-    Examples
-    --------
-    >>> angle_apart(np.array(np.pi), -np.pi)
-    np.float64(0.0)
-    """
-    return 1.0 - np.cos(a - b)
+    q2 = np.arctan2(b, a) + sign * swing
+    q2 = np.arctan2(np.sin(q2), np.cos(q2))
+    turned = np.einsum("...ij,j->...i", turn_about(axis2, q2), start)
+    return angle_between(axis1, turned, end), q2
 
 
 def shortest_turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -107,7 +85,7 @@ def twist_angle(axis: np.ndarray, R: np.ndarray) -> np.ndarray:
     return np.arctan2(sine, np.einsum("...ii->...", R) - 1.0)
 
 
-def take_up(axes: tuple[np.ndarray, ...], R: np.ndarray) -> tuple[np.ndarray, ...]:
+def take_up(axes: tuple[np.ndarray, ...], R: np.ndarray, sign: Sign = 1) -> tuple[np.ndarray, ...]:
     """Angles of one to three axes whose turns in order make up the rotation R, or come nearest.
 
     Parameters
@@ -115,6 +93,8 @@ def take_up(axes: tuple[np.ndarray, ...], R: np.ndarray) -> tuple[np.ndarray, ..
     axes : one to three (3,) arrays
         Unit vectors.
     R : (..., 3, 3) array
+    sign : int or (...) array of int
+        Of three axes, which of the two ways, as in `aim_two_axes`.
 
     Returns
     -------
@@ -127,7 +107,7 @@ def take_up(axes: tuple[np.ndarray, ...], R: np.ndarray) -> tuple[np.ndarray, ..
     if len(first) == 1:
         angles: tuple[np.ndarray, ...] = (angle_between(first[0], last, image),)
     else:
-        angles = aim_two_axes(first[0], first[1], last, image)[0]
+        angles = aim_two_axes(first[0], first[1], last, image, sign)
     left = R
     for axis, angle in zip(first, angles, strict=True):
         left = product(transposed(turn_about(axis, angle)), left)

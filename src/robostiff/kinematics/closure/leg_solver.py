@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kinematics.closure.assembly import Mode, all_modes, in_one, nearest, on_turn_of_home
 from robostiff.kinematics.closure.copies import copied_places
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
@@ -76,20 +77,93 @@ class LegSolver:
         """
         elsewhere = np.zeros(len(pose), dtype=bool)
         if self.closed_form is None:
-            if not from_afar:
-                return self._at_once(pose), elsewhere
-            found = self._iterated(pose)
-            return found.coordinates[0], found.elsewhere
+            if from_afar:
+                found = self._iterated(pose)
+                q, elsewhere = found.coordinates[0], found.elsewhere
+            else:
+                q = self._at_once(pose)
+            return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere
         q = self._copies_at(self.closed_form, pose, R_platform)
-        if not self.leg.chain.has_blocks:
-            return q, elsewhere
-        rows = np.flatnonzero(self._leaves_loops_open(q, pose, R_platform))
-        if rows.size and from_afar:
-            found = self._iterated(pose[rows])
-            met = found.closed | found.elsewhere
-            q[rows[met]] = found.coordinates[0][met]
-            elsewhere[rows] = found.elsewhere
-        return q, elsewhere
+        if self.leg.chain.has_blocks and from_afar:
+            rows = np.flatnonzero(self._leaves_loops_open(q, pose, R_platform))
+            if rows.size:
+                found = self._iterated(pose[rows])
+                met = found.closed | found.elsewhere
+                q[rows[met]] = found.coordinates[0][met]
+                elsewhere[rows] = found.elsewhere
+        return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere
+
+    def solve_near(self, near: np.ndarray, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
+        """Leg coordinates (N, size) at platform poses, in the posture nearest to given ones.
+
+        In closed form that is the nearest of all assembly modes. Otherwise the leg is followed from
+        the given coordinates, and from the pose to which they bring its end.
+
+        Parameters
+        ----------
+        near : (size,) array
+            Coordinates of the leg [m, rad].
+        pose, R_platform
+            As for `solve`.
+        """
+        near = np.where(self.leg.chain.free, near, self.leg.chain.home)
+        q, left = np.tile(near, (len(pose), 1)), np.arange(len(pose))
+        if self.closed_form is not None:
+            _, every = self.in_all_modes(pose, R_platform)
+            open_ = _open_by(self.leg, every, pose, R_platform, self.length)
+            given = np.ones(self.main.size, dtype=bool)
+            chosen = self._nearest(self.closed_form, every, open_ <= _CLOSED, near, given)
+            q = every[chosen, left]
+            left = (
+                np.flatnonzero(open_[chosen, left] > _CLOSED) if self.leg.chain.has_blocks else []
+            )
+        if len(left):
+            start = pose_of_end(self.leg, near)
+            task = NewtonTask((self.leg,), (), self.length)
+            found = task.follow(start, [near], pose[left])
+            kept = found.closed | (self.closed_form is None)
+            q[left[kept]] = found.coordinates[0][kept]
+        return on_turn_of_home(self.leg.chain, q, near)
+
+    def in_all_modes(
+        self, pose: np.ndarray, R_platform: np.ndarray
+    ) -> tuple[tuple[Mode, ...], np.ndarray]:
+        """Assembly modes of the closed form, and leg coordinates in each of them (m, N, size).
+
+        Raises
+        ------
+        InputError
+            When the leg has no closed form.
+        """
+        if self.closed_form is None:
+            raise InputError(
+                f"postures of leg {self.leg.name!r}",
+                got="a leg that is closed by iteration",
+                expected="a leg in closed form, whose postures can be counted",
+                hint="choose one by joint coordinates close to it: near=[...]",
+            )
+        modes = all_modes(self.closed_form.signs)
+        form = self.closed_form.in_mode(in_one(modes, len(pose)))
+        many = np.tile(pose, (len(modes), 1)), np.tile(R_platform, (len(modes), 1, 1))
+        return modes, self._copies_at(form, *many).reshape(len(modes), *pose.shape[:-1], -1)
+
+    @property
+    def main(self) -> Chain:
+        """The chain that the closed form is of."""
+        return self.leg.chain.main_path
+
+    def _nearest(
+        self,
+        form: ClosedForm,
+        every: np.ndarray,
+        closed: np.ndarray,
+        near: np.ndarray,
+        given: np.ndarray,
+    ) -> np.ndarray:
+        places = self.leg.chain.main_places
+        return nearest(
+            self.main, every[..., places], closed, near[places], given, form.leading, self.length
+        )
 
     def _leaves_loops_open(
         self, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray
@@ -107,6 +181,22 @@ class LegSolver:
         """Leg coordinates by Newton's method."""
         task = NewtonTask((self.leg,), (), self.length)
         return task.follow(self.home_pose, [self.home], pose)
+
+    def in_mode_of_home(self) -> LegSolver:
+        """The same in the assembly mode that closes at home, nearest to the home coordinates."""
+        if self.closed_form is None:
+            return self
+        pose, chain = self.home_pose[None, :], self.leg.chain
+        R = turn_by_vector(pose[:, 3:])
+        modes, every = self.in_all_modes(pose, R)
+        wanted = {Elbow.PLUS: (1,), Elbow.MINUS: (-1,)}.get(self.leg.elbow, (1, -1))
+        kept = [i for i, mode in enumerate(modes) if mode.root in wanted]
+        every = every[kept]
+        closed = _open_by(self.leg, every, pose, R, self.length) <= _CLOSED
+        given = chain.home_given[chain.main_places]
+        (chosen,) = self._nearest(self.closed_form, every, closed, chain.home, given)
+        home = on_turn_of_home(chain, every[chosen], chain.home)[0]
+        return replace(self, closed_form=self.closed_form.in_mode(modes[kept[chosen]]), home=home)
 
     def leaves_drive_open(self, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Where the coordinate of the drive does not follow from the pose (N,)."""
@@ -151,12 +241,9 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
         When the leg does not close in the home configuration, or an elbow is named for a leg that
         has no choice in closed form.
     """
-    R_home, p_home = frame_in_base(leg, turn_by_vector(home_pose[3:]), home_pose[:3])
     copies = copied_places(leg.chain)
     closed_form = None if copies is None else _recognised(leg.chain.main_path)
-    if isinstance(closed_form, Rod | SlidingRod):
-        closed_form = closed_form.with_sign_of(leg.elbow, R_home, p_home)
-    elif leg.elbow is not Elbow.HOME:
+    if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod | SlidingRod):
         raise InputError(
             f"elbow of leg {leg.name!r}",
             got=leg.elbow.value,
@@ -164,15 +251,17 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
             hint="choose the working mode of this leg by the home coordinates of its joints",
         )
     if closed_form is not None and copies is not None:
-        home = _copied(closed_form.solve(R_home, p_home), copies)
+        solver = LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
+        solver = solver.in_mode_of_home()
         if (
             not leg.chain.has_blocks
-            or max(_gap_at_home(leg, home, home_pose, length)[1:]) <= _CLOSED
+            or max(_gap_at_home(leg, solver.home, home_pose, length)[1:]) <= _CLOSED
         ):
-            _check_home(leg, home, home_pose, length)
-            return LegSolver(leg, closed_form, copies, home_pose, home, length)
+            _check_home(leg, solver.home, home_pose, length)
+            return solver
     task = NewtonTask((leg,), (), length)
     _, (closed,) = task.close(home_pose[None, :], [leg.chain.home[None, :]])
+    closed = on_turn_of_home(leg.chain, closed, leg.chain.home)
     _check_home(leg, closed[0], home_pose, length)
     alone = np.arange(leg.chain.size)
     return LegSolver(leg, None, alone, home_pose, closed[0], length)
@@ -193,6 +282,29 @@ def _recognised(path: Chain) -> ClosedForm | None:
 def _copied(q: np.ndarray, copies: np.ndarray) -> np.ndarray:
     """Coordinates of a whole chain from those of its main path (..., size)."""
     return q if copies.size == q.shape[-1] else poses_side_by_side(q[..., copies], 1)
+
+
+def pose_of_end(leg: Leg, q: np.ndarray) -> np.ndarray:
+    """Pose coordinates (6,) of the platform to which a leg alone brings it."""
+    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
+    R = placed.R @ leg.attachment.R.T
+    return np.concatenate([placed.p - R @ leg.attachment.p, vector_of_turn(R)])
+
+
+def _open_by(
+    leg: Leg, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray, length: float
+) -> np.ndarray:
+    """How far postures (m, N, size) leave a leg open: part of the length, or radians (m, N)."""
+    rows = q.reshape(-1, q.shape[-1])
+    frame = attachment_frame(
+        leg, np.tile(R_platform, (len(q), 1, 1)), np.tile(pose[:, :3], (len(q), 1))
+    )
+    largest = np.zeros(len(rows))
+    for gap in gaps(leg, place_chain(leg.chain, rows, leg.base.R, leg.base.p), *frame):
+        shift = np.max(np.abs(gap.p_wanted - gap.p), axis=-1) / length
+        turn = np.max(np.abs(gap.R_wanted - gap.R), axis=(-1, -2))
+        largest = np.maximum(largest, np.maximum(shift, turn))
+    return largest.reshape(q.shape[:-1])
 
 
 def frame_in_base(

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from robostiff.kinematics.closure.aim import aim_two_axes, angle_between, shortest_turn, take_up
+from robostiff.kinematics.closure.assembly import Mode
 from robostiff.kinematics.closure.skeleton import Cluster
 from robostiff.kinematics.turn import turn_about, turn_by_vector, vector_of_turn
 from robostiff.spatial.batch import product, transposed
-
-_SAME = 1e-12  # of the square of a chord: rounding
 
 
 def fits(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
@@ -24,6 +23,15 @@ def fits(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
     )
 
 
+def has_two_ways(first: Cluster, second: Cluster, spin: int | None) -> tuple[bool, bool]:
+    """Whether each joint can do its part in two ways, by the other sign of a triple product."""
+    turned_by_second = not second.is_ball and (spin is not None or first.is_ball)
+    return (
+        not first.is_ball and len(first.axes) == 2,
+        turned_by_second and len(second.axes) == 2,
+    )
+
+
 def point_and_take_up(
     q: np.ndarray,
     first: Cluster,
@@ -32,8 +40,11 @@ def point_and_take_up(
     direction: np.ndarray,
     R_wanted: np.ndarray,
     spin: int | None,
+    mode: Mode,
 ) -> None:
     """Write the angles of both joints into q, so that the rod points in `direction`.
+
+    A turn of the rod about itself that nothing determines stays as it is at home.
 
     Parameters
     ----------
@@ -49,69 +60,44 @@ def point_and_take_up(
         Wanted product of both joints' rotations.
     spin : int or None
         Place of a turn about the rod itself (the turn of a cylindrical joint), if there is one.
+    mode : Mode
     """
-    if spin is not None:
-        q[..., spin] = 0.0
     if first.is_ball:
-        R_first = turn_by_vector(shortest_turn(along, direction))
-        _write_ball(q, first, R_first)
-        others = []
+        R_home = _home_of_ball(q, first)
+        turn = turn_by_vector(shortest_turn(R_home @ along, direction))
+        R_first = product(turn, R_home)
     else:
-        nearer, *others = _pointing_angles(q, first, along, direction)
-        R_first = turns_about(first.axes, nearer)
-        _write(q, first, nearer)
-    left = product(transposed(R_first), R_wanted)
+        angles = _pointing_angles(first, along, direction, mode)
+        R_first = turns_about(first.axes, angles)
+        _write(q, first, angles)
+    spun = None if spin is None else turn_about(along, q[..., spin])
     if second.is_ball:
-        _write_ball(q, second, left)
-    elif spin is not None:
-        psi, *angles = take_up((along, *second.axes), left)
-        q[..., spin] = psi
-        _write(q, second, angles)
-    elif first.is_ball:
-        psi, *angles = take_up((along, *second.axes), left)
-        _write_ball(q, first, product(R_first, turn_about(along, psi)))
-        _write(q, second, angles)
-    else:
+        if first.is_ball:
+            _write_ball(q, first, R_first)
+        R_near = R_first if spun is None else product(R_first, spun)
+        _write_ball(q, second, product(transposed(R_near), R_wanted))
+        return
+    left = product(transposed(R_first), R_wanted)
+    if not first.is_ball and spin is None:
         _write(q, second, take_up(second.axes, left))
-        for angles in others:
-            _take_where_better(q, first, second, angles, R_wanted)
-
-
-def _take_where_better(
-    q: np.ndarray,
-    first: Cluster,
-    second: Cluster,
-    angles: tuple[np.ndarray, ...],
-    R_wanted: np.ndarray,
-) -> None:
-    """Point the other way where that alone reaches the orientation, as with five joints."""
-    R_other = turns_about(first.axes, angles)
-    turned = turns_about(first.axes, [q[..., place] for place in first.places])
-    turned = product(turned, turns_about(second.axes, [q[..., p] for p in second.places]))
-    left = product(transposed(R_other), R_wanted)
-    taken = take_up(second.axes, left)
-    other = product(R_other, turns_about(second.axes, taken))
-    better = _missed(other, R_wanted) < _missed(turned, R_wanted) - _SAME
-    for cluster, values in ((first, angles), (second, taken)):
-        for place, value in zip(cluster.places, values, strict=True):
-            q[..., place] = np.where(better, value, q[..., place])
-
-
-def _missed(R: np.ndarray, R_wanted: np.ndarray) -> np.ndarray:
-    """Square of the chord between two rotations (...)."""
-    chord = R - R_wanted
-    return np.einsum("...ij,...ij->...", chord, chord)
+        return
+    psi, *angles = take_up((along, *second.axes), left, mode.second)
+    _write(q, second, angles)
+    if first.is_ball:
+        R_first = product(R_first, turn_about(along, psi))
+        R_first = R_first if spun is None else product(R_first, transposed(spun))
+        _write_ball(q, first, R_first)
+    else:
+        q[..., spin] = psi
 
 
 def _pointing_angles(
-    q: np.ndarray, cluster: Cluster, along: np.ndarray, direction: np.ndarray
-) -> tuple[tuple[np.ndarray, ...], ...]:
-    """Angles of one or two axes that point the rod: one way, or two, the nearer to home first."""
+    cluster: Cluster, along: np.ndarray, direction: np.ndarray, mode: Mode
+) -> tuple[np.ndarray, ...]:
+    """Angles of one or two axes that point the rod."""
     if len(cluster.axes) == 1:
-        return ((angle_between(cluster.axes[0], along, direction),),)
-    first, second = cluster.axes
-    home = q[..., cluster.places[0]], q[..., cluster.places[1]]
-    return aim_two_axes(first, second, along, direction, home)
+        return (angle_between(cluster.axes[0], along, direction),)
+    return aim_two_axes(*cluster.axes, along, direction, mode.first)
 
 
 def turns_about(axes: Sequence[np.ndarray], angles: Sequence[np.ndarray]) -> np.ndarray:
@@ -131,3 +117,10 @@ def _write_ball(q: np.ndarray, cluster: Cluster, R: np.ndarray) -> None:
     own = np.stack(cluster.axes, axis=-1)  # the joint's own frame, all coordinates zero
     R_own = np.einsum("ji,...jk,kl->...il", own, R, own)
     q[..., list(cluster.places)] = vector_of_turn(R_own)
+
+
+def _home_of_ball(q: np.ndarray, cluster: Cluster) -> np.ndarray:
+    """Rotation of a spherical joint at home, (3, 3)."""
+    own = np.stack(cluster.axes, axis=-1)
+    home = q[..., list(cluster.places)].reshape(-1, 3)[:1]
+    return own @ turn_by_vector(home)[0] @ own.T if len(home) else np.eye(3)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from robostiff.kinematics.closure.pointing import fits, point_and_take_up
+from robostiff.kinematics.closure.aim import Sign
+from robostiff.kinematics.closure.assembly import Mode
+from robostiff.kinematics.closure.pointing import fits, has_two_ways, point_and_take_up
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
 from robostiff.kinematics.closure.strut import _coordinates
 from robostiff.kinematics.turn import turn_about
-from robostiff.model import Elbow
 from robostiff.spatial import cross
 from robostiff.spatial.batch import product, transposed
 
@@ -20,19 +21,27 @@ _ON_AXIS = 1e-6
 
 @dataclass(frozen=True)
 class Rod:
-    """A slide or crank that carries joint A, and a rod from A to joint B.
-
-    Attributes
-    ----------
-    sign : int
-        Which root: +1 or -1; 0 until the home configuration has told.
-    """
+    """A slide or crank that carries joint A, and a rod from A to joint B."""
 
     skeleton: Skeleton
     drive: Slide | Cluster
     A: Cluster
     B: Cluster
-    sign: int
+    mode: Mode = field(default_factory=Mode)
+
+    @property
+    def signs(self) -> tuple[bool, bool, bool]:
+        """Which signs of a mode there are."""
+        return (True, *has_two_ways(self.A, self.B, None))
+
+    @property
+    def leading(self) -> int:
+        """Place of the drive's coordinate, which the first sign decides."""
+        return self.drive.place if isinstance(self.drive, Slide) else self.drive.places[0]
+
+    def in_mode(self, mode: Mode) -> Rod:
+        """The same leg in another assembly mode."""
+        return replace(self, mode=mode)
 
     def solve(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (..., size) that bring the end frame to (R, p) in the leg's base frame."""
@@ -42,13 +51,13 @@ class Rod:
         q = _coordinates(skeleton.home, p.shape[:-1])
         rod = self.B.point - self.A.point
         if isinstance(self.drive, Slide):
-            s = slide_coordinate(self.drive.axis, self.A.point, B, rod, self.sign)
+            s = slide_coordinate(self.drive.axis, self.A.point, B, rod, self.mode.root)
             q[..., self.drive.place] = s
             A_to_B = B - self.A.point - s[..., None] * self.drive.axis
             R_left = R_wanted
         else:
             axis = self.drive.axes[0]
-            s = crank_coordinate(axis, self.drive.point, self.A.point, B, rod, self.sign)
+            s = crank_coordinate(axis, self.drive.point, self.A.point, B, rod, self.mode.root)
             q[..., self.drive.places[0]] = s
             R_crank = turn_about(axis, s)
             arm = np.einsum("...ij,j->...i", R_crank, self.A.point - self.drive.point)
@@ -57,7 +66,7 @@ class Rod:
         size = np.sqrt(np.einsum("...i,...i->...", A_to_B, A_to_B))
         direction = A_to_B / np.where(size > 0, size, 1.0)[..., None]
         along = rod / np.linalg.norm(rod)
-        point_and_take_up(q, self.A, self.B, along, direction, R_left, None)
+        point_and_take_up(q, self.A, self.B, along, direction, R_left, None, self.mode)
         return q
 
     def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -71,27 +80,9 @@ class Rod:
         size = np.linalg.norm(self.B.point - self.A.point)
         return np.sqrt(np.einsum("...i,...i->...", off_axis, off_axis)) <= _ON_AXIS * size
 
-    def with_sign_of(self, elbow: Elbow, R_home: np.ndarray, p_home: np.ndarray) -> Rod:
-        """The same rod, its root chosen by name or by the home configuration."""
-        if elbow is Elbow.PLUS:
-            return replace(self, sign=1)
-        if elbow is Elbow.MINUS:
-            return replace(self, sign=-1)
-        plus, minus = replace(self, sign=1), replace(self, sign=-1)
-        near = [
-            np.abs(self._from_home(candidate.solve(R_home, p_home))) for candidate in (plus, minus)
-        ]
-        return plus if near[0] <= near[1] else minus
-
-    def _from_home(self, q: np.ndarray) -> np.ndarray:
-        if isinstance(self.drive, Slide):
-            return q[self.drive.place] - self.skeleton.home[self.drive.place]
-        turn = q[self.drive.places[0]] - self.skeleton.home[self.drive.places[0]]
-        return np.arctan2(np.sin(turn), np.cos(turn))
-
 
 def slide_coordinate(
-    e: np.ndarray, A: np.ndarray, B: np.ndarray, rod: np.ndarray, sign: int
+    e: np.ndarray, A: np.ndarray, B: np.ndarray, rod: np.ndarray, sign: Sign
 ) -> np.ndarray:
     """Slide s with |B - A - s e| = |rod|, s = e.(B - A) +- sqrt(|rod|^2 - |across|^2) (...) [m].
 
@@ -105,7 +96,7 @@ def slide_coordinate(
 
 
 def crank_coordinate(
-    e: np.ndarray, centre: np.ndarray, A: np.ndarray, B: np.ndarray, rod: np.ndarray, sign: int
+    e: np.ndarray, centre: np.ndarray, A: np.ndarray, B: np.ndarray, rod: np.ndarray, sign: Sign
 ) -> np.ndarray:
     """Crank angle s with |B - A(s)| = |rod|, from a cos s + b sin s = c (...) [rad].
 
@@ -126,7 +117,7 @@ def crank_coordinate(
 
 
 def recognise_rod(skeleton: Skeleton) -> Rod | None:
-    """The closed form, its root still open, when the leg is of this kind."""
+    """The closed form, when the leg is of this kind."""
     match skeleton.parts:
         case (Slide() | Cluster() as drive, Cluster() as A, Cluster() as B):
             pass
@@ -141,4 +132,4 @@ def recognise_rod(skeleton: Skeleton) -> Rod | None:
     size = np.linalg.norm(rod)
     if size == 0 or not fits(A, B, rod / size):
         return None
-    return Rod(skeleton, drive, A, B, sign=0)
+    return Rod(skeleton, drive, A, B)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robostiff.kinematics.closure.assembly import Mode
 from robostiff.kinematics.closure.rod import Rod, recognise_rod
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
-from robostiff.model import Elbow
 
 _PARALLEL = 1e-9
 
@@ -40,15 +40,28 @@ class SlidingRod:
         """Where the far end of the rod is on the axis of the crank, which may then turn (...)."""
         return self.rod.leaves_drive_open(R, p)
 
-    def with_sign_of(self, elbow: Elbow, R_home: np.ndarray, p_home: np.ndarray) -> SlidingRod:
-        """The same leg, its root chosen by name or by the home configuration."""
-        e = self.slide.axis
-        p_home = p_home - ((p_home - self.rod.skeleton.p_end) @ e) * e
-        return replace(self, rod=self.rod.with_sign_of(elbow, R_home, p_home))
+    @property
+    def mode(self) -> Mode:
+        """Assembly mode."""
+        return self.rod.mode
+
+    @property
+    def signs(self) -> tuple[bool, bool, bool]:
+        """Which signs of a mode there are."""
+        return self.rod.signs
+
+    @property
+    def leading(self) -> int:
+        """Place of the crank's coordinate, which the first sign decides."""
+        return self.rod.leading
+
+    def in_mode(self, mode: Mode) -> SlidingRod:
+        """The same leg in another assembly mode."""
+        return replace(self, rod=self.rod.in_mode(mode))
 
 
 def recognise_sliding_rod(skeleton: Skeleton) -> SlidingRod | None:
-    """The closed form, its root still open, when the leg is of this kind."""
+    """The closed form, when the leg is of this kind."""
     match skeleton.parts:
         case (Slide() as slide, Cluster() as crank, Cluster() as A, Cluster() as B):
             joints = (crank, A, B)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from robostiff.kinematics.closure.pointing import fits, point_and_take_up
+from robostiff.kinematics.closure.assembly import Mode
+from robostiff.kinematics.closure.pointing import fits, has_two_ways, point_and_take_up
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
 from robostiff.spatial.batch import product
 
 
 @dataclass(frozen=True)
 class Strut:
-    """A slide along the line from joint A to joint B, perhaps with a turn about it."""
+    """A slide along the line from joint A to joint B, perhaps with a turn about it.
+
+    Its length, the fixed one and the slide's coordinate, has the sign that its mode says.
+    """
 
     skeleton: Skeleton
     A: Cluster
@@ -21,6 +25,21 @@ class Strut:
     slide: Slide
     spin: int | None
     fixed_length: float
+    mode: Mode = field(default_factory=Mode)
+
+    @property
+    def signs(self) -> tuple[bool, bool, bool]:
+        """Which signs of a mode there are."""
+        return (True, *has_two_ways(self.A, self.B, self.spin))
+
+    @property
+    def leading(self) -> int:
+        """Place of the coordinate that the first sign decides."""
+        return self.slide.place
+
+    def in_mode(self, mode: Mode) -> Strut:
+        """The same leg in another assembly mode."""
+        return replace(self, mode=mode)
 
     def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Nowhere: the length of a strut follows from its ends."""
@@ -33,11 +52,11 @@ class Strut:
         end_to_B = self.B.point - skeleton.p_end
         B = p + np.einsum("...ij,j->...i", R_wanted, end_to_B)
         A_to_B = B - self.A.point
-        length = np.sqrt(np.einsum("...i,...i->...", A_to_B, A_to_B))
-        direction = A_to_B / np.where(length > 0, length, 1.0)[..., None]
+        length = self.mode.root * np.sqrt(np.einsum("...i,...i->...", A_to_B, A_to_B))
+        direction = A_to_B / np.where(length != 0, length, 1.0)[..., None]
         q = _coordinates(skeleton.home, p.shape[:-1])
         q[..., self.slide.place] = length - self.fixed_length
-        point_and_take_up(q, self.A, self.B, along, direction, R_wanted, self.spin)
+        point_and_take_up(q, self.A, self.B, along, direction, R_wanted, self.spin, self.mode)
         return q
 
 

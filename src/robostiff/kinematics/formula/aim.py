@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.kinematics.formula.tidy import tidied
-from robostiff.record import Entry, greater, is_zero, least, square_root
+from robostiff.record import Entry, is_zero, least, square_root
 from robostiff.spatial import cross
 
 
@@ -33,9 +33,9 @@ class Aim:
     square: Any
     gap: Any
 
-    def way(self, sign: Any) -> np.ndarray:
-        """One of the two, by a sign that may be recorded."""
-        return self.level + self.across * sign
+    def way(self, sign: int) -> np.ndarray:
+        """That with ``b.(a x d)`` of a sign, 1 or -1."""
+        return self.level + (self.across if sign > 0 else -self.across)
 
 
 def aim(a: np.ndarray, d: np.ndarray, to_a: Any, to_d: Any) -> Aim:
@@ -63,37 +63,6 @@ def aim(a: np.ndarray, d: np.ndarray, to_a: Any, to_d: Any) -> Aim:
     left = 1 - x * to_a - y * to_d
     across = normal * square_root(positive_part(left) / square)
     return Aim(a * x + d * y, across, normal, square, -least(left, 0))
-
-
-def nearer_way(found: Aim, to_d: Any, near: tuple[np.ndarray, Any]) -> Any:
-    """Sign of the way whose two joint angles are nearer to given ones.
-
-    Both ways share the cosine of the second angle and differ in the sign of its sine, so that the
-    sum of 1 - cos(q - near) is smaller where ``near_b.(a x d) + D near_t / (1 - to_d^2)`` has the
-    sign of the way.
-
-    Parameters
-    ----------
-    found : Aim
-    to_d : Entry or number
-        Cosine of the second axis to the rod.
-    near : (near_b, near_t)
-        At the given angles: the second axis in the world (3,), and its triple product with the
-        first axis and the rod, b.(a x d).
-
-    Returns
-    -------
-    Entry or number
-        1 or -1.
-    """
-    near_b, near_t = near
-    tells = near_b @ found.normal + found.square * (near_t / (1 - to_d * to_d))
-    return sign_of(tells)
-
-
-def sign_of(value: Any) -> Any:
-    """1 where a value is positive, else -1."""
-    return greater(value, 0) * 2 - 1
 
 
 def positive_part(value: Any) -> Any:

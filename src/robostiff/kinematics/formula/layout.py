@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,6 +13,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics.formula.body import Body, direction_across
 from robostiff.kinematics.formula.tidy import size_of, tidied_point
 from robostiff.kinematics.frames import Loop, PlacedChain, telescopic_elasticity
+from robostiff.kinematics.turn_of_entries import Turn
 from robostiff.model import (
     Chain,
     Joint,
@@ -26,7 +28,7 @@ from robostiff.model import (
     Telescope,
     TelescopicBeam,
 )
-from robostiff.record import arc_tangent, is_zero
+from robostiff.record import arc_tangent, greater, is_zero
 from robostiff.spatial import cross
 
 
@@ -161,8 +163,25 @@ class Layout:
                     if not is_zero(beam.share):
                         yield self.slides[copies[where.start]].of(beam)
 
-    def coordinate(self, zero: PlacedChain, place: int) -> Any:
+    def coordinate(
+        self,
+        zero: PlacedChain,
+        place: int,
+        about: float = 0.0,
+        limits: tuple[float, float] | None = None,
+    ) -> Any:
         """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.
+
+        Parameters
+        ----------
+        zero : PlacedChain
+            The main path at zero coordinates.
+        place : int
+            On the main path.
+        about : float
+            An angle is recorded on the half turns before and after this one [rad],
+        limits : (float, float), optional
+            or on another turn where that is within these [rad].
 
         Raises
         ------
@@ -181,9 +200,17 @@ class Layout:
             )
         near, far = self.after(place), self.after(place + 1)
         across = direction_across(freedom.axis)
-        before, after = near.direction(across), far.direction(across)
+        ahead = across if about == 0 else Turn.by(about).about(freedom.axis) @ across
+        before, after = near.direction(ahead), far.direction(across)
         sine = near.direction(freedom.axis) @ cross(before, after)
-        return arc_tangent(sine, before @ after)
+        q = arc_tangent(sine, before @ after)
+        q = q if about == 0 else q + about
+        if limits is None or (limits[0] >= about - math.pi and limits[1] <= about + math.pi):
+            return q
+        low, high, turn = *limits, 2.0 * math.pi
+        up = greater(low, q) * (1 - greater(q, high - turn))
+        down = greater(q, high) * (1 - greater(low + turn, q))
+        return q + (up - down) * turn
 
     def _freedom(self, freedom: PlacedFreedom, place: int, shift: _Shift) -> PlacedFreedom:
         body = self.after(place)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.rod import Rod
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
 from robostiff.kinematics.closure.strut import Strut
 from robostiff.kinematics.formula.body import Body, constant_cosine, direction_across
-from robostiff.kinematics.formula.choice import choice_of
 from robostiff.kinematics.formula.drive import driven_by_crank, driven_by_slide
 from robostiff.kinematics.formula.layout import Layout, Stretch
 from robostiff.kinematics.formula.names import named
@@ -22,7 +23,7 @@ from robostiff.kinematics.formula.pose import FormulaPose
 from robostiff.kinematics.formula.rod_ends import PlacedRod, RodEnds, placed_rod
 from robostiff.kinematics.formula.tidy import size_of, tidied, tidied_point
 from robostiff.kinematics.frames import PlacedChain, place_chain
-from robostiff.model import Chain, Leg, PlacedLeg, PlacedSpring
+from robostiff.model import Actuated, Chain, Leg, Passive, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, is_one, is_zero, square_root
 
 _VANISHES = 1e-20  # a square beside 1
@@ -31,8 +32,7 @@ _VANISHES = 1e-20  # a square beside 1
 def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
     """Record a leg at a pose, its coordinates eliminated: struts, and rods on a slide or a crank.
 
-    Points and directions are computed, no angles. Where a universal joint has two ways to point
-    its rod, the way nearer to home is recorded if it matters to the stiffness. Results are not
+    Points and directions are computed, no angles, in the assembly mode of home. Results are not
     finite where a universal joint points its rod along its own first axis, and where a strut has
     no length.
 
@@ -110,7 +110,7 @@ class _Site:
         A, B, place = self._own(form.A), self._own(form.B), form.slide.place
         B_now = named(self.platform.point(B.point), f"B_{self.leg.name}")
         A_to_B = B_now - self.base.point(A.point)
-        length = named(square_root(A_to_B @ A_to_B), f"L_{self.leg.name}")
+        length = named(square_root(A_to_B @ A_to_B) * form.mode.root, f"L_{self.leg.name}")
         along = self._axis(form.slide)
         rod = placed_rod(
             RodEnds(
@@ -125,7 +125,8 @@ class _Site:
                 spin=form.spin,
                 home=self.leg.chain.main_path.home,
                 side=self._side(along),
-                choice=choice_of(self.twin.chain, form.A, form.B, form.slide.axis, form.spin),
+                mode=form.mode,
+                spin_matters=self._spin_matters(form.A, form.B),
             )
         )
         (fixed,) = tidied_point(np.array([along @ (B.point - A.point)], dtype=object))
@@ -149,15 +150,14 @@ class _Site:
         if isinstance(form.drive, Slide):
             place = form.drive.place
             own = replace(form.drive, axis=self._axis(form.drive))
-            drive = driven_by_slide(base, own, A.point, B_now, square, form.sign)
+            drive = driven_by_slide(base, own, A.point, B_now, square, form.mode.root)
             slides[place] = Stretch(named(drive.slide, f"s_{self.leg.name}"), 0)
         else:
             place = form.drive.places[0]
             crank = self._own(form.drive)
-            drive = driven_by_crank(base, crank, A.point, B_now, square, form.sign)
+            drive = driven_by_crank(base, crank, A.point, B_now, square, form.mode.root)
         bodies[place + 1] = drive.carrier
         size = square_root(square)
-        line = form.B.point - form.A.point
         along = tidied(A_to_B / size)
         rod = placed_rod(
             RodEnds(
@@ -172,9 +172,8 @@ class _Site:
                 spin=None,
                 home=self.leg.chain.main_path.home,
                 side=self._side(along),
-                choice=choice_of(
-                    self.twin.chain, form.A, form.B, line / np.linalg.norm(line), None
-                ),
+                mode=form.mode,
+                spin_matters=self._spin_matters(form.A, form.B),
             )
         )
         rod = replace(rod, out_of_reach=[*rod.out_of_reach, drive.out_of_reach])
@@ -195,9 +194,28 @@ class _Site:
             leg=PlacedLeg(leg.name, tuple(elements), end),
             gap=(*closing, *reaching),
             lengths=tuple(lengths),
-            coordinate=lambda place: layout.coordinate(zero, self.copies[place]),
+            coordinate=lambda place: self._coordinate(layout, place),
             platform=self.pose,
         )
+
+    def _coordinate(self, layout: Layout, place: int) -> Any:
+        """A coordinate of the leg on the turn of home, or within its limits."""
+        chain = self.twin.chain
+        role = chain.roles[place]
+        limits = role.limits if isinstance(role, Actuated) else None
+        about = middle_of_turn(chain.home[place], limits)
+        return layout.coordinate(self.zero, self.copies[place], about, limits)
+
+    def _spin_matters(self, *joints: Cluster) -> bool:
+        """Whether the spin of a rod between two spherical joints matters to the stiffness.
+
+        With passive ones only a force along the rod passes, and meets the same compliance however
+        the rod is spun. Where the leg has parallel blocks, the spin moves their other branches.
+        """
+        chain = self.twin.chain
+        if chain.has_blocks:
+            return True
+        return not all(isinstance(chain.roles[i], Passive) for one in joints for i in one.places)
 
     def _own(self, cluster: Cluster) -> Cluster:
         """A cluster recognised on the leg in floats, with the entries of the leg to be recorded."""

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from robostiff.kinematics.closure.assembly import Mode
 from robostiff.kinematics.closure.skeleton import Cluster
-from robostiff.kinematics.formula.aim import (
-    aim,
-    coordinate_axis_along,
-    nearer_way,
-    shortest_turn_of,
-)
+from robostiff.kinematics.formula.aim import aim, coordinate_axis_along, shortest_turn_of
 from robostiff.kinematics.formula.body import Body, body_of_directions, constant_cosine
-from robostiff.kinematics.formula.choice import Choice
 from robostiff.kinematics.formula.tidy import tidied
-from robostiff.kinematics.turn_of_entries import Turn
-from robostiff.record import greater
+from robostiff.kinematics.turn_of_entries import Turn, turn_by_vector_of_entries
+from robostiff.record import is_zero
 from robostiff.spatial import cross
-
-_SAME = 1e-12  # of the square of a sine: rounding, as where angles are computed
 
 
 @dataclass(frozen=True)
@@ -45,7 +38,10 @@ class RodEnds:
         Leg coordinates in the home configuration.
     side : (3,) array
         A direction across the rod at zero coordinates; that of a beam's section keeps it short.
-    choice : Choice
+    mode : Mode
+        Of its assembly.
+    spin_matters : bool
+        Whether the turn about itself matters of a rod between two spherical joints.
     """
 
     near: Body
@@ -59,7 +55,8 @@ class RodEnds:
     spin: int | None
     home: np.ndarray
     side: np.ndarray
-    choice: Choice
+    mode: Mode
+    spin_matters: bool
 
     @property
     def turned_by_second(self) -> bool:
@@ -96,8 +93,10 @@ def placed_rod(ends: RodEnds) -> PlacedRod:
     if gimbal is not None:
         bodies[A.places[0] + 1] = gimbal
     far, more_misses, more_lacks = _at_second(ends, rod)
-    if A.is_ball and ends.spin is None:
-        rod = far
+    if A.is_ball:  # what spin the joint at B asks for is the ball's
+        rod = _spun(ends, far, -1) if not B.is_ball else far
+    if B.is_ball:
+        far = _spun(ends, rod, 1)
     bodies[A.places[-1] + 1] = rod
     if ends.spin is not None:
         bodies[ends.spin + 1] = far.at(B.point, ends.B_now)
@@ -138,7 +137,7 @@ def _at_second(ends: RodEnds, rod: Body) -> tuple[Body, list[Any], list[Any]]:
     if len(B.axes) == 1:
         far, misses = _about_one(ends, B.axes[0], e)
         return far, misses, []
-    far, lack = _taken_up(ends, rod, e)
+    far, lack = _taken_up(ends, e)
     return far, [], [lack]
 
 
@@ -155,34 +154,17 @@ def _pointed(ends: RodEnds) -> tuple[Body, Body, Any]:
     to_a, to_d = constant_cosine(a0, b0), constant_cosine(b0, ends.along)
     found = aim(a, ends.d, to_a, to_d)
 
-    def way(sign: Any) -> tuple[Body, Body]:
-        b = found.way(sign)
-        return _body(ends, (b0, b), (a0, a)), _body(ends, (ends.along, ends.d), (b0, b))
-
-    if not ends.choice.first:
-        return *way(1), found.gap
-    q1, q2 = (Turn.by(ends.home[place]) for place in ends.A.places)
-    b_home = q1.about(a0) @ b0
-    t_home = b0 @ cross(a0, q2.about(b0) @ ends.along)
-    sign = nearer_way(found, to_d, (ends.near.direction(b_home), t_home))
-    if ends.spin is None and not ends.B.is_ball:
-        # the other way where that alone reaches the orientation, as with five joints
-        missed = sum(_missed(ends, way(sign)[1]))
-        missed_other = sum(_missed(ends, way(-sign)[1]))
-        sign = sign * (1 - 2 * greater(missed - _SAME, missed_other))
-    return *way(sign), found.gap
+    b = found.way(ends.mode.first)
+    gimbal = _body(ends, (b0, b), (a0, a))
+    return gimbal, _body(ends, (ends.along, ends.d), (b0, b)), found.gap
 
 
-def _taken_up(ends: RodEnds, rod: Body, e: np.ndarray) -> tuple[Body, Any]:
+def _taken_up(ends: RodEnds, e: np.ndarray) -> tuple[Body, Any]:
     """The rod as the two axes at its far end turn it about itself, and what they lack to do so."""
     b0, e0 = ends.B.axes
     to_d, to_e = constant_cosine(b0, ends.along), constant_cosine(b0, e0)
     found = aim(ends.d, e, to_d, to_e)
-    sign: Any = 1
-    if ends.choice.second:
-        t_zero = b0 @ cross(ends.along, e0)
-        sign = nearer_way(found, to_e, (rod.direction(b0), t_zero))
-    b = found.way(sign)
+    b = found.way(ends.mode.second)
     return _body(ends, (ends.along, ends.d), (b0, b)), found.gap
 
 
@@ -197,20 +179,37 @@ def _missed(ends: RodEnds, rod: Body) -> list[Any]:
 
 
 def _shortest(ends: RodEnds) -> Body:
-    """The rod after the shortest turn from zero coordinates, or from a coordinate axis nearby."""
+    """The rod after the shortest turn from home, or from a coordinate axis nearby."""
     sides0 = (ends.side, cross(ends.along, ends.side))
-    if ends.choice.spin or ends.turned_by_second:
-        start = ends.near.direction(ends.along)
-        sides = tuple(ends.near.direction(side) for side in sides0)
+    if ends.spin_matters or ends.turned_by_second:
+        R_home = _home_of_ball(ends)
+        start, *sides = (ends.near.direction(v @ R_home.T) for v in (ends.along, *sides0))
     else:
         start = coordinate_axis_along(ends.d)
         k = int(np.flatnonzero(start)[0])
         m = np.eye(3, dtype=int)[(k + 1) % 3]
-        sides = (m, np.cross(start, m))
-    turned = shortest_turn_of(start, sides, ends.d)
+        sides = [m, np.cross(start, m)]
+    turned = shortest_turn_of(start, tuple(sides), ends.d)
     zero = np.stack([ends.along, *sides0], axis=-1)
     now = np.stack([ends.d, *turned], axis=-1)
     return Body(zero, ends.A.point, now, ends.A_now)
+
+
+def _home_of_ball(ends: RodEnds) -> np.ndarray:
+    """Rotation of the spherical joint at A in the home configuration (3, 3)."""
+    axes = np.stack(ends.A.axes, axis=-1)
+    home = np.array([ends.home[place] for place in ends.A.places], dtype=object)
+    if all(map(is_zero, home)):
+        return np.eye(3, dtype=int)
+    return axes @ turn_by_vector_of_entries(home) @ axes.T
+
+
+def _spun(ends: RodEnds, rod: Body, sign: int) -> Body:
+    """The rod after a turn about itself by the home angle of its spin, or before that turn."""
+    angle = 0 if ends.spin is None else ends.home[ends.spin] * sign
+    if is_zero(angle):
+        return rod
+    return replace(rod, R=Turn.by(angle).about(ends.d) @ rod.R)
 
 
 def _body(

@@ -1,17 +1,16 @@
-"""The two ways of a universal joint: when the choice is recorded, and when it need not be."""
+"""The two ways of a universal joint: those of home are recorded, and nothing is selected."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from robostiff.elasticity import Elasticity
-from robostiff.kinematics import leg_compliance
-from robostiff.kinematics.closure.skeleton import Cluster, skeleton_of
-from robostiff.kinematics.formula import place
-from robostiff.kinematics.formula.choice import Choice, choice_of
-from robostiff.kinematics.formula.half_turn import half_turn_matters
+from robostiff.kinematics import PostureFinder, leg_compliance
+from robostiff.kinematics.closure.assembly import Mode
+from robostiff.kinematics.formula import place_leg
 from robostiff.model import (
     Actuated,
-    Chain,
     Element,
     Joint,
     Link,
@@ -25,7 +24,14 @@ from robostiff.model import (
 from robostiff.record import Operation
 from tests.generators.elements import BAR, ROD, STEEL
 from tests.generators.legs import DRIVE, FREE, LegCase, near_home
-from tests.kinematics.recorded_legs import Pair, built_leg, difference, pair_of
+from tests.kinematics.recorded_legs import (
+    Pair,
+    at_samples,
+    built_leg,
+    difference,
+    pair_of,
+    recorded_pose,
+)
 
 UP = np.array([0.0, 0.0, 1.0])
 FLAT_BAR = beam_link(0.3 * UP, STEEL, BAR, y_axis=np.array([1.0, 0, 0]))
@@ -58,14 +64,6 @@ def ups(joint: Joint, rod: tuple[Element, ...], last: Joint) -> LegCase:
     return built_leg([joint, *rod, prismatic(UP, DRIVE, home=[0.4]), last])
 
 
-def choice_for(case: LegCase) -> Choice:
-    skeleton = skeleton_of(case.leg.chain)
-    A, B = skeleton.parts[0], skeleton.parts[-1]
-    assert isinstance(A, Cluster)
-    assert isinstance(B, Cluster)
-    return choice_of(case.leg.chain, A, B, UP, None)
-
-
 def far_poses(case: LegCase) -> np.ndarray:
     """Poses on both sides of where the nearer way changes."""
     rng = np.random.default_rng(0)
@@ -75,26 +73,6 @@ def far_poses(case: LegCase) -> np.ndarray:
 def agrees(pair: Pair) -> bool:
     both = zip(pair.recorded, pair.computed, pair.reached, strict=True)
     return all(difference(a, b) <= 1e-10 for a, b, reached in both if reached)
-
-
-@pytest.mark.parametrize(
-    ("rod", "matters"),
-    [
-        ((FLAT_BAR,), False),
-        ((OBLIQUE_BAR,), False),
-        ((FLAT_BAR, OBLIQUE_BAR), False),
-        ((FLAT_BAR, SLIDING_SPRING), False),
-        ((FLAT_BAR, HINGE_ACROSS), False),
-        ((FLAT_BAR, HINGE_OBLIQUE), True),
-        ((FLAT_BAR, TILTED_SPRING), True),
-        ((ANY_SPRING,), True),
-        (BENT, True),
-    ],
-)
-def test_a_half_turn_matters_to_a_rod_without_its_symmetry(rod: tuple[Element, ...], matters: bool):
-    size = sum(isinstance(element, Joint) for element in rod)
-    chain = Chain((*rod, spherical(FREE)))
-    assert half_turn_matters(chain, (0, size), np.zeros(3), UP) is matters
 
 
 @pytest.mark.parametrize(
@@ -109,19 +87,19 @@ def test_a_half_turn_matters_to_a_rod_without_its_symmetry(rod: tuple[Element, .
         ups(spherical(FREE), (ANY_SPRING,), universal([1, 0, 0], [0, 1, 0], FREE)),
     ],
 )
-def test_where_it_matters_the_way_nearer_to_home_is_recorded(
-    case: LegCase, monkeypatch: pytest.MonkeyPatch
-):
+def test_the_way_of_home_is_recorded_and_no_other(case: LegCase):
     poses = far_poses(case)
     pair = pair_of(case, poses)
     assert pair.reached.sum() >= 8
     assert agrees(pair)
-    made = choice_for(case)
-    assert made.first or made.second
-    # and one way for all poses would be wrong
-    fixed = Choice(first=False, second=False, spin=True)
-    monkeypatch.setattr(place, "choice_of", lambda *_: fixed)
-    assert not agrees(pair_of(case, poses))
+    (solver,) = PostureFinder(case.robot).solvers
+    assert solver.closed_form is not None
+    mode = solver.closed_form.mode
+    other = Mode(mode.root, -mode.first, -mode.second)
+    turned = replace(solver, closed_form=solver.closed_form.in_mode(other))
+    record, pose = recorded_pose(poses)
+    legs = at_samples(place_leg(case.leg, pose, turned).leg, len(poses))
+    assert not agrees(replace(pair, record=record, recorded=legs))
 
 
 @pytest.mark.parametrize("rod", [(FLAT_BAR,), (OBLIQUE_BAR, HINGE_ACROSS)])
@@ -133,25 +111,12 @@ def test_where_it_matters_the_way_nearer_to_home_is_recorded(
         (spherical(FREE), universal([1, 1, 0], [-1, 1, 0], FREE)),
     ],
 )
-def test_where_it_does_not_matter_nothing_is_selected(
-    rod: tuple[Element, ...], first: Joint, last: Joint
-):
+def test_nothing_is_selected_at_a_pose(rod: tuple[Element, ...], first: Joint, last: Joint):
     case = ups(first, rod, last)
     pair = pair_of(case, far_poses(case))
     assert agrees(pair)
     used = {operation for operation, _, _ in pair.record.operations}
     assert Operation.GREATER not in used
-
-
-def test_an_oblique_axis_at_the_far_end_asks_for_a_choice():
-    oblique = universal([1, 0, 0.5], [0, 1, 0], FREE)
-    assert choice_for(ups(RIGHT_ANGLED, (FLAT_BAR,), oblique)).first
-    assert not choice_for(ups(RIGHT_ANGLED, (FLAT_BAR,), spherical(FREE))).first
-
-
-def test_limits_ask_for_a_choice():
-    limited = universal([1, 0, 0], [0, 1, 0], Actuated(1e3, limits=(-1.0, 1.0)))
-    assert choice_for(ups(limited, (FLAT_BAR,), spherical(FREE))).first
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -172,7 +137,6 @@ def test_the_spin_of_a_rod_between_two_balls_is_free(seed: int):
 
 def test_the_spin_counts_where_a_ball_is_driven():
     case = ups(spherical(Actuated(1e3)), (OBLIQUE_BAR,), spherical(FREE))
-    assert choice_for(case).spin
     assert agrees(pair_of(case, far_poses(case)))
 
 

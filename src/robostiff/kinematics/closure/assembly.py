@@ -1,0 +1,183 @@
+"""Assembly modes of closed forms: the signs of their roots, and the posture nearest to another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product as combinations
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Actuated, Chain, Joint, JointKind, Locked, Motion, Telescope
+
+_DIGITS = 9  # to which two distances from home count as equal
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Signs, each 1 or -1, of the roots that a closed form takes; a smooth path keeps them.
+
+    Attributes
+    ----------
+    root : int
+        Of the length of a strut, or of the root that gives the coordinate of a slide or crank.
+    first, second : int
+        Of the triple product ``b.(a x d)`` at the joint on the near and the far end of the rod, for
+        the axis b that keeps its angles to two known directions a and d.
+    """
+
+    root: Any = 1
+    first: Any = 1
+    second: Any = 1
+
+
+def all_modes(signs: tuple[bool, bool, bool]) -> tuple[Mode, ...]:
+    """The modes of a closed form that has some of the three signs.
+
+    Examples
+    --------
+    >>> len(all_modes((True, False, True)))
+    4
+    """
+    return tuple(Mode(*own) for own in combinations(*((1, -1) if two else (1,) for two in signs)))
+
+
+def in_one(modes: tuple[Mode, ...], count: int) -> Mode:
+    """Modes as one of arrays, each sign for `count` poses, mode after mode."""
+    signs = np.array([(mode.root, mode.first, mode.second) for mode in modes])
+    return Mode(*np.repeat(signs, count, axis=0).T)
+
+
+def nearest(
+    chain: Chain,
+    q: np.ndarray,
+    closed: np.ndarray,
+    near: np.ndarray,
+    given: np.ndarray,
+    leading: int,
+    length: float,
+) -> np.ndarray:
+    """Which of some postures (m, N, size) is nearest to a wanted one: (N,) of int.
+
+    Those that close the leg come first. Then those whose drive is within its limits, where its home
+    was left out; then the nearest in the coordinates that are given; then in that of the drive;
+    then in all.
+
+    Parameters
+    ----------
+    chain : Chain
+        Without parallel blocks.
+    q : (m, N, size) array
+        Coordinates of each posture.
+    closed : (m, N) array of bool
+        Where it closes the leg.
+    near : (size,) array
+        Wanted coordinates [m, rad].
+    given : (size,) array of bool
+        Which of them were chosen, and not left out.
+    leading : int
+        Place of the drive's coordinate.
+    length : float
+        Against which slides are measured [m].
+    """
+    apart = _distances(chain, q, near, length)
+    outside = np.zeros(closed.shape, dtype=bool)
+    role = chain.roles[leading]
+    if not given[leading] and isinstance(role, Actuated) and role.limits is not None:
+        low, high = role.limits
+        outside = (q[..., leading] < low) | (q[..., leading] > high)
+    keys = (
+        np.sum(apart, axis=-1),
+        apart[..., leading],
+        np.sum(apart[..., given], axis=-1),
+    )
+    rounded = [np.round(key, _DIGITS) for key in keys]
+    # The last key is the first to decide; equal ones keep their order.
+    return np.lexsort((*rounded, outside, _shortened(chain, q), ~closed), axis=0)[0]
+
+
+def _shortened(chain: Chain, q: np.ndarray) -> np.ndarray:
+    """Where a beam of a telescope would be no longer than nothing (...)."""
+    short = np.zeros(q.shape[:-1], dtype=bool)
+    for element, place in chain.moving:
+        if isinstance(element, Telescope):
+            for beam in element.beams:
+                short |= beam.fixed + beam.share * q[..., place.start] <= 0
+    return short
+
+
+def _distances(chain: Chain, q: np.ndarray, near: np.ndarray, length: float) -> np.ndarray:
+    """How far each coordinate is: 1 - cos of an angle, a shift as a part of the length (...)."""
+    apart = q - near
+    found = np.empty(apart.shape)
+    for place, freedom in enumerate(chain.freedoms):
+        own = apart[..., place]
+        slides = freedom.motion is Motion.TRANSLATION
+        found[..., place] = np.abs(own) / length if slides else 1.0 - np.cos(own)
+    for place in _balls(chain):
+        R, R_near = turn_by_vector(q[..., place]), turn_by_vector(near[place])
+        chord = R - R_near
+        found[..., place] = np.einsum("...ij,...ij->...", chord, chord)[..., None] / 12.0
+    return found
+
+
+def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """The same angles, each on the turn within its limits, or else nearest to given coordinates.
+
+    Parameters
+    ----------
+    chain : Chain
+    q : (N, size) array
+        Coordinates [m, rad]; changed in place.
+    near : (size,) array
+        Such as those of home.
+    """
+    balls = list(_balls(chain))
+    of_balls = {i for place in balls for i in range(place.start, place.stop)}
+    for i, (freedom, role) in enumerate(zip(chain.freedoms, chain.roles, strict=True)):
+        if freedom.motion is Motion.TRANSLATION or i in of_balls or isinstance(role, Locked):
+            continue
+        limits = role.limits if isinstance(role, Actuated) else None
+        centre = middle_of_turn(near[i], limits)
+        turns = np.round((centre - q[..., i]) / (2.0 * np.pi))
+        if limits is not None:
+            low, high = limits
+            found = q[..., i] + 2.0 * np.pi * turns
+            turns += (found < low) & (found + 2.0 * np.pi <= high)
+            turns -= (found > high) & (found - 2.0 * np.pi >= low)
+        q[..., i] += 2.0 * np.pi * turns
+    for place in balls:
+        _unwind(q[..., place], near[place])
+    return q
+
+
+def middle_of_turn(home: float, limits: tuple[float, float] | None) -> float:
+    """The angle about which a turn is reported: that of home, moved into the limits [rad].
+
+    Examples
+    --------
+    >>> middle_of_turn(0.0, (1.0, 4.0)), middle_of_turn(0.5, None)
+    (1.0, 0.5)
+    """
+    home = float(home)
+    return home if limits is None else min(max(home, limits[0]), limits[1])
+
+
+def _unwind(r: np.ndarray, near: np.ndarray) -> None:
+    """Rotation vectors (..., 3) of the same rotations, the nearest to a given one; in place."""
+    size = np.linalg.norm(r, axis=-1, keepdims=True)
+    far = np.linalg.norm(near)
+    still = near / far if far > 0 else np.zeros(3)
+    direction = np.where(size > 0, r / np.where(size > 0, size, 1.0), still)
+    turns = np.round(np.sum((near - r) * direction, axis=-1, keepdims=True) / (2.0 * np.pi))
+    r += 2.0 * np.pi * turns * direction
+
+
+def _balls(chain: Chain) -> Iterator[slice]:
+    """Places of the spherical joints that move."""
+    for element, place in chain.moving:
+        is_ball = isinstance(element, Joint) and element.kind is JointKind.SPHERICAL
+        if is_ball and not isinstance(element.role, Locked):
+            yield place
