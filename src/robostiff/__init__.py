@@ -73,7 +73,7 @@ _HOMES = {
         "PlausibilityWarning",
         "RobostiffError",
     ),
-    "robostiff.kinematics": ("JointCoordinates", "find_posture"),
+    "robostiff.kinematics": ("JointCoordinates", "find_posture", "postures"),
     "robostiff.model": (
         "Actuated",
         "Chain",

@@ -74,6 +74,7 @@ from robostiff.errors import RobostiffError as RobostiffError
 from robostiff.io.model_file import ALL_PARAMETERS as ALL_PARAMETERS
 from robostiff.kinematics import JointCoordinates as JointCoordinates
 from robostiff.kinematics import find_posture as find_posture
+from robostiff.kinematics import postures as postures
 from robostiff.model import Actuated as Actuated
 from robostiff.model import Chain as Chain
 from robostiff.model import Elbow as Elbow

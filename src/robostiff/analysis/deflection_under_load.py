@@ -17,7 +17,7 @@ from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Pose, find_posture, freedom_twist
+from robostiff.kinematics import Near, Pose, find_posture, freedom_twist
 from robostiff.model import (
     Actuated,
     PlacedBlock,
@@ -174,6 +174,7 @@ def deflection(
     wrench: ArrayLike = (),
     *,
     at: ArrayLike | None = None,
+    near: Near = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> Deflection:
     """Deflection of the platform under a wrench, and how the parts of the robot share in it.
@@ -189,6 +190,8 @@ def deflection(
         Force [N] and moment [N m] of the environment on the platform, about `at`, world axes.
     at : (3,) array, optional
         Point of the platform in the world [m]; the robot's reference point when left out.
+    near : joint coordinates, optional
+        Those that choose the posture, as for `stiffness`.
     tolerance : Tolerance
 
     Returns
@@ -214,7 +217,7 @@ def deflection(
             expected="a Robot or a Snapshot: cables may become slack, and need not stay near",
             hint="write cable_response(robot, pose, load=...)",
         )
-    answer = stiffness(robot, pose, at=at, tolerance=tolerance)
+    answer = stiffness(robot, pose, at=at, near=near, tolerance=tolerance)
     hint = "for many poses multiply the wrench by compliance(robot, poses)"
     require_one_pose("a deflection", answer.batch_shape, hint)
     F = _checked_wrench(wrench, answer.space)
@@ -239,7 +242,7 @@ def deflection(
         reactions += [JointReaction(*told) for told in carried.reactions]
         actuators += [ActuatorLoad(*told) for told in carried.actuators]
     else:
-        posed = robot if isinstance(robot, Snapshot) else find_posture(robot, pose).snapshot.one(0)
+        posed = _posed(robot, pose, near)
         for leg, own in zip(posed.legs, leg_wrenches, strict=True):
             F_leg = np.zeros(6)
             F_leg[list(answer.space.rows)] = own
@@ -264,6 +267,12 @@ def deflection(
         actuators=tuple(actuators),
         leg_wrenches=tuple(leg_wrenches),
     )
+
+
+def _posed(robot: Robot | Snapshot, pose: Pose, near: Near) -> Snapshot:
+    if isinstance(robot, Snapshot):
+        return robot
+    return find_posture(robot, pose, near=near).snapshot.one(0)
 
 
 def _carried(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,8 @@ class RobotStiffness:
     origin : (..., 3) array
         Where it was computed: the robot's own reference point in the world [m], or the middle of a
         robot that is far away from it.
+    joint_coordinates : mapping of str to (..., size) array
+        The posture: coordinates of the joints of each leg [m, rad], by its name.
     """
 
     name: str
@@ -53,6 +56,7 @@ class RobotStiffness:
     complaints: tuple[str, ...]
     serial_compliance: np.ndarray | None
     origin: np.ndarray
+    joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def space(self) -> Space:
@@ -217,6 +221,7 @@ class RobotStiffness:
                 None if self.serial_compliance is None else self.serial_compliance[index]
             ),
             origin=self.origin[index],
+            joint_coordinates={leg: q[index] for leg, q in self.joint_coordinates.items()},
         )
 
     @property

@@ -13,6 +13,7 @@ from robostiff.analysis.cable_stiffness import cable_stiffness
 from robostiff.analysis.flexible_platform import legs_on_platform
 from robostiff.analysis.leg_matrices import LegMatrices, leg_matrices
 from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.posture_choice import posture_advice
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import (
     CartesianStiffness,
@@ -26,7 +27,7 @@ from robostiff.elastostatics import (
     solved_leg,
 )
 from robostiff.errors import InputError
-from robostiff.kinematics import Pose, Posture, PostureFinder
+from robostiff.kinematics import Near, Pose, Posture, PostureFinder
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
@@ -71,6 +72,7 @@ def stiffness(
     *,
     method: Form = _DEFAULT_METHOD,
     at: ArrayLike | None = None,
+    near: Near = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> RobotStiffness: ...
 @overload
@@ -87,6 +89,7 @@ def stiffness(
     *,
     method: Form = _DEFAULT_METHOD,
     at: ArrayLike | None = None,
+    near: Near = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> RobotStiffness | CableStiffness:
     """Cartesian stiffness matrix K_C of a robot at a pose or a batch of poses, F = K_C t.
@@ -107,6 +110,9 @@ def stiffness(
     at : (3,) or (..., 3) array, optional
         Point of the platform about which the matrix is given, in world coordinates [m]; the robot's
         reference point when left out.
+    near : joint coordinates, optional
+        Of all legs, in a row or leg by leg [m, rad]: the posture nearest to them is taken. When
+        left out, it is the assembly mode of the home configuration.
     tolerance : Tolerance
 
     Returns
@@ -129,6 +135,12 @@ def stiffness(
     rotation about x through (0, 0, 2) m
     """
     _check_arguments(robot, method, tolerance)
+    if near is not None and not isinstance(robot, Robot):
+        raise InputError(
+            f"near of {robot.name!r}",
+            got=near,
+            expected="none: only a robot of joints and legs has postures to choose from",
+        )
     if isinstance(robot, CableRobot):
         if method != _DEFAULT_METHOD:
             raise InputError(
@@ -167,11 +179,19 @@ def stiffness(
     rows = _rows(request)
     parts = []
     for start in range(0, max(rows, 1), CHUNK):
-        posture = _find(finder, request, slice(start, start + CHUNK))
+        posture = _find(finder, request, slice(start, start + CHUNK), near)
         solved = solve_snapshot(posture.snapshot, method, tolerance)
         parts.append((posture, _with_reach(solved, posture)))
     batch = request.shape[:-1] if isinstance(request, np.ndarray) else request.batch
-    return _about(_joined(robot, parts, batch, method), at)
+    result = _joined(robot, parts, batch, method)
+    if near is None and not isinstance(request, np.ndarray):
+
+        def of_leg(snapshot: Snapshot) -> np.ndarray:
+            return solve_snapshot(snapshot, _DEFAULT_METHOD, tolerance).legs[0].matrix
+
+        more = posture_advice(finder, parts[0][0], of_leg)
+        result = replace(result, complaints=(*result.complaints, *more))
+    return _about(result, at)
 
 
 def compliance(
@@ -179,6 +199,7 @@ def compliance(
     pose: Pose = None,
     *,
     at: ArrayLike | None = None,
+    near: Near = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> np.ndarray:
     """Cartesian compliance matrix of a robot, t = C F (..., n, n) [m/N, 1/N, rad/(N m)].
@@ -197,7 +218,7 @@ def compliance(
     >>> C.shape
     (6, 6)
     """
-    return stiffness(robot, pose, at=at, tolerance=tolerance).required_compliance()
+    return stiffness(robot, pose, at=at, near=near, tolerance=tolerance).required_compliance()
 
 
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
@@ -303,10 +324,12 @@ def _rows(request: PoseRequest | np.ndarray) -> int:
     return len(request.coordinates)
 
 
-def _find(finder: PostureFinder, request: PoseRequest | np.ndarray, rows: slice) -> Posture:
+def _find(
+    finder: PostureFinder, request: PoseRequest | np.ndarray, rows: slice, near: Near
+) -> Posture:
     if isinstance(request, np.ndarray):
-        return finder.at_joints(request.reshape(_rows(request), request.shape[-1])[rows])
-    return finder.at_poses(request.part(rows))
+        return finder.at(request.reshape(_rows(request), request.shape[-1])[rows], near)
+    return finder.at(request.part(rows), near)
 
 
 def _with_reach(solved: SnapshotStiffness, posture: Posture) -> SnapshotStiffness:
@@ -341,6 +364,10 @@ def _joined(
         passive_joint_names=first.passive_joint_names,
         method=method,
         complaints=parts[0][0].complaints if not batch else (),
+        joint_coordinates={
+            leg.name: _stacked([posture.coordinates[i] for posture, _ in parts], batch)
+            for i, leg in enumerate(robot.legs)
+        },
         serial_compliance=compliance,
         origin=_stacked([part.origin for _, part in parts], batch),
     )

@@ -17,6 +17,7 @@ from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     Place,
     SideFile,
+    near_from,
     parameters_from,
     point_from,
     pose_from,
@@ -85,7 +86,8 @@ def print_stiffness(
     """Print K at a pose."""
     form = _method(method)
     robot = load(source, parameters_from(settings), **side.options)
-    result = stiffness(robot, pose_from(robot, place), method=form, at=point_from(place))
+    pose, near = pose_from(robot, place), near_from(robot, place)
+    result = stiffness(robot, pose, method=form, at=point_from(place), near=near)
     if isinstance(result, CableStiffness):
         from robostiff.cli.commands_cables import print_cable_stiffness
 
@@ -110,7 +112,8 @@ def print_deflection(
     """Print the deflection under a load."""
     robot = load(source, parameters_from(settings), **side.options)
     F = wrench_from(wrench, robot.space)
-    result = deflection(robot, pose_from(robot, place), F, at=point_from(place))
+    pose, near = pose_from(robot, place), near_from(robot, place)
+    result = deflection(robot, pose, F, at=point_from(place), near=near)
     if as_json:
         _print_json(deflection_data(result))
     elif tables.on_terminal():

@@ -12,6 +12,7 @@ from robostiff.cli.shared_options import (
     AtOption,
     JointsOption,
     JsonOption,
+    NearOption,
     PoseOption,
     RobotArgument,
     SetOption,
@@ -84,6 +85,7 @@ def stiffness(
     robot: RobotArgument,
     pose: PoseOption = None,
     joints: JointsOption = None,
+    near: NearOption = None,
     at: AtOption = None,
     method: Annotated[
         str,
@@ -107,8 +109,8 @@ def stiffness(
     from robostiff.cli.commands import print_stiffness
     from robostiff.cli.written_arguments import Place, SideFile
 
-    described = SideFile(side, allow_xacro)
-    return print_stiffness(robot, Place(pose, joints, at), method, set_ or [], json_, described)
+    described, place = SideFile(side, allow_xacro), Place(pose, joints, at, near)
+    return print_stiffness(robot, place, method, set_ or [], json_, described)
 
 
 @app.command()
@@ -125,6 +127,7 @@ def deflection(
     ],
     pose: PoseOption = None,
     joints: JointsOption = None,
+    near: NearOption = None,
     at: AtOption = None,
     side: SideOption = None,
     allow_xacro: XacroOption = False,
@@ -140,8 +143,8 @@ def deflection(
     from robostiff.cli.commands import print_deflection
     from robostiff.cli.written_arguments import Place, SideFile
 
-    described = SideFile(side, allow_xacro)
-    return print_deflection(robot, Place(pose, joints, at), wrench, set_ or [], json_, described)
+    described, place = SideFile(side, allow_xacro), Place(pose, joints, at, near)
+    return print_deflection(robot, place, wrench, set_ or [], json_, described)
 
 
 @app.command()

@@ -31,6 +31,15 @@ JointsOption = Annotated[
         help="Joint coordinates of a serial arm [m, rad], in place of --pose.",
     ),
 ]
+NearOption = Annotated[
+    str | None,
+    typer.Option(
+        "--near",
+        metavar='"q1 q2 ..."',
+        help="Joint coordinates of all legs, one after the other [m, rad]: the posture nearest to "
+        "them is taken. That of home when left out.",
+    ),
+]
 AtOption = Annotated[
     str | None,
     typer.Option(

@@ -24,6 +24,7 @@ class Place:
     pose: str | None
     joints: str | None
     at: str | None
+    near: str | None = None
 
 
 @dataclass(frozen=True)
@@ -121,12 +122,29 @@ def _joints(robot: Robot, text: str) -> list[float]:
         raise InputError(
             "--joints", got=text, expected="--pose: joints pose serial arms only", hint=None
         )
-    chain = robot.legs[0].chain
-    dimensions = [
-        Dimension.LENGTH if freedom.motion is Motion.TRANSLATION else Dimension.ANGLE
-        for freedom in chain.freedoms
-    ]
-    return parse_quantities(text, dimensions, chain.coordinate_names, "--joints")
+    return _leg_coordinates(robot, text, "--joints")
+
+
+def near_from(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> list[float] | None:
+    """Joint coordinates that choose a posture."""
+    if place.near is None:
+        return None
+    if not isinstance(robot, Robot):
+        raise InputError(
+            "--near", got=place.near, expected="none: only robots of joints and legs have postures"
+        )
+    return _leg_coordinates(robot, place.near, "--near")
+
+
+def _leg_coordinates(robot: Robot, text: str, option: str) -> list[float]:
+    """Coordinates of all legs, one after the other."""
+    dimensions, names = [], []
+    for leg in robot.legs:
+        for freedom, name in zip(leg.chain.freedoms, leg.chain.coordinate_names, strict=True):
+            slides = freedom.motion is Motion.TRANSLATION
+            dimensions.append(Dimension.LENGTH if slides else Dimension.ANGLE)
+            names.append(name if robot.is_serial else f"{leg.name}/{name}")
+    return parse_quantities(text, dimensions, names, option)
 
 
 def point_from(place: Place) -> list[float] | None:

@@ -15,14 +15,17 @@ from robostiff.kinematics.jacobians import (
     spring_compliance,
     spring_jacobian,
 )
-from robostiff.kinematics.pose import JointCoordinates, Pose
+from robostiff.kinematics.pose import JointCoordinates, Near, Pose
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.posture_finder import PostureFinder, find_posture
+from robostiff.kinematics.postures import LegPosture, postures
 from robostiff.kinematics.spring_modes import felt_by_springs
 
 __all__ = [
     "FormulaPose",
     "JointCoordinates",
+    "LegPosture",
+    "Near",
     "PlacedChain",
     "PlacedFormula",
     "Pose",
@@ -37,6 +40,7 @@ __all__ = [
     "place_chain",
     "place_leg",
     "place_leg_at_joints",
+    "postures",
     "spring_compliance",
     "spring_jacobian",
 ]

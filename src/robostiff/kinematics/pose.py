@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -66,6 +68,36 @@ class PoseRequest:
             coordinates=poses_side_by_side(self.coordinates[rows], 1),
             R=poses_side_by_side(self.R[rows], 2),
         )
+
+
+Near = JointCoordinates | ArrayLike | Sequence[ArrayLike] | None
+
+
+def near_coordinates(robot: Robot, near: Near) -> tuple[np.ndarray, ...] | None:
+    """Joint coordinates of each leg that choose a posture, given leg by leg or all in a row.
+
+    Raises
+    ------
+    InputError
+        When they are not as many finite numbers as the legs have coordinates.
+    """
+    if near is None:
+        return None
+    given: Any = near.values if isinstance(near, JointCoordinates) else near
+    subject, sizes = f"near of {robot.name!r}", [leg.chain.size for leg in robot.legs]
+    every = f"{sum(sizes)} joint coordinates [m, rad]"
+    expected = every if robot.is_serial else f"{every}, or one list for each of {len(sizes)} legs"
+    parts = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else []
+    if len(parts) == len(sizes) and all(np.ndim(part) == 1 for part in parts):
+        flat = np.concatenate([as_floats(subject, part, expected) for part in parts])
+        fits = [len(part) for part in parts] == sizes
+    else:
+        flat = as_floats(subject, given, expected).reshape(-1)
+        fits = flat.size == sum(sizes)
+    if not fits:
+        hint = f"the legs have {', '.join(map(str, sizes))} coordinates each, passive ones included"
+        raise InputError(subject, got=given, expected=expected, hint=hint)
+    return tuple(np.split(flat, np.cumsum(sizes)[:-1]))
 
 
 def home_coordinates(robot: Robot) -> np.ndarray:

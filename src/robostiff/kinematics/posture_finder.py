@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure import NewtonTask, attachment_frame, gaps, leg_solver
+from robostiff.kinematics.closure import (
+    Followed,
+    NewtonTask,
+    attachment_frame,
+    gaps,
+    leg_solver,
+)
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.pose import (
     JointCoordinates,
+    Near,
     Pose,
     PoseRequest,
     home_coordinates,
+    near_coordinates,
     platform_pose,
     question_joints,
     requested_pose,
@@ -35,6 +44,7 @@ from robostiff.spatial.batch import poses_side_by_side
 
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
+_ROUNDING = 1e-13  # of a distance from the origin
 # Poses around home that tell whether the coordinates left to the legs stay where they are.
 _TRIED, _AROUND, _SEED = 8, 1e-2, 3
 
@@ -87,18 +97,28 @@ class PostureFinder:
                 return chain.home
         return requested_pose(self.robot, pose)
 
-    def find(self, pose: Pose) -> Posture:
-        """Posture at a pose or a batch of poses.
+    def find(self, pose: Pose, near: Near = None) -> Posture:
+        """Posture at a pose or a batch of poses, the one nearest to joint coordinates if given.
 
         Raises
         ------
         InputError
-            When the pose does not fit the robot.
+            When the pose or the joint coordinates do not fit the robot.
         """
-        request = self.request(pose)
-        if isinstance(request, np.ndarray):
-            return self.at_joints(request)
-        return self.at_poses(request)
+        return self.at(self.request(pose), near)
+
+    def at(self, request: PoseRequest | np.ndarray, near: Near = None) -> Posture:
+        """Posture at poses that were read by `request`."""
+        if not isinstance(request, np.ndarray):
+            return self.at_poses(request, near_coordinates(self.robot, near))
+        if near is not None:
+            raise InputError(
+                f"near of {self.robot.name!r}",
+                got=near,
+                expected="none: joint coordinates pose this arm, and determine its posture",
+                hint="near=... chooses among the postures at a pose of the platform",
+            )
+        return self.at_joints(request)
 
     def at_joints(self, q: np.ndarray) -> Posture:
         """Posture of a serial arm at joint coordinates (..., size)."""
@@ -108,21 +128,33 @@ class PostureFinder:
         R = poses_side_by_side(platform.rotation.as_matrix(), 2)
         return self._posture(q.shape[:-1], pose, R, [poses_side_by_side(rows, 1)])
 
-    def at_poses(self, request: PoseRequest) -> Posture:
-        """Posture at platform poses; coordinates that the legs decide follow."""
+    def at_poses(self, request: PoseRequest, near: Sequence[np.ndarray] | None = None) -> Posture:
+        """Posture at platform poses; coordinates that the legs decide follow.
+
+        Parameters
+        ----------
+        request : PoseRequest
+        near : sequence of (size,) arrays, optional
+            Coordinates of each leg that choose its posture; the assembly mode of home when left
+            out.
+        """
         pose = request.coordinates
         follow = bool(request.open) and not self._open_stay_at_home
         # Alone a leg seldom closes where coordinates must follow: that is not looked for far away.
-        alone = [solver.solve(pose, request.R, from_afar=not follow) for solver in self.solvers]
-        q = [own for own, _ in alone]
-        elsewhere = np.any([away for _, away in alone], axis=0)
+        elsewhere = np.zeros(len(pose), dtype=bool)
+        if near is None:
+            alone = [solver.solve(pose, request.R, from_afar=not follow) for solver in self.solvers]
+            q = [own for own, _ in alone]
+            elsewhere = np.any([away for _, away in alone], axis=0)
+        else:
+            each = zip(self.solvers, near, strict=True)
+            q = [solver.solve_near(own, pose, request.R) for solver, own in each]
         posture = self._posture(request.batch, pose, request.R, q, elsewhere)
         missed = ~(posture.reached & posture.meets(_MET))
         if not follow or not np.any(missed):
             return posture
         task = NewtonTask(self.robot.legs, request.open, self.length)
-        start = [solver.home for solver in self.solvers]
-        found = task.follow(self.home_pose, start, pose[missed])
+        found = self._followed(task, pose[missed], near)
         met = found.closed | found.elsewhere
         # Where the legs cannot close at all, what each of them lacks at home's other coordinates
         # says more than a compromise between them.
@@ -134,6 +166,15 @@ class PostureFinder:
         for own, new in zip(q, found.coordinates, strict=True):
             own[rows] = new[met]
         return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q, elsewhere)
+
+    def _followed(
+        self, task: NewtonTask, goal: np.ndarray, near: Sequence[np.ndarray] | None
+    ) -> Followed:
+        """Legs closed together: in the assembly mode of home, or nearest to given coordinates."""
+        if near is None:
+            return task.follow(self.home_pose, [solver.home for solver in self.solvers], goal)
+        # Given coordinates need not close, so that no path leads from them.
+        return task.closed_near(goal, [np.tile(own, (len(goal), 1)) for own in near])
 
     def _undetermined(self, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
         if self.robot.is_posed_by_joints:
@@ -197,7 +238,7 @@ class PostureFinder:
         )
 
 
-def find_posture(robot: Robot, pose: Pose = None) -> Posture:
+def find_posture(robot: Robot, pose: Pose = None, *, near: Near = None) -> Posture:
     """Posture of a robot at a pose or a batch of poses.
 
     Parameters
@@ -205,6 +246,9 @@ def find_posture(robot: Robot, pose: Pose = None) -> Posture:
     robot : Robot
     pose : RigidTransform, JointCoordinates, array of coordinates, or None
         None for the home configuration.
+    near : joint coordinates, optional
+        Of all legs, in a row or leg by leg [m, rad]: the posture nearest to them is chosen at each
+        pose. When left out, it is the assembly mode of the home configuration.
 
     Raises
     ------
@@ -222,7 +266,7 @@ def find_posture(robot: Robot, pose: Pose = None) -> Posture:
         raise InputError(
             "robot", got=robot, expected="a Robot", hint='write find_posture(load("hexapod"), pose)'
         )
-    return PostureFinder(robot).find(pose)
+    return PostureFinder(robot).find(pose, near)
 
 
 def reach(robot: Robot, home_pose: np.ndarray) -> float:
@@ -235,7 +279,9 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
         extent = [np.linalg.norm(e.point - leg.base.p) for e in placed.parts]
         sizes += [np.linalg.norm(p_end - leg.base.p), *extent]
     size = float(max(sizes))
-    return size if size > 0 else 1.0
+    # What is all in one point has no extent but rounding.
+    far = max(np.linalg.norm(p) for p in (home_pose[:3], *(leg.base.p for leg in robot.legs)))
+    return size if size > _ROUNDING * far else 1.0
 
 
 def _gap(

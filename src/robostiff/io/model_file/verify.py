@@ -51,7 +51,7 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
     if determine_pose(mobility, robot.coordinates):
         return robot
     fitting = fitting_coordinates(mobility)
-    if not chosen and fitting:
+    if not chosen:  # none for a structure, which stands at home alone
         return replace(robot, coordinates=fitting)
     words = " ".join(coordinate.value for coordinate in robot.coordinates) or "none"
     raise (top / "coordinates").error(

@@ -5,19 +5,20 @@ RUS, planar RRR and PRR; ``sliding_rod``: PRRR and CRR with parallel axes), reco
 alone; Newton's method from the home configuration, in its assembly mode, for the rest.
 """
 
-from robostiff.kinematics.closure.leg_solver import LegSolver, leg_solver
 from robostiff.kinematics.closure.leg_equations import (
+    Followed,
     NewtonTask,
     advance,
     attachment_frame,
     closing_rates,
     gaps,
 )
-
+from robostiff.kinematics.closure.leg_solver import LegSolver, leg_solver
 from robostiff.kinematics.closure.newton import AssemblyMode, Part, nearest
 
 __all__ = [
     "AssemblyMode",
+    "Followed",
     "LegSolver",
     "NewtonTask",
     "Part",

@@ -95,10 +95,10 @@ def nearest(
     )
     rounded = [np.round(key, _DIGITS) for key in keys]
     # The last key is the first to decide; equal ones keep their order.
-    return np.lexsort((*rounded, outside, _shortened(chain, q), ~closed), axis=0)[0]
+    return np.lexsort((*rounded, outside, shortened(chain, q), ~closed), axis=0)[0]
 
 
-def _shortened(chain: Chain, q: np.ndarray) -> np.ndarray:
+def shortened(chain: Chain, q: np.ndarray) -> np.ndarray:
     """Where a beam of a telescope would be no longer than nothing (...)."""
     short = np.zeros(q.shape[:-1], dtype=bool)
     for element, place in chain.moving:
@@ -106,6 +106,16 @@ def _shortened(chain: Chain, q: np.ndarray) -> np.ndarray:
             for beam in element.beams:
                 short |= beam.fixed + beam.share * q[..., place.start] <= 0
     return short
+
+
+def beyond_limits(chain: Chain, q: np.ndarray) -> np.ndarray:
+    """Where an actuator is beyond its limits (...)."""
+    beyond = np.zeros(q.shape[:-1], dtype=bool)
+    for i, role in enumerate(chain.roles):
+        if isinstance(role, Actuated) and role.limits is not None:
+            low, high = role.limits
+            beyond |= (q[..., i] < low) | (q[..., i] > high)
+    return beyond
 
 
 def _distances(chain: Chain, q: np.ndarray, near: np.ndarray, length: float) -> np.ndarray:

@@ -85,6 +85,12 @@ class NewtonTask:
         """Close from a guess, in whatever assembly mode is near, or as nearly as it goes."""
         return self._apart(nearest(self, np.concatenate([pose, *q], axis=-1)))
 
+    def closed_near(self, pose: np.ndarray, q: list[np.ndarray]) -> Followed:
+        """Postures closed from a guess, in the assembly mode of the guess."""
+        x = nearest(self, np.concatenate([pose, *q], axis=-1))
+        closed = np.max(np.abs(self.gaps(x)), axis=-1) <= CLOSED
+        return Followed(*self._apart(x), closed, np.zeros(len(x), dtype=bool))
+
     @cached_property
     def given(self) -> np.ndarray:
         """Pose coordinates that are prescribed."""

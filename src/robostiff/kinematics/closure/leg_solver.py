@@ -7,7 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.closure.assembly import Mode, all_modes, in_one, nearest, on_turn_of_home
+from robostiff.kinematics.closure.assembly import (
+    Mode,
+    all_modes,
+    beyond_limits,
+    in_one,
+    nearest,
+    on_turn_of_home,
+    shortened,
+)
 from robostiff.kinematics.closure.copies import copied_places
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
@@ -21,11 +29,12 @@ from robostiff.kinematics.closure.sliding_rod import SlidingRod, recognise_slidi
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import Loop, place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
-from robostiff.model import Chain, Elbow, Leg
+from robostiff.model import Chain, Elbow, Leg, Motion
 from robostiff.spatial.batch import poses_side_by_side, product
 
 ClosedForm = Strut | Rod | SlidingRod
 _CLOSED = 1e-7
+_STARTS, _SEED = 32, 5  # of the search for other postures
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 
@@ -146,6 +155,54 @@ class LegSolver:
         form = self.closed_form.in_mode(in_one(modes, len(pose)))
         many = np.tile(pose, (len(modes), 1)), np.tile(R_platform, (len(modes), 1, 1))
         return modes, self._copies_at(form, *many).reshape(len(modes), *pose.shape[:-1], -1)
+
+    def that_close(self, pose: np.ndarray) -> tuple[tuple[Mode, ...], np.ndarray]:
+        """Assembly modes of the closed form that close the leg at one pose (6,), and q (m, size).
+
+        Raises
+        ------
+        InputError
+            When the leg has no closed form.
+        """
+        R = turn_by_vector(pose[None, 3:])
+        modes, every = self.in_all_modes(pose[None], R)
+        q = on_turn_of_home(self.leg.chain, every[:, 0], self.leg.chain.home)
+        closed = _open_by(self.leg, every, pose[None], R, self.length)[:, 0] <= _CLOSED
+        closed &= ~shortened(self.leg.chain, q)
+        return tuple(mode for mode, good in zip(modes, closed, strict=True) if good), q[closed]
+
+    @property
+    def posture_is_given(self) -> bool:
+        """Whether home coordinates or an elbow choose the posture of the leg.
+
+        Coordinates that are left out do, where their zeros are as the leg is drawn at home.
+        """
+        chain = self.leg.chain
+        drawn = np.max(np.abs(self.home - chain.home), initial=0.0) <= _CLOSED
+        given = bool(np.any(chain.home_given & chain.free))
+        return self.leg.elbow is not Elbow.HOME or given or bool(drawn)
+
+    def alternatives(self, pose: np.ndarray) -> np.ndarray:
+        """Coordinates (m, size) of postures at one pose (6,) that close the leg within its limits.
+
+        All in closed form, the sign of a strut's length kept; else what Newton's method finds from
+        random coordinates.
+        """
+        if self.closed_form is None:
+            chain = self.leg.chain
+            q = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (_STARTS, chain.size))
+            slides = [freedom.motion is Motion.TRANSLATION for freedom in chain.freedoms]
+            q = np.where(chain.free, q * np.where(slides, self.length, np.pi), chain.home)
+            poses = np.tile(pose, (_STARTS, 1))
+            _, (q,) = NewtonTask((self.leg,), (), self.length).close(poses, [q])
+            R = turn_by_vector(poses[:, 3:])
+            closed = _open_by(self.leg, q[None], poses, R, self.length)[0] <= _CLOSED
+            q = on_turn_of_home(chain, q, chain.home)
+            return q[closed & ~shortened(chain, q) & ~beyond_limits(chain, q)]
+        modes, q = self.that_close(pose)
+        root = self.closed_form.mode.root
+        kept = [not isinstance(self.closed_form, Strut) or mode.root == root for mode in modes]
+        return q[np.array(kept, dtype=bool) & ~beyond_limits(self.leg.chain, q)]
 
     @property
     def main(self) -> Chain:
