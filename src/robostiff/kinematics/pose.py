@@ -144,14 +144,16 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
     free = f"{len(names)} numbers ({' '.join(names)}) or " if 0 < len(names) < 6 else ""
     expected = f"{free}6 numbers (x y z rx ry rz) in the last axis"
     given = as_floats(f"pose of {robot.name!r}", pose, expected)
-    if given.ndim == 0 or given.shape[-1] not in {len(names), 6} or given.shape[-1] == 0:
+    fits = {len(names), 6} if names or not robot.is_posed_by_joints else {6}
+    if given.ndim == 0 or given.shape[-1] not in fits:
         raise InputError(
             f"shape of the pose of {robot.name!r}",
             got=given.shape,
             expected=expected,
             hint=_HINT if _may_be_joints(robot, given) else None,
         )
-    batch, rows = given.shape[:-1], given.reshape(-1, given.shape[-1])
+    batch = given.shape[:-1]
+    rows = given.reshape(math.prod(batch), given.shape[-1])
     if rows.shape[-1] == 6:
         _question(robot, rows, home)
         _check_plane(robot, rows, home)

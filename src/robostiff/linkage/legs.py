@@ -54,10 +54,13 @@ def robot_of(part: Linkage, found: Configuration) -> Robot | None:
 def _settled(part: Linkage, found: Configuration) -> Linkage:
     """The linkage with the coordinates that were found as home coordinates."""
     settled = []
+    # A description draws its robot at zeros where nobody chose a posture.
+    chosen = any(np.any(q) for q in found.coordinates.values())
     for c in part.connections:
         element = c.element
         if isinstance(element, Joint):
-            element = replace(element, home=tuple(found.coordinates[c.name].tolist()))
+            home = tuple(found.coordinates[c.name].tolist())
+            element = replace(element, home=home, home_given=chosen)
         settled.append(replace(c, element=element))
     return replace(part, connections=tuple(settled))
 

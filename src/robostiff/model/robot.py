@@ -103,7 +103,7 @@ class Robot:
         Point of the platform about which stiffness is given, in the platform frame [m].
     coordinates : tuple of Coordinate
         The pose coordinates that can be chosen freely; the legs fix the others. Empty for a serial
-        arm that is posed by its joints alone.
+        arm that is posed by its joints alone, and for a structure without mobility.
     space : Space
         Planar for a robot in the x-y plane that is computed with 3 x 3 matrices.
     title, source : str
@@ -261,7 +261,8 @@ class Robot:
     def __repr__(self) -> str:
         legs = "1 leg" if self.is_serial else f"{len(self.legs)} legs"
         free = " ".join(coordinate.value for coordinate in self.coordinates)
-        posed = "posed by its joints" if self.is_posed_by_joints else f"free in {free}"
+        posed = f"free in {free}" if free else "without mobility"
+        posed = "posed by its joints" if self.is_posed_by_joints else posed
         symbols = f", symbols {', '.join(map(str, self.symbols))}" if self.symbols else ""
         return f"<Robot {self.name!r}, {legs}, {posed}{symbols}>"
 
