@@ -12,19 +12,20 @@ from robostiff.network.beam_matrix import beam_stiffness_12
 from robostiff.network.elements import BeamElement, JointElement, SpringElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.network import Network
-from robostiff.spatial import block_rotation, rotate_stiffness
+from robostiff.spatial import block_rotation
 
 _DEFAULT_TOLERANCE = Tolerance()
 
 
 def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> np.ndarray:
-    """Stiffness about the reference point as the Hessian of the least elastic energy, ``Z^T H Z``.
+    """Stiffness about the reference point as the Hessian of the least elastic energy, |E Z|^2.
 
-    Unknowns are the displacements of all bodies and the coordinates of all joints and springs; H
-    is their elastic energy, and what connects them holds as constraints, eliminated by their null
-    space. Z, the state of least energy for each unit displacement of the platform, enters squared:
-    an error of it changes the energy in second order only. Dense, so for networks of some hundred
-    bodies: it is a check of `condense`, with which it shares neither W nor S.
+    Unknowns are the displacements of all bodies and the coordinates of all joints and springs; the
+    rows of E are what each spring stores, |E z|^2 / 2, and what connects them holds as constraints,
+    eliminated by their null space. Z, the state of least energy for each unit displacement of the
+    platform, enters squared: an error of it changes the energy in second order only. Dense, so for
+    networks of some hundred bodies: it is a check of `condense`, with which it shares neither W nor
+    S.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
         _coordinates(element, equations) for element in (*network.springs, *network.joints)
     ]
     size = n * len(bodies) + sum(len(k) for _, k in coordinates)
-    H, G = _beam_energy(equations, bodies, size), np.zeros((n * len(coordinates), size))
+    G, E = np.zeros((n * len(coordinates), size)), [_beam_energy(equations, bodies, size)]
     column = n * len(bodies)
     for i, (element, (T, k)) in enumerate(
         zip((*network.springs, *network.joints), coordinates, strict=True)
@@ -68,26 +69,36 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
             if name in bodies:
                 G[rows, bodies[name]] = sign * equations.transport(name, _point(element, equations))
         G[rows, own] = -T
-        H[own, own] = np.diag(k)
-    return _condensed(H, G, bodies[network.platform], equations)
+        stored = np.zeros((len(k), size))
+        stored[:, own] = np.diag(np.sqrt(k))
+        E.append(stored[k > 0])
+    return _condensed(np.vstack(E), G, bodies[network.platform], equations)
 
 
-def _condensed(H: np.ndarray, G: np.ndarray, platform: slice, equations: Equations) -> np.ndarray:
+def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equations) -> np.ndarray:
     """Least energy for unit displacements of the platform, subject to G z = 0."""
     n = equations.size
-    others = np.delete(np.arange(len(H)), np.arange(platform.start, platform.stop))
-    Z = np.zeros((len(H), n))
+    others = np.delete(np.arange(E.shape[1]), np.arange(platform.start, platform.stop))
+    Z = np.zeros((E.shape[1], n))
     Z[platform] = np.eye(n)
     start, N = _solutions(G[:, others], -G[:, platform], equations.tolerance)
     Z[others] = start
-    gradient = N.T @ (H @ Z)[others]
+    N = _elastic(E[:, others], N, equations.tolerance)
     if N.shape[1]:
-        Z[others] -= N @ np.linalg.lstsq(N.T @ H[np.ix_(others, others)] @ N, gradient)[0]
+        Z[others] -= N @ np.linalg.lstsq(E[:, others] @ N, E @ Z, rcond=0.0)[0]
     to_reference = equations.transport(
         equations.network.platform, equations.network.reference_point
     )
     Z = Z @ np.linalg.inv(to_reference)
-    return Z.T @ H @ Z * np.outer(equations.scale, equations.scale) * equations.stiffness
+    stored = E @ Z
+    return stored.T @ stored * np.outer(equations.scale, equations.scale) * equations.stiffness
+
+
+def _elastic(E: np.ndarray, N: np.ndarray, tolerance: Tolerance) -> np.ndarray:
+    """Of the motions N those that some spring feels: what passive joints do alone is left out."""
+    size = np.linalg.norm(E, axis=1, keepdims=True)
+    values, Vt = np.linalg.svd(E / np.where(size > 0, size, 1.0) @ N)[1:]
+    return N @ Vt[: np.count_nonzero(values > tolerance.independence)].T
 
 
 def _solutions(
@@ -105,26 +116,22 @@ def _solutions(
 
 
 def _beam_energy(equations: Equations, bodies: dict[str, slice], size: int) -> np.ndarray:
-    H = np.zeros((size, size))
+    """What beams store, six rows each: with K = [[., .], [K_ba, K_bb]], K_bb = L L^T, L^-1 K_b."""
     rows = list(equations.network.space.rows)
-    both = rows + [row + 6 for row in rows]
+    both, n = rows + [row + 6 for row in rows], equations.size
     s = np.tile(equations.scale, 2)
+    energies = [np.zeros((0, size))]
     for beam in equations.network.beams:
         R = np.kron(np.eye(2), block_rotation(beam.rotation))
         K = R @ beam_stiffness_12(_inverse(beam), beam.length) @ R.T
         K = K[np.ix_(both, both)] / np.outer(s, s) / equations.stiffness
-        n = equations.size
-        ends = ((beam.a, beam.start, K[:n]), (beam.b, beam.end, K[n:]))
-        for name, point, _ in ends:
-            for other, other_point, _ in ends:
-                if name in bodies and other in bodies:
-                    i, j = (n * (node == beam.b) for node in (name, other))
-                    H[bodies[name], bodies[other]] += (
-                        equations.transport(name, point).T
-                        @ K[i : i + n, j : j + n]
-                        @ equations.transport(other, other_point)
-                    )
-    return H
+        stored = np.linalg.solve(np.linalg.cholesky(K[n:, n:]), K[n:])
+        energies.append(np.zeros((n, size)))
+        ends = ((beam.a, beam.start, stored[:, :n]), (beam.b, beam.end, stored[:, n:]))
+        for name, point, own in ends:
+            if name in bodies:
+                energies[-1][:, bodies[name]] += own @ equations.transport(name, point)
+    return np.vstack(energies)
 
 
 def _inverse(beam: BeamElement) -> np.ndarray:
@@ -144,13 +151,14 @@ def _coordinates(
     """Scaled twists of a connection per unit of each coordinate (n, m), and stiffnesses (m,)."""
     rows, scale = list(equations.network.space.rows), equations.scale
     if isinstance(element, SpringElement):
-        C = rotate_stiffness(element.elasticity.compliance, element.rotation)[np.ix_(rows, rows)]
-        values, modes = np.linalg.eigh(C * np.outer(scale, scale) * equations.stiffness)
-        soft = values > equations.tolerance.rigidity * values.sum()
-        J = (block_rotation(element.rotation) @ element.elasticity.freedoms)[rows] * scale[:, None]
+        R = block_rotation(element.rotation)
+        modes = (R @ element.elasticity.modes)[rows] * scale[:, None]
+        size = np.linalg.norm(modes, axis=0)
+        soft = size > 0
+        J = (R @ element.elasticity.freedoms)[rows] * scale[:, None]
         J = J / np.linalg.norm(J, axis=0)
-        k = np.concatenate([1.0 / values[soft], np.zeros(J.shape[1])])
-        return np.hstack([modes[:, soft], J]), k
+        k = np.concatenate([1 / size[soft] ** 2 / equations.stiffness, np.zeros(J.shape[1])])
+        return np.hstack([modes[:, soft] / size[soft], J]), k
     moving = [f for f in element.freedoms if f.is_passive or f.stiffness is not None]
     at = _point(element, equations)
     T = np.zeros((len(rows), len(moving)))
