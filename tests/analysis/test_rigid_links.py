@@ -127,3 +127,22 @@ def test_a_robot_in_one_point_is_the_same_about_every_point(reference):
     assert int(result.rank) == 5
     moved = there.about(np.array(reference, dtype=float))
     assert np.abs(result.K - moved.K).max() <= 1e-9 * np.abs(moved.K).max()
+
+
+@pytest.mark.parametrize("name", ["delta", "3-puu", "orthoglide"])
+def test_the_network_of_rigid_links_has_the_same_compliance(name):
+    from robostiff.network import compliance_between, network_of_snapshot
+
+    snapshot = posed(name, (0.03, -0.02, 0.04))
+    network = network_of_snapshot(snapshot)
+    C = rs.compliance(snapshot)
+    size = np.abs(C).max()
+    assert np.abs(rs.compliance(network) - C).max() < 1e-12 * size
+    F = np.array([10.0, -20.0, 30.0, 1.0, 2.0, -3.0])
+    bent, expected = rs.deflection(network, wrench=F), rs.deflection(snapshot, wrench=F)
+    assert np.abs(bent.twist - expected.twist).max() < 1e-12 * np.abs(expected.twist).max()
+    assert bent.energy == pytest.approx(sum(part.energy for part in bent.parts), rel=1e-9)
+    loads = compliance_between(
+        network, [("platform", snapshot.reference_point)], loads=F[:, None]
+    )
+    assert loads.item() == pytest.approx(F @ C @ F, rel=1e-12)

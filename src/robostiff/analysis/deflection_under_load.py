@@ -28,7 +28,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.model.cable import CableRobot
-from robostiff.network import Network, internal_loads
+from robostiff.network import Network, loads_under
 from robostiff.spatial import Space, as_floats, move_twist, move_wrench
 
 _DEFAULT_TOLERANCE = Tolerance()
@@ -237,7 +237,7 @@ def deflection(
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
     if isinstance(robot, Network):
-        carried = internal_loads(robot, t_origin, tolerance)
+        carried = loads_under(robot, F_origin, tolerance)
         parts += carried.energies
         reactions += [JointReaction(*told) for told in carried.reactions]
         actuators += [ActuatorLoad(*told) for told in carried.actuators]

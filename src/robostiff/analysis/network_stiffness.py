@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.structural_analysis import StructuralAnalysis
-from robostiff.elastostatics import Tolerance
-from robostiff.network import Network, condense
+from robostiff.elastostatics import Status, Tolerance
+from robostiff.errors import NoAnswerError
+from robostiff.network import Network, NetworkStiffness, compliance_between, condense
 
 
 def network_stiffness(network: Network, tolerance: Tolerance) -> RobotStiffness:
@@ -32,6 +35,19 @@ def network_stiffness(network: Network, tolerance: Tolerance) -> RobotStiffness:
         passive_joint_names=solved.freedom_names,
         method=StructuralAnalysis(),
         complaints=(),
-        serial_compliance=None,
+        serial_compliance=_where_rigid(network, solved, tolerance),
         origin=solved.origin,
     )
+
+
+def _where_rigid(
+    network: Network, solved: NetworkStiffness, tolerance: Tolerance
+) -> np.ndarray | None:
+    """Compliance about the origin where a direction is rigid, and there is no K to invert."""
+    whole = solved.whole
+    if Status.RIGID_DIRECTION not in whole.status or int(whole.rank) < whole.space.size:
+        return None
+    try:
+        return compliance_between(network, [(network.platform, solved.origin)], tolerance=tolerance)
+    except NoAnswerError:
+        return None

@@ -15,7 +15,7 @@ from robostiff.network.elements import (
     beam_between,
 )
 from robostiff.network.energy import energy_stiffness
-from robostiff.network.internal_loads import InternalLoads, internal_loads
+from robostiff.network.internal_loads import InternalLoads, internal_loads, loads_under
 from robostiff.network.network import Network
 from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
 from robostiff.network.snapshot_network import network_of_snapshot
@@ -35,6 +35,7 @@ __all__ = [
     "condense",
     "energy_stiffness",
     "internal_loads",
+    "loads_under",
     "network_of_snapshot",
     "platform_flexibility",
 ]

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.network.equations import Equations, equations_of
+from robostiff.network.equations import equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import redundancy
@@ -23,29 +23,36 @@ def compliance_between(
     network: Network,
     points: Sequence[tuple[str, ArrayLike]],
     *,
+    loads: ArrayLike | None = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> np.ndarray:
     """Compliance between points of a network: all their twists for wrenches at any of them.
+
+    Where a point can move freely, there are no twists for all wrenches, but there is the work of
+    those `loads` that do none on the free motions.
 
     Parameters
     ----------
     network : Network
     points : sequence of (str, (3,) array)
         N points in the world [m], each with the name of the node that carries it.
+    loads : (n N, k) array, optional
+        Loads in columns, each a wrench at every point [N, N m]; all unit wrenches when left out.
     tolerance : Tolerance
 
     Returns
     -------
-    (n N, n N) array
+    (n N, n N) or (k, k) array
         Block (i, j) is the twist of point i for a wrench at point j [m/N, 1/N, rad/(N m)], n = 6 or
-        3 in the plane. Symmetric (Maxwell and Betti), and zero where rigid.
+        3 in the plane; with `loads`, entry (i, j) is the work of load i on the displacements under
+        load j [J]. Symmetric (Maxwell and Betti), and zero where rigid.
 
     Raises
     ------
     InputError
         When a node is not there, or a point is no point.
     NoAnswerError
-        When a point can move without meeting stiffness, or rounding leaves few digits.
+        When a load does work on a motion without stiffness, or rounding leaves few digits.
 
     Examples
     --------
@@ -68,29 +75,42 @@ def compliance_between(
     able = mobility(equations, platform_fixed=False)
     braced = redundancy(equations, platform_fixed=False)
     transports = [equations.transport(node, point) for node, point in places]
+    scale = np.tile(equations.scale, len(places))
+    given = np.diag(scale) if loads is None else _checked_loads(loads, len(scale))
+    F = given / scale[:, None]
     for mechanism in able.mechanisms:
-        for (node, point), D in zip(places, transports, strict=True):
+        motion = np.zeros((len(scale), mechanism.motions.shape[-1]))
+        for i, ((node, _), D) in enumerate(zip(places, transports, strict=True)):
             if node in mechanism.nodes:
-                motion = D @ mechanism.motions[mechanism.nodes.index(node)]
-                if np.abs(motion).max() > tolerance.independence:
-                    raise NoAnswerError(
-                        f"no compliance at {point.tolist()} of node {node!r}: "
-                        f"{Status.FREE_MOTIONS.advice[0]}"
-                    )
+                own = mechanism.motions[mechanism.nodes.index(node)]
+                motion[n * i : n * (i + 1)] = D @ own
+        work = np.abs(F.T @ motion).max(axis=1, initial=0.0)
+        if np.any(work > tolerance.independence * np.linalg.norm(F, axis=0)):
+            column = int(np.argmax(work))
+            node, point = places[column // n if loads is None else 0]
+            what = f"at {point.tolist()} of node {node!r}" if loads is None else f"of load {column}"
+            raise NoAnswerError(f"no compliance {what}: {Status.FREE_MOTIONS.advice[0]}")
     system = saddle_point_system(equations, set(network.fixed), able, braced)
-    loads = np.zeros((system.size, n * len(places)))
+    right = np.zeros((system.size, F.shape[1]))
     for i, ((node, _), D) in enumerate(zip(places, transports, strict=True)):
-        loads[system.rows_of[node], n * i : n * (i + 1)] = D.T
-    x, step = system.solve(loads)
+        right[system.rows_of[node]] += D.T @ F[n * i : n * (i + 1)]
+    x, step = system.solve(right)
     if step > SETTLED:
         raise NoAnswerError(f"no compliance: {Status.ILL_CONDITIONED.advice[0]}")
-    C = loads.T @ x
-    return _unscaled(0.5 * (C + C.T), equations, len(places))
+    C = right.T @ x / equations.stiffness
+    C = 0.5 * (C + C.T)
+    return C / np.outer(scale, scale) if loads is None else C
 
 
-def _unscaled(C: np.ndarray, equations: Equations, points: int) -> np.ndarray:
-    s = np.tile(equations.scale, points)
-    return C / (np.outer(s, s) * equations.stiffness)
+def _checked_loads(loads: ArrayLike, size: int) -> np.ndarray:
+    F = as_floats("loads", loads, f"numbers ({size}, k), a load in each column [N, N m]")
+    if F.ndim != 2 or F.shape[0] != size:
+        raise InputError(
+            "loads",
+            got=F.shape,
+            expected=f"a shape ({size}, k): a wrench at every point, a load in each column",
+        )
+    return F
 
 
 def _checked(network: Network, node: str, point: ArrayLike) -> tuple[str, np.ndarray]:

@@ -110,7 +110,7 @@ def _points(network: Network) -> dict[str, np.ndarray]:
         points[node.name] = np.mean(attached, axis=0) if attached else node.point
     middle, reference = points[network.platform], network.reference_point
     distance = np.linalg.norm(reference - middle)
-    if network.characteristic_length == 0 or distance <= _FAR * network.characteristic_length:
+    if distance <= _FAR * network.characteristic_length:
         points[network.platform] = reference
     return points
 

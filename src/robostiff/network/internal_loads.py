@@ -14,8 +14,8 @@ from robostiff.network.elements import JointElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
-from robostiff.network.redundancy import redundancy
-from robostiff.network.saddle_point import saddle_point_system
+from robostiff.network.redundancy import Redundancy, redundancy
+from robostiff.network.saddle_point import SaddlePointSystem, saddle_point_system
 from robostiff.spatial import move_wrench
 
 _DEFAULT_TOLERANCE = Tolerance()
@@ -74,11 +74,44 @@ def internal_loads(
     system = saddle_point_system(equations, {*network.fixed, network.platform}, able, braced)
     moved = system.matrix[:, system.rows_of[network.platform]] @ (equations.scale * twist)
     x, _ = system.solve(-moved[:, None])
+    return _of_parts(equations, system, x[:, 0], braced)
+
+
+def loads_under(
+    network: Network, wrench: np.ndarray, tolerance: Tolerance = _DEFAULT_TOLERANCE
+) -> InternalLoads:
+    """Loads in all parts under a wrench on the platform about ``condense(network).origin``.
+
+    As `internal_loads`, but also where a direction is rigid. The wrench does no work on motions
+    without stiffness.
+
+    Parameters
+    ----------
+    network : Network
+    wrench : (n,) array
+        [N, N m].
+    tolerance : Tolerance
+    """
+    equations = equations_of(network, tolerance)
+    able = mobility(equations, platform_fixed=False)
+    braced = redundancy(equations, platform_fixed=False)
+    system = saddle_point_system(equations, set(network.fixed), able, braced)
+    right = np.zeros((system.size, 1))
+    if network.platform not in network.fixed:
+        right[system.rows_of[network.platform], 0] = wrench / equations.scale / equations.stiffness
+    x, _ = system.solve(right)
+    return _of_parts(equations, system, x[:, 0], braced)
+
+
+def _of_parts(
+    equations: Equations, system: SaddlePointSystem, x: np.ndarray, braced: Redundancy
+) -> InternalLoads:
+    network = equations.network
     energies: list[tuple[str, str, float]] = []
     reactions: list[tuple[str, str, np.ndarray, np.ndarray]] = []
     actuators: list[tuple[str, str, float, float]] = []
     for k, (element, c) in enumerate(zip(network.elements, equations.connections, strict=True)):
-        f = x[system.wrench_rows[k], 0]
+        f = x[system.wrench_rows[k]]
         if not isinstance(element, JointElement):
             if np.any(c.S):
                 energies.append((*_two(c.name), 0.5 * equations.stiffness * float(f @ c.S @ f)))
