@@ -219,3 +219,13 @@ WrittenElement = Annotated[
     | WrittenParallel,
     Field(discriminator="type"),
 ]
+
+# These were written before the elements that they hold; complaints look their types up.
+for _holder in (
+    WrittenParallelogram,
+    WrittenBranchBody,
+    WrittenBranch,
+    WrittenBranchPattern,
+    WrittenParallel,
+):
+    _holder.model_rebuild(force=True)
