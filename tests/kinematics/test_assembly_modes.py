@@ -1,4 +1,4 @@
-"""Postures belong to the assembly mode of home: what a path without singularity reaches from there."""
+"""Postures belong to the assembly mode of home: a path without singularity leads there."""
 
 from __future__ import annotations
 

@@ -195,7 +195,7 @@ def _bars(rng, spatial):
     side = np.cross([0, 1.0, 0], way / far) * np.sqrt(coupler**2 - along**2)
     top = tip + along * way / far + side
     tilt = 0.3 * rng.normal(size=3) if spatial else np.zeros(3)
-    axes = [np.array([0, 1.0, 0]), np.array([0, 1.0, 0]) + [tilt[0], 0, tilt[2]]]
+    axes = [np.array([0, 1.0, 0]), np.array([tilt[0], 1.0, tilt[2]])]
 
     def at(point, origin):
         return Frame(np.eye(3), point - origin)
@@ -207,18 +207,20 @@ def _bars(rng, spatial):
             return spherical(Passive(), name=name)
         return revolute([0, 1, 0], Passive(), name=name)
 
+    crank_pin = revolute(axes[0], Actuated(1.0), name="crank")
+    rocker_pin = revolute(axes[1], Passive(), name="rocker")
     connections = (
-        Connection("crank", "ground", "a", level, revolute(axes[0], Actuated(1.0), name="crank"), level),
+        Connection("crank", "ground", "a", level, crank_pin, level),
         Connection("knee", "a", "b", at(tip, o), pin("knee"), level),
-        Connection("rocker", "ground", "c", at(foot, o), revolute(axes[1], Passive(), name="rocker"), level),
+        Connection("rocker", "ground", "c", at(foot, o), rocker_pin, level),
         Connection("loop", "b", "c", at(top, tip), pin("loop"), at(foot, top)),
-    )  # fmt: skip
+    )
     return Linkage("bars", connections, "ground", "b", o)
 
 
 @pytest.mark.parametrize("spatial", [False, True])
 def test_values_are_reached_where_a_smooth_path_leads_to_them(spatial):
-    """Random bars driven along small steps: far values give the same, or are refused beyond them."""
+    """Random bars driven in small steps: far values give the same, or are refused beyond."""
     rng = np.random.default_rng(17)
     refused = reached = 0
     for _ in range(5):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -179,7 +180,7 @@ class NewtonTask:
     def _apart(self, x: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """Views of the pose coordinates and of the coordinates of each leg."""
         ends = np.cumsum([6, *(leg.chain.size for leg in self.legs)])
-        legs = [x[:, a:b] for a, b in zip(ends, ends[1:], strict=False)]
+        legs = [x[:, a:b] for a, b in pairwise(ends)]
         return x[:, :6], legs
 
     @cached_property

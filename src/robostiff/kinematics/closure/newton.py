@@ -1,4 +1,4 @@
-"""Newton's method for closed postures: the nearest one, and the one in the assembly mode of home."""
+"""Newton's method for closed postures: the nearest, and the one in the assembly mode of home."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Part:
 
 
 class Equations(Protocol):
-    """What must be closed, at postures x one a row.
+    """What must be closed, at postures x, one a row.
 
     Gaps and unknowns are scaled to radians and parts of the length. ``given`` are the places in x
     of coordinates that are prescribed, ``parts`` what has an assembly mode of its own; the last of
@@ -62,9 +62,15 @@ class Equations(Protocol):
     """
 
     @property
-    def given(self) -> np.ndarray: ...
+    def given(self) -> np.ndarray:
+        """Places of prescribed coordinates."""
+        ...
+
     @property
-    def parts(self) -> Sequence[Part]: ...
+    def parts(self) -> Sequence[Part]:
+        """What has an assembly mode of its own, then all."""
+        ...
+
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """What stays open (N, m)."""
         ...
@@ -83,7 +89,7 @@ class Equations(Protocol):
 
 
 def nearest(equations: Equations, x: np.ndarray) -> np.ndarray:
-    """Postures that are closed, or as nearly as it goes, by Levenberg steps from guesses x (N, size).
+    """Postures closed, or as nearly as it goes, by Levenberg steps from guesses x (N, size).
 
     Steps are damped by the square of the gap. They may lead to another assembly mode.
     """
@@ -235,7 +241,7 @@ class AssemblyMode:
             own = directions.of_rows(going)
             whole = self.equations.parts[-1]
             T = own.square(_of_part(whole, self.equations.rates(x[going])))
-            right = np.swapaxes(own.U, -1, -2) @ e[:, whole.equations, None]
+            right = np.swapaxes(own.U, -1, -2) @ np.take(e, whole.equations, axis=1)[..., None]
             step = (own.V @ _solved(T, right))[..., 0]
             length = np.sqrt(np.sum(step * step, axis=-1))
             contracts = (length <= _CONTRACTION * last[going]) | (length <= _SMALL_STEP)
@@ -278,7 +284,8 @@ def _size(e: np.ndarray) -> np.ndarray:
 
 def _of_part(part: Part, J: np.ndarray) -> np.ndarray:
     """The rates of one part, those of loops first."""
-    return J[..., part.equations[:, None], part.unknowns]
+    # Indices leave equal entries of all postures side by side, which products sum in another order.
+    return np.ascontiguousarray(J[..., part.equations[:, None], part.unknowns])
 
 
 def _solved(T: np.ndarray, right: np.ndarray) -> np.ndarray:
