@@ -12,13 +12,15 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: help demo test processors lint format docs outputs bench clean
+CAMPAIGN_ARGS ?=
+.PHONY: help demo test processors campaign lint format docs outputs bench clean
 .NOTPARALLEL:
 
 help:
 	@echo "make demo    stiffness, free motions and deflection of shipped robots, and a report"
 	@echo "make test    the tests, doctests included (PYTEST_ARGS='-x tests/paper' runs some)"
 	@echo "make processors  the numerical tests with the arithmetic of other processors"
+	@echo "make campaign  20,000 random robots, mutated files and stores through every way (30 minutes)"
 	@echo "make lint    ruff, pyright and the direction of imports"
 	@echo "make format  let ruff put code in order"
 	@echo "make docs    the documentation, into docs/_build/html"
@@ -54,6 +56,9 @@ processors: $(STAMP)-test
 	  OPENBLAS_CORETYPE=Haswell $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL); \
 	fi; \
 	OPENBLAS_CORETYPE=Prescott $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL)
+
+campaign: $(STAMP)-test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.campaign $(CAMPAIGN_ARGS)
 
 lint: $(STAMP)-lint $(STAMP)-test
 	$(BIN)/ruff check

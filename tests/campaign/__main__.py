@@ -1,0 +1,31 @@
+"""``python -m tests.campaign``: robots, readers, stores, or all of them."""
+
+from __future__ import annotations
+
+import argparse
+from importlib import import_module
+
+PARTS = ("robots", "readers", "stores")
+#: How many of each where no number is given.
+COUNTS = {"robots": 20000, "readers": 20000, "stores": 400}
+
+
+def main() -> int:
+    """Run the parts that are named, all when none is; 1 where anything failed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="all when none is named")
+    parser.add_argument("--count", type=int)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=2, help="of the robots")
+    given = parser.parse_args()
+    failed = 0
+    for part in given.parts or PARTS:
+        print(f"== {part}, seed {given.seed}", flush=True)
+        module = import_module(f"tests.campaign.{part}")
+        more = {"processes": given.processes} if part == "robots" else {}
+        failed += module.run(given.count or COUNTS[part], given.seed, **more)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
