@@ -50,11 +50,13 @@ def _parallel(rng: np.random.Generator) -> Snapshot:
 
 def _nested(rng: np.random.Generator) -> Snapshot:
     number, depth = int(rng.integers(1, 3)), int(rng.integers(1, 3))
-    return nested_snapshot(rng, Space.SPATIAL, bool(rng.integers(2)), number, depth)
+    rigid = bool(rng.integers(2))
+    return nested_snapshot(rng, Space.SPATIAL, rigid, number, depth, bool(rng.integers(2)))
 
 
 def _nested_planar(rng: np.random.Generator) -> Snapshot:
-    return nested_snapshot(rng, Space.PLANAR, bool(rng.integers(2)), int(rng.integers(1, 3)), 1)
+    rigid, number = bool(rng.integers(2)), int(rng.integers(1, 3))
+    return nested_snapshot(rng, Space.PLANAR, rigid, number, 1, bool(rng.integers(2)))
 
 
 def _planar(rng: np.random.Generator) -> Snapshot:

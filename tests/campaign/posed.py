@@ -150,7 +150,7 @@ def _coupled(rng: np.random.Generator, count: int) -> Posed:
     open_ = int(rng.integers(3, 6))
     coordinates = tuple(c for k, c in enumerate(ALL_COORDINATES) if k != open_)
     robot = Robot("coupled legs", legs, home=home, coordinates=coordinates)
-    return Posed(robot, _near(rng, robot, count, 10 ** rng.uniform(-2, -0.8)))
+    return Posed(robot, _near(rng, robot, 2, 10 ** rng.uniform(-2, -0.8)))
 
 
 def _on(leg: Leg, platform: np.ndarray, name: str) -> Leg:

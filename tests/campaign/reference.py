@@ -70,12 +70,17 @@ class _Chain:
     twists: list[arb_mat] = field(default_factory=list)
 
 
-def reference(snapshot: Snapshot) -> Reference:
-    """Stiffness, compliance and rank of a snapshot at one pose, on a rigid platform."""
+def reference(snapshot: Snapshot) -> Reference | None:
+    """Stiffness, compliance and rank of a snapshot at one pose, on a rigid platform.
+
+    None where a rank that double precision decided leaves a singular system: no verdict.
+    """
     before = ctx.prec
     ctx.prec = BITS
     try:
         return _Whole(snapshot).answer()
+    except ZeroDivisionError:
+        return None
     finally:
         ctx.prec = before
 
@@ -103,8 +108,7 @@ class _Whole:
             for leg in solved:
                 total += leg.stiffness()
             K = _floats(total)
-        inverse = self._compliance(solved) if rank == self.n else None
-        C = None if inverse is None else _floats(inverse)
+        C = _floats(self._compliance(solved)) if rank == self.n else None
         low, high = DOUBT
         return Reference(
             K=K,
@@ -125,7 +129,7 @@ class _Whole:
         self.margins += [float(v) for v in values if v < DOUBT[1]]
         return int(np.count_nonzero(values > CUT))
 
-    def _compliance(self, legs: list[_Leg]) -> arb_mat | None:
+    def _compliance(self, legs: list[_Leg]) -> arb_mat:
         """From min 1/2 z^T A z under P z = F, all legs at once; its multiplier is the twist."""
         size = sum(leg.A.nrows() for leg in legs)
         G = np.zeros((sum(len(leg.G) for leg in legs), size))
@@ -145,10 +149,7 @@ class _Whole:
         P = _part(P, range(self.n), kept)
         _place(S, P, m, 0)
         _place(S, P.transpose(), 0, m)
-        try:
-            inverse = S.inv()
-        except ZeroDivisionError:  # a decision in double precision was wrong: no verdict
-            return None
+        inverse = S.inv()
         last = range(m, m + self.n)
         return -1 * _part(inverse, last, last)
 
@@ -206,7 +207,6 @@ class _Whole:
             column = T.transpose() * arb_mat(6, 1, [float(x) for x in twist])
             chain.twists.append(column)
         s = np.repeat([1.0, self.length], 3)
-        values, vectors = np.linalg.eigh(0.5 * (C + C.T) * np.outer(s, s))
         size = np.sqrt(np.maximum(np.diag(C) * s * s, 0))
         soft = size > 0  # scaled to a unit diagonal: softness is no geometry
         U = np.zeros((6, 0))
@@ -267,7 +267,7 @@ class _Leg:
             for T, C, U in chain.springs:
                 w = T * own
                 self.A += w.transpose() * C * w
-                weight = _directions(np.ones(1), whole.length, T.nrows())
+                weight = np.ones(1) if T.nrows() == 1 else np.repeat([1.0, whole.length], 3)
                 felt.append(U.T @ (_floats(w) / weight[:, None]))
         self.G = np.vstack(felt) if felt else np.zeros((0, len(free)))
         # decisions on orthonormal wrenches
@@ -276,14 +276,12 @@ class _Leg:
         z = basis[free] * unit[free][:, None]
         end = self._orthonormal(basis[:n], whole)
         self.held = end
-        G = _unit_rows(self.G) @ z if len(free) else np.zeros((0, 0))
         self.of_G = whole.rank_of(self.G @ z) if len(free) else 0
-        _, values, V = np.linalg.svd(self.G @ z) if len(free) else (0, np.zeros(0), np.zeros((0, 0)))
+        V = np.linalg.svd(self.G @ z)[2] if len(free) else np.zeros((0, 0))
         idle = V[self.of_G :].T
         carried = basis[:n] @ idle if len(free) else np.zeros((n, 0))
         whole.margins += [float(v) for v in np.ravel(np.abs(carried)) if 1e-12 < v < DOUBT[1]]
         self.is_rigid = bool(np.any(np.abs(carried) > 1e-8))
-        del G, values
         self.n = n
 
     @staticmethod
@@ -299,10 +297,6 @@ class _Leg:
             return arb_mat(self.n, self.n)
         P = _part(self.P, range(self.n), kept)
         return P * _part(self.A, kept, kept).solve(P.transpose())
-
-
-def _directions(unit: np.ndarray, length: float, rows: int) -> np.ndarray:
-    return unit if rows == 1 else np.repeat([1.0, length], 3)
 
 
 def _rank(twists: list[arb_mat], s: np.ndarray) -> int:

@@ -17,7 +17,7 @@ from tests.campaign.placed import with_parts
 from tests.campaign.posed import Posed
 
 T = TypeVar("T")
-_SECONDS = 6.0  # of processor time for one failure
+_SECONDS = 3.0  # of processor time for one failure
 
 
 def shrunk_snapshot(

@@ -56,8 +56,10 @@ def _joint(name: str, rng: np.random.Generator, space: Space) -> PlacedFreedom:
 class _Grower:
     """Grows legs element by element."""
 
-    def __init__(self, rng: np.random.Generator, space: Space, rigid: bool) -> None:
-        self.rng, self.space, self.rigid = rng, space, rigid
+    def __init__(
+        self, rng: np.random.Generator, space: Space, rigid: bool, clamps: bool = False
+    ) -> None:
+        self.rng, self.space, self.rigid, self.clamps = rng, space, rigid, clamps
 
     def leg(self, name: str, depth: int, joints: int, elastic: bool = True) -> PlacedLeg:
         """A leg with a block in it, unless the depth is spent."""
@@ -85,7 +87,7 @@ class _Grower:
         for i in range(2 + int(rng.uniform() < 0.25)):
             elastic = not (self.rigid and rng.uniform() < 0.3)
             most = 5 if self.space is Space.SPATIAL else 3
-            joints = int(rng.integers(0 if elastic else 1, most))
+            joints = int(rng.integers(0 if elastic or self.clamps else 1, most))
             deeper = depth - 1 if rng.uniform() < 0.4 else 0
             branches.append(self.leg(f"branch{i}", deeper, joints, elastic))
         return PlacedBlock(name, tuple(branches))
@@ -96,10 +98,13 @@ class _Grower:
 
 
 def nested_snapshot(
-    rng: np.random.Generator, space: Space, rigid: bool, number: int, depth: int
+    rng: np.random.Generator, space: Space, rigid: bool, number: int, depth: int, clamps: bool = False
 ) -> Snapshot:
-    """A random robot whose legs hold parallel blocks; see `nested_snapshots`."""
-    grower = _Grower(rng, space, rigid)
+    """A random robot whose legs hold parallel blocks; see `nested_snapshots`.
+
+    With `clamps`, a rigid branch may be without joints, so that its whole block is rigid.
+    """
+    grower = _Grower(rng, space, rigid, clamps)
     grown = tuple(grower.leg(f"leg{i}", depth, int(rng.integers(0, 3))) for i in range(number))
     reference = rng.uniform(-1, 1, 3)
     if space is Space.PLANAR:
