@@ -504,5 +504,5 @@ def test_any_entry_replaced_or_missing_is_refused_in_words(text):
 
 def test_numbers_beyond_any_robot():
     assert complaint(("800 mm", "1e31")) == (
-        "robot.yaml:5:19: home.at[2]: length: got 1e+31, expected at most 1e+30 in SI units"
+        "robot.yaml:5:19: home.at[2]: length: got 1e+31, expected at most 1e+09 in SI units"
     )

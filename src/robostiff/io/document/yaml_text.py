@@ -39,7 +39,6 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
     """
     from ruamel.yaml import events as kinds
 
-    limits.check_yaml(text, file)
     if found := _LONG_TAG.search(text):  # over which the scanner takes quadratic time
         raise FileError(
             Location(file, *line_and_column(text, found.start())),
@@ -48,6 +47,7 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
             expected="a value without a tag",
             hint=_NO_TAG,
         )
+    limits.check_yaml(text, file)
     builder = Builder(file, limits)
     documents = 0
     for event in _events(text, file):

@@ -30,7 +30,7 @@ else:
     Quantity = object
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
-_MOST = 1000
+_MOST = 4000
 
 
 class ParameterError(InputError):

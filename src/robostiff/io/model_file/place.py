@@ -79,6 +79,11 @@ class Place:
         FileError
             When it cannot be evaluated, or is something else.
         """
+        number, has_unit = self._number(value, dimension)
+        return self._question(number, dimension, has_unit)
+
+    def _number(self, value: str | float, dimension: Dimension) -> tuple[Any, bool]:
+        """What is written here, and whether it has a unit."""
         has_unit = False
         with self.complaints():
             if isinstance(value, str):
@@ -94,13 +99,17 @@ class Place:
                 got=self._came(value),
                 expected=f"at most {largest:g} in SI units",
             )
+        return number, has_unit
+
+    def _question(self, number: Any, dimension: Dimension, has_unit: bool) -> Any:
+        """The number itself, with a warning when it is probably a slip."""
         if not self.is_exact:
             question(number, dimension, self.document.location, self.path, has_unit=has_unit)
         return number
 
     def positive(self, value: str | float, dimension: Dimension) -> Any:
         """What is written here, which must be positive, in SI units."""
-        number = self.number(value, dimension)
+        number, has_unit = self._number(value, dimension)
         if is_above(0, number, or_at=True):
             words = dimension.with_article.split(" ", 1)[1]
             raise self.error(words, got=self._came(value), expected="a positive one")
@@ -110,7 +119,7 @@ class Place:
             raise self.error(
                 words, got=self._came(value), expected=f"at least {least:g} in SI units"
             )
-        return number
+        return self._question(number, dimension, has_unit)
 
     def is_length(self, value: str | float) -> bool:
         """Whether what is written here measures a length; a bare number does not tell."""

@@ -100,11 +100,13 @@ def placed_beam(element: BeamData, name: str, place: Place) -> PlacedSpring:
         )
         material = Material(name, element.E, element.G)
         compliance = beam_compliance(length, material, section, theory)
-    question(element.E, Dimension.MODULUS, place.document.location, place.at("E").path, in_si=True)
     if not np.isfinite(compliance).all():
         raise place.error(
             "compliance of the beam", expected="finite numbers", hint="check the units of the beam"
         )
+    where = place.document.location
+    question(length, Dimension.LENGTH, where, place.at("end").path, in_si=True)
+    question(element.E, Dimension.MODULUS, where, place.at("E").path, in_si=True)
     return PlacedSpring(name, end, rotation, Elasticity(compliance))
 
 
