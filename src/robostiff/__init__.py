@@ -67,6 +67,7 @@ _HOMES = {
         "Steps",
     ),
     "robostiff.errors": (
+        "DisagreementError",
         "FileError",
         "InputError",
         "NoAnswerError",

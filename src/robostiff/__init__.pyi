@@ -66,6 +66,7 @@ from robostiff.elastostatics import Status as Status
 from robostiff.elastostatics import Tolerance as Tolerance
 from robostiff.elastostatics import WrenchBasis as WrenchBasis
 from robostiff.elastostatics import chain_stiffness as chain_stiffness
+from robostiff.errors import DisagreementError as DisagreementError
 from robostiff.errors import FileError as FileError
 from robostiff.errors import InputError as InputError
 from robostiff.errors import NoAnswerError as NoAnswerError

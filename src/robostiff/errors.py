@@ -120,6 +120,35 @@ class NoAnswerError(RobostiffError):
     """A quantity was asked of a result that has none; the message gives status and advice."""
 
 
+class DisagreementError(RobostiffError):
+    """Two ways of robostiff to one answer disagree: one of them is wrong, and neither is given.
+
+    Parameters
+    ----------
+    subject : str
+        What was computed in two ways, and which ways.
+    distance : float or str
+        How far apart the answers are, relative; or both of them in words.
+    where : str
+        Robot and pose.
+
+    Examples
+    --------
+    >>> print(DisagreementError("K by record and by wrench basis form", 0.15, "'delta' at home"))
+    K by record and by wrench basis form disagree by 1.5e-01 for 'delta' at home; one is wrong, ...
+    """
+
+    def __init__(self, subject: str, distance: float | str, where: str) -> None:
+        self.subject = subject
+        self.distance = distance
+        self.where = where
+        apart = distance if isinstance(distance, str) else f"by {distance:.1e}"
+        super().__init__(
+            f"{subject} disagree {apart} for {where}; one is wrong, which is a fault of robostiff: "
+            "please report it with the model file"
+        )
+
+
 def _shortened(value: Any, limit: int = 80) -> str:
     # Arrays and their numbers are shown as a user would write them.
     is_array = type(value).__module__ == "numpy"

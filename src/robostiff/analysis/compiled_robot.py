@@ -13,7 +13,7 @@ from robostiff.analysis.checked_results import AtGeneralPoses, CheckedResults, c
 from robostiff.analysis.guarded_values import values_of
 from robostiff.analysis.kernel_inputs import InputRows, KernelInputs
 from robostiff.analysis.parameter_values import ParameterValues, with_parameters
-from robostiff.analysis.record_agreement import agrees
+from robostiff.analysis.record_agreement import is_trusted
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.compiled import (
     Backend,
@@ -87,8 +87,8 @@ class CompiledRobot:
     status : Status
         At a general pose.
     verified : bool
-        Whether record and wrench basis form agree at generic poses; otherwise every pose is
-        computed by the latter.
+        Whether record and wrench basis form were found to agree at generic poses; False where those
+        are ill-conditioned, and every pose is then computed by the latter.
     """
 
     robot: Robot
@@ -281,6 +281,8 @@ def compile_robot(
         no symbol of it.
     NoAnswerError
         When an output has no answer at any pose, as the compliance of a platform with free motions.
+    DisagreementError
+        When the record and the wrench basis form give different answers at a generic pose.
 
     Examples
     --------
@@ -317,7 +319,7 @@ def compile_robot(
     compiled = CompiledRobot(
         robot, kernel, takes_joints, recorded.factors.rank, recorded.status, verified=True
     )
-    return replace(compiled, verified=agrees(recorded, compiled._inputs, finder))
+    return replace(compiled, verified=is_trusted(recorded, compiled._inputs, finder))
 
 
 def _within_its_space(robot: Robot) -> Robot:

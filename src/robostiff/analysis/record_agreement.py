@@ -1,70 +1,106 @@
-"""Whether a record tells what the wrench basis form tells, before it is trusted."""
+"""Whether a record gives what the wrench basis form gives, before it is trusted."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from robostiff.analysis.checked_results import AtGeneralPoses, checked_results
 from robostiff.analysis.kernel_inputs import KernelInputs
 from robostiff.analysis.parameter_values import ParameterValues
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.compiled import ArrayCode
+from robostiff.compiled import Backend, StiffnessMatrix, kernel_of, unpack
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.elastostatics.tolerance import scaling
+from robostiff.errors import DisagreementError
 from robostiff.kinematics import JointCoordinates, PostureFinder
-from robostiff.record import Program
+from robostiff.model import Robot
 from robostiff.recorded import RecordedRobot, parameter_samples, sample_postures
+from robostiff.spatial.batch import empty_batch
 
 # Generic poses must keep away from the tolerances that decide, by what poses may differ.
 _STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
 _AGREEMENT = 1e-9
 _FREE = 1e-6  # of the largest size: what rounding leaves of zero
 _OTHER_SEED = 47
+_SUBJECT = "the record of a robot and the wrench basis form"
 
 
-def agrees(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFinder) -> bool:
-    """Whether record and wrench basis form give the same K, rank and status at generic poses.
+def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFinder) -> bool:
+    """Whether generic poses of a robot are regular, and its record has been confirmed at them.
 
     Once at the poses at which it was recorded, and once at others: what a record takes for zero or
-    for the same at its own samples must be so elsewhere.
+    for the same at its own samples must be so elsewhere. Both forms decide for themselves where
+    they hold; where both do, they must give the same K, rank and status.
+
+    Returns
+    -------
+    bool
+        False where generic poses are ill-conditioned or unsafe for the record. Then no pose of
+        the robot is left to it.
+
+    Raises
+    ------
+    DisagreementError
+        When they give different answers at one pose, each without a reservation.
     """
     robot = inputs.robot
-    program = Program.of(recorded.record, list(recorded.K.values()))
-    by_joints = robot.is_posed_by_joints
-    told = robot.coordinate_places
+    kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
+    general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
+    by_joints, length = robot.is_posed_by_joints, recorded.length
+    chosen = robot.coordinate_places
+    confirmed, regular = 0, True
     for seed in (None, _OTHER_SEED):
         posture = sample_postures(finder.robot, finder, seed)
         values = ParameterValues(robot, np.array(list(parameter_samples(robot, seed).values())))
-        given = posture.coordinates[0] if by_joints else posture.pose[:, told]
+        given = posture.coordinates[0] if by_joints else posture.pose[:, chosen]
         pose = JointCoordinates(given) if by_joints else given
-        kernel_rows = inputs.rows(pose, given, values)
-        K = np.empty((len(program.outputs), kernel_rows.rows.shape[1]))
-        ArrayCode(program).evaluate(kernel_rows.rows, K)
-        for other, own in values.groups(~kernel_rows.missed):
+        rows = inputs.rows(pose, given, values)
+        results = kernel.evaluate(rows.rows)
+        found = checked_results(kernel, results, rows.missed, rows.loose, general)
+        for other, own in values.groups(~rows.missed):
             part = JointCoordinates(given[own]) if by_joints else given[own]
-            result = stiffness(other, part, tolerance=_STRICT)
-            if not _agree_at(recorded, K[:, own], result):
-                return False
-    return True
+            result = stiffness(other, part)
+            decided = ~(found.guarded[own] | _doubtful(result))
+            rows_of_K = found.rows[StiffnessMatrix.name][:, own[decided]]
+            K = empty_batch((rows_of_K.shape[1],), result.about_reference.matrix.shape[1:])
+            unpack(rows_of_K, K)
+            ranks, codes = found.rank[own[decided]], found.status_codes[own[decided]]
+            for k, one in enumerate(np.flatnonzero(decided)):
+                distance = _distance(K[k], int(ranks[k]), int(codes[k]), result[one], length)
+                if distance:
+                    where = np.concatenate([given[own[one]], values.rows[:, own[one]]])
+                    raise DisagreementError(_SUBJECT, distance, _place(robot, where))
+            confirmed += int(np.count_nonzero(decided))
+            regular &= not np.any(_doubtful(stiffness(other, part, tolerance=_STRICT)))
+    return regular and confirmed > 0
 
 
-def _agree_at(recorded: RecordedRobot, K_rows: np.ndarray, result: RobotStiffness) -> bool:
-    """Whether rows of K and the answer of the wrench basis form are the same, within rounding."""
-    reached = (result.status_codes & int(Status.UNREACHABLE)) == 0
-    result, K_rows = result[reached], K_rows[:, reached]
-    if np.any(result.rank != recorded.factors.rank):
-        return False
-    if np.any(result.status_codes & ~np.uint8(Status.BEYOND_LIMITS) != int(recorded.status)):
-        return False
-    size = _sizes(result, recorded.length)
-    return all(
-        np.all(np.abs(own - result.K[:, i, j]) <= _AGREEMENT * size[:, i] * size[:, j])
-        for own, (i, j) in zip(K_rows, recorded.K, strict=True)
-    )
+def _doubtful(result: RobotStiffness) -> np.ndarray:
+    return (result.status_codes & int(Status.ILL_CONDITIONED)) != 0
 
 
-def _sizes(result: RobotStiffness, length: float) -> np.ndarray:
-    """Sizes by which the entries of K are judged, sqrt(K_ii), those of free motions not zero."""
+def _distance(
+    K: np.ndarray, rank: int, code: int, result: RobotStiffness, length: float
+) -> float | str:
+    """How another answer at one pose differs from a result; 0 within rounding."""
+    if code != int(result.status):
+        return f"on the status, {Status(code)} and {result.status},"
+    if rank != int(result.rank):
+        return f"on the rank, {rank} and {int(result.rank)},"
+    if not result.status.has_stiffness:
+        return 0.0
     scale = scaling(np.array(length), result.space)
-    size = np.sqrt(np.einsum("...ii->...i", result.K)) / scale
-    return np.maximum(size, _FREE * size.max(axis=-1, keepdims=True)) * scale
+    size = np.sqrt(np.diag(result.K)) / scale
+    # Entries are judged by sqrt(K_ii K_jj), those of free motions not by zero.
+    size = np.maximum(size, _FREE * size.max()) * scale
+    distance = float(np.max(np.abs(K - result.K) / np.outer(size, size)))
+    return 0.0 if distance <= _AGREEMENT else distance
+
+
+def _place(robot: Robot, numbers: np.ndarray) -> str:
+    """Robot, pose and values of parameters, to the last digit."""
+    names = [str(symbol) for symbol in robot.symbols]
+    pose, values = numbers[: len(numbers) - len(names)], numbers[len(numbers) - len(names) :]
+    given = "".join(f", {name} = {x!r}" for name, x in zip(names, values.tolist(), strict=True))
+    return f"{robot.name!r} at {pose.tolist()}{given}"

@@ -11,7 +11,7 @@ from typing import Any, ParamSpec
 
 import typer
 
-from robostiff.errors import InputError, NoAnswerError, PlausibilityWarning
+from robostiff.errors import DisagreementError, InputError, NoAnswerError, PlausibilityWarning
 
 BAD_STATUS = 1
 BAD_INPUT = 2
@@ -50,7 +50,7 @@ def reported(command: Callable[P, int]) -> Callable[P, None]:
         except InputError as error:
             typer.echo(f"robostiff: error: {error}", err=True)
             raise typer.Exit(BAD_INPUT) from None
-        except NoAnswerError as error:
+        except (NoAnswerError, DisagreementError) as error:
             typer.echo(f"robostiff: error: {error}", err=True)
             raise typer.Exit(BAD_STATUS) from None
         except BrokenPipeError:  # the reader of a pipe has left
