@@ -35,7 +35,7 @@ _HOMES = {
         "stiffness",
         "verify",
     ),
-    "robostiff.analysis.indices": ("StiffnessIndices", "indices"),
+    "robostiff.analysis.indices": ("IndicesOfPoses", "StiffnessIndices", "indices"),
     "robostiff.analysis.maps": (
         "Axis",
         "Batched",

@@ -16,6 +16,7 @@ from robostiff.analysis import compliance as compliance
 from robostiff.analysis import deflection as deflection
 from robostiff.analysis import stiffness as stiffness
 from robostiff.analysis import verify as verify
+from robostiff.analysis.indices import IndicesOfPoses as IndicesOfPoses
 from robostiff.analysis.indices import StiffnessIndices as StiffnessIndices
 from robostiff.analysis.indices import indices as indices
 from robostiff.analysis.maps import Axis as Axis

@@ -245,7 +245,9 @@ class CompiledRobot:
                 jumps = ~result.answered | (result.rank != self.rank)
                 answer.values[output.name][rows[jumps]] = np.nan
                 continue
-            answer.values[output.name][rows] = values_of(output, result)
+            values, unbalanced = values_of(output, result)
+            answer.values[output.name][rows] = values
+            answer.status_codes[rows] |= unbalanced * np.uint8(Status.UNBALANCED)
 
 
 def compile_robot(

@@ -81,7 +81,7 @@ def leg_loads(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
 def loads_known(answer: RobotStiffness) -> np.ndarray:
     """Where `leg_loads` has an answer (...)."""
     by_legs = answer.serial_compliance is not None or answer.about_reference.carried is not None
-    return answer.rank >= 0 if by_legs else answer.answered
+    return answer.rank >= 0 if by_legs else answer.about_reference.invertible
 
 
 def _by_matrices(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:

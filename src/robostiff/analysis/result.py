@@ -84,43 +84,48 @@ class RobotStiffness:
     @property
     def has_compliance(self) -> np.ndarray:
         """Where every load meets a finite compliance (...), also where a direction is rigid."""
-        whole = self.about_reference
         if self.serial_compliance is None:
-            return whole.has_compliance
-        return (whole.status_codes & int(Status.UNREACHABLE)) == 0
+            return self.about_reference.has_compliance
+        return (self.status_codes & int(Status.UNREACHABLE)) == 0
 
     @property
     def compliance(self) -> np.ndarray | None:
-        """Compliance (..., n, n) [m/N, 1/N, rad/(N m)]; None where some load meets none.
+        """Compliance (..., n, n) [m/N, 1/N, rad/(N m)]; None when some pose has none.
 
         The inverse of K. Where a direction is rigid, and K does not exist, C is zero for its
         wrench: legs without elastic links have the C of their drives.
         """
-        if not np.all(self.has_compliance):
-            return None
-        C = self.serial_compliance
-        if C is None:
-            C = self.about_reference.compliance
-        if C is None:
+        serial = self.serial_compliance
+        C = self.about_reference.compliance if serial is None else serial
+        if C is None or not np.all(self.has_compliance):
             return None
         return move_compliance(C, self._offset) if np.any(self._offset) else C
 
     def required_compliance(self) -> np.ndarray:
-        """Compliance matrix, or an exception that says why there is none.
+        """Compliance (..., n, n) of all poses, those of a batch that have none masked.
 
         Raises
         ------
         NoAnswerError
+            When a single pose has none, with the advice of its status.
         """
         C = self.compliance
-        if C is None:
+        if C is not None:
+            return C
+        if not self.batch_shape:
             whole = self.about_reference
-            if whole.carried is None or np.any(whole.status_codes & int(Status.UNREACHABLE)):
+            if whole.carried is None or Status.UNREACHABLE in self.status:
                 self._require_answer()
+            why = Status(self.status & (Status.FREE_MOTIONS | Status.ILL_CONDITIONED))
             raise NoAnswerError(
-                f"no compliance matrix of {self.name!r}: {Status.FREE_MOTIONS.advice[0]}"
+                f"no compliance matrix of {self.name!r} ({self.status}): {'; '.join(why.advice)}"
             )
-        return C
+        n, known = self.space.size, self.has_compliance
+        found = np.ma.masked_all((*self.batch_shape, n, n))
+        found.data[...] = np.nan  # what is read past the mask is no number
+        if np.any(known):
+            found[known] = self[known].compliance
+        return found
 
     @property
     def rank(self) -> np.ndarray:

@@ -206,10 +206,17 @@ def compliance(
 
     Parameters as for `stiffness`.
 
+    Returns
+    -------
+    (..., n, n) array
+        Of a batch in which some poses have no compliance a masked array, in which those are masked;
+        ``stiffness(robot, poses).status_codes`` says why.
+
     Raises
     ------
     NoAnswerError
-        When the platform has free motions or a pose is out of reach, with the advice of the status.
+        When the platform has free motions at a single pose, or cannot reach it, with the advice of
+        the status.
 
     Examples
     --------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.analysis.result import RobotStiffness
-from robostiff.spatial import Space, move_compliance, move_stiffness
+from robostiff.spatial import Space, move_stiffness
 from robostiff.spatial.batch import empty_batch
 
 
@@ -24,18 +24,13 @@ def stiffness_where_answered(result: RobotStiffness) -> np.ndarray:
 
 
 def compliance_where_answered(result: RobotStiffness) -> np.ndarray:
-    """Compliance matrices (N, n, n); NaN where out of reach or free motions remain."""
-    whole, serial = result.has_compliance, result.serial_compliance
-    if serial is not None:
-        C = serial
-    else:
-        C = empty_batch(whole.shape, result.about_reference.matrix.shape[1:])
-        C[...] = np.nan
-        if np.any(whole):
-            C[whole] = result.about_reference[whole].compliance
-    v = origin_to_reference(result)
-    C = move_compliance(C, v) if np.any(v) else C
-    return _only(whole, C)
+    """Compliance matrices (N, n, n); NaN where there is none."""
+    known = result.has_compliance
+    C = empty_batch(known.shape, result.about_reference.matrix.shape[1:])
+    C[...] = np.nan
+    if np.any(known):
+        C[known] = result[known].compliance
+    return C
 
 
 def _only(where: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
 from robostiff.elastostatics.least_energy import least_energy
 from robostiff.elastostatics.scaled_inverse import scaled_inverse
@@ -110,10 +111,27 @@ class CartesianStiffness:
         return columns * scaling(self.length, self.space)
 
     @property
+    def invertible(self) -> np.ndarray:
+        """Where K can be inverted on the directions that are held (...).
+
+        Elsewhere its smallest value there cannot be told from rounding, and no digit would hold.
+        """
+        found = np.array(self.answered)
+        if np.any(found):
+            some = self[found] if self.batch_shape else self
+            s = scaling(some.length, some.space)
+            unit = some.matrix / (s[..., :, None] * s[..., None, :])
+            found[found] = smallest_held_stiffness(unit, some.rank) > self.tolerance.rigidity
+        return found
+
+    @property
     def has_compliance(self) -> np.ndarray:
-        """Where every load meets a finite compliance (...), rigid directions among them."""
+        """Where every load meets a finite compliance (...), rigid directions among them.
+
+        From K alone it needs full rank, and digits enough to invert K.
+        """
         reached = (self.status_codes & int(Status.UNREACHABLE)) == 0
-        known = self.answered if self.carried is None else reached
+        known = self.invertible if self.carried is None else reached
         return known & (self.rank == self.space.size)
 
     @property

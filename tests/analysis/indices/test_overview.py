@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.analysis.indices import principal_stiffness
 from robostiff.errors import InputError, NoAnswerError
 
 
@@ -53,12 +54,27 @@ def test_the_length_is_the_robots_own_when_left_out():
     assert rs.indices(result).length == float(result.about_reference.length)
 
 
-def test_a_batch_is_told_what_to_do():
-    poses = np.zeros((3, 6))
-    poses[:, 2] = 0.8
-    batch = rs.stiffness(rs.load("gough-stewart-b"), poses)
+def test_a_batch_is_answered_pose_by_pose():
+    robot = rs.load("3-puu")
+    poses = np.array([[0.01, 0, 0.3], [1.0, 0, 0.3], [0, 0.02, 0.3]])
+    found = rs.indices(rs.stiffness(robot, poses), length=0.2)
+    assert found.answered.tolist() == [True, False, True]
+    assert found.status_codes[1] == int(rs.Status.UNREACHABLE)
+    assert [one is None for one in found] == [False, True, False]
+    alone = rs.indices(rs.stiffness(robot, poses[2]), length=0.2)
+    assert np.isclose(found[2].collinear.smallest, alone.collinear.smallest, rtol=1e-12)
+    assert found[2].length == alone.length == 0.2
+    with pytest.raises(NoAnswerError, match="unreachable"):
+        _ = found[1]
+    assert len(found[found.answered]) == 2
+    with pytest.raises(InputError, match="length"):
+        rs.indices(rs.stiffness(robot, poses), length=-1.0)
+
+
+def test_one_index_takes_one_pose():
+    batch = rs.stiffness(rs.load("gough-stewart-b"), np.zeros((3, 6)) + [0, 0, 0.8, 0, 0, 0])
     with pytest.raises(InputError, match=r"got '3 poses', expected a single one; take result\[i\]"):
-        rs.indices(batch)
+        principal_stiffness(batch)
     assert rs.indices(batch[1]).length > 0
 
 

@@ -13,7 +13,7 @@ from robostiff.analysis.indices.directional import (
     directional_stiffness,
     stiffness_about_axis,
 )
-from robostiff.analysis.indices.overview import StiffnessIndices, indices
+from robostiff.analysis.indices.overview import IndicesOfPoses, StiffnessIndices, indices
 from robostiff.analysis.indices.principal import PrincipalStiffness, principal_stiffness
 from robostiff.analysis.indices.scaled_eigenvalues import Eigenstiffness, eigenstiffness
 from robostiff.analysis.indices.screws import (
@@ -37,6 +37,7 @@ __all__ = [
     "Eigenstiffness",
     "Eigentwist",
     "Eigenwrench",
+    "IndicesOfPoses",
     "PrincipalStiffness",
     "StiffnessIndices",
     "VirtualWork",

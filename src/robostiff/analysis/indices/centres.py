@@ -13,6 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.spatial import move_compliance, move_stiffness
 
 _ROUNDING = 1e-10  # of coupling: what moving to the point may leave of nothing
+_LOST = 1e-14  # of the largest eigenvalue: what cannot be told from rounding
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,8 @@ def centre_of_compliance(result: RobotStiffness) -> Centre:
     Returns
     -------
     Centre
-        Without a point where K is singular and there is no C (status ``FREE_MOTIONS``).
+        Without a point where K is singular and there is no C (status ``FREE_MOTIONS``), or where no
+        digit of C holds (``ILL_CONDITIONED``).
 
     Raises
     ------
@@ -129,12 +131,12 @@ def centre_of_compliance(result: RobotStiffness) -> Centre:
     C = parts.C
     if C is None:
         return Centre(None, None, None, None, parts.status)
-    d = parts.space.translations
+    d, line = parts.space.translations, None
     if d == 2:
         v = np.array([-C[1, 2], C[0, 2]]) / C[2, 2]
     else:
-        v, _ = _symmetric_point(C[d:, d:], _axial(C[:d, d:]), False)
-    return _centre(parts, v, None, move_compliance(C, v), C[d:, d:])
+        v, line = _symmetric_point(C[d:, d:], _axial(C[:d, d:]), False)
+    return _centre(parts, v, line, move_compliance(C, v), C[d:, d:])
 
 
 def _parts(result: RobotStiffness) -> StiffnessParts:
@@ -146,11 +148,14 @@ def _parts(result: RobotStiffness) -> StiffnessParts:
 def _symmetric_point(
     A: np.ndarray, turned: np.ndarray, one_direction: bool
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """V of (tr(A) I - A) v = turned; where A has rank 1, the direction along which v is open."""
+    """V of (tr(A) I - A) v = turned; where A has rank 1, the direction along which v is open.
+
+    Nor can it be found along the only direction of A that can be told from rounding.
+    """
     system = np.trace(A) * np.eye(len(A)) - A
-    if not one_direction:
-        return np.linalg.solve(system, turned), None
     values, vectors = np.linalg.eigh(system)
+    if not one_direction and values[0] > _LOST * values[-1]:
+        return np.linalg.solve(system, turned), None
     held = vectors[:, 1:]
     return held @ ((held.T @ turned) / values[1:]), vectors[:, 0]
 
@@ -176,7 +181,10 @@ def _centre(
     # Moving to the point by v cancels terms of this size.
     lever = max(float(np.linalg.norm(v)), float(parts.result.about_reference.length))
     nothing = _ROUNDING * lever * float(np.linalg.norm(moved_block, 2))
-    return Centre(point, line, moved, _coupling(moved, d, nothing), parts.status)
+    status = parts.status
+    if line is not None and np.count_nonzero(parts.forces_rotations_held.values) > 1:
+        status |= Status.ILL_CONDITIONED  # the point along the line is lost in rounding
+    return Centre(point, line, moved, _coupling(moved, d, nothing), status)
 
 
 def _coupling(M: np.ndarray, d: int, nothing: float) -> float:

@@ -27,7 +27,8 @@ class DirectionalStiffness:
         Unit vector, in world axes.
     free : float
         Force along it per displacement along it, everything else free: 1 / (u^T C_tt u) [N/m].
-        Zero where the force drives a free motion (status ``UNBALANCED``).
+        Zero where the force drives a free motion (status ``UNBALANCED``), or meets a stiffness that
+        cannot be told from rounding (``ILL_CONDITIONED``).
     held : float
         The same with all other displacements and rotations held: u^T K_tt u [N/m].
     unit : str
@@ -120,7 +121,8 @@ def _along(
     along = free.directions @ u
     if np.any(np.abs(along[free.values == 0]) > tolerance):
         stiffness_free = 0.0
-        status |= Status.UNBALANCED
+        if parts.rank < parts.space.size:
+            status |= Status.UNBALANCED
     else:
         carried = free.values > 0
         stiffness_free = float(1 / np.sum(along[carried] ** 2 / free.values[carried]))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -65,22 +67,79 @@ class StiffnessIndices:
         return self.result.status
 
 
-def indices(result: RobotStiffness, *, length: float | None = None) -> StiffnessIndices:
-    """All stiffness indices of a robot at a single pose.
+@dataclass(frozen=True, repr=False)
+class IndicesOfPoses:
+    """The stiffness indices of a batch of poses, computed when they are taken from it.
+
+    ``found[i]`` are those of one pose, and ``found[found.answered]`` those of all that have a
+    matrix. In a loop over the poses None stands where there is none, and the status says why.
+
+    Attributes
+    ----------
+    result : RobotStiffness
+        What they are computed from, with the status of each pose.
+    length : float or None
+        The characteristic length [m]; None for the robot's own at each pose.
+    """
+
+    result: RobotStiffness
+    length: float | None
+
+    @property
+    def status_codes(self) -> np.ndarray:
+        """Status of every pose (...) as uint8."""
+        return self.result.status_codes
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Which poses have indices (...)."""
+        return self.result.answered
+
+    def __repr__(self) -> str:
+        poses, known = self.answered.size, int(np.count_nonzero(self.answered))
+        return f"<IndicesOfPoses of {self.result.name!r}, {poses} poses, {known} with a matrix>"
+
+    def __len__(self) -> int:
+        return len(self.answered)
+
+    def __iter__(self) -> Iterator[Any]:
+        """Indices of one pose after the other, or of one row of a larger batch; None for none."""
+        for i in range(len(self)):
+            one = self.result[i]
+            yield self[i] if one.batch_shape or one.status.has_stiffness else None
+
+    def __getitem__(self, index: Any) -> Any:
+        """The indices of one pose, or of some poses.
+
+        Raises
+        ------
+        NoAnswerError
+            For one pose without a matrix, with the advice of its status.
+        """
+        return indices(self.result[index], length=self.length)
+
+
+def indices(result: RobotStiffness, *, length: float | None = None) -> Any:
+    """All stiffness indices of a robot.
 
     Parameters
     ----------
     result : RobotStiffness
-        What `stiffness` answers at a single pose.
+        What `stiffness` answers.
     length : float, optional
         Characteristic length [m]; the robot's own at the pose when left out.
+
+    Returns
+    -------
+    StiffnessIndices or IndicesOfPoses
+        The latter of a batch.
 
     Raises
     ------
     InputError
-        For a batch, or a length that is not positive.
+        For a length that is not positive.
     NoAnswerError
-        For a pose without a matrix, with the advice of its status.
+        For a single pose without a matrix, with the advice of its status.
 
     Examples
     --------
@@ -91,6 +150,8 @@ def indices(result: RobotStiffness, *, length: float | None = None) -> Stiffness
     >>> round(found.collinear.smallest / 1e6, 1)
     67.8
     """
+    if isinstance(result, RobotStiffness) and result.batch_shape:
+        return IndicesOfPoses(result, None if length is None else index_length(result, length))
     space = stiffness_parts(result).space
     L = index_length(result, length)
     return StiffnessIndices(

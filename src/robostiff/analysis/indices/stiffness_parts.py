@@ -68,7 +68,8 @@ class StiffnessParts:
     K : (n, n) array
         About the reference point [N/m, N, N m].
     C : (n, n) array or None
-        Compliance about the same point; None where K is singular.
+        Compliance about the same point; None where K is singular, or so nearly that no digit of its
+        inverse would hold.
     rank_of_forces, rank_of_moments : int
         Of ``K_tt`` and of ``K_rr``.
     """
@@ -113,7 +114,7 @@ class StiffnessParts:
         if self.C is not None:
             return _inverse_parts(self.C[:d, :d])
         free = _schur(self.K[:d, :d], self.K[:d, d:], self.moments_translations_held)
-        return eigenparts(free, self.rank - self.rank_of_moments)
+        return self._free_parts(free, self.rank - self.rank_of_moments)
 
     @property
     def moments_translations_free(self) -> Part:
@@ -122,7 +123,16 @@ class StiffnessParts:
         if self.C is not None:
             return _inverse_parts(self.C[d:, d:])
         free = _schur(self.K[d:, d:], self.K[d:, :d], self.forces_rotations_held)
-        return eigenparts(free, self.rank - self.rank_of_forces)
+        return self._free_parts(free, self.rank - self.rank_of_forces)
+
+    def _free_parts(self, free: np.ndarray, rank: int) -> Part:
+        """Of a Schur complement, in which what cannot be told from rounding is zero."""
+        answer = self.result.about_reference
+        if not answer.invertible:
+            values = np.linalg.eigvalsh(0.5 * (free + free.T))
+            held = np.count_nonzero(values > answer.tolerance.rigidity * values[-1])
+            rank = min(rank, int(held))
+        return eigenparts(free, rank)
 
 
 def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
@@ -147,7 +157,7 @@ def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
             "result",
             got=f"{int(np.prod(result.batch_shape))} poses",
             expected="a single one",
-            hint="take result[i], or map the poses with Quantity.INDICES",
+            hint="take result[i], or indices(result) for all of them",
         )
     K = result.K
     forces, moments = _ranks(result.about_reference, result)

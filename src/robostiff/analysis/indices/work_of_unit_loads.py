@@ -20,7 +20,8 @@ class VirtualWork:
     Attributes
     ----------
     worst : float or None
-        Largest work over all such loads [J/N^2]; None where some load drives a free motion.
+        Largest work over all such loads [J/N^2]; None where some load drives a free motion, or no
+        digit of the compliance holds.
     mean : float or None
         Mean over all directions [J/N^2].
     worst_wrench : (n,) array or None
@@ -76,7 +77,9 @@ def virtual_work(result: RobotStiffness, *, length: float | None = None) -> Virt
     parts = stiffness_parts(result)
     L = index_length(result, length)
     if parts.C is None:
-        return VirtualWork(None, None, None, L, parts.status | Status.UNBALANCED)
+        unbalanced = parts.rank < parts.space.size
+        status = parts.status | Status.UNBALANCED if unbalanced else parts.status
+        return VirtualWork(None, None, None, L, status)
     s = length_factors(result, L)
     scaled = eigenparts(parts.C * np.outer(s, s), parts.space.size)
     return VirtualWork(

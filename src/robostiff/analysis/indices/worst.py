@@ -27,7 +27,7 @@ class WorstDeflection:
         Rotation per moment [rad/(N m)]; None where some moment meets no stiffness.
     rotational_direction : (r,) array
     status : Status
-        ``UNBALANCED`` as well where one of them is None.
+        ``UNBALANCED`` as well where one of them is None because of a free motion.
     """
 
     about: ClassVar[str] = "over all directions of a unit force, and of a unit moment"
@@ -68,7 +68,7 @@ def worst_deflection(result: RobotStiffness) -> WorstDeflection:
     forces, moments = parts.forces_rotations_free, parts.moments_translations_free
     translational, rotational = _largest(forces), _largest(moments)
     status = parts.status
-    if translational is None or rotational is None:
+    if parts.rank < parts.space.size and (translational is None or rotational is None):
         status |= Status.UNBALANCED
     return WorstDeflection(
         translational, forces.directions[0], rotational, moments.directions[0], status

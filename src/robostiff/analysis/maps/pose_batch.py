@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.analysis.leg_loads import leg_loads, loads_known
+from robostiff.analysis.guarded_values import twists_under
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
@@ -16,7 +16,6 @@ from robostiff.analysis.where_answered import (
     stiffness_where_answered,
 )
 from robostiff.model import Robot
-from robostiff.spatial import move_twist, move_wrench
 
 
 class PoseBatch:
@@ -57,7 +56,7 @@ class PoseBatch:
 
     @cached_property
     def compliance(self) -> np.ndarray:
-        """Compliance matrices (N, n, n); NaN where there is none or free motions remain."""
+        """Compliance matrices (N, n, n); NaN where there is none."""
         return compliance_where_answered(self.result)
 
     def moved(self, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -71,15 +70,4 @@ class PoseBatch:
             [m, rad]; NaN where there is none.
         unbalanced : (N,) array of bool
         """
-        twist = np.einsum("...ij,j->...i", self.compliance, wrench)
-        unbalanced = np.zeros(len(twist), dtype=bool)
-        rows = np.flatnonzero(loads_known(self.result) & np.isnan(twist[:, 0]))
-        if not len(rows):
-            return twist, unbalanced
-        to_origin = -self.offset[rows]
-        F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), to_origin)
-        loads = leg_loads(self.result[rows], F)
-        if loads is not None:
-            t = np.where(loads.balanced[:, None], loads.twist, np.nan)
-            twist[rows], unbalanced[rows] = move_twist(t, -to_origin), ~loads.balanced
-        return twist, unbalanced
+        return twists_under(self.result, wrench)

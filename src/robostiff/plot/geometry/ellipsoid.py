@@ -140,6 +140,8 @@ def _held_compliance(result: RobotStiffness) -> np.ndarray:
     C = result.compliance
     if C is not None:
         return C
+    if not result.about_reference.invertible:
+        return result.required_compliance()  # which says why there is none
     free, s = _free_twists(result), _scaling(result)
     held = np.linalg.svd(free)[2][len(free) :].T
     K = result.K / np.outer(s, s)
