@@ -248,7 +248,7 @@ def _load(load: ArrayLike | None, space: Space) -> np.ndarray:
     expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
     if load is None:
         raise InputError("load", expected=expected, hint="write load=[...]")
-    F = as_floats("load", load, expected)
+    F = as_floats("load", load, expected, space.wrench_units)
     if F.shape != (space.size,):
         raise InputError("load", got=load, expected=expected)
     return F

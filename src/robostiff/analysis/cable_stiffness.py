@@ -94,7 +94,7 @@ def cable_stiffness(
     result = judged(result)
     if at is None:
         return result
-    point = as_floats("point 'at'", at, "three numbers x y z [m]")
+    point = as_floats("point 'at'", at, "three numbers x y z [m]", "m")
     if point.shape[-1:] != (3,):
         raise InputError("point 'at'", got=at, expected="three numbers x y z [m]")
     try:

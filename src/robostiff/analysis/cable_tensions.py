@@ -232,7 +232,7 @@ def _wrenches(
     if wrench is None:
         return np.zeros((poses, n))
     expected = f"{n} numbers: {' '.join(space.wrench_order)} [N, N m]"
-    F = as_floats("wrench", wrench, expected)
+    F = as_floats("wrench", wrench, expected, space.wrench_units)
     if F.ndim == 0 or F.shape[-1] != n:
         raise InputError("wrench", got=wrench, expected=expected)
     try:

@@ -134,9 +134,11 @@ class CompiledRobot:
         InputError
             When the poses or the parameters do not fit the robot.
         """
-        answer, values = self._attempt(pose, parameters, threads)
+        answer, given, values = self._attempt(pose, parameters, threads)
+        by_joints = isinstance(pose, JointCoordinates)
         for robot, rows in values.groups(answer.guarded):
-            self._compute_again(robot, pose, rows, answer)
+            some = JointCoordinates(given[rows]) if by_joints else given[rows]
+            self._compute_again(robot, some, rows, answer)
         return answer
 
     def attempt(
@@ -165,14 +167,14 @@ class CompiledRobot:
         InputError
             When the poses or the parameters do not fit the robot.
         """
-        told, _ = self._inputs_of(pose, parameters)
+        told, _, _ = self._inputs_of(pose, parameters)
         yield from self._checked(told, slice(0, len(told.missed)))
 
     def _attempt(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
-    ) -> tuple[CompiledAnswer, ParameterValues]:
+    ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues]:
         threads = whole_threads(threads)
-        told, parameter_values = self._inputs_of(pose, parameters)
+        told, given, parameter_values = self._inputs_of(pose, parameters)
         count = len(told.missed)
         answer = CompiledAnswer(
             values={
@@ -201,14 +203,14 @@ class CompiledRobot:
             with ThreadPoolExecutor(len(shares)) as pool:
                 for _ in pool.map(fill, shares):
                     pass
-        return answer, parameter_values
+        return answer, given, parameter_values
 
     def _inputs_of(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None
-    ) -> tuple[InputRows, ParameterValues]:
+    ) -> tuple[InputRows, np.ndarray, ParameterValues]:
         given = self._inputs.checked(pose)
         values = ParameterValues.of(self.robot, parameters, len(given))
-        return self._inputs.rows(pose, given, values), values
+        return self._inputs.rows(pose, given, values), given, values
 
     def _checked(self, told: InputRows, part: slice) -> Iterator[tuple[slice, CheckedResults]]:
         general = AtGeneralPoses(self.rank, self.status, self.verified)
@@ -229,12 +231,7 @@ class CompiledRobot:
     def _compute_again(
         self, robot: Robot, pose: Pose, rows: np.ndarray, answer: CompiledAnswer
     ) -> None:
-        given = (
-            JointCoordinates(np.asarray(pose.values)[rows])
-            if isinstance(pose, JointCoordinates)
-            else np.asarray(pose)[rows]
-        )
-        result = stiffness(robot, given)
+        result = stiffness(robot, pose)
         answer.status_codes[rows] = result.status_codes
         answer.rank[rows] = result.rank
         for output in self.kernel.outputs:

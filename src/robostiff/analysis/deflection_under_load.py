@@ -330,7 +330,7 @@ def _add_element(
 
 def _checked_wrench(wrench: ArrayLike, space: Space) -> np.ndarray:
     expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
-    F = as_floats("wrench", wrench, expected)
+    F = as_floats("wrench", wrench, expected, space.wrench_units)
     if F.shape != (space.size,):
         hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
         raise InputError("wrench", got=wrench, expected=expected, hint=hint if not F.size else None)

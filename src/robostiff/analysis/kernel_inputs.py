@@ -11,6 +11,7 @@ from robostiff.analysis.parameter_values import ParameterValues
 from robostiff.analysis.stiffness_at_pose import CHUNK
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
+from robostiff.kinematics.pose import coordinate_units, joint_units
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
 
@@ -69,12 +70,13 @@ class KernelInputs:
                 raise InputError(
                     subject, got="joint coordinates", expected=expected, hint=_OTHERWISE
                 )
-            given = as_floats(subject, pose.values, expected)
+            units = joint_units(self.robot.legs[0].chain)
+            given = as_floats(subject, pose.values, expected, units)
         elif pose is None or isinstance(pose, RigidTransform):
             got = "none" if pose is None else "a rigid transform"
             raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
         else:
-            given = as_floats(subject, pose, expected)
+            given = as_floats(subject, pose, expected, coordinate_units(self.robot))
         count = self.joints if by_joints else len(self.robot.coordinates)
         if given.ndim != 2 or given.shape[1] != count or count == 0:
             raise InputError(

@@ -393,7 +393,7 @@ def _about(result: RobotStiffness, at: ArrayLike | None) -> RobotStiffness:
     if at is None:
         return result
     reference = result.reference_point
-    point = as_floats("point 'at'", at, "three numbers x y z [m]")
+    point = as_floats("point 'at'", at, "three numbers x y z [m]", "m")
     if point.shape[-1:] != (3,):
         raise InputError("point 'at'", got=at, expected="three numbers x y z [m]")
     try:

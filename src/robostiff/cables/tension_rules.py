@@ -52,7 +52,7 @@ class GivenTensions:
         """
         poses, _, cables = problem.W.shape
         expected = f"{cables} tensions [N], one a cable"
-        given = as_floats("tensions", self.values, expected)
+        given = as_floats("tensions", self.values, expected, "N")
         if given.ndim == 0 or given.shape[-1] != cables:
             raise InputError("tensions", got=self.values, expected=expected)
         if np.any(given < 0):

@@ -100,7 +100,8 @@ class DeflectionUnder:
     name = "deflection"
 
     def __init__(self, wrench: ArrayLike) -> None:
-        numbers = as_floats("wrench", wrench, "6 numbers, or 3 in the plane")
+        units = {space.size: space.wrench_units for space in Space}
+        numbers = as_floats("wrench", wrench, "6 numbers, or 3 in the plane", units)
         object.__setattr__(self, "wrench", tuple(numbers.tolist()))
 
     def shape(self, space: Space) -> tuple[int, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robostiff.errors import InputError
+from robostiff.spatial import in_si, refuse_quantities
 from robostiff.spatial.formula import is_above, is_formula, is_possible
 
 _A_NUMBER = "a positive finite number"
@@ -18,6 +19,7 @@ _A_NUMBER = "a positive finite number"
 def positive_number(subject: str, value: Any, unit: str, hint: str | None = None) -> Any:
     """The value as a float, a formula as it is; InputError unless it is real and above zero."""
     expected = f"{_A_NUMBER} [{unit}]" if unit else _A_NUMBER
+    value = in_si(subject, value, expected, None if " or " in unit else unit)
     if is_formula(value):
         if is_possible(value) and getattr(value, "is_positive", None) is not False:
             return value
@@ -33,6 +35,7 @@ def positive_numbers(subject: str, values: Any, unit: str) -> Any:
 
     One formula stays as it is.
     """
+    values = in_si(subject, values, f"{_A_NUMBER} [{unit}]", unit)
     if is_formula(values):
         return positive_number(subject, values, unit)
     expected = f"{_A_NUMBER} [{unit}]"
@@ -54,6 +57,7 @@ def positive_numbers(subject: str, values: Any, unit: str) -> Any:
 
 def poisson_ratio_of_isotropic(value: Any) -> Any:
     """The value as a float, a formula as it is; InputError unless -1 < value < 0.5."""
+    value = in_si("Poisson ratio", value, "a number", "")
     formula = is_formula(value)
     if formula:
         fits = is_possible(value) and not (
@@ -93,6 +97,7 @@ def _is_sympy_float(value: Any) -> bool:
 
 def as_array(values: Any) -> np.ndarray:
     """As NumPy reads them; nested lists of unequal lengths become an array of objects."""
+    refuse_quantities("numbers of an elastic part", values, "numbers of SI units")
     try:
         return np.asarray(values)
     except ValueError:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robostiff.errors import InputError
-from robostiff.spatial import Space
+from robostiff.spatial import Space, refuse_quantities
 
 Matrix = NDArray[np.float64]
 
@@ -69,6 +69,7 @@ class ScaledSpectrum:
 
 def checked_symmetric(matrix: Any, kind: MatrixKind) -> Matrix:
     """The matrix as floats (6, 6), exactly symmetric; InputError for anything but rounding."""
+    refuse_quantities(kind.name, matrix, "6x6 numbers of SI units")
     try:
         array = np.asarray(matrix, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import RigidTransform
 from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import ALL_COORDINATES, Joint, Leg, Link, Motion, Rigid, Robot
+from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Motion, Rigid, Robot
 from robostiff.spatial import Space, as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
@@ -85,19 +85,33 @@ def near_coordinates(robot: Robot, near: Near) -> tuple[np.ndarray, ...] | None:
         return None
     given: Any = near.values if isinstance(near, JointCoordinates) else near
     subject, sizes = f"near of {robot.name!r}", [leg.chain.size for leg in robot.legs]
+    units = [joint_units(leg.chain) for leg in robot.legs]
     every = f"{sum(sizes)} joint coordinates [m, rad]"
     expected = every if robot.is_serial else f"{every}, or one list for each of {len(sizes)} legs"
     parts = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else []
     if len(parts) == len(sizes) and all(np.ndim(part) == 1 for part in parts):
-        flat = np.concatenate([as_floats(subject, part, expected) for part in parts])
+        each = zip(parts, units, strict=True)
+        flat = np.concatenate([as_floats(subject, part, expected, own) for part, own in each])
         fits = [len(part) for part in parts] == sizes
     else:
-        flat = as_floats(subject, given, expected).reshape(-1)
+        flat = as_floats(subject, given, expected, [unit for own in units for unit in own]).reshape(
+            -1
+        )
         fits = flat.size == sum(sizes)
     if not fits:
         hint = f"the legs have {', '.join(map(str, sizes))} coordinates each, passive ones included"
         raise InputError(subject, got=given, expected=expected, hint=hint)
     return tuple(np.split(flat, np.cumsum(sizes)[:-1]))
+
+
+def coordinate_units(robot: Robot) -> tuple[str, ...]:
+    """SI units of the free pose coordinates of a robot, m or rad."""
+    return tuple(Space.SPATIAL.twist_units[place] for place in robot.coordinate_places)
+
+
+def joint_units(chain: Chain) -> tuple[str, ...]:
+    """SI units of the joint coordinates of a chain, m or rad."""
+    return tuple("m" if f.motion is Motion.TRANSLATION else "rad" for f in chain.freedoms)
 
 
 def home_coordinates(robot: Robot) -> np.ndarray:
@@ -143,7 +157,8 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
     names = [coordinate.value for coordinate in robot.coordinates]
     free = f"{len(names)} numbers ({' '.join(names)}) or " if 0 < len(names) < 6 else ""
     expected = f"{free}6 numbers (x y z rx ry rz) in the last axis"
-    given = as_floats(f"pose of {robot.name!r}", pose, expected)
+    units = {6: Space.SPATIAL.twist_units, len(names): coordinate_units(robot)}
+    given = as_floats(f"pose of {robot.name!r}", pose, expected, units)
     fits = {len(names), 6} if names or not robot.is_posed_by_joints else {6}
     if given.ndim == 0 or given.shape[-1] not in fits:
         raise InputError(

@@ -25,6 +25,7 @@ from robostiff.kinematics.pose import (
     Pose,
     PoseRequest,
     home_coordinates,
+    joint_units,
     near_coordinates,
     platform_pose,
     question_joints,
@@ -84,10 +85,11 @@ class PostureFinder:
             chain = self.robot.legs[0].chain
             if isinstance(pose, JointCoordinates):
                 words = f"{chain.size} numbers in the last axis"
-                q = as_floats(f"joint coordinates of {self.robot.name!r}", pose.values, words)
+                subject = f"joint coordinates of {self.robot.name!r}"
+                q = as_floats(subject, pose.values, words, joint_units(chain))
                 if q.ndim == 0 or q.shape[-1] != chain.size:
                     raise InputError(
-                        f"joint coordinates of {self.robot.name!r}",
+                        subject,
                         got=pose.values,
                         expected=f"{chain.size} finite numbers in the last axis",
                     )

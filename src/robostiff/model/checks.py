@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, refuse_quantities
 from robostiff.spatial.formula import (
     Entries,
     exact_array,
@@ -98,6 +98,7 @@ def rotation_matrix(subject: str, value: Entries) -> np.ndarray:
     formulas = formula_array(value)
     if formulas is not None:
         return _exact_rotation(subject, value, formulas)
+    refuse_quantities(subject, value, "a 3 x 3 matrix of finite numbers")
     R = np.asarray(value, dtype=float)
     if R.shape != (3, 3) or not np.isfinite(R).all():
         raise InputError(subject, got=value, expected="a 3 x 3 matrix of finite numbers")
@@ -126,6 +127,7 @@ def finite_coordinates(subject: str, values: Sequence[Any], count: int) -> tuple
     wrong = InputError(subject, got=values, expected=f"{count} finite numbers")
     if len(values) != count:
         raise wrong
+    refuse_quantities(subject, values, f"{count} finite numbers [m, rad]")
     for value in values:
         if not (is_possible(value) if is_formula(value) else np.isfinite(value)):
             raise wrong
@@ -142,6 +144,7 @@ def checked_stiffness(subject: str, value: Any) -> None:
     """Raise unless the stiffness is a positive finite number, a formula, or None for rigid."""
     if value is None:
         return
+    refuse_quantities(subject, value, "a positive finite number [N/m or N m/rad]")
     if is_formula(value):
         fits = is_possible(value) and getattr(value, "is_positive", None) is not False
     else:

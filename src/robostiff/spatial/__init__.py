@@ -9,7 +9,8 @@ from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import exact_number, is_formula
 from robostiff.spatial.frame import Frame
 from robostiff.spatial.joint_twist import cross, rotation_twist, translation_twist
-from robostiff.spatial.numbers import as_floats
+from robostiff.spatial.numbers import as_float, as_floats
+from robostiff.spatial.quantities import holds_quantities, in_si, refuse_quantities
 from robostiff.spatial.rotation import block_rotation, rotate_stiffness
 from robostiff.spatial.screw import Screw, screw_of_twist
 from robostiff.spatial.skew import skew
@@ -26,16 +27,20 @@ __all__ = [
     "Frame",
     "Screw",
     "Space",
+    "as_float",
     "as_floats",
     "block_rotation",
     "compliance_modes",
     "cross",
     "exact_number",
+    "holds_quantities",
+    "in_si",
     "is_formula",
     "move_compliance",
     "move_stiffness",
     "move_twist",
     "move_wrench",
+    "refuse_quantities",
     "rotate_stiffness",
     "rotation_twist",
     "screw_of_twist",

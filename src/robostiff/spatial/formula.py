@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.spatial.quantities import holds_quantities, refuse_quantities
 
 #: An array of numbers, or lists of numbers and formulas.
 Entries = ArrayLike | Sequence[Any]
@@ -71,6 +72,7 @@ def exact_number(value: Any) -> Any:
     >>> exact_number(0.25), exact_number(3), exact_number(np.float64(0.1))
     (1/4, 3, 1/10)
     """
+    refuse_quantities("number", value, "a finite number or a formula")
     if is_formula(value):
         return value
     import sympy as sp
@@ -118,6 +120,8 @@ def formula_array(value: Any) -> np.ndarray | None:
     """
     if isinstance(value, np.ndarray) and value.dtype != object:
         return None
+    if holds_quantities(value):
+        return None  # `as_floats` converts or refuses them
     try:
         array = np.asarray(value)
     except ValueError:

@@ -42,7 +42,7 @@ class Frame:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "R", _checked("axes of the frame", self.R, (3, 3)))
-        object.__setattr__(self, "p", _checked("origin of the frame", self.p, (3,)))
+        object.__setattr__(self, "p", _checked("origin of the frame", self.p, (3,), "m"))
         if self.R.dtype != object and not _is_rotation(self.R):
             raise InputError(
                 "axes of the frame",
@@ -108,10 +108,12 @@ class Frame:
         return RigidTransform.from_matrix(T)
 
 
-def _checked(subject: str, value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+def _checked(
+    subject: str, value: ArrayLike, shape: tuple[int, ...], unit: str | None = None
+) -> np.ndarray:
     array = formula_array(value)
     if array is None:
-        array = as_floats(subject, value, f"finite numbers of shape {shape}")
+        array = as_floats(subject, value, f"finite numbers of shape {shape}", unit)
     if array.shape != shape or (array.dtype == object and not all(map(is_possible, array.flat))):
         raise InputError(subject, got=value, expected=f"finite numbers of shape {shape}")
     return array

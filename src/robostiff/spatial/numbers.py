@@ -1,4 +1,4 @@
-"""Numbers that a caller hands over: what they must be before they become arrays."""
+"""Numbers that a caller hands over: the one gate through which they become arrays."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.spatial.quantities import Units, in_si
 
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
 
 
-def as_floats(subject: str, value: Any, expected: str) -> np.ndarray:
-    """Real finite numbers as an array of floats.
+def as_floats(subject: str, value: Any, expected: str, units: Units | None = None) -> np.ndarray:
+    """Real finite numbers, or quantities in SI units, as an array of floats.
 
     Parameters
     ----------
@@ -22,18 +23,22 @@ def as_floats(subject: str, value: Any, expected: str) -> np.ndarray:
         What came.
     expected : str
         What was expected, for the message.
+    units : str, sequence of str, mapping of int to sequence of str, optional
+        SI unit of all entries, or of those of the last axis, by its length if need be: that of the
+        numbers, and what quantities are converted to. Left out, none are taken.
 
     Raises
     ------
     InputError
-        For texts, truth values, complex or ragged input, and for numbers that are not finite or
-        beyond 1e30.
+        For texts, truth values, complex or ragged input, for numbers that are not finite or beyond
+        1e30, and for quantities that measure something else.
 
     Examples
     --------
     >>> as_floats("point", [0, 0, 1], "three numbers")
     array([0., 0., 1.])
     """
+    value = in_si(subject, value, expected, units)
     try:
         array = np.asarray(value)
     except ValueError:
@@ -47,3 +52,22 @@ def as_floats(subject: str, value: Any, expected: str) -> np.ndarray:
         entry = f"{subject}, entry {list(place)}" if place else subject
         raise InputError(entry, got=array[place], expected="a finite number up to 1e30")
     return array.astype(float, copy=False)
+
+
+def as_float(subject: str, value: Any, expected: str, unit: str | None = None) -> float:
+    """One real finite number, or a quantity in an SI unit, as a float.
+
+    Raises
+    ------
+    InputError
+        As `as_floats`, and for an array.
+
+    Examples
+    --------
+    >>> as_float("length", 3, "a length [m]", "m")
+    3.0
+    """
+    array = as_floats(subject, value, expected, unit)
+    if array.shape != ():
+        raise InputError(subject, got=value, expected=expected)
+    return float(array)

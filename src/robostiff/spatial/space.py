@@ -54,6 +54,16 @@ class Space(Enum):
         return sum(row < 3 for row in self.value)
 
     @property
+    def twist_units(self) -> tuple[str, ...]:
+        """SI units of displacements, and of pose coordinates: m or rad."""
+        return tuple("m" if row < 3 else "rad" for row in self.value)
+
+    @property
+    def wrench_units(self) -> tuple[str, ...]:
+        """SI units of loads: N or N m."""
+        return tuple("N" if row < 3 else "N m" for row in self.value)
+
+    @property
     def twist_order(self) -> tuple[str, ...]:
         """Names of the displacement coordinates [m, rad]."""
         return tuple(("dx", "dy", "dz", "rx", "ry", "rz")[row] for row in self.value)

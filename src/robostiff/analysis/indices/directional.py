@@ -132,7 +132,7 @@ def _along(
 
 def _unit(direction: ArrayLike, space: Space) -> np.ndarray:
     """A unit vector in the coordinates of the space."""
-    given = as_floats("direction", direction, "three numbers x y z")
+    given = as_floats("direction", direction, "three numbers x y z", "")
     if space is Space.PLANAR and given.shape == (2,):
         given = np.append(given, 0.0)
     u = _vector(given, "direction")
@@ -145,7 +145,7 @@ def _unit(direction: ArrayLike, space: Space) -> np.ndarray:
 
 
 def _vector(given: ArrayLike, subject: str) -> np.ndarray:
-    u = as_floats(subject, given, "three numbers x y z")
+    u = as_floats(subject, given, "three numbers x y z", "")
     if u.shape != (3,):
         raise InputError(subject, got=given, expected="three numbers x y z")
     size = np.linalg.norm(u)

@@ -24,7 +24,7 @@ def index_length(result: RobotStiffness, length: float | None) -> float:
     if length is None:
         return float(result.about_reference.length)
     expected = f"a length above 0, from {_SHORTEST:.0e} m"
-    given = as_floats("characteristic length", length, expected)
+    given = as_floats("characteristic length", length, expected, "m")
     if given.shape != () or not given >= _SHORTEST:
         raise InputError("characteristic length", got=length, expected=expected)
     return float(given)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from robostiff.analysis.maps.pose_source import read_coordinate
 from robostiff.errors import InputError
 
 
@@ -18,7 +19,7 @@ class Axis:
     Parameters
     ----------
     start, stop : float
-        [m or rad].
+        [m or rad], or quantities.
     count : int
 
     Raises
@@ -35,11 +36,21 @@ class Axis:
     start: float
     stop: float
     count: int
+    unit_given: str | None = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name, value in (("start", self.start), ("stop", self.stop)):
-            if not (isinstance(value, int | float | np.number) and np.isfinite(value)):
-                raise InputError(f"{name} of an axis", got=value, expected="a finite number")
+        ends, unit = read_coordinate(
+            "start and stop of an axis", [self.start, self.stop], "two finite numbers"
+        )
+        if ends.shape != (2,):
+            raise InputError(
+                "start and stop of an axis",
+                got=(self.start, self.stop),
+                expected="two finite numbers",
+            )
+        for name, value in zip(("start", "stop"), ends.tolist(), strict=True):
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "unit_given", unit)
         if not isinstance(self.count, int | np.integer) or self.count < 1:
             raise InputError(
                 "count of an axis", got=self.count, expected="a whole number from 1 on"
@@ -130,6 +141,12 @@ class Grid:
     def parameter(self) -> None:
         """Nothing runs along a grid."""
 
+    @property
+    def units_given(self) -> Mapping[str, str]:
+        """SI units of coordinates that came as quantities."""
+        return {name: axis.unit_given for name, axis in self.axes.items() if axis.unit_given}
+
     def description(self) -> Mapping[str, Any]:
         """Its axes."""
-        return {"kind": "grid", "axes": self.axes}
+        axes = {name: [axis.start, axis.stop, axis.count] for name, axis in self.axes.items()}
+        return {"kind": "grid", "axes": axes}

@@ -9,12 +9,12 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose
-from robostiff.kinematics.pose import home_coordinates
-from robostiff.model import ALL_COORDINATES, Leg, Motion, Robot
+from robostiff.kinematics.pose import home_coordinates, joint_units
+from robostiff.model import ALL_COORDINATES, Leg, Robot
 from robostiff.spatial import Space
 
 SIX = tuple(coordinate.value for coordinate in ALL_COORDINATES)
-_UNITS = ("m", "m", "m", "rad", "rad", "rad")
+_UNITS = Space.SPATIAL.twist_units
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def pose_columns(robot: Robot, used: Sequence[str]) -> PoseColumns:
 def joint_columns(leg: Leg) -> PoseColumns:
     """Joint coordinates of a leg, from base to platform."""
     chain = leg.chain
-    units = tuple("m" if f.motion is Motion.TRANSLATION else "rad" for f in chain.freedoms)
+    units = joint_units(chain)
     return PoseColumns(chain.coordinate_names, units, tuple(map(float, chain.home)), of_joints=True)
 
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.maps.pose_source import POSE_UNITS, read_coordinate
 from robostiff.errors import InputError
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, holds_quantities
 
 
 class PoseList:
@@ -20,7 +21,7 @@ class PoseList:
     names : sequence of str
         What the columns are: ``x y z rx ry rz`` or joints.
     poses : (N, len(names)) array
-        [m, rad].
+        [m, rad], or quantities: one array, or rows of them.
     time : (N,) array, optional
         When each pose is passed [s].
     path_length : (N,) array, optional
@@ -52,7 +53,7 @@ class PoseList:
                 "coordinates of a list of poses", got=list(names), expected="each name once"
             )
         columns = f"{len(self.names)} columns ({' '.join(self.names)})"
-        rows = as_floats("list of poses", poses, f"rows of {columns}")
+        rows, self.units_given = self._read(poses, f"rows of {columns}")
         if rows.ndim != 2 or rows.shape[1] != len(self.names) or not len(rows):
             raise InputError(
                 "shape of a list of poses", got=rows.shape, expected=f"(N, {len(self.names)})"
@@ -63,12 +64,32 @@ class PoseList:
         self._parameter: tuple[str, str, np.ndarray] | None = None
         for name, unit, given in (("time", "s", time), ("s", "m", path_length)):
             if given is not None:
-                values = as_floats(f"{name} of a list of poses", given, "finite numbers")
+                values = as_floats(f"{name} of a list of poses", given, "finite numbers", unit)
                 if values.shape != (len(rows),):
                     raise InputError(
                         f"{name} of a list of poses", got=values.shape, expected=f"({len(rows)},)"
                     )
                 self._parameter = (name, unit, values)
+
+    def _read(self, poses: ArrayLike, expected: str) -> tuple[np.ndarray, Mapping[str, str]]:
+        """Rows in SI units, and the units of joints that came as quantities."""
+        subject = "list of poses"
+        units = [POSE_UNITS.get(name) for name in self.names]
+        if None not in units or not holds_quantities(poses):
+            return as_floats(subject, poses, expected, units), {}
+        every: Any = poses
+        try:
+            columns = list(zip(*every, strict=True))
+        except (TypeError, ValueError):
+            raise InputError(subject, got=str(poses), expected=expected) from None
+        if len(columns) != len(units):
+            raise InputError(subject, got=f"{len(columns)} columns", expected=expected)
+        found = [
+            read_coordinate(f"{subject}, column {name!r}", list(column), "finite numbers", name)
+            for name, column in zip(self.names, columns, strict=True)
+        ]
+        given = {n: unit for n, (_, unit) in zip(self.names, found, strict=True) if unit}
+        return np.stack([values for values, _ in found], axis=-1), given
 
     @property
     def shape(self) -> tuple[int, ...]:

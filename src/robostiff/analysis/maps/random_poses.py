@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from robostiff.analysis.maps.pose_source import read_coordinate
 from robostiff.errors import InputError
 
 # Philox makes four 64-bit numbers a step of its counter.
@@ -26,7 +27,7 @@ class RandomPoses:
     ----------
     count : int
     ranges : mapping of str to (float, float)
-        Lowest and highest value of each coordinate [m, rad].
+        Lowest and highest value of each coordinate [m, rad], or quantities.
     seed : int
 
     Raises
@@ -44,6 +45,9 @@ class RandomPoses:
     count: int
     ranges: Mapping[str, tuple[float, float]]
     seed: int = 0
+    units_given: Mapping[str, str] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         for name, value, least in (("count", self.count, 1), ("seed", self.seed, 0)):
@@ -58,11 +62,17 @@ class RandomPoses:
                 expected="at least one coordinate",
                 hint='write {"x": (-0.1, 0.1)}',
             )
-        for name, ends in self.ranges.items():
-            if len(ends) != 2 or not np.all(np.isfinite(ends)) or ends[0] > ends[1]:
-                raise InputError(
-                    f"range of {name!r}", got=ends, expected="lowest and highest value"
-                )
+        ranges, units = {}, {}
+        for name, given in self.ranges.items():
+            subject, expected = f"range of {name!r}", "lowest and highest value"
+            ends, unit = read_coordinate(subject, given, expected, name)
+            if ends.shape != (2,) or ends[0] > ends[1]:
+                raise InputError(subject, got=given, expected=expected)
+            ranges[name] = (float(ends[0]), float(ends[1]))
+            if unit:
+                units[name] = unit
+        object.__setattr__(self, "ranges", ranges)
+        object.__setattr__(self, "units_given", units)
 
     @property
     def names(self) -> tuple[str, ...]:

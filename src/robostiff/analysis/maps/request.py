@@ -18,13 +18,13 @@ from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.method import Batched, Compiled, Method
 from robostiff.analysis.maps.pose_columns import pose_columns
-from robostiff.analysis.maps.pose_source import PoseSource
+from robostiff.analysis.maps.pose_source import PoseSource, check_units
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_float, as_floats
 from robostiff.version import __version__
 
 _MEMORY_SHARE = 0.8
@@ -112,6 +112,7 @@ def checked_request(
     F = _wrench(robot, wanted, wrench)
     length = _length(robot, characteristic_length)
     columns = pose_columns(robot, poses.names)
+    check_units(poses, dict(zip(columns.names, columns.units, strict=True)))
     batched = BatchedEvaluator(robot, columns, wanted, F, length)
     evaluator = _evaluator(batched, method, math.prod(poses.shape))
     job = MapJob(evaluator, columns, poses, where)
@@ -179,7 +180,7 @@ def _wrench(
             expected="a quantity that needs it",
             hint="add Quantity.DEFLECTION (--quantity deflection)",
         )
-    F = as_floats("wrench", wrench, expected)
+    F = as_floats("wrench", wrench, expected, robot.space.wrench_units)
     if F.shape != (robot.space.size,):
         raise InputError("wrench", got=wrench, expected=expected)
     return tuple(map(float, F))
@@ -188,9 +189,10 @@ def _wrench(
 def _length(robot: Robot, given: float | None) -> float:
     if given is None:
         return float(stiffness(robot).about_reference.length)
-    if not isinstance(given, int | float | np.number) or not 0 < given < math.inf:
+    length = as_float("characteristic_length", given, "a length above 0 [m]", "m")
+    if not length > 0:
         raise InputError("characteristic_length", got=given, expected="a length above 0 [m]")
-    return float(given)
+    return length
 
 
 def _sampled_selection(job: MapJob) -> list[np.ndarray] | None:

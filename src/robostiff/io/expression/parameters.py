@@ -21,6 +21,7 @@ from robostiff.io.units import (
     is_quantity,
     is_unit_word,
     make_quantity,
+    own_quantity,
     same_dimension,
 )
 
@@ -186,6 +187,9 @@ def _within(name: str, error: InputError) -> ParameterError:
 def _bare_number(value: Any, mathematics: Mathematics) -> Quantity:
     if is_quantity(value):
         return make_quantity(value.magnitude, value.units)
+    own = own_quantity(value)
+    if own is not None and math.isfinite(own.magnitude):
+        return make_quantity(mathematics.bare(own.magnitude), own.units)
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
             number = float(value)

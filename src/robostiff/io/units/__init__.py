@@ -16,6 +16,7 @@ from robostiff.io.units.registry import (
     is_unit_word,
     make_quantity,
     make_unit,
+    own_quantity,
 )
 from robostiff.io.units.row import parse_quantities
 from robostiff.io.units.text import parse_quantity, read_unit
@@ -32,6 +33,7 @@ __all__ = [
     "is_unit_word",
     "make_quantity",
     "make_unit",
+    "own_quantity",
     "parse_quantities",
     "parse_quantity",
     "read_unit",

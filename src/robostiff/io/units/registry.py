@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from robostiff.spatial.quantities import is_pint
+
 if TYPE_CHECKING:
     from pint import Quantity, Unit
     from pint.facets.plain import PlainUnit
@@ -132,6 +134,29 @@ def is_unit_word(word: str) -> bool:
 def is_quantity(value: object) -> bool:
     """Whether the value is a quantity of this module's own units."""
     return getattr(value, "_REGISTRY", None) is registry()
+
+
+def own_quantity(value: Any) -> Quantity | None:
+    """A quantity of another registry of pint in base units of this one; None for anything else.
+
+    Examples
+    --------
+    >>> import pint
+    >>> own_quantity(pint.UnitRegistry().Quantity(1.5, "kN")).magnitude, own_quantity(1.5)
+    (1500.0, None)
+    """
+    if not is_pint(value):
+        return None
+    units, base = registry(), {"[length]": "m", "[mass]": "kg", "[time]": "s"}
+    powers = {str(name): power for name, power in value.dimensionality.items()}
+    if not powers.keys() <= base.keys() or getattr(value.magnitude, "shape", ()) != ():
+        return None
+    powers = {base[name]: power for name, power in powers.items()}
+    roots = {str(name): power for name, power in value.to_root_units().unit_items()}
+    powers["rad"] = roots.get("rad", roots.get("radian", 0))
+    unit = " * ".join(f"{name} ** {power}" for name, power in powers.items() if power)
+    number = float(value.to(unit or "dimensionless").magnitude)
+    return units.Quantity(number, units.UnitsContainer({k: v for k, v in powers.items() if v}))
 
 
 def exponents(quantity: Quantity) -> tuple[float, float, float, float]:

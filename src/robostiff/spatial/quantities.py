@@ -1,0 +1,199 @@
+"""Quantities with units where numbers are expected: converted to SI units, or refused.
+
+They are known by what they do, so that no package for units is imported: quantities of pint, of any
+registry, are converted; other arrays that carry units are refused, as NumPy would drop the units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+
+#: SI unit of all entries, or of the entries of the last axis; by the length of that axis where it
+#: says what the entries are.
+Units = str | Sequence[str] | Mapping[int, Sequence[str]]
+
+_WORDS = {
+    "": "a plain number",
+    "m": "a length",
+    "rad": "an angle",
+    "s": "a time",
+    "N": "a force",
+    "N m": "a moment",
+}
+# Powers of rad by which a quantity of the same powers of m, kg and s measures something else.
+_OTHER_KIND = {"": 1, "N m": -1}
+
+
+def holds_quantities(value: Any) -> bool:
+    """Whether a value, or an entry of it, carries a unit.
+
+    Examples
+    --------
+    >>> holds_quantities([0.0, 1.0])
+    False
+    """
+    kind = type(value)
+    if kind in (float, int, str, bool):
+        return False
+    if isinstance(value, np.ndarray):
+        carries = kind is not np.ndarray and _is_foreign(value)
+        return carries or (value.dtype == object and any(map(holds_quantities, value.flat)))
+    if isinstance(value, list | tuple):
+        return any(map(holds_quantities, value))
+    if is_pint(value) or _is_foreign(value):
+        return True
+    # Labelled arrays, such as those of xarray, around a quantity.
+    return hasattr(value, "dims") and holds_quantities(getattr(value, "data", None))
+
+
+def refuse_quantities(subject: str, value: Any, expected: str) -> None:
+    """Raise where a number carries a unit that is not known to be wanted.
+
+    Raises
+    ------
+    InputError
+    """
+    if holds_quantities(value):
+        raise InputError(
+            subject,
+            got=str(value),
+            expected=f"{expected}, without units",
+            hint="write the number of SI units: quantity.m_as(...)",
+        )
+
+
+def in_si(subject: str, value: Any, expected: str, units: Units | None) -> Any:
+    """A value in which each quantity is replaced by its number of SI units; numbers stay.
+
+    An array with one unit is taken where that unit fits every entry. Entries of zero fit anywhere,
+    so that ``Q([0, 0, 800, 0, 0, 0], "mm")`` is a pose and ``Q([0.5, 0, 0, 0, 0, 0], "kN")`` a
+    wrench.
+
+    Parameters
+    ----------
+    subject : str
+        What the numbers are, in words.
+    value : array-like
+        Numbers, quantities, or lists of both.
+    expected : str
+        What was expected, for the message.
+    units : str, sequence of str, mapping of int to sequence of str, or None
+        None where no quantity is taken.
+
+    Raises
+    ------
+    InputError
+        When a quantity measures something else.
+    """
+    if not holds_quantities(value):
+        return value
+    if units is None:
+        refuse_quantities(subject, value, expected)
+    if hasattr(value, "dims") and not is_pint(value):
+        value = value.data
+    return _converted(subject, value, expected, units)
+
+
+def _converted(subject: str, value: Any, expected: str, units: Any) -> Any:
+    if is_pint(value):
+        if np.ndim(value.magnitude) == 0:
+            if not isinstance(units, str):
+                raise InputError(subject, got=str(value), expected=expected)
+            return _number(subject, value, units)
+        count = np.shape(value.magnitude)[-1]
+        return _array(subject, value, _of_entries(subject, count, expected, units))
+    if _is_foreign(value):
+        raise InputError(
+            subject,
+            got=str(value),
+            expected=f"{expected}; of quantities those of pint",
+            hint="write the number of SI units: quantity.to_value(...)",
+        )
+    if not isinstance(value, list | tuple | np.ndarray):
+        return value
+    entries = list(value)
+    if all(_is_scalar(entry) for entry in entries):
+        own = _of_entries(subject, len(entries), expected, units)
+        return [
+            _number(f"{subject}, entry [{k}]", entry, unit) if is_pint(entry) else entry
+            for k, (entry, unit) in enumerate(zip(entries, own, strict=True))
+        ]
+    return [_converted(subject, entry, expected, units) for entry in entries]
+
+
+def _of_entries(subject: str, count: int, expected: str, units: Any) -> Sequence[str]:
+    """Units of so many entries of the last axis."""
+    if isinstance(units, str):
+        return [units] * count
+    if isinstance(units, Mapping):
+        units = units.get(count, ())
+    if len(units) != count:
+        raise InputError(subject, got=f"{count} entries in the last axis", expected=expected)
+    return units
+
+
+def _array(subject: str, value: Any, units: Sequence[str]) -> np.ndarray:
+    """Numbers of an array with one unit; what it does not fit must be zero."""
+    numbers = np.asarray(value.magnitude)
+    found = np.zeros(numbers.shape)
+    fits = {unit: _fits(value, unit) for unit in units}
+    for k, unit in enumerate(units):
+        own = value[..., k]
+        if fits[unit]:
+            found[..., k] = _number(subject, own, unit)
+        elif not any(fits.values()) or np.any(numbers[..., k] != 0):
+            raise _wrong(
+                f"{subject}, entry [{k}]",
+                own,
+                unit,
+                hint="write a list of quantities, each with its own unit"
+                if any(fits.values())
+                else None,
+            )
+    return found
+
+
+def _number(subject: str, quantity: Any, unit: str) -> Any:
+    if not _fits(quantity, unit):
+        raise _wrong(subject, quantity, unit)
+    return quantity.to(unit or "dimensionless").magnitude
+
+
+def _fits(quantity: Any, unit: str) -> bool:
+    """Whether a quantity can be expressed in a unit, and measures the same kind of thing."""
+    try:
+        quantity.to(unit or "dimensionless")
+        roots = dict(quantity.to_root_units().unit_items())
+    except (TypeError, AttributeError, ValueError):  # of pint: other dimensions, unknown units
+        return False
+    powers = {str(name): power for name, power in roots.items()}
+    rad = powers.get("rad", powers.get("radian", 0))
+    return rad == 0 or rad != _OTHER_KIND.get(unit)
+
+
+def _wrong(subject: str, quantity: Any, unit: str, hint: str | None = None) -> InputError:
+    what = _WORDS.get(unit, "a quantity")
+    expected = f"{what}, in {unit} or a unit like it" if unit else what
+    return InputError(subject, got=str(quantity), expected=expected, hint=hint)
+
+
+def _is_scalar(value: Any) -> bool:
+    if is_pint(value):
+        return np.ndim(value.magnitude) == 0
+    return not isinstance(value, list | tuple) and np.ndim(value) == 0
+
+
+def is_pint(value: Any) -> bool:
+    """Whether a value is a quantity of pint, of any registry."""
+    return hasattr(type(value), "to_root_units") and hasattr(value, "magnitude")
+
+
+def _is_foreign(value: Any) -> bool:
+    """Arrays of astropy, unyt and pandas that carry units in other ways."""
+    kind = type(value)
+    return hasattr(kind, "to_value") or hasattr(getattr(value, "dtype", None), "units")
