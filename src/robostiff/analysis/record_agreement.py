@@ -52,8 +52,9 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
     confirmed, regular = 0, True
     for seed in (None, _OTHER_SEED):
         posture = sample_postures(finder.robot, finder, seed)
-        values = ParameterValues(robot, np.array(list(parameter_samples(robot, seed).values())))
         given = posture.coordinates[0] if by_joints else posture.pose[:, chosen]
+        samples = list(parameter_samples(robot, seed).values())
+        values = ParameterValues(robot, np.reshape(samples, (len(samples), len(given))))
         pose = JointCoordinates(given) if by_joints else given
         rows = inputs.rows(pose, given, values)
         results = kernel.evaluate(rows.rows)

@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import Joint, Link
 from robostiff.model.checks import finite_coordinates
-from robostiff.spatial import Frame
+from robostiff.spatial import Frame, refuse_quantities
 
 if TYPE_CHECKING:
     from robostiff.network import Network
@@ -147,9 +147,10 @@ class Linkage:
             For a name that is no joint's, and for numbers that are not finite or too many or few.
         """
         sizes = {joint.name: joint.size for joint in self.joints}
-        for name in values:
+        for name, value in values.items():
             if name not in sizes:
                 raise InputError("joint", got=name, expected=f"one of {', '.join(sizes)}")
+            refuse_quantities(f"coordinates of {name!r}", value, "finite numbers [m, rad]")
         return {
             name: np.array(
                 finite_coordinates(

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model.checks import vector3
 from robostiff.model.robot import ALL_COORDINATES, Coordinate
-from robostiff.spatial import Frame, Space
+from robostiff.spatial import Frame, Space, refuse_quantities
 
 _PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 _IN_PLANE = 1e-9  # [m]
@@ -77,9 +77,11 @@ class Cable:
         self._check("least_tension")
         if self.tension is not None:
             self._check("tension")
+        subject = f"greatest tension of cable {self.name!r}"
+        refuse_quantities(subject, self.greatest_tension, "newtons")
         if not self.greatest_tension > self.least_tension:
             raise InputError(
-                f"greatest tension of cable {self.name!r}",
+                subject,
                 got=self.greatest_tension,
                 expected=f"more than the least, {self.least_tension:g} N",
             )

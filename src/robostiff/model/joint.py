@@ -17,6 +17,7 @@ from robostiff.model.checks import (
     finite_coordinates,
     unit_vector,
 )
+from robostiff.spatial import refuse_quantities
 from robostiff.spatial.formula import Entries
 
 
@@ -61,6 +62,7 @@ class Actuated:
     def __post_init__(self) -> None:
         checked_stiffness("stiffness of the drive", self.stiffness)
         if self.limits is not None:
+            refuse_quantities("limits of the drive", self.limits, "lowest < highest [m or rad]")
             low, high = self.limits
             if not (np.isfinite(low) and np.isfinite(high) and low < high):
                 raise InputError(

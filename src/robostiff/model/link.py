@@ -16,7 +16,7 @@ from robostiff.elasticity import (
 )
 from robostiff.errors import InputError
 from robostiff.model.joint import Role
-from robostiff.spatial import Frame
+from robostiff.spatial import Frame, refuse_quantities
 from robostiff.spatial.formula import is_above, is_formula, is_possible
 
 
@@ -81,6 +81,8 @@ class TelescopicBeam:
     theory: BeamTheory = field(default_factory=EulerBernoulli)
 
     def __post_init__(self) -> None:
+        refuse_quantities("share of the extension", self.share, "0 to 1")
+        refuse_quantities("fixed length", self.fixed, "zero or more metres")
         if not (_may_be_at_least_zero(self.share) and not is_above(self.share, 1)):
             raise InputError("share of the extension", got=self.share, expected="0 to 1")
         if not _may_be_at_least_zero(self.fixed):
@@ -118,6 +120,7 @@ class Telescope:
     home_given: bool | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        refuse_quantities("home of the telescope", self.home, "metres")
         if self.home_given is None:
             object.__setattr__(self, "home_given", self.home is not None)
         if self.home is None:

@@ -1,0 +1,118 @@
+"""A record that differs from the wrench basis form is an error, wherever the record is used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.analysis import compiled_robot
+from robostiff.cli.main import app
+from robostiff.errors import DisagreementError
+from robostiff.recorded import RecordedRobot
+from tests.generators.kernel_robots import thin_legs
+
+ARRAYS = rs.Backend.ARRAYS
+GRID = rs.Grid(x=rs.Axis(-0.01, 0.01, 3), rz=rs.Axis(0, 0.1, 2))
+#: From so many poses on a map chooses the kernel by itself.
+LARGE = rs.Grid(x=rs.Axis(-0.01, 0.01, 250), y=rs.Axis(-0.01, 0.01, 200))
+
+
+def wrong_entry(recorded: RecordedRobot) -> RecordedRobot:
+    """One entry of K off by a millionth."""
+    K = dict(recorded.K)
+    place = next(iter(K))
+    K[place] = K[place] * (1 + 1e-6)
+    return replace(recorded, K=K)
+
+
+def redundant_joint(recorded: RecordedRobot) -> RecordedRobot:
+    """A joint that counts as redundant, and is not."""
+    leg = recorded.legs[0]
+    leg = replace(leg, redundant=(True, *leg.redundant[1:]))
+    return replace(recorded, legs=(leg, *recorded.legs[1:]))
+
+
+@pytest.fixture(params=["record_at_pose", "record_at_joints"])
+def plant(request, monkeypatch) -> Callable[[Callable[[RecordedRobot], RecordedRobot]], str]:
+    """Makes every record wrong in some way; returns a robot that has such records."""
+
+    def planted(wrong: Callable[[RecordedRobot], RecordedRobot]) -> str:
+        right = getattr(compiled_robot, request.param)
+        monkeypatch.setattr(
+            compiled_robot, request.param, lambda robot, finder: wrong(right(robot, finder))
+        )
+        return "gough-stewart-b" if request.param == "record_at_pose" else "3-rps"
+
+    return planted
+
+
+def test_compile_says_by_how_much_and_where(plant):
+    name = plant(wrong_entry)
+    with pytest.raises(DisagreementError) as caught:
+        rs.compile(rs.load(name), backend=ARRAYS)
+    assert 1e-7 < caught.value.distance < 1e-5
+    assert caught.value.where.startswith(f"'{name}' at [")
+    assert "please report it" in str(caught.value)
+
+
+def test_a_wrong_status_is_a_disagreement(plant):
+    name = plant(redundant_joint)
+    with pytest.raises(DisagreementError, match="on the status, redundant-joints and ok"):
+        rs.compile(rs.load(name), backend=ARRAYS)
+
+
+def test_parameters_are_named(monkeypatch):
+    right = compiled_robot.record_at_pose
+    monkeypatch.setattr(compiled_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
+    with pytest.raises(DisagreementError, match=r"\], R = 0\.\d+;"):
+        rs.compile(
+            rs.load("gough-stewart-b", symbols=("R",)), parameters=("R",), backend=ARRAYS
+        )
+
+
+def test_a_map_by_a_kernel_is_not_made_by_another_way(plant):
+    name = plant(wrong_entry)
+    robot = rs.load(name)
+    coordinates = [c.value for c in robot.coordinates]
+    poses = rs.RandomPoses(4, {coordinates[0]: (0.5, 0.51)})
+    with pytest.raises(DisagreementError):
+        rs.stiffness_map(robot, poses, method=rs.Compiled(ARRAYS))
+
+
+def test_a_large_map_is_not_made_by_another_way(monkeypatch):
+    right = compiled_robot.record_at_pose
+    monkeypatch.setattr(compiled_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
+    with pytest.raises(DisagreementError):
+        rs.stiffness_map(rs.load("gough-stewart-b"), LARGE)
+
+
+def test_the_command_says_so(monkeypatch, tmp_path):
+    right = compiled_robot.record_at_pose
+    monkeypatch.setattr(compiled_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
+    where = str(tmp_path / "map.nc")
+    axes = ("--x", "-10 mm, 10 mm, 250", "--y", "-10 mm, 10 mm, 200")
+    outcome = CliRunner().invoke(app, ["map", "gough-stewart-b", *axes, "-o", where])
+    assert outcome.exit_code == 1
+    assert "one is wrong" in outcome.stderr
+    assert "Traceback" not in outcome.stderr
+
+
+def test_a_report_is_not_written_without_its_formula(monkeypatch, tmp_path):
+    def disagreeing(*_, **__):
+        raise DisagreementError("the formula and the wrench basis form", 0.1, "home")
+
+    monkeypatch.setattr("robostiff.analytic.derive_robot", disagreeing)
+    with pytest.raises(DisagreementError):
+        rs.write_report(rs.load("gough-stewart-b", symbols=("R",)), tmp_path / "report.html")
+
+
+def test_ill_conditioned_robots_are_no_disagreement():
+    """Where one of the two ways has a reservation the other is not held against it."""
+    compiled = rs.compile(thin_legs(), backend=ARRAYS)
+    assert not compiled.verified
+    assert compiled.evaluate(np.array([[0, 0, 0.6, 0, 0, 0.1]])).guarded.all()

@@ -1,0 +1,320 @@
+"""Units never change an answer: quantities give what their SI numbers give, or an error."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pint
+import pytest
+
+import robostiff as rs
+from robostiff.analysis.indices import directional_stiffness, eigenstiffness
+from robostiff.elasticity import elasticity_from_stiffness
+from robostiff.errors import InputError
+from robostiff.io.units import make_quantity, make_unit
+from robostiff.network import compliance_between
+from robostiff.spatial import as_floats, holds_quantities
+
+UREG = pint.UnitRegistry()
+Q = UREG.Quantity
+
+ALIKE = {
+    "m": ("m", "mm", "um", "km", "inch", "ft"),
+    "rad": ("rad", "deg", "mrad", "turn", "arcmin"),
+    "N": ("N", "kN", "mN", "lbf", "kg * m / s ** 2"),
+    "N m": ("N * m", "N * mm", "kN * m", "J", "lbf * inch"),
+    "s": ("s", "ms", "minute"),
+    "Pa": ("Pa", "GPa", "psi", "N / mm ** 2"),
+    "N/m": ("N / m", "kN / mm", "N / um"),
+}
+POSE = ("m", "m", "m", "rad", "rad", "rad")
+WRENCH = ("N", "N", "N", "N m", "N m", "N m")
+AT = np.array([0.02, -0.01, 0.8, 0.01, -0.02, 0.1])
+LOAD = np.array([100.0, -20.0, 30.0, 4.0, 5.0, -6.0])
+
+
+@pytest.fixture(autouse=True)
+def stripped_units_are_errors():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yield
+
+
+def in_unit(number: Any, unit: str, other: str):
+    return Q(number, unit.replace(" ", " * ")).to(other)
+
+
+def of_any_units(rng: np.random.Generator, numbers: np.ndarray, units) -> list:
+    """Numbers as a list of quantities, each in a unit of its own."""
+    return [
+        in_unit(float(x), u, str(rng.choice(ALIKE[u]))) for x, u in zip(numbers, units, strict=True)
+    ]
+
+
+@pytest.fixture(scope="module")
+def robot() -> rs.Robot:
+    return rs.load("gough-stewart-b")
+
+
+#: Each takes six coordinates of a pose, or a load, and answers with numbers.
+POSES: dict[str, Callable[[rs.Robot, Any], Any]] = {
+    "stiffness": lambda robot, pose: rs.stiffness(robot, pose).K,
+    "compliance": rs.compliance,
+    "find_posture": lambda robot, pose: np.concatenate(rs.find_posture(robot, pose).coordinates),
+    "deflection": lambda robot, pose: rs.deflection(robot, pose, LOAD).twist,
+    "verify": lambda robot, pose: rs.verify(robot, pose).reference.K,
+}
+LOADS: dict[str, Callable[[rs.Robot, Any], Any]] = {
+    "deflection": lambda robot, wrench: rs.deflection(robot, AT, wrench).twist,
+    "kernel": lambda _, wrench: np.array(rs.DeflectionUnder(wrench).wrench),
+    "map": lambda robot, wrench: rs.stiffness_map(
+        robot, rs.PoseList(["x"], [[0.01]]), [rs.Quantity.DEFLECTION], wrench=wrench
+    )["displacement"].values,
+    "cables": lambda _, wrench: rs.cable_tensions(rs.load("cable-8"), wrench=wrench).tensions,
+    "load of cables": lambda _, load: rs.cable_response(rs.load("cable-8"), None, load).twist,
+}
+
+
+@pytest.mark.parametrize("ask", POSES.values(), ids=POSES)
+def test_poses(robot, ask):
+    rng = np.random.default_rng(1)
+    expected = ask(robot, AT)
+    for _ in range(3):
+        found = ask(robot, of_any_units(rng, AT, POSE))
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+    for place in range(6):
+        wrong = list(AT)
+        wrong[place] = Q(float(AT[place]), "kg")
+        with pytest.raises(InputError, match=rf"entry \[{place}\]"):
+            ask(robot, wrong)
+
+
+@pytest.mark.parametrize("ask", LOADS.values(), ids=LOADS)
+def test_loads(robot, ask):
+    rng = np.random.default_rng(2)
+    expected = ask(robot, LOAD)
+    for _ in range(3):
+        found = ask(robot, of_any_units(rng, LOAD, WRENCH))
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+    for place in range(6):
+        wrong = list(LOAD)
+        wrong[place] = Q(float(LOAD[place]), "N * m" if place < 3 else "N")
+        with pytest.raises(InputError, match="a force" if place < 3 else "a moment"):
+            ask(robot, wrong)
+
+
+def test_an_array_with_one_unit_fits_where_the_rest_is_zero(robot):
+    force = np.array([0.5, 0, 0, 0, 0, 0])
+    expected = rs.deflection(robot, AT, 1e3 * force).twist
+    assert np.array_equal(rs.deflection(robot, AT, Q(force, "kN")).twist, expected)
+    moment = rs.deflection(robot, AT, Q([0, 0, 0, 0, 0, 2000.0], "N * mm"))
+    assert moment.wrench.tolist() == [0, 0, 0, 0, 0, 2.0]
+    for wrong in (Q([0.5, 0, 0, 0, 0, 1e-9], "kN"), Q(np.zeros(6), "kg"), Q(force, "kN / m")):
+        with pytest.raises(InputError, match="wrench, entry"):
+            rs.deflection(robot, AT, wrong)
+    above = Q(np.array([[0, 0, 800.0, 0, 0, 0], [10, 0, 810, 0, 0, 0]]), "mm")
+    assert rs.stiffness(robot, above).pose.tolist() == [[0, 0, 0.8, 0, 0, 0], [0.01, 0, 0.81, 0, 0, 0]]
+    with pytest.raises(InputError, match=r"entry \[5\].*list of quantities"):
+        rs.stiffness(robot, Q([0, 0, 800, 0, 0, 0.1], "mm"))
+
+
+def test_points_and_lengths(robot):
+    expected = rs.stiffness(robot, AT, at=[0.1, 0.2, 0.9])
+    found = rs.stiffness(robot, AT, at=Q([100, 200, 900], "mm"))
+    np.testing.assert_allclose(found.K, expected.K, rtol=1e-12)
+    assert rs.indices(found, length=Q(20, "cm")).length == 0.2
+    assert np.allclose(rs.stiffness(rs.load("cable-8"), at=Q([0, 0, 1], "m")).reference_point[2], 1)
+    network = rs.load("double-pantograph")
+    node = network.nodes[-1]
+    points = {node.name: (node.name, node.point)}
+    for wrong in (Q([100, 200, 900], "N"), Q(3, "mm")):
+        with pytest.raises(InputError, match="point 'at'"):
+            rs.stiffness(robot, AT, at=wrong)
+    with pytest.raises(InputError, match="a length"):
+        eigenstiffness(found, length=Q(0.2, "rad"))
+    with pytest.raises(InputError, match="metric"):
+        eigenstiffness(found, metric=Q(np.eye(6), "kg"))
+    with pytest.raises(InputError, match="a plain number"):
+        directional_stiffness(found, Q([1, 0, 0], "mm"))
+    assert points
+    assert compliance_between is not None
+
+
+def test_joint_coordinates():
+    arm = rs.load("scara")
+    q, units = np.array([0.3, 0.4, 0.05, 0.2]), ("rad", "rad", "rad", "m")
+    q = q[[0, 1, 3, 2]]
+    rng = np.random.default_rng(3)
+    expected = rs.stiffness(arm, rs.JointCoordinates(q)).K
+    for _ in range(3):
+        given = of_any_units(rng, q, units)
+        found = rs.stiffness(arm, rs.JointCoordinates(given)).K
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+    kernel = rs.compile(arm, backend=rs.Backend.ARRAYS)
+    found = kernel.evaluate(rs.JointCoordinates([of_any_units(rng, q, units)])).values["K"][0]
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+    with pytest.raises(InputError, match=r"entry \[3\].*a length"):
+        rs.stiffness(arm, rs.JointCoordinates(Q(q, "rad")))
+
+
+def test_poses_of_kernels_that_are_computed_again(robot):
+    kernel = rs.compile(rs.load("gough-stewart-a"), backend=rs.Backend.ARRAYS)
+    home = rs.find_posture(rs.load("gough-stewart-a")).pose[0]
+    answer = kernel.evaluate(Q([home[:3].tolist() + [0, 0, 0]], "m").to("mm"))
+    assert answer.guarded.all()
+    assert answer.rank.tolist() == [3]
+    with pytest.raises(InputError, match=r"poses of 'gough-stewart-a', entry \[0\]"):
+        kernel.evaluate(Q([[0.1, 0, 0, 0, 0, 0]], "N"))
+
+
+def test_sources_of_poses():
+    grid = rs.Grid(x=rs.Axis(Q(-1, "cm"), Q(10, "mm"), 3), rz=rs.Axis(0, Q(90, "deg"), 2))
+    assert grid.axis_values()["x"].tolist() == [-0.01, 0, 0.01]
+    assert grid.axis_values()["rz"].tolist() == [0, np.pi / 2]
+    rows = [[Q(10, "mm"), Q(180, "deg")], [0.02, 0]]
+    poses = rs.PoseList(["x", "rz"], rows, time=Q([0, 500], "ms"))
+    assert poses.values((slice(0, 2),)).tolist() == [[0.01, 0.02], [np.pi, 0]]
+    assert poses.parameter()[2].tolist() == [0, 0.5]
+    path = rs.PoseList(["x"], Q([[1], [2]], "mm"), path_length=Q([0, 1], "mm"))
+    assert path.values((slice(0, 2),)).tolist() == [[0.001, 0.002]]
+    random = rs.RandomPoses(5, {"x": (Q(-1, "mm"), 0.001), "rz": Q([0, 180], "deg")})
+    assert random.ranges == {"x": (-0.001, 0.001), "rz": (0, np.pi)}
+    for wrong in (
+        lambda: rs.PoseList(["x", "rz"], [[Q(10, "deg"), 0]]),
+        lambda: rs.PoseList(["x"], [[0], [1]], time=Q([0, 1], "m")),
+        lambda: rs.RandomPoses(5, {"x": (Q(-1, "deg"), Q(1, "deg"))}),
+        lambda: rs.Axis(Q(-1, "deg"), Q(1, "mm"), 3),
+        lambda: rs.Axis(Q(-1, "N"), Q(1, "N"), 3),
+    ):
+        with pytest.raises(InputError):
+            wrong()
+
+
+def test_axes_of_maps_are_of_the_kind_of_their_coordinate(robot):
+    arm = rs.load("scara")
+    turn, slide = rs.Axis(Q(0, "deg"), Q(20, "deg"), 3), rs.Axis(Q(0, "mm"), Q(20, "mm"), 3)
+    names = arm.legs[0].chain.coordinate_names
+    found = rs.stiffness_map(arm, rs.Grid({names[0]: turn, names[3]: slide}))
+    expected = rs.stiffness_map(
+        arm, rs.Grid({names[0]: rs.Axis(0, np.radians(20), 3), names[3]: rs.Axis(0, 0.02, 3)})
+    )
+    np.testing.assert_allclose(
+        found.translational_stiffness, expected.translational_stiffness, rtol=1e-6
+    )
+    rows = [[Q(5, "deg"), Q(10, "mm")], [Q(0.1, "rad"), 0.02]]
+    listed = rs.PoseList([names[0], names[3]], rows)
+    assert rs.stiffness_map(arm, listed).sizes["pose"] == 2
+    for wrong in (
+        rs.Grid({names[0]: slide}),
+        rs.Grid({names[3]: turn}),
+        rs.RandomPoses(3, {names[0]: (Q(0, "mm"), Q(1, "mm"))}),
+        rs.PoseList([names[0]], Q([[1.0]], "mm")),
+    ):
+        with pytest.raises(InputError, match="values of"):
+            rs.stiffness_map(arm, wrong)
+    with pytest.raises(InputError, match="expected lengths"):
+        rs.stiffness_map(robot, rs.Grid(x=turn))
+    with pytest.raises(InputError, match="characteristic_length"):
+        rs.stiffness_map(robot, rs.Grid(x=slide), characteristic_length=Q(1, "N"))
+
+
+def test_parameters_of_model_files():
+    expected = rs.load("gough-stewart-b", {"h": 0.75, "k": 2e7})
+    for h, k in ((Q(750, "mm"), Q(20, "N / um")), (Q(75, "cm"), Q(2e4, "kN / m"))):
+        found = rs.load("gough-stewart-b", {"h": h, "k": k})
+        np.testing.assert_allclose(rs.stiffness(found).K, rs.stiffness(expected).K, rtol=1e-12)
+    for wrong in (Q(750, "N"), Q(750, "deg"), Q([750], "mm"), Q(750, "mol")):
+        with pytest.raises(InputError, match="parameter h"):
+            rs.load("gough-stewart-b", {"h": wrong})
+    kernel = rs.compile(
+        rs.load("gough-stewart-b", symbols=("R",)), parameters=("R",), backend=rs.Backend.ARRAYS
+    )
+    with pytest.raises(InputError, match="parameter R.*without units"):
+        kernel.evaluate(AT[None], parameters={"R": Q(500, "mm")})
+
+
+def test_parts_of_models():
+    assert rs.circle(Q(20, "mm")) == rs.circle(0.02)
+    assert rs.tube(Q(2, "cm"), wall=Q(1, "mm")) == rs.tube(0.02, wall=0.001)
+    steel = rs.Material("steel", Q(210, "GPa"), Q(80.0, "GPa"), "here")
+    assert steel == rs.Material("steel", 210e9, 80e9, "here")
+    assert np.array_equal(rs.Frame(np.eye(3), Q([0, 0, 500], "mm")).p, [0, 0, 0.5])
+    spring = rs.translational_spring(Q(1, "N / um"), [0, 0, 1])
+    assert np.isclose(spring.compliance[2, 2], 1e-6, rtol=1e-12)
+    tensions = rs.GivenTensions(Q(np.full(8, 0.1), "kN"))
+    found = rs.cable_tensions(rs.load("cable-8"), tensions=tensions).tensions
+    np.testing.assert_allclose(found, 100.0)
+
+
+REFUSED: dict[str, Callable[[], Any]] = {
+    "diameter": lambda: rs.circle(Q(20, "N")),
+    "modulus": lambda: rs.Material("steel", Q(210, "GPa"), Q(80, "m"), "here"),
+    "stiffness of a spring": lambda: rs.rotational_spring(Q(1, "N / m"), [0, 0, 1]),
+    "stiffness matrix": lambda: elasticity_from_stiffness(Q(np.eye(6), "N / m")),
+    "compliance matrix": lambda: rs.Elasticity(Q(np.eye(6), "m / N")),
+    "chain": lambda: rs.chain_stiffness(Q(np.eye(6), "m / N"), np.zeros((6, 0))),
+    "axes of a frame": lambda: rs.Frame(Q(np.eye(3), "m"), np.zeros(3)),
+    "axis of a joint": lambda: rs.revolute(Q([0, 0, 1], "m"), rs.Passive()),
+    "home of a joint": lambda: rs.revolute([0, 0, 1], rs.Passive(), home=[Q(1, "deg")]),
+    "stiffness of a drive": lambda: rs.Actuated(Q(1, "N / m")),
+    "limits of a drive": lambda: rs.Actuated(1e5, limits=(Q(1, "mm"), Q(2, "mm"))),
+    "end of a beam": lambda: rs.beam_link(Q([0, 0, 1], "m"), rs.material("steel"), rs.circle(0.01)),
+    "share of a beam": lambda: rs.TelescopicBeam(
+        rs.material("steel"), rs.circle(0.01), share=Q(1, "m")
+    ),
+    "exit of a cable": lambda: rs.Cable("c", Q([0, 0, 1], "m"), [0, 0, 0], EA=1e4),
+    "tension of a cable": lambda: rs.Cable(
+        "c", [0, 0, 1], [0, 0, 0], EA=1e4, greatest_tension=Q(2, "kN")
+    ),
+    "weight": lambda: rs.Weight(Q([0, 0, -100], "N")),
+    "joints of a linkage": lambda: rs.load_linkage("double-pantograph").network_at(
+        {"left foot": [Q(1, "deg")]}
+    ),
+    "coordinate of a formula": lambda: rs.derive(
+        "gough-stewart-b", symbols=("R",), pose=rs.AtCoordinates({"x": Q(1, "deg")})
+    ),
+}
+
+
+@pytest.mark.parametrize("make", REFUSED.values(), ids=REFUSED)
+def test_what_takes_no_quantities_says_so(make):
+    with pytest.raises(InputError):
+        make()
+
+
+class ForeignArray(np.ndarray):
+    """As those of astropy and unyt, whose units NumPy drops."""
+
+    def to_value(self, unit: str) -> np.ndarray:
+        return np.asarray(self)
+
+
+def test_arrays_with_units_of_other_packages_are_refused(robot):
+    load = LOAD.view(ForeignArray)
+    with pytest.raises(InputError, match=r"write the number of SI units: quantity.to_value"):
+        rs.deflection(robot, AT, load)
+
+
+def test_labelled_arrays_around_quantities(robot):
+    xarray = pytest.importorskip("xarray")
+    load = xarray.DataArray(Q([0.1, 0, 0, 0, 0, 0], "kN"), dims="wrench")
+    expected = rs.deflection(robot, AT, [100, 0, 0, 0, 0, 0]).twist
+    np.testing.assert_allclose(rs.deflection(robot, AT, load).twist, expected)
+
+
+def test_quantities_of_robostiff_itself():
+    own = make_quantity(300.0, make_unit({"mm": 1}))
+    assert as_floats("length", own, "a length", "m") == 0.3
+    assert not holds_quantities([1.0, [2, 3]])
+    assert holds_quantities([1.0, [2, own]])
+
+
+def test_angles_and_numbers_are_not_the_same():
+    assert as_floats("number", Q(30, "percent"), "a number", "") == 0.3
+    assert as_floats("angle", Q(0.5, ""), "an angle", "rad") == 0.5
+    for unit, quantity in (("", Q(10, "deg")), ("N m", Q(1, "N * m / rad")), ("m", Q(1, ""))):
+        with pytest.raises(InputError):
+            as_floats("value", quantity, "another kind", unit)
