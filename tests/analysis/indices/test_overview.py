@@ -72,7 +72,7 @@ def test_a_batch_is_answered_pose_by_pose():
 
 
 def test_one_index_takes_one_pose():
-    batch = rs.stiffness(rs.load("gough-stewart-b"), np.zeros((3, 6)) + [0, 0, 0.8, 0, 0, 0])
+    batch = rs.stiffness(rs.load("gough-stewart-b"), np.tile([0, 0, 0.8, 0, 0, 0], (3, 1)))
     with pytest.raises(InputError, match=r"got '3 poses', expected a single one; take result\[i\]"):
         principal_stiffness(batch)
     assert rs.indices(batch[1]).length > 0

@@ -70,9 +70,7 @@ def test_parameters_are_named(monkeypatch):
     right = compiled_robot.record_at_pose
     monkeypatch.setattr(compiled_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
     with pytest.raises(DisagreementError, match=r"\], R = 0\.\d+;"):
-        rs.compile(
-            rs.load("gough-stewart-b", symbols=("R",)), parameters=("R",), backend=ARRAYS
-        )
+        rs.compile(rs.load("gough-stewart-b", symbols=("R",)), parameters=("R",), backend=ARRAYS)
 
 
 def test_a_map_by_a_kernel_is_not_made_by_another_way(plant):

@@ -1,0 +1,215 @@
+"""Poses that have no answer, planted among good ones: every question answers the others.
+
+The good poses must give what they give alone; the others a status, and no number in place of one.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analysis.guarded_values import values_of
+from robostiff.analysis.indices.centres import _symmetric_point
+from robostiff.errors import NoAnswerError
+from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
+from tests.generators.kernel_robots import drives_only_arm, flat_struts, rigid_cranks
+from tests.generators.planted_poses import PoseSpace
+
+ARRAYS = rs.Backend.ARRAYS
+#: K has full rank there by its geometry, and no digit of its inverse holds.
+LOST = [0.05, 0.02, 0.8, 0, 0, np.pi / 2 - 1e-8]
+HALF = np.pi / 2
+
+
+def batch(name: str) -> tuple[rs.Robot, rs.kinematics.Pose]:
+    """A robot at good and bad poses: singular, so nearly that no digit holds, out of reach."""
+    rng = np.random.default_rng(5)
+    if name == "hexapod of beams":
+        robot = rs.load("gough-stewart-b-beams")
+        rows = [LOST, [*LOST[:5], 0.1], [*LOST[:5], HALF], [*LOST[:5], HALF - 1e-3]]
+        return robot, np.array([*rows, [0, 0, 0, 0, 0, 0], [0.1, 0.1, 0.7, 0.1, 0, 0.2]])
+    if name == "meeting legs":
+        robot = rs.load("gough-stewart-a")
+        home = PoseSpace(robot).home
+        steps = [0, 1e-12, 1e-9, 1e-7, 1e-4, 1e-2]
+        return robot, np.array([home + size * np.arange(1, 7) for size in steps])
+    if name == "flat struts":
+        robot = flat_struts()
+        home = PoseSpace(robot).home
+        rows = [home + size * rng.uniform(-1, 1, 3) for size in (0, 1e-10, 1e-7, 1e-4, 0.1, 0.2)]
+        return robot, np.array(rows)
+    if name == "rigid cranks":
+        robot = rigid_cranks()
+        rows = PoseSpace(robot).drawn(rng, 5, 0.2)
+        return robot, np.array([*rows, [0, 0, 0], [5.0, 0, 0], [0.1, 0, 0]])
+    if name == "drives only":
+        robot = drives_only_arm()
+        space = PoseSpace(robot)
+        return robot, space.pose(np.array([space.home, 0 * space.home, *space.drawn(rng, 4)]))
+    robot = rs.load(name)
+    space = PoseSpace(robot)
+    rows = [space.home, *space.drawn(rng, 3, 0.05), space.home + 40.0 * space.step]
+    return robot, space.pose(np.array(rows))
+
+
+NAMES = (
+    "hexapod of beams", "meeting legs", "flat struts", "rigid cranks", "drives only",
+    "3-rrr", "3-rps", "planar-link",
+)  # fmt: skip
+
+
+def count_of(pose) -> int:
+    return len(pose.values if isinstance(pose, rs.JointCoordinates) else pose)
+
+
+def part(pose, i: int):
+    if isinstance(pose, rs.JointCoordinates):
+        return rs.JointCoordinates(pose.values[i])
+    return pose[i]
+
+
+def same(found: np.ndarray, expected: np.ndarray, rtol: float) -> bool:
+    return bool(np.abs(found - expected).max() <= rtol * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_compliance(name: str):
+    robot, pose = batch(name)
+    result, found = rs.stiffness(robot, pose), rs.compliance(robot, pose)
+    known = result.has_compliance
+    missing = np.ma.getmaskarray(found).any((-1, -2))
+    assert np.array_equal(missing, ~known)
+    assert np.isfinite(np.ma.getdata(found)[known]).all()
+    assert np.isnan(np.ma.getdata(found)[~known]).all()
+    assert (result.status_codes[~known] != 0).all()
+    for i in range(count_of(pose)):
+        if not known[i]:
+            with pytest.raises(NoAnswerError, match=r"no (stiffness|compliance) matrix"):
+                rs.compliance(robot, part(pose, i))
+        elif not result.status_codes[i] & int(rs.Status.ILL_CONDITIONED):
+            assert same(np.ma.getdata(found)[i], rs.compliance(robot, part(pose, i)), 1e-9)
+
+
+def outputs_of(robot: rs.Robot) -> list:
+    wrench = np.arange(1.0, robot.space.size + 1)
+    return [
+        rs.StiffnessMatrix(), rs.ComplianceMatrix(), rs.DeflectionUnder(wrench),
+        rs.PrincipalStiffness(), rs.WorstDeflection(),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_outputs_of_kernels(name: str):
+    robot, pose = batch(name)
+    result = rs.stiffness(robot, pose)
+    for output in outputs_of(robot):
+        try:
+            compiled = rs.compile(robot, [output], backend=ARRAYS)
+        except NoAnswerError:
+            assert not result.has_compliance.any()
+            continue
+        answer = compiled.evaluate(pose)
+        values = answer.values[output.name].reshape(count_of(pose), -1)
+        known = np.isfinite(values).all(-1)
+        assert np.isnan(values[~known]).all()
+        assert (answer.status_codes[~known] != 0).all()
+        if isinstance(output, rs.StiffnessMatrix | rs.PrincipalStiffness):
+            assert np.array_equal(known, result.answered)
+        batched = values_of(output, result)[0].reshape(values.shape)
+        assert np.array_equal(np.isfinite(batched).all(-1), known)
+        plain = known & ((result.status_codes & int(rs.Status.ILL_CONDITIONED)) == 0)
+        for i in np.flatnonzero(plain):
+            assert same(values[i], batched[i], 1e-7), (output.name, i)
+
+
+@pytest.mark.parametrize("method", [rs.Batched(), rs.Compiled(ARRAYS)], ids=["batched", "compiled"])
+@pytest.mark.parametrize("name", ["hexapod of beams", "meeting legs", "rigid cranks", "3-rrr"])
+def test_quantities_of_maps(name: str, method):
+    robot, rows = batch(name)
+    names = [c.value for c in robot.coordinates]
+    space = robot.space
+    names = [n for n in names if n in np.array(["x", "y", "z", "rx", "ry", "rz"])[list(space.rows)]]
+    poses = rs.PoseList(names, rows)
+    result = rs.stiffness(robot, rows)
+    for quantity in rs.Quantity:
+        if quantity is rs.Quantity.ACTUATOR_FORCES and isinstance(method, rs.Compiled):
+            continue
+        wrench = np.arange(1.0, space.size + 1) if quantity.needs_wrench else None
+        try:
+            found = rs.stiffness_map(robot, poses, [quantity], wrench=wrench, method=method)
+        except NoAnswerError:
+            assert not result.has_compliance.any()
+            continue
+        for variable in found.data_vars:
+            if found[variable].dtype.kind != "f" or variable in names:
+                continue
+            values = found[variable].values.reshape(len(rows), -1)
+            assert not np.isinf(values).any(), variable
+            assert (found["status"].values[np.isnan(values).any(-1)] != 0).all(), variable
+
+
+def floats_of(value) -> Iterator[np.ndarray]:
+    """Every float inside an object."""
+    if isinstance(value, float | np.ndarray):
+        yield np.asarray(value)
+    elif isinstance(value, tuple):
+        for entry in value:
+            yield from floats_of(entry)
+    elif dataclasses.is_dataclass(value) and not isinstance(value, rs.RobotStiffness):
+        for field in dataclasses.fields(value):
+            yield from floats_of(getattr(value, field.name))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_indices(name: str):
+    robot, pose = batch(name)
+    result = rs.stiffness(robot, pose)
+    found = list(rs.indices(result))
+    assert [one is not None for one in found] == result.answered.tolist()
+    for one, own in zip(found, (result[i] for i in range(len(found))), strict=True):
+        if one is None:
+            with pytest.raises(NoAnswerError, match="no stiffness matrix"):
+                rs.indices(own)
+            continue
+        assert all(np.isfinite(number).all() for number in floats_of(one))
+        C = one.worst_deflection.translational
+        if own.status is rs.Status.OK:
+            assert C is not None
+
+
+def test_indices_where_no_digit_of_the_compliance_holds():
+    found = rs.indices(rs.stiffness(rs.load("gough-stewart-b-beams"), LOST))
+    assert rs.Status.ILL_CONDITIONED in found.status
+    for one in (found.worst_deflection, found.virtual_work, found.centre_of_compliance):
+        assert rs.Status.ILL_CONDITIONED in one.status
+        assert rs.Status.UNBALANCED not in one.status
+
+
+@pytest.mark.parametrize("ratio", [1e-15, 1e-16, 1e-20, 0.0])
+def test_a_block_of_which_one_direction_alone_can_be_told_from_rounding(ratio: float):
+    """The centre is somewhere along that direction; to solve for it would fail, or be rounding."""
+    for axis in range(3):
+        sizes = np.full(3, 1e8 * ratio)
+        sizes[axis] = 1e8
+        v, line = _symmetric_point(
+            np.diag(sizes), 1e5 * np.cross(np.eye(3)[axis], [1, 2, 3]), False
+        )
+        assert abs(line[axis]) == 1.0
+        assert np.isfinite(v).all()
+        assert abs(v[axis]) < 1e-12
+
+
+def test_an_ellipsoid_says_why_there_is_none():
+    result = rs.stiffness(rs.load("gough-stewart-b-beams"), LOST)
+    if not result.has_compliance:
+        with pytest.raises(NoAnswerError, match="ill-conditioned"):
+            principal_axes(result, Quality.COMPLIANCE)
+
+
+def test_a_stiffness_is_invertible_where_its_digits_allow():
+    lost = rs.stiffness(rs.load("gough-stewart-b-beams"), [LOST, [*LOST[:5], 0.1]])
+    assert lost.about_reference.invertible.tolist() == [False, True]
