@@ -10,10 +10,12 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import robostiff as rs
 from robostiff.analysis.guarded_values import values_of
 from robostiff.analysis.indices.centres import _symmetric_point
+from robostiff.cli.main import app
 from robostiff.errors import NoAnswerError
 from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
 from tests.generators.kernel_robots import drives_only_arm, flat_struts, rigid_cranks
@@ -213,3 +215,16 @@ def test_an_ellipsoid_says_why_there_is_none():
 def test_a_stiffness_is_invertible_where_its_digits_allow():
     lost = rs.stiffness(rs.load("gough-stewart-b-beams"), [LOST, [*LOST[:5], 0.1]])
     assert lost.about_reference.invertible.tolist() == [False, True]
+
+
+def test_a_report_and_the_command_line_say_that_no_digit_holds(tmp_path):
+    robot = rs.load("gough-stewart-b-beams")
+    file = tmp_path / "report.html"
+    rs.write_report(robot, file, pose=LOST, wrench=[1, 0, 0, 0, 0, 0])
+    assert "ill-conditioned" in file.read_text(encoding="utf-8")
+    written = " ".join(map(str, LOST))
+    for command in (["stiffness"], ["indices"], ["deflection", "--wrench", "1 0 0 0 0 0"]):
+        outcome = CliRunner().invoke(app, [command[0], robot.name, *command[1:], "--pose", written])
+        assert outcome.exit_code == 1, outcome.output
+        assert "ill-conditioned" in outcome.stdout
+        assert "infinite" not in outcome.stdout

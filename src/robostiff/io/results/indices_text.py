@@ -41,11 +41,12 @@ def indices_text(found: StiffnessIndices) -> str:
     lines += _loads(found.collinear)
     lines += ["", f"worst deflection {worst.about}"]
     along, axis = worst.translational_direction, worst.rotational_direction
-    lines.append(_worst(worst.translational, "m/N", f"along {direction_in_words(along)}"))
-    lines.append(_worst(worst.rotational, "rad/(N m)", f"about {_turn(axis)}"))
+    words = f"along {direction_in_words(along)}", f"about {_turn(axis)}"
+    lines.append(_worst(worst.translational, "m/N", words[0], found.status))
+    lines.append(_worst(worst.rotational, "rad/(N m)", words[1], found.status))
     lines.append(
-        f"anisotropy: {_known(ratio.translational)} of displacements, "
-        f"{_known(ratio.rotational)} of rotations"
+        f"anisotropy: {_known(ratio.translational, found.status)} of displacements, "
+        f"{_known(ratio.rotational, found.status)} of rotations"
     )
     lines += ["", f"eigenscrews: {found.eigenscrews.about}"]
     lines += [_line(w.stiffness, "N/m", _wrench(w)) for w in found.eigenscrews.wrenches]
@@ -66,12 +67,12 @@ def indices_text(found: StiffnessIndices) -> str:
     ]
     condition, work = found.condition, found.virtual_work
     lines.append(
-        f"condition number: {_known(condition.two_norm)} (two-norm), "
-        f"{_known(condition.frobenius)} (Frobenius); isotropy {number(condition.isotropy)}"
+        f"condition number: {_known(condition.two_norm, found.status)} (two-norm), "
+        f"{_known(condition.frobenius, found.status)} (Frobenius); isotropy {number(condition.isotropy)}"
     )
     lines.append(
-        f"virtual work of unit loads: {_known(work.worst)} J/N^2 at worst, "
-        f"{_known(work.mean)} J/N^2 in the mean"
+        f"virtual work of unit loads: {_known(work.worst, found.status)} J/N^2 at worst, "
+        f"{_known(work.mean, found.status)} J/N^2 in the mean"
     )
     lines += [f"advice: {advice}" for advice in result.advice]
     return "\n".join(lines)
@@ -86,15 +87,21 @@ def _along_axis(along: DirectionalStiffness) -> str:
 def _loads(found: PrincipalStiffness | CollinearStiffness) -> Iterator[str]:
     forces = zip(found.translational, found.translational_directions, strict=True)
     moments = zip(found.rotational, found.rotational_directions, strict=True)
-    yield from (_line(k, "N/m", f"force along {direction_in_words(u)}") for k, u in forces)
-    yield from (_line(k, "N m/rad", f"moment about {_turn(w)}") for k, w in moments)
+    for k, u in forces:
+        yield _line(k, "N/m", f"force along {direction_in_words(u)}", found.status)
+    for k, w in moments:
+        yield _line(k, "N m/rad", f"moment about {_turn(w)}", found.status)
 
 
-def _line(value: float, unit: str, words: str) -> str:
-    return f"  {number(value):>11} {unit:<9}{'free: ' if value == 0 else ''}{words}"
+def _line(value: float, unit: str, words: str, status: Status = Status.FREE_MOTIONS) -> str:
+    if value == 0:
+        words = f"{'free' if Status.FREE_MOTIONS in status else 'less than rounding'}: {words}"
+    return f"  {number(value):>11} {unit:<9}{words}"
 
 
-def _worst(value: float | None, unit: str, words: str) -> str:
+def _worst(value: float | None, unit: str, words: str, status: Status) -> str:
+    if value is None and Status.FREE_MOTIONS not in status:
+        return f"      unknown {unit:<9} {words}, where no digit of the compliance holds"
     if value is None:
         return f"     infinite {unit:<9} {words}, which meets no stiffness"
     return f"  {number(value):>11} {unit:<9} {words}"
@@ -128,5 +135,7 @@ def _place(point: np.ndarray) -> str:
     return row(np.where(np.abs(point) < _SMALL, 0.0, point))
 
 
-def _known(value: float | None) -> str:
-    return "infinite" if value is None else number(value)
+def _known(value: float | None, status: Status) -> str:
+    if value is not None:
+        return number(value)
+    return "infinite" if Status.FREE_MOTIONS in status else "unknown"

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robostiff.analysis.indices import StiffnessIndices
+from robostiff.elastostatics import Status
 from robostiff.markup import Cell, Number, Table, Words, number, row
 from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.report.contents import ReportContents
@@ -28,7 +29,7 @@ def weakest_section(contents: ReportContents) -> Section | None:
         Table(["load", "stiffness", "direction"], list(_principal(found))),
         Table(["", "value"], list(_ratios(found))),
     ]
-    if found.result.space.translations == 3:
+    if found.result.space.translations == 3 and found.result.about_reference.invertible:
         picture = ellipsoid_picture(found.result, Quality.COMPLIANCE, contents.snapshot)
         caption = "Displacements under unit forces from all sides (compliance ellipsoid)."
         parts.append(one_figure("ellipsoid", caption, picture))
@@ -41,18 +42,18 @@ def _principal(found: StiffnessIndices) -> Iterator[list[Cell]]:
     moments = zip(principal.rotational, principal.rotational_directions, strict=True)
     for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
         for value, direction in pairs:
-            meets = Number(float(value), unit) if value else "free"
+            meets = Number(float(value), unit) if value else _free(found)
             yield [kind, meets, f"({row(np.asarray(direction))})"]
 
 
 def _ratios(found: StiffnessIndices) -> Iterator[list[Cell]]:
     worst, ratio = found.worst_deflection, found.anisotropy
-    yield ["largest displacement of a unit force", _with_unit(worst.translational, "m/N")]
-    yield ["largest rotation of a unit moment", _with_unit(worst.rotational, "rad/(N m)")]
-    yield ["largest over smallest displacement", _with_unit(ratio.translational, "")]
+    yield ["largest displacement of a unit force", _with_unit(worst.translational, "m/N", found)]
+    yield ["largest rotation of a unit moment", _with_unit(worst.rotational, "rad/(N m)", found)]
+    yield ["largest over smallest displacement", _with_unit(ratio.translational, "", found)]
     yield [
         f"condition number, rotations times {number(found.length)} m",
-        _with_unit(found.condition.two_norm, ""),
+        _with_unit(found.condition.two_norm, "", found),
     ]
     for name, centre in (
         ("centre of stiffness", found.centre_of_stiffness),
@@ -62,5 +63,11 @@ def _ratios(found: StiffnessIndices) -> Iterator[list[Cell]]:
         yield [name, where]
 
 
-def _with_unit(value: float | None, unit: str) -> Cell:
-    return "without limit" if value is None else Number(float(value), unit)
+def _with_unit(value: float | None, unit: str, found: StiffnessIndices) -> Cell:
+    if value is not None:
+        return Number(float(value), unit)
+    return "without limit" if Status.FREE_MOTIONS in found.status else "unknown: no digit holds"
+
+
+def _free(found: StiffnessIndices) -> str:
+    return "free" if Status.FREE_MOTIONS in found.status else "less than rounding"
