@@ -1,0 +1,233 @@
+"""A posture is chosen by joint coordinates, listed where it has closed form, or asked for."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.errors import InputError
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Coordinate,
+    Leg,
+    Passive,
+    Rigid,
+    Robot,
+    beam_link,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+)
+from robostiff.spatial import Frame, Space
+from tests.generators.elements import ROD, STEEL, random_transform
+
+DRIVE = Actuated(1e4)
+IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
+
+
+def planar_arm(home: list[float] | None = None) -> Robot:
+    elements = []
+    for i, length in enumerate((0.4, 0.3, 0.2)):
+        own = [] if home is None else [home[i]]
+        elements += [
+            revolute([0, 0, 1], DRIVE, home=own, name=f"joint{i + 1}"),
+            Rigid(Frame(np.eye(3), np.array([length, 0, 0]))),
+        ]
+    leg = Leg("arm", Frame.identity(), Chain(tuple(elements)), Frame.identity())
+    return Robot("arm", (leg,), coordinates=(), space=Space.PLANAR)
+
+
+def textbook_stiffness(q: np.ndarray) -> np.ndarray:
+    """(J k^-1 J^T)^-1 of the planar arm at its tool."""
+    sums = np.cumsum(q)
+    steps = np.stack([np.cos(sums), np.sin(sums)], axis=-1) * np.array([[0.4], [0.3], [0.2]])
+    tool = steps.sum(axis=0)
+    joints = np.concatenate([[[0.0, 0.0]], np.cumsum(steps, axis=0)[:2]])
+    arms = tool - joints
+    J = np.stack([-arms[:, 1], arms[:, 0], np.ones(3)])
+    return np.linalg.inv(J @ J.T / 1e4)
+
+
+def random_arm(seed: int) -> Robot:
+    """Six axes and beams, all of it random."""
+    random = np.random.default_rng(seed)
+    elements = []
+    for i in range(6):
+        elements += [
+            revolute(random.normal(size=3), DRIVE, name=f"joint{i + 1}"),
+            beam_link(random.uniform(0.1, 0.5) * random.normal(size=3), STEEL, ROD),
+        ]
+    leg = Leg("arm", random_transform(random), Chain(tuple(elements)), Frame.identity())
+    return Robot("arm", (leg,), coordinates=())
+
+
+def test_both_elbows_of_an_arm_are_found_near_their_joint_coordinates():
+    arm = planar_arm()
+    q = np.array([0.3, 0.9, -0.4])
+    known = rs.stiffness(arm, rs.JointCoordinates(q))
+    assert known.advice == ()
+    for near in (q, q + 0.2, [q], rs.JointCoordinates(q)):
+        result = rs.stiffness(arm, known.pose, near=near)
+        assert np.allclose(result.joint_coordinates["arm"], q, rtol=0, atol=1e-12)
+        assert np.allclose(result.K, textbook_stiffness(q), rtol=1e-10)
+        assert result.advice == ()
+    (up, down) = rs.postures(closed_at(arm, known.pose), known.pose)["arm"]
+    assert {up.mode.root, down.mode.root} == {1, -1}
+    assert up.of_home
+    assert not down.of_home
+    other = next(p.coordinates for p in (up, down) if np.abs(p.coordinates - q).max() > 0.1)
+    result = rs.stiffness(arm, known.pose, near=other)
+    assert np.allclose(result.K, textbook_stiffness(other), rtol=1e-10)
+    assert abs(result.K[1, 1] / known.K[1, 1] - 1) > 0.1
+    # the same by deflection and compliance
+    C = rs.compliance(arm, known.pose, near=other)
+    assert np.allclose(C, np.linalg.inv(textbook_stiffness(other)), rtol=1e-10)
+    bent = rs.deflection(arm, known.pose, [1.0, 2.0, 0.5], near=other)
+    assert np.allclose(bent.twist, C @ [1.0, 2.0, 0.5], rtol=1e-10)
+    loads = [actuator.load for actuator in bent.actuators]
+    assert np.isclose(sum(load**2 / 1e4 for load in loads) / 2, bent.energy, rtol=1e-10)
+    assert np.isclose(bent.energy, 0.5 * bent.twist @ [1.0, 2.0, 0.5], rtol=1e-10)
+
+
+def closed_at(arm: Robot, pose: np.ndarray) -> Robot:
+    """The arm with a home pose, and joints whose home coordinates are left out."""
+    turn = np.array([[np.cos(pose[5]), -np.sin(pose[5]), 0], [np.sin(pose[5]), np.cos(pose[5]), 0]])
+    R = np.concatenate([turn, [[0, 0, 1]]])
+    return Robot("arm", arm.legs, Frame(R, pose[:3]), coordinates=IN_PLANE, space=arm.space)
+
+
+@pytest.mark.parametrize("posed_by_home", [False, True])
+def test_where_nobody_chose_among_several_postures_the_result_says_so(posed_by_home: bool):
+    q = [0.3, 0.9, -0.4]
+    pose = rs.stiffness(planar_arm(), rs.JointCoordinates(q)).pose
+    arm = planar_arm()
+    if posed_by_home:
+        arm = closed_at(arm, pose)
+    result = rs.stiffness(arm, None if posed_by_home else pose)
+    assert any("several postures of different stiffness" in words for words in result.advice)
+    both = rs.stiffness(arm, np.stack([pose, pose]))
+    assert any("several postures of different stiffness" in words for words in both.advice)
+    # home coordinates near the wanted posture choose it
+    chosen = planar_arm(home=[0.2, 0.7, 0.0])
+    if posed_by_home:
+        chosen = closed_at(chosen, pose)
+    result = rs.stiffness(chosen, pose)
+    assert result.advice == ()
+    assert np.allclose(result.joint_coordinates["arm"], q, rtol=0, atol=1e-10)
+
+
+def test_a_robot_drawn_at_zero_coordinates_has_chosen_its_posture():
+    robot = rs.load("agile-eye")
+    assert rs.stiffness(robot).advice == ()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_arms_of_six_axes_return_to_the_coordinates_they_are_near(seed: int):
+    arm = random_arm(seed)
+    random = np.random.default_rng(seed)
+    q = random.uniform(-3, 3, 6)
+    known = rs.stiffness(arm, rs.JointCoordinates(q))
+    result = rs.stiffness(arm, known.pose, near=q)
+    assert np.allclose(result.joint_coordinates["arm"], q, rtol=0, atol=1e-9)
+    assert np.allclose(result.K, known.K, rtol=1e-7, atol=1e-9 * np.abs(known.K).max())
+    assert result.advice == ()
+    moved = rs.stiffness(arm, known.pose, near=q + random.uniform(-1, 1, 6) * 1e-3)
+    assert np.allclose(moved.joint_coordinates["arm"], q, rtol=0, atol=1e-8)
+
+
+def three_cranks() -> Robot:
+    """Three cranks with rods; the elbows point where home says."""
+    legs = []
+    for i in range(3):
+        turn = 2 * np.pi / 3 * i
+        R = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+        chain = Chain(
+            (
+                revolute([0, 0, 1], DRIVE, home=[np.radians(200)]),
+                Rigid(Frame(np.eye(3), np.array([0.5, 0, 0]))),
+                revolute([0, 0, 1], Passive()),
+                Rigid(Frame(np.eye(3), np.array([0.6, 0, 0]))),
+                revolute([0, 0, 1], Passive()),
+            )
+        )
+        legs.append(Leg(f"leg{i}", Frame(R, R[:, 0]), chain, Frame(np.eye(3), 0.1 * R[:, 0])))
+    return Robot("3-rrr", tuple(legs), Frame.identity(), np.zeros(3), IN_PLANE, Space.PLANAR)
+
+
+def test_any_choice_of_one_posture_for_each_leg_is_a_posture_of_the_robot():
+    robot, pose = three_cranks(), [0.02, -0.01, 0.1]
+    found = rs.postures(robot, pose)
+    assert [len(own) for own in found.values()] == [2, 2, 2]
+    result = rs.stiffness(robot, pose)
+    for leg, own in found.items():
+        assert np.allclose(result.joint_coordinates[leg], own[0].coordinates)
+    near = [own[i].coordinates for i, own in zip((1, 0, 1), found.values(), strict=True)]
+    elbows = {
+        leg: rs.Elbow.PLUS if own[i].mode.root > 0 else rs.Elbow.MINUS
+        for i, (leg, own) in zip((1, 0, 1), found.items(), strict=True)
+    }
+    named = rs.stiffness(robot.with_elbows(elbows), pose)
+    for choice in (near, np.concatenate(near)):
+        mixed = rs.stiffness(robot, pose, near=choice)
+        assert np.allclose(mixed.K, named.K, rtol=1e-12)
+    assert np.abs(mixed.K - result.K).max() > 1e-3 * np.abs(result.K).max()
+
+
+def test_legs_by_iteration_are_followed_from_near():
+    robot = rs.load("agile-eye")
+    known = rs.find_posture(robot)
+    again = rs.find_posture(robot, near=[q[0] for q in known.coordinates])
+    for a, b in zip(known.coordinates, again.coordinates, strict=True):
+        assert np.allclose(a, b, rtol=0, atol=1e-9)
+    arm = random_arm(0)
+    pose = rs.find_posture(arm, rs.JointCoordinates(np.full(6, 0.4))).pose[0]
+    with pytest.raises(InputError, match="closed by iteration"):
+        rs.postures(arm, pose)
+    with pytest.raises(InputError, match="one pose of the platform"):
+        rs.postures(arm)
+
+
+@pytest.mark.parametrize(
+    ("near", "words"),
+    [
+        ([0.1, 0.2], "expected 3 joint coordinates"),
+        ([0.1, 0.2, np.nan], "near of 'arm'"),
+        (["a", "b", "c"], "near of 'arm'"),
+        ([[0.1, 0.2], [0.3]], "near of 'arm'"),
+        ("0.1 0.2 0.3", "near of 'arm'"),
+    ],
+)
+def test_near_that_does_not_fit_is_refused(near: object, words: str):
+    pose = rs.stiffness(planar_arm(), rs.JointCoordinates([0.3, 0.9, -0.4])).pose
+    with pytest.raises(InputError, match=words):
+        rs.stiffness(planar_arm(), pose, near=near)  # pyright: ignore[reportArgumentType]
+
+
+def test_near_has_no_meaning_beside_joint_coordinates_or_without_joints():
+    q = [0.3, 0.9, -0.4]
+    with pytest.raises(InputError, match="joint coordinates pose this arm"):
+        rs.stiffness(planar_arm(), rs.JointCoordinates(q), near=q)
+    snapshot = rs.find_posture(planar_arm(), rs.JointCoordinates(q)).snapshot.one(0)
+    with pytest.raises(InputError, match="has postures to choose from"):
+        rs.stiffness(snapshot, near=q)
+
+
+def test_a_slide_may_be_chosen_on_either_side():
+    """UPS, whose strut stands upside down in one posture."""
+    chain = Chain(
+        (
+            universal([1, 0, 0], [0, 1, 0], Passive()),
+            prismatic([0, 0, 1], Actuated(1e7), home=[0.6]),
+            spherical(Passive()),
+        )
+    )
+    leg = Leg("leg", Frame.identity(), chain, Frame.identity())
+    robot = Robot("leg", (leg,), home=Frame(np.eye(3), np.array([0.1, 0.2, 0.5])))
+    found = rs.postures(robot)["leg"]
+    lengths = sorted(float(posture.coordinates[2]) for posture in found)
+    size = np.sqrt(0.3)
+    assert np.allclose(lengths, [-size, -size, size, size])
+    for posture in found:
+        q = rs.find_posture(robot, near=posture.coordinates).coordinates[0][0]
+        assert np.allclose(q, posture.coordinates, atol=1e-12)

@@ -1,0 +1,138 @@
+"""Structures without mobility, and robots without extent, are read and answered at home."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.errors import InputError
+from robostiff.kinematics import PostureFinder
+from robostiff.model import Chain, Leg, Link, Passive, Robot, revolute
+from robostiff.spatial import Frame
+from tests.generators.elements import random_transform
+
+
+def frame_of_three(coordinates: str = "") -> str:
+    legs = []
+    for i in range(3):
+        turn = f"turn: [{{z: {120 * i + 10} deg}}]"
+        cosine, sine = np.cos(np.radians(120 * i + 10)), np.sin(np.radians(120 * i + 10))
+        legs.append(
+            f"""
+  - name: leg{i}
+    base: {{at: [{0.5 * cosine}, {0.5 * sine}, 0], {turn}}}
+    chain:
+      - {{type: revolute, axis: y, role: passive}}
+      - {{type: rigid, to: [-0.2, 0, 0.6]}}
+      - {{type: spring, stiffness: [1e6, 2e6, 3e6, 1e4, 2e4, 3e4]}}
+    platform: {{at: [{0.3 * cosine}, {0.3 * sine}, 0], {turn}}}"""
+        )
+    head = "robostiff: 1\nname: frame\nsource: chosen here\nhome: {at: [0, 0, 0.6]}\n"
+    return f"{head}{coordinates}legs:{''.join(legs)}\n"
+
+
+def test_a_structure_without_mobility_stands_at_home(tmp_path):
+    path = tmp_path / "frame.yaml"
+    path.write_text(frame_of_three(), encoding="utf-8")
+    robot = rs.load(path)
+    assert robot.coordinates == ()
+    assert "without mobility" in repr(robot)
+    result = rs.stiffness(robot)
+    assert result.status is rs.Status.OK
+    assert result.rank == 6
+    # each leg: a spring at its end, condensed about its passive axis
+    K = np.zeros((6, 6))
+    for i in range(3):
+        c, s = np.cos(np.radians(120 * i + 10)), np.sin(np.radians(120 * i + 10))
+        R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        end, foot = R @ [0.3, 0, 0], R @ [0.5, 0, -0.6]
+        k = np.zeros((6, 6))
+        k[:3, :3] = R @ np.diag([1e6, 2e6, 3e6]) @ R.T
+        k[3:, 3:] = R @ np.diag([1e4, 2e4, 3e4]) @ R.T
+        cross = np.cross(np.eye(3), end)  # rows e_i x end: t_end = t - end x r
+        J = np.block([[np.eye(3), cross.T], [np.zeros((3, 3)), np.eye(3)]])
+        k = J.T @ k @ J
+        axis = R[:, 1]
+        u = k @ np.concatenate([np.cross(foot, axis), axis])
+        K += k - np.outer(u, u) / (u @ np.concatenate([np.cross(foot, axis), axis]))
+    assert np.allclose(result.K, K, rtol=0, atol=1e-9 * np.abs(K).max())
+    assert np.allclose(rs.stiffness(robot, []).K, K, rtol=0, atol=1e-9 * np.abs(K).max())
+    assert np.allclose(rs.compliance(robot) @ K, np.eye(6), atol=1e-8)
+    assert rs.verify(robot).agree
+    away = rs.stiffness(robot, [0.01, 0, 0.6, 0, 0, 0])
+    assert away.status is rs.Status.UNREACHABLE
+
+
+def test_coordinates_that_a_structure_does_not_have_are_refused(tmp_path):
+    path = tmp_path / "frame.yaml"
+    path.write_text(frame_of_three("coordinates: [x]\n"), encoding="utf-8")
+    with pytest.raises(InputError, match="as many as the 0 freedoms"):
+        rs.load(path)
+
+
+FLEXURES = ("p1", "p2", "p3", "r1", "r2", "r3")
+
+
+def tree_of_two_legs() -> tuple[str, str]:
+    """A part held by two passive hinges across one another, each on six flexures."""
+    links, joints = ['<link name="base"/>'], []
+
+    def joint(name: str, kind: str, parent: str, child: str, axis: str, xyz: str = "0 0 0") -> None:
+        links.append(f'<link name="{child}"/>')
+        joints.append(
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{xyz}"/><axis xyz="{axis}"/></joint>'
+        )
+
+    for leg, foot in (("a", "0 0 0"), ("b", "1 0 0")):
+        parent = "base"
+        for i, name in enumerate(FLEXURES):
+            kind = "prismatic" if name[0] == "p" else "continuous"
+            axis = ("1 0 0", "0 1 0", "0 0 1")[i % 3]
+            joint(f"{leg}{name}", kind, parent, f"{leg}{i}", axis, foot if i == 0 else "0 0 0")
+            parent = f"{leg}{i}"
+    joint("hinge", "continuous", "a5", "part", "0 0 1")
+    side = """
+robostiff: 1
+source: chosen here
+platform: part
+joints:
+  "?p*": {role: locked, stiffness: 1e6 N/m}
+  "?r*": {role: locked, stiffness: 1e4 N m/rad}
+  hinge: {role: passive}
+loops:
+  - name: other
+    between: [b5, {link: part, at: [1, 0, 0]}]
+    joint: {type: revolute, axis: x, role: passive}
+"""
+    return f'<robot name="held">{"".join(links)}{"".join(joints)}</robot>', side
+
+
+def test_a_tree_without_mobility(tmp_path):
+    urdf, side = tree_of_two_legs()
+    path, beside = tmp_path / "held.urdf", tmp_path / "held.stiffness.yaml"
+    path.write_text(urdf, encoding="utf-8")
+    beside.write_text(side, encoding="utf-8")
+    robot = rs.load(path)
+    assert robot.coordinates == ()
+    result = rs.stiffness(robot)
+    assert result.status is rs.Status.OK
+    network = rs.load_linkage(path).network_at()
+    assert np.allclose(rs.stiffness(network).K, result.K, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_robot_all_in_one_point_closes_wherever_it_is(seed: int):
+    random = np.random.default_rng(seed)
+    base, attachment = random_transform(random), random_transform(random, 0.0)
+    axis = random.normal(size=3)
+    spring = rs.Elasticity(np.diag([1e-6, 2e-6, 3e-6, 1e-4, 2e-4, 3e-4]))
+    link = Link(np.zeros(3), spring, np.eye(3))
+    chain = Chain((revolute(axis, Passive(), home=[0.4]), link))
+    alone = Robot("point", (Leg("leg", base, chain, attachment),), coordinates=())
+    pose = PostureFinder(alone).home_pose
+    home = Frame(Rotation.from_rotvec(pose[3:]).as_matrix(), pose[:3])
+    robot = Robot("point", alone.legs, home=home)
+    result = rs.stiffness(robot)
+    assert result.rank == 5
+    assert np.allclose(result.K, rs.stiffness(alone).K, rtol=1e-9, atol=1e-3)

@@ -1,0 +1,329 @@
+"""Coordinates follow home: its turn, its sign, its assembly mode and its spin."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.kinematics import PostureFinder, place_chain
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Coordinate,
+    Element,
+    Joint,
+    JointKind,
+    Leg,
+    Motion,
+    Passive,
+    Rigid,
+    Robot,
+    Role,
+    beam_link,
+    cylindrical,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+)
+from robostiff.spatial import Frame, Space
+from tests.generators.elements import ROD, STEEL, random_transform
+from tests.generators.legs import LegCase, platform_at, six
+from tests.kinematics.recorded_legs import difference, pair_of
+
+FREE = Passive()
+DRIVE = Actuated(1e7)
+TURN = 2 * np.pi
+
+
+def unit(random: np.random.Generator) -> np.ndarray:
+    v = random.normal(size=3)
+    return v / np.linalg.norm(v)
+
+
+def leg_of(kind: str, seed: int) -> LegCase:
+    """A strut or a rod on a crank or slide, all of it random, home coordinates on any turn."""
+    random = np.random.default_rng([seed, *kind.encode()])
+    along = unit(random)
+
+    def angle(joint: int = 1) -> list[float]:
+        return random.uniform(-2.5 * np.pi, 2.5 * np.pi, joint).tolist()
+
+    def joint(letter: str, role: Role = FREE) -> Element:
+        if letter == "S":
+            return spherical(role, home=(random.uniform(0.2, 3.0) * unit(random)).tolist())
+        if letter == "R":
+            return revolute(unit(random), role, home=angle())
+        across = np.cross(along, unit(random))
+        across = across / np.linalg.norm(across) + 0.4 * random.uniform(-1, 1) * along
+        oblique = np.cross(across, along) + 0.4 * random.normal(size=3)
+        return universal(oblique, across, role, home=angle(2))
+
+    sign = random.choice([-1.0, 1.0])
+    length = sign * random.uniform(0.5, 0.9)
+    elements: list[Element] = []
+    if kind[0] in "SU" and kind[1] in "PC":  # struts
+        offset = Rigid(Frame(np.eye(3), 0.1 * along))
+        slide = prismatic(along, DRIVE, home=[length])
+        if kind[1] == "C":
+            slide = cylindrical(along, DRIVE, home=[length, *angle()])
+        elements = [joint(kind[0]), offset, slide, beam_link(0.2 * along, STEEL, ROD)]
+        elements.append(joint(kind[2]))
+    else:
+        if kind[0] == "P":
+            elements = [prismatic(unit(random), DRIVE, home=[length])]
+        else:
+            axis = unit(random)
+            arm = np.cross(axis, unit(random))
+            elements = [
+                revolute(axis, DRIVE, home=angle()),
+                beam_link(0.3 * arm / np.linalg.norm(arm), STEEL, ROD),
+            ]
+        elements += [joint(kind[1]), beam_link(0.7 * along, STEEL, ROD), joint(kind[2])]
+    leg = Leg(kind, random_transform(random), Chain(tuple(elements)), random_transform(random, 0.2))
+    return LegCase(leg, six(platform_at(leg, leg.chain.home)))
+
+
+def steps(case: LegCase, random: np.random.Generator, size: float) -> np.ndarray:
+    """Coordinates (8, size) on a path from home that stays in its assembly mode."""
+    chain = case.leg.chain
+    q = np.tile(chain.home, (8, 1))
+    move = random.uniform(-size, size, chain.size)
+    kept = q[:1]
+    for part in np.linspace(0.0, 1.0, 65)[1:]:
+        now = chain.home + part * move
+        if np.any(np.sign(roots(case, now)) != np.sign(roots(case, chain.home))):
+            break
+        kept = np.concatenate([kept, now[None]])
+    return kept[:: max(1, len(kept) // 8)]
+
+
+def roots(case: LegCase, q: np.ndarray) -> np.ndarray:
+    """What vanishes where two assembly modes meet, from the posture alone."""
+    chain, leg = case.leg.chain, case.leg
+    freedoms = place_chain(chain, q, leg.base.R, leg.base.p).freedoms
+    joints = [(e, where) for e, where in chain.moving if isinstance(e, Joint) and e.size > 1]
+    joints = [(e.kind, where) for e, where in joints if e.kind is not JointKind.CYLINDRICAL]
+    (near_kind, near), (far_kind, far) = joints
+    A, B = freedoms[near.start].point, freedoms[far.start].point
+    d = (B - A) / np.linalg.norm(B - A)
+    if leg.name[0] == "R":
+        arm = (A - freedoms[0].point) / np.linalg.norm(A - freedoms[0].point)
+        found = [freedoms[0].axis @ np.cross(arm, d)]
+    elif leg.name[0] == "P":
+        found = [freedoms[0].axis @ d]
+    else:
+        found = [freedoms[near.stop].axis @ d]
+    if near_kind is JointKind.UNIVERSAL:
+        one, two = (freedoms[i].axis for i in range(near.start, near.stop))
+        found.append(two @ np.cross(one, d))
+    if far_kind is JointKind.UNIVERSAL:
+        one, two = (freedoms[i].axis for i in range(far.start, far.stop))
+        found.append(one @ np.cross(d, two))
+    return np.array(found)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    kind=st.sampled_from(["UPS", "UCU", "PUS", "RUS", "SPU"]),
+    seed=st.integers(0, 10**6),
+    size=st.sampled_from([0.3, 1.0, 2.0]),
+)
+def test_closure_returns_the_very_coordinates_of_a_path_from_home(kind, seed, size):
+    case = leg_of(kind, seed)
+    random = np.random.default_rng(seed)
+    q = steps(case, random, size)
+    poses = np.array([case.pose_at(own) for own in q])
+    posture = rs.find_posture(case.robot, poses)
+    found = posture.coordinates[0]
+    smallest = np.min(np.abs([roots(case, own) for own in q]), axis=-1)
+    safe = smallest > 1e-2
+    safe[0] = smallest[0] > 1e-4
+    assert posture.reached[safe].all()
+    apart = np.abs(found - q)
+    for place in angles_and_slides(case.leg.chain):
+        turns = angle_is_on_turn_of_home(case.leg.chain, q, place)
+        assert np.max(apart[safe & turns, place], initial=0.0) < 1e-6
+    # the recorded leg stands in the same posture
+    pair = pair_of(case, poses)
+    for i in np.flatnonzero(safe):
+        assert difference(pair.recorded[i], pair.computed[i]) <= 1e-7
+
+
+def angles_and_slides(chain: Chain) -> list[int]:
+    """Places that have one coordinate each, and not three that form a rotation vector."""
+    return [
+        i
+        for element, where in chain.moving
+        if not (isinstance(element, Joint) and element.kind is JointKind.SPHERICAL)
+        for i in range(where.start, where.stop)
+    ]
+
+
+def angle_is_on_turn_of_home(chain: Chain, q: np.ndarray, place: int) -> np.ndarray:
+    """Where a coordinate is less than half a turn from home, or a slide (N,)."""
+    slides = chain.freedoms[place].motion is Motion.TRANSLATION
+    return np.full(len(q), True) if slides else np.abs(q[:, place] - chain.home[place]) < 3.1
+
+
+def hexapod_below() -> Robot:
+    """Its platform hangs below the base, and its slides point up: their lengths are negative."""
+    legs = []
+    for i in range(6):
+        base, top = np.radians(60 * i), np.radians(60 * i + (25 if i % 2 else -25))
+        chain = Chain(
+            (
+                universal([1, 0, 0], [0, 1, 0], FREE),
+                prismatic([0, 0, 1], Actuated(1e7, limits=(-1.2, -0.5)), home=[-0.8]),
+                spherical(FREE),
+            )
+        )
+        at = 0.5 * np.array([np.cos(base), np.sin(base), 0.0])
+        on = 0.3 * np.array([np.cos(top), np.sin(top), 0.0])
+        legs.append(Leg(f"leg{i}", Frame(np.eye(3), at), chain, Frame(np.eye(3), on)))
+    return Robot("below", tuple(legs), home=Frame(np.eye(3), np.array([0.0, 0.0, -0.8])))
+
+
+def test_a_slide_of_negative_home_stays_negative_and_within_its_limits():
+    robot = hexapod_below()
+    result = rs.stiffness(robot)
+    assert result.status is rs.Status.OK
+    lengths = []
+    for leg in robot.legs:
+        lengths.append(np.linalg.norm(leg.base.p - leg.attachment.p - [0, 0, -0.8]))
+        assert np.isclose(result.joint_coordinates[leg.name][2], -lengths[-1], rtol=1e-14)
+    # the textbook K = J^T k J of a hexapod with stiff drives
+    J = []
+    for leg, length in zip(robot.legs, lengths, strict=True):
+        B = leg.attachment.p - np.array([0, 0, 0.8])
+        d = (B - leg.base.p) / length
+        J.append(np.concatenate([d, np.cross(leg.attachment.p, d)]))
+    J = np.array(J)
+    assert np.allclose(result.K, 1e7 * J.T @ J, rtol=0, atol=1e-12 * np.abs(result.K).max())
+
+
+def planar_crank(limits: tuple[float, float], home: float) -> Robot:
+    legs = []
+    for i in range(3):
+        turn = Rotation.from_euler("z", 2 * np.pi / 3 * i).as_matrix()
+        chain = Chain(
+            (
+                revolute([0, 0, 1], Actuated(1e4, limits=limits), home=[home]),
+                Rigid(Frame(np.eye(3), np.array([0.5, 0, 0]))),
+                revolute([0, 0, 1], FREE, home=[0.0]),
+                Rigid(Frame(np.eye(3), np.array([0.6, 0, 0]))),
+                revolute([0, 0, 1], FREE),
+            )
+        )
+        base, on = turn @ [1.0, 0, 0], turn @ [0.1, 0, 0]
+        legs.append(Leg(f"leg{i}", Frame(turn, base), chain, Frame(np.eye(3), on)))
+    return Robot(
+        "cranks",
+        tuple(legs),
+        home=Frame.identity(),
+        coordinates=(Coordinate.X, Coordinate.Y, Coordinate.RZ),
+        space=Space.PLANAR,
+    )
+
+
+def test_a_crank_is_reported_on_the_turn_of_its_home():
+    # law of cosines: from the base the end is 0.9 away, straight towards the centre
+    bend = np.degrees(np.arccos((0.5**2 + 0.9**2 - 0.6**2) / (2 * 0.5 * 0.9)))
+    stiffnesses = []
+    for limits, home, expected in (
+        ((100, 300), 200, 180 + bend),
+        ((-260, -60), -160, -180 + bend),
+        ((460, 660), 560, 540 + bend),
+        ((100, 300), 160, 180 - bend),
+    ):
+        robot = planar_crank(tuple(np.radians(limits)), np.radians(home))
+        result = rs.stiffness(robot)
+        assert result.status is rs.Status.OK, result.advice
+        for q in result.joint_coordinates.values():
+            assert np.isclose(np.degrees(q[0]), expected, rtol=1e-12)
+        stiffnesses.append(result.K)
+        if home != 560:
+            continue
+        poses = np.array([[0.0, 0.0, 0.0], [0.01, 0.02, 0.03]])
+        answer = rs.compile(robot).evaluate(poses)
+        assert not np.any(answer.status_codes)
+        assert not np.any(answer.guarded)
+        assert np.allclose(answer.values["K"], rs.stiffness(robot, poses).K, rtol=1e-10)
+    assert np.allclose(stiffnesses[0], stiffnesses[1], rtol=1e-12)
+    assert np.allclose(stiffnesses[0], stiffnesses[2], rtol=1e-11)
+
+
+def test_limits_wider_than_a_turn_keep_the_turn_of_home_where_they_can():
+    chain = planar_crank((-4.0, 4.0), 3.0).legs[0].chain
+    leg = Leg("leg", Frame.identity(), chain, Frame.identity())
+    q = np.array([[4.0, 0.5, 0.0], [2.5, 0.5, 0.0], [-2.5, 0.5, 0.0]])
+    placed = place_chain(chain, q, np.eye(3), np.zeros(3))
+    robot = Robot(
+        "crank",
+        (leg,),
+        home=Frame(*_frame_at(chain, np.array([3.0, 0.5, 0.0]))),
+        coordinates=(Coordinate.X, Coordinate.Y, Coordinate.RZ),
+        space=Space.PLANAR,
+    )
+    turn = np.arctan2(placed.R[:, 1, 0], placed.R[:, 0, 0])
+    poses = np.stack([placed.p[:, 0], placed.p[:, 1], turn], axis=-1)
+    posture = rs.find_posture(robot, poses)
+    # -2.5 and 3.78 are one angle, and both within limits: the one nearer to home is reported
+    expected = np.array([4.0, 2.5, TURN - 2.5])
+    assert np.allclose(posture.coordinates[0][:, 0], expected, atol=1e-12)
+    assert posture.within_limits.all()
+
+
+def _frame_at(chain: Chain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    placed = place_chain(chain, q, np.eye(3), np.zeros(3))
+    return placed.R, placed.p
+
+
+@pytest.mark.parametrize("slide", [0.2, -0.2])
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_legs_that_close_exactly_at_negative_home_coordinates(slide: float, turn: float):
+    spring = beam_link(np.array([0, 0, 1e-2]), STEEL, ROD)
+    chains = [
+        Chain((spherical(FREE), cylindrical([0, 0, 1], FREE, home=[slide, turn]), spring)),
+        Chain(
+            (
+                revolute([0, 0, 1], FREE, home=[turn]),
+                prismatic([1, 0, 1], FREE, home=[slide]),
+                revolute([0, 1, 0], FREE, home=[0.1]),
+                spring,
+            )
+        ),
+    ]
+    for chain in chains:
+        robot = _alone(chain)
+        (solver,) = PostureFinder(robot).solvers
+        assert solver.closed_form is not None
+        assert np.allclose(solver.home, chain.home, atol=1e-12)
+
+
+def _alone(chain: Chain) -> Robot:
+    leg = Leg("leg", Frame.identity(), chain, Frame.identity())
+    return Robot("alone", (leg,), home=Frame(*_frame_at(chain, chain.home)))
+
+
+@pytest.mark.parametrize("letters", ["SPS", "SCS", "UCS", "SCU", "PSS"])
+def test_a_spin_that_nothing_determines_stays_as_at_home(letters: str):
+    random = np.random.default_rng([*letters.encode()])
+    joints: dict[str, Element] = {}
+    for name in "AB":
+        joints["S" + name] = spherical(FREE, home=random.normal(size=3).tolist())
+        joints["U" + name] = universal([1, 0.2, 0], [0, 1, 0.3], FREE, home=[1.9, -0.4])
+    z = np.array([0.0, 0.0, 1.0])
+    flat = beam_link(0.3 * z, STEEL, ROD)
+    if letters[0] == "P":
+        slide = prismatic([1, 0, 0], DRIVE, home=[0.2])
+        chain = Chain((slide, joints["SA"], flat, joints["SB"]))
+    else:
+        slide = prismatic(z, DRIVE, home=[0.5])
+        if letters[1] == "C":
+            slide = cylindrical(z, DRIVE, home=[0.5, 0.7])
+        chain = Chain((joints[letters[0] + "A"], slide, flat, joints[letters[2] + "B"]))
+    q = rs.find_posture(_alone(chain)).coordinates[0][0]
+    assert np.allclose(q, chain.home, atol=1e-9)
