@@ -110,7 +110,7 @@ class PlausibilityWarning(UserWarning):
 
 def warn_of_slip(text: str) -> None:
     """Show a `PlausibilityWarning` at the line of the user's that called this package."""
-    level, frame = 1, sys._getframe(1)
+    level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("robostiff"):
         level, frame = level + 1, frame.f_back
     warnings.warn(text, PlausibilityWarning, stacklevel=level)

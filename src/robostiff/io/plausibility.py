@@ -41,7 +41,7 @@ def question(
         return
     words, unit = found
     if unit:
-        words += f"; in {unit}?"
+        words += f"; in {_NAMES.get(unit, unit)}?"
         if not has_unit:
             words += " numbers here are in SI units" if in_si else f" write {number:g} {unit}"
     warn_of_slip(f"{location(path)}: {words}")
@@ -66,6 +66,7 @@ def _modulus(number: float, has_unit: bool) -> tuple[str, str] | None:
     return f"an elastic modulus of {number:g} Pa", "GPa" if number < _SOFTEST else "MPa"
 
 
+_NAMES = {"deg": "degrees"}
 _DOUBTS = {
     Dimension.LENGTH: _length,
     Dimension.ANGLE: _angle,

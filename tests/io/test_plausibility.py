@@ -1,0 +1,158 @@
+"""Warnings of input that can be used but is probably a slip, and none for what is right."""
+
+import json
+import re
+import warnings
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
+from robostiff.io.snapshot import network_from_document, snapshot_from_document
+from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
+from tests.cases.reference_case import NAMES
+
+ARM = """robostiff: 1
+name: arm
+source: chosen here
+parameters: {L: 300 mm}
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, axis: z, role: actuated, stiffness: 1e4, home: 20 deg}
+      - {type: beam, to: [L, 0, 0], material: {E: 210 GPa, G: 81 GPa},
+         section: {circle: {diameter: 20 mm}}}
+"""
+SNAPSHOT = {
+    "name": "arm",
+    "reference_point": [0.3, 0, 0],
+    "legs": [
+        {
+            "name": "arm",
+            "end": [0.3, 0, 0],
+            "chain": [
+                {"type": "spring", "kind": "R", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 1e4},
+                {
+                    **{"type": "beam", "start": [0, 0, 0], "end": [0.3, 0, 0]},
+                    **{"y_axis": [0, 1, 0], "E": 2.1e11, "G": 8e10, "A": 1e-4},
+                    **{"Iy": 1e-9, "Iz": 1e-9, "J": 2e-9},
+                },
+            ],
+        }
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    "name", [*shipped_robots(), *shipped_cable_robots(), *shipped_linkages(), "cases"]
+)
+def test_what_is_right_does_not_warn(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rs.PlausibilityWarning)
+        if name != "cases":
+            rs.load(name)
+            return
+        for case in NAMES:
+            for folder, read in (
+                ("data", snapshot_from_document),
+                ("graphs", network_from_document),
+            ):
+                file = f"tests/cases/{folder}/{case}.json"
+                try:
+                    text = Path(file).read_text(encoding="utf-8")
+                except FileNotFoundError:
+                    continue
+                read(parse_document(text, file))
+
+
+@pytest.mark.parametrize(
+    ("right", "slip", "warning"),
+    [
+        ("300 mm}", "300}", "9:27: legs[0].chain[1].to[0]: a length of 300 m; in mm? write 300 mm"),
+        ("300 mm}", "500 m}", "9:27: legs[0].chain[1].to[0]: a length of 500 m; in mm?"),
+        (
+            "20 deg",
+            "20",
+            "8:73: legs[0].chain[0].home: an angle of 20 rad; in degrees? write 20 deg",
+        ),
+        ("210 GPa", "210", "material.E: an elastic modulus of 210 Pa; in GPa? write 210 GPa"),
+        ("210 GPa", "210000", "an elastic modulus of 210000 Pa; in MPa? write 210000 MPa"),
+        ("81 GPa", "81 Pa", "material.G: an elastic modulus of 81 Pa; in GPa?"),
+        ("210 GPa", "2.1e20", "an elastic modulus of 2.1e+20 Pa, harder than diamond"),
+    ],
+)
+def test_numbers_in_other_units(right, slip, warning, tmp_path):
+    text = ARM.replace(right, slip)
+    with pytest.warns(rs.PlausibilityWarning) as caught:
+        model_from_document(parse_document(text, "arm.yaml"))
+    assert any(str(w.message).endswith(warning) for w in caught), [str(w.message) for w in caught]
+    assert {w.filename for w in caught} == {__file__}
+    path = tmp_path / "arm.yaml"
+    path.write_text(text)
+    shown = CliRunner().invoke(app, ["check", str(path)])
+    assert shown.exit_code == 0
+    assert "robostiff: warning: " in shown.stderr
+    assert shown.stderr.count(warning) == 1
+    facts = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
+    assert facts["warnings"][0].endswith(warning)
+
+
+def test_angles_with_their_unit_and_soft_materials_do_not_warn():
+    for right, other in (("20 deg", "700 deg"), ("210 GPa", "0.07 MPa"), ("300 mm", "99 m")):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", rs.PlausibilityWarning)
+            model_from_document(parse_document(ARM.replace(right, other)))
+
+
+def _changed(change):
+    data = json.loads(json.dumps(SNAPSHOT))
+    joint, beam = data["legs"][0]["chain"]
+    change(joint, beam)
+    return parse_document(json.dumps(data), "arm.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "warning"),
+    [
+        (lambda _, beam: beam.update(E=210.0), "E: an elastic modulus of 210 Pa; in GPa?"),
+        (lambda _, beam: beam.update(end=[300, 0, 0]), "a length of 300 m; in mm?"),
+        (
+            lambda joint, _: joint.update(point=[0, 0.2, 0]),
+            "chain[0].point: the axis of this joint passes 0.2 m from the beam beside it, which is "
+            "0.3 m long",
+        ),
+    ],
+)
+def test_snapshots_in_other_units(change, warning):
+    with pytest.warns(rs.PlausibilityWarning, match=re.escape(warning)):
+        snapshot_from_document(_changed(change))
+
+
+def test_joints_near_their_beams_do_not_warn():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rs.PlausibilityWarning)
+        snapshot_from_document(_changed(lambda joint, _: joint.update(point=[0, 0.1, 0.7])))
+        slide = {"kind": "P", "point": [0, 500, 0]}
+        snapshot_from_document(_changed(lambda joint, _: joint.update(slide)))
+
+
+def test_poses_in_other_units():
+    hexapod, arm = rs.load("hexapod"), rs.load("six-joint-arm")
+    for pose, warning in (
+        ([0, 0, 900, 0, 0, 0], "more than 100 m from home; in mm?"),
+        ([0, 0, 0.9, 0, 0, 20], "rotation vector of more than a turn; in degrees?"),
+    ):
+        with pytest.warns(rs.PlausibilityWarning, match=re.escape(warning)):
+            rs.stiffness(hexapod, pose)
+    with pytest.warns(rs.PlausibilityWarning, match="did you mean JointCoordinates"):
+        rs.stiffness(arm, [3, -3, 3, 0, 0, 0])
+    with pytest.warns(rs.PlausibilityWarning, match="beyond two turns; in degrees"):
+        rs.stiffness(arm, rs.JointCoordinates([0, -75, 90, 0, 0, 0]))
+    with pytest.raises(rs.InputError, match="did you mean JointCoordinates"):
+        rs.stiffness(rs.load("two-link-arm"), [0.1, 0.2])
+    shown = CliRunner().invoke(app, ["stiffness", "hexapod", "--pose", "0 0 0.9 0 0 20"])
+    assert "robostiff: warning: pose of 'hexapod': a rotation vector" in shown.stderr

@@ -1,0 +1,89 @@
+"""Xacro runs Python: only where the user asks for it, and fenced in."""
+
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+from robostiff.io.urdf import expand_xacro
+
+HEAD = '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+ARM = f"""{HEAD}<link name="a"/><link name="b"/>
+  <joint name="j" type="revolute"><parent link="a"/><child link="b"/>
+    <origin xyz="0 0 ${{0.5*2}}"/><axis xyz="0 1 0"/></joint></robot>"""
+SIDE = "robostiff: 1\nsource: chosen here\nrobot: arm.urdf.xacro\ntool: b\n"
+SIDE += 'joints: {"*": {stiffness: 1e4}}\n'
+
+
+@pytest.fixture
+def innocent(tmp_path):
+    (tmp_path / "arm.urdf.xacro").write_text(ARM)
+    path = tmp_path / "innocent.yaml"
+    path.write_text(SIDE)
+    return path
+
+
+def test_a_side_file_may_not_name_a_xacro(innocent):
+    for load in (rs.load, rs.load_linkage):
+        with pytest.raises(rs.FileError, match=r"expected URDF or MJCF: xacro runs.*--allow-xacro"):
+            load(innocent)
+    assert rs.load(innocent, allow_xacro=True).name == "arm"
+    assert rs.load_linkage(innocent, allow_xacro=True).name == "arm"
+
+
+def test_a_xacro_that_the_user_names_is_expanded(innocent):
+    path = innocent.with_name("arm.urdf.xacro")
+    assert rs.load(path, side=innocent).name == "arm"
+
+
+@pytest.mark.parametrize("command", ["check", "stiffness"])
+def test_the_command_line_asks_for_allow_xacro(command, innocent):
+    refused = CliRunner().invoke(app, [command, str(innocent)])
+    assert refused.exit_code == 2
+    assert "--allow-xacro" in refused.output
+    assert CliRunner().invoke(app, [command, str(innocent), "--allow-xacro"]).exit_code < 2
+
+
+@pytest.mark.parametrize(
+    ("expression", "message"),
+    [
+        ("().__class__", "xacro: got"),
+        ("(lambda: ().__class__)()", "two underscores"),
+        ("'{0.__class__}'.format(1)", "two underscores"),
+        ("'a'*10**10", "xacro: got"),
+        ("[g.gi_code.replace(co_names=()) for g in [(x for x in [1])]]", "may only compute"),
+    ],
+)
+def test_expressions_are_fenced_in(expression, message, tmp_path):
+    path = tmp_path / "arm.xacro"
+    path.write_text(f'{HEAD}<link name="${{{expression}}}"/></robot>')
+    with pytest.raises(rs.FileError, match=message):
+        expand_xacro(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "line"),
+    [
+        ('<!DOCTYPE r [<!ENTITY a "aa">]><r/>', "got <!DOCTYPE", 1),
+        ("<r>\n" + "<a>" * 300, "than 200 inside each other", 2),
+        ("<r>\n<a></r>", "mismatched tag", 2),
+    ],
+)
+def test_included_files_obey_the_same_rules(text, message, line, tmp_path):
+    (tmp_path / "part.xacro").write_text(text)
+    path = tmp_path / "arm.xacro"
+    path.write_text(f'{HEAD}<xacro:include filename="part.xacro"/></robot>')
+    with pytest.raises(rs.FileError, match=message) as error:
+        expand_xacro(path)
+    assert error.value.location.file.endswith("part.xacro")
+    assert error.value.location.line == line
+
+
+def test_macros_without_end_are_stopped(tmp_path):
+    path = tmp_path / "arm.xacro"
+    path.write_text(f'{HEAD}<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/></robot>')
+    with pytest.raises(rs.FileError, match="in circles, or too deep"):
+        expand_xacro(path)
+    path.write_text(f'{HEAD}<xacro:include filename="arm.xacro"/></robot>')
+    with pytest.raises(rs.FileError, match="in circles, or too deep"):
+        expand_xacro(path)
