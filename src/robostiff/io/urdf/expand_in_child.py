@@ -6,9 +6,11 @@ import warnings
 from typing import Any
 from xml.parsers import expat
 
-import xacro
+import xacro as _xacro
 import yaml  # noqa: F401 - before the audit hook, which refuses what some imports do
 from xacrodoc import packages
+
+xacro: Any = _xacro  # a module without annotations
 
 
 class _Refused(Exception):
