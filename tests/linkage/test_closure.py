@@ -218,39 +218,34 @@ def _bars(rng, spatial):
     return Linkage("bars", connections, "ground", "b", o)
 
 
-@pytest.mark.parametrize("spatial", [False, True])
-def test_values_are_reached_where_a_smooth_path_leads_to_them(spatial):
-    """Random bars driven in small steps: far values give the same, or are refused beyond."""
-    rng = np.random.default_rng(17)
-    refused = reached = 0
-    for _ in range(5):
-        linkage = _bars(rng, spatial)
-        goal = rng.uniform(0.5, 2.5) * rng.choice([-1, 1])
-        found, q, steps = close(linkage), 0.0, 16
-        assert found.is_closed
-        last, smooth = found, True
-        for k in range(1, steps + 1):
-            q = k / steps * goal
-            near = [
-                replace(c, element=replace(c.element, home=tuple(last.coordinates[c.name])))
-                for c in linkage.connections
-            ]
-            here = close(replace(linkage, connections=tuple(near)), {"crank": q})
-            turned = here.coordinates["rocker"][0] - last.coordinates["rocker"][0]
-            smooth = here.is_closed and abs(turned) < 4 * abs(goal) / steps
-            if not smooth:
-                break
-            last = here
-        found = close(linkage, {"crank": goal})
-        assert found.is_closed == smooth
-        if smooth:
-            reached += 1
-            for body in "abc":
-                assert np.allclose(found.frames[body].p, last.frames[body].p, atol=1e-9)
-            rocker = found.coordinates["rocker"] - last.coordinates["rocker"]
-            assert np.abs(rocker).max() < 1e-9
-        else:
-            refused += 1
-            assert "digits" not in found.advice
-    assert reached >= 2
-    assert refused >= 1
+@pytest.mark.parametrize(("spatial", "seed"), [(False, 1000), (False, 1011), (True, 1000)])
+def test_values_are_reached_where_a_smooth_path_leads_to_them(spatial, seed):
+    """Random bars driven in small steps: far values give the same, or are refused beyond.
+
+    Those of seed 1011 pass a position where crank and coupler align: they close again behind it.
+    """
+    rng = np.random.default_rng(seed)
+    linkage = _bars(rng, spatial)
+    goal, steps = rng.uniform(2, 6) * rng.choice([-1, 1]), 20
+    last = close(linkage)
+    assert last.is_closed
+    for k in range(1, steps + 1):
+        near = [
+            replace(c, element=replace(c.element, home=tuple(last.coordinates[c.name])))
+            for c in linkage.connections
+        ]
+        here = close(replace(linkage, connections=tuple(near)), {"crank": k / steps * goal})
+        smooth = here.is_closed
+        if not smooth:
+            break
+        last = here
+    found = close(linkage, {"crank": goal})
+    assert found.is_closed == smooth == (seed != 1011)
+    if smooth:
+        for body in "abc":
+            assert np.allclose(found.frames[body].p, last.frames[body].p, atol=1e-9)
+        turned = found.coordinates["rocker"] - last.coordinates["rocker"]
+        assert np.abs(turned).max() < 1e-9
+    else:
+        assert "another assembly mode" in found.complaint
+        assert "home" in found.advice

@@ -86,7 +86,10 @@ _ADVICE = {
     Status.FORM_DOES_NOT_HOLD: (
         "the form asked for does not hold here: use the wrench basis form, which always does"
     ),
-    Status.UNREACHABLE: "a leg cannot reach the pose: move the pose, or check the leg's dimensions",
+    Status.UNREACHABLE: (
+        "a leg cannot reach the pose, or only in another assembly mode than at home: move the "
+        "pose, or check the leg's dimensions"
+    ),
     Status.UNBALANCED: (
         "the load does work on a free motion, so the platform runs away instead of deflecting: "
         "apply a load that the free motions do not feel, or hold them"

@@ -132,8 +132,9 @@ def _first_closed(
         and c.name not in held
         and not isinstance(c.element.role, Locked)
     )
-    found = attempt(tuple(c for c in movable if _is_passive(c)))
-    return found if found.is_closed else attempt(movable)
+    passive = tuple(c for c in movable if _is_passive(c))
+    found = attempt(passive)
+    return found if found.is_closed or passive == movable else attempt(movable)
 
 
 def _is_passive(connection: Connection) -> bool:
@@ -160,11 +161,9 @@ def _at_values(
     loops = _Loops.of(tree, linkage, guess, moving)
     if home.is_closed:
         start = np.concatenate([home.coordinates[c.name] for c in linkage.connections])
-        x, kept = AssemblyMode(loops, start).at(loops.at_values(home, values)[None])
-        if kept[0]:
-            return loops.configuration(x[0])
-    found = loops.configuration(nearest(loops, loops.guess[None])[0])
-    return replace(found, elsewhere=home.is_closed)
+        found = AssemblyMode(loops, start).at(loops.at_values(home, values)[None])
+        return replace(loops.configuration(found.x[0]), elsewhere=bool(found.elsewhere[0]))
+    return loops.configuration(nearest(loops, loops.guess[None])[0])
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.closure.newton import CLOSED, AssemblyMode, Part, nearest
+from robostiff.kinematics.closure.newton import AssemblyMode, Part, nearest
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
@@ -69,18 +69,11 @@ class NewtonTask:
         q : list of (size,) arrays
             Leg coordinates of the closed posture.
         goal : (N, 6) array
-            Wanted pose coordinates; the open ones are first guesses.
+            Wanted pose coordinates; the open ones are found.
         """
         home = np.concatenate([start, *q])
-        x, kept = AssemblyMode(self, home).at(goal[:, self.given])
-        elsewhere = np.zeros(len(goal), dtype=bool)
-        rows = np.flatnonzero(~kept)
-        if rows.size:
-            guess = np.tile(home, (rows.size, 1))
-            guess[:, :6] = goal[rows]
-            x[rows] = nearest(self, guess)
-            elsewhere[rows] = np.max(np.abs(self.gaps(x[rows])), axis=-1) <= CLOSED
-        return Followed(*self._apart(x), kept, elsewhere)
+        found = AssemblyMode(self, home).at(goal[:, self.given])
+        return Followed(*self._apart(found.x), found.kept, found.elsewhere)
 
     def close(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
         """Close from a guess, in whatever assembly mode is near, or as nearly as it goes."""

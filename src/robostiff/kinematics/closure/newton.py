@@ -11,7 +11,7 @@ import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
 
-CLOSED = 1e-10
+_CLOSED = 1e-10
 _NEARLY_CLOSED = 1e-7
 _CONVERGED = 1e-14
 _STANDSTILL = 1e-11
@@ -22,8 +22,11 @@ _NEWTON_STEPS = 6
 _CONTRACTION = 0.5
 # Steps below this are as small as rounding makes them: they need not become smaller.
 _SMALL_STEP = 1e-9
-# Into how many parts the way from home is cut where it is too far for one.
-_PARTS_OF_WAY = (1, 4, 16, 64)
+# A part of the way from home that is too long for one is cut into so many, down to the shortest.
+_CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
+# Smallest singular values, as parts of home's, between which assembly modes meet: at a limit of
+# reach, a gap of what counts as closed is as much as its square root of the way to the singularity.
+_BEYOND_MEETING, _MEETING = 1e-3, 1e-2
 
 _INDEPENDENT = Tolerance().independence
 # Coordinates this far from home, in radians and parts of the length, say what rank is usual there.
@@ -139,9 +142,37 @@ class _Directions:
             self if self.U.ndim == 2 else _Directions(self.U[rows], self.V[rows], self.sign[rows])
         )
 
+    def repeated(self, count: int) -> _Directions:
+        """The same for each of some postures."""
+        U, V = (np.repeat(one[None], count, axis=0) for one in (self.U, self.V))
+        return _Directions(U, V, np.repeat(self.sign, count))
+
+    def put(self, rows: np.ndarray, new: _Directions) -> None:
+        """Write those of some postures."""
+        self.U[rows], self.V[rows], self.sign[rows] = new.U, new.V, new.sign
+
     def square(self, J: np.ndarray) -> np.ndarray:
         """U^T J V (N, r, r)."""
         return np.swapaxes(self.U, -1, -2) @ J @ self.V
+
+
+@dataclass(frozen=True)
+class Found:
+    """Postures at prescribed coordinates.
+
+    Attributes
+    ----------
+    x : (N, size) array
+        The nearest that was found where there is none.
+    kept : (N,) array of bool
+        Where a closed posture is found in the assembly mode of home.
+    elsewhere : (N,) array of bool
+        Where one closes, but no path without singularity was found that leads there from home.
+    """
+
+    x: np.ndarray
+    kept: np.ndarray
+    elsewhere: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -150,8 +181,8 @@ class AssemblyMode:
 
     Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
     than nothing, and each Newton step is at most half of the one before, six at most. The way is
-    gone at once where that holds, otherwise in 4, 16 or 64 parts. The answer at a pose is the same
-    to the last bit whatever other poses come with it.
+    gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64. The answer at a pose is
+    the same to the last bit whatever other poses come with it.
 
     Attributes
     ----------
@@ -163,64 +194,93 @@ class AssemblyMode:
     equations: Equations
     home: np.ndarray
 
-    def at(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Postures at prescribed coordinates.
+    def at(self, given: np.ndarray) -> Found:
+        """Postures at prescribed coordinates (N, g), in the order of ``equations.given``."""
+        x = np.tile(self.home, (len(given), 1))
+        x[:, self.equations.given] = given
+        x, kept, _ = self._stepped(x, self._at_home)
+        elsewhere = np.zeros(len(x), dtype=bool)
+        rows = np.flatnonzero(~kept)
+        if rows.size:
+            last, gone, directions = self._along(given[rows])
+            kept[rows] = gone >= 1.0
+            x[rows] = last
+            left = gone < 1.0
+            rows = rows[left]
+        if rows.size:
+            own = directions and [one.of_rows(left) for one in directions]
+            guess = x[rows]
+            guess[:, self.equations.given] = given[rows]
+            x[rows] = nearest(self.equations, guess)
+            closed = (_size(self.equations.gaps(x[rows])) <= _NEARLY_CLOSED) & self._is_long(
+                x[rows]
+            )
+            kept[rows] = closed & (gone[left] >= 1.0 - _SHORTEST_PART) & self._meets(x[rows], own)
+            elsewhere[rows] = closed & ~kept[rows]
+        return Found(x, kept, elsewhere)
 
-        Parameters
-        ----------
-        given : (N, g) array
-            In the order of ``equations.given``.
+    def _meets(self, x: np.ndarray, directions: list[_Directions] | None) -> np.ndarray:
+        """Where postures are so singular that assembly modes meet, and not well beyond."""
+        if directions is None or self._at_home is None:
+            return np.zeros(len(x), dtype=bool)
+        margin = np.full(len(x), np.inf)
+        J, J_home = self.equations.rates(x), self.equations.rates(self.home[None])
+        whole = zip(self.equations.parts, directions, self._at_home, strict=True)
+        for part, own, home in whole:
+            T = own.square(_of_part(part, J))
+            usual = np.linalg.svd(home.square(_of_part(part, J_home)), compute_uv=False)[0]
+            if usual.size:
+                smallest = np.linalg.svd(T, compute_uv=False)[:, -1] / usual[-1]
+                margin = np.minimum(margin, smallest * np.linalg.slogdet(T)[0] * own.sign)
+        return (margin > -_BEYOND_MEETING) & (margin < _MEETING)
 
-        Returns
-        -------
-        x : (N, size) array
-            Home's unknowns where none is found.
-        kept : (N,) array of bool
-            Where a closed posture is found in this assembly mode.
+    def _is_long(self, x: np.ndarray) -> np.ndarray:
+        """Where telescopes that have a length at home keep one."""
+        return np.all(self.equations.lengths(x)[:, self._long_at_home] > 0, axis=-1)
+
+    def _along(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[_Directions] | None]:
+        """Last postures on the straight way from home, the part that is gone, and directions there.
+
+        A part that fails is cut into smaller ones, which begin where the last one ended.
         """
-        found = np.tile(self.home, (len(given), 1))
-        found[:, self.equations.given] = given
-        kept = np.zeros(len(given), dtype=bool)
-        for parts_of_way in _PARTS_OF_WAY:
-            rows = np.flatnonzero(~kept)
-            if rows.size == 0:
-                break
-            rows, there = self._along(given, rows, parts_of_way)
-            found[rows], kept[rows] = there, True
-        return found, kept
-
-    def _along(
-        self, given: np.ndarray, rows: np.ndarray, parts_of_way: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Postures at the end of the straight way from home, and whose they are."""
-        places = self.equations.given
+        places, parts = self.equations.given, self.equations.parts
         start = self.home[places]
-        x = np.tile(self.home, (len(rows), 1))
-        directions = self._at_home
-        for k in range(1, parts_of_way + 1):
-            x[:, places] = start + k / parts_of_way * (given[rows] - start)
-            if directions is None:
-                x = nearest(self.equations, x)
-                kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
-            else:
-                x, kept = self._newton(x, directions[-1])
-            kept &= np.all(self.equations.lengths(x)[:, self._long_at_home] > 0, axis=-1)
-            rows, x = rows[kept], x[kept]
-            if rows.size == 0:
-                break
-            if directions is not None:
-                directions = [one.of_rows(kept) for one in directions]
-                J = self.equations.rates(x)
-                kept = self._same_signs(J, directions)
-                rows, x, J = rows[kept], x[kept], J[kept]
-                if rows.size == 0:
-                    break
-                if k < parts_of_way:
-                    directions = [
-                        _carried(part, one.of_rows(kept), J)
-                        for part, one in zip(self.equations.parts, directions, strict=True)
-                    ]
-        return rows, x
+        x = np.tile(self.home, (len(given), 1))
+        gone, step = np.zeros(len(x)), np.full(len(x), 1.0 / _CUT)
+        directions = self._at_home and [one.repeated(len(x)) for one in self._at_home]
+        going = np.arange(len(x))
+        while going.size:
+            there = x[going]
+            aim = (gone[going] + step[going])[:, None]
+            there[:, places] = start + aim * (given[going] - start)
+            own = directions and [one.of_rows(going) for one in directions]
+            there, kept, J = self._stepped(there, own)
+            step[going[~kept]] /= _CUT
+            won = going[kept]
+            x[won] = there[kept]
+            gone[won] += step[won]
+            if own and won.size:
+                for part, all_rows, one in zip(parts, directions, own, strict=True):
+                    all_rows.put(won, _carried(part, one.of_rows(kept), J))
+            going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST_PART)]
+        return x, gone, directions
+
+    def _stepped(
+        self, x: np.ndarray, directions: list[_Directions] | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Closed from guesses, where that keeps the assembly mode, and the rates there."""
+        if directions is None:
+            x = nearest(self.equations, x)
+            kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
+        else:
+            x, kept = self._newton(x, directions[-1])
+        kept &= self._is_long(x)
+        J = np.zeros((0, 0, 0))
+        if directions is not None and np.any(kept):
+            J = self.equations.rates(x[kept])
+            same = self._same_signs(J, [one.of_rows(kept) for one in directions])
+            kept[kept], J = same, J[same]
+        return x, kept, J
 
     def _newton(self, x: np.ndarray, directions: _Directions) -> tuple[np.ndarray, np.ndarray]:
         """Close from guesses by steps that contract, and where that succeeds."""
@@ -233,7 +293,7 @@ class AssemblyMode:
             size = _size(e)
             still = last[going] <= _SMALL_STEP
             # Where nothing moves any more, dimensions with few digits may leave a little open.
-            closed[going] = size <= np.where(still, _NEARLY_CLOSED, CLOSED)
+            closed[going] = size <= np.where(still, _NEARLY_CLOSED, _CLOSED)
             on = (size > _CONVERGED) & ~still
             if taken == _NEWTON_STEPS or not np.any(on):
                 break
@@ -289,13 +349,13 @@ def _of_part(part: Part, J: np.ndarray) -> np.ndarray:
 
 
 def _solved(T: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """T^-1 right; infinite where T is singular."""
+    """T^-1 right; no number where T is singular."""
     try:
         return np.linalg.solve(T, right)
     except np.linalg.LinAlgError:
         singular = np.linalg.slogdet(T)[0] == 0
         T = np.where(singular[:, None, None], np.eye(T.shape[-1]), T)
-        return np.where(singular[:, None, None], np.inf, np.linalg.solve(T, right))
+        return np.where(singular[:, None, None], np.nan, np.linalg.solve(T, right))
 
 
 def _directions(part: Part, J: np.ndarray) -> _Directions:
