@@ -38,7 +38,8 @@ demo: $(STAMP)-demo
 	@echo
 	@mkdir -p build
 	$(BIN)/robostiff report hexapod --pose '60 mm 20 mm 0.9 0 10 deg 0' \
-	  --wrench '300 N 100 N -200 N 0 0 0' --pdf -o build/hexapod.html
+	  --wrench '300 N 100 N -200 N 0 0 0' --pdf \
+	  -o build/hexapod.html --overwrite
 
 test: $(STAMP)-test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)

@@ -1,15 +1,47 @@
-"""Exceptions: misuse tells what came, what was expected and what to write instead."""
+"""Exceptions: misuse says what came, what was expected and what to write instead."""
 
 from __future__ import annotations
 
 import sys
+import unicodedata
 import warnings
 from dataclasses import dataclass
 from typing import Any
 
+# Control and format characters (bidirectional marks among them), surrogates, line separators.
+_UNSHOWN = {"Cc", "Cf", "Cs", "Zl", "Zp"}
+
+
+def printable(text: str, kept: str = "") -> str:
+    r"""Text that does nothing but show itself: control characters and directions as escapes.
+
+    Parameters
+    ----------
+    text : str
+        Such as a name from a file, which may hold anything.
+    kept : str
+        Characters that stay, such as ``"\n"``.
+
+    Examples
+    --------
+    >>> print(printable("arm\x1b[2J, \u202eged"))
+    arm\x1b[2J, \u202eged
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        c
+        if c in kept or unicodedata.category(c) not in _UNSHOWN
+        else c.encode("unicode_escape").decode("ascii")
+        for c in text
+    )
+
 
 class RobostiffError(Exception):
     """Base of every exception that robostiff raises on purpose."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__(), kept="\n\t")
 
 
 class InputError(RobostiffError, ValueError):

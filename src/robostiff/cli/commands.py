@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from typing import Any
-
-import typer
 
 from robostiff.analysis import CableStiffness, deflection, stiffness
 from robostiff.cli import tables
 from robostiff.cli.failure import BAD_STATUS, slips
 from robostiff.cli.network_facts import network_facts
+from robostiff.cli.output import print_data, say
 from robostiff.cli.robot_facts import home_facts, robot_facts, snapshot_facts
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
@@ -45,7 +42,7 @@ def list_robots(as_json: bool) -> int:
         robots = [
             {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
         ]
-        _print_json({"robots": robots})
+        print_data({"robots": robots})
     else:
         tables.print_robots(listed)
     return 0
@@ -69,7 +66,7 @@ def check_robot(
     if doubts:
         facts["warnings"] = doubts
     if as_json:
-        _print_json(facts)
+        print_data(facts)
     else:
         tables.print_facts(facts)
     return 0
@@ -93,11 +90,11 @@ def print_stiffness(
 
         return print_cable_stiffness(result, as_json)
     if as_json:
-        _print_json(stiffness_data(result))
+        print_data(stiffness_data(result))
     elif tables.on_terminal():
         tables.print_stiffness(result)
     else:
-        typer.echo(stiffness_text(result))
+        say(stiffness_text(result))
     return BAD_STATUS if result.status.is_bad else 0
 
 
@@ -115,11 +112,11 @@ def print_deflection(
     pose, near = pose_from(robot, place), near_from(robot, place)
     result = deflection(robot, pose, F, at=point_from(place), near=near)
     if as_json:
-        _print_json(deflection_data(result))
+        print_data(deflection_data(result))
     elif tables.on_terminal():
         tables.print_deflection(result)
     else:
-        typer.echo(deflection_text(result))
+        say(deflection_text(result))
     return BAD_STATUS if result.status.is_bad else 0
 
 
@@ -132,7 +129,3 @@ def _method(name: str) -> Form:
             hint=did_you_mean(name, METHODS),
         )
     return METHODS[name]
-
-
-def _print_json(data: Any) -> None:
-    typer.echo(json.dumps(data, indent=1, allow_nan=False))

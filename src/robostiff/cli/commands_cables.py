@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import typer
 
 from robostiff.analysis import CableStiffness, cable_response, cable_stiffness
 from robostiff.cables import (
@@ -17,6 +15,7 @@ from robostiff.cables import (
     TensionRule,
 )
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.output import print_data, say
 from robostiff.cli.written_arguments import Place, parameters_from, pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.cables_data import cable_response_data, cable_stiffness_data
@@ -106,6 +105,6 @@ def _rule(
 
 def _print(answer: str | dict[str, Any]) -> None:
     if isinstance(answer, str):
-        typer.echo(answer)
+        say(answer)
     else:
-        typer.echo(json.dumps(answer, indent=1, allow_nan=False))
+        print_data(answer)

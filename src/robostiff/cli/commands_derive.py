@@ -33,10 +33,12 @@ from robostiff.analytic.export import (
 from robostiff.cli.derive_options import FORMATS
 from robostiff.cli.derive_pose import pose_from
 from robostiff.cli.derive_questions import Questions
+from robostiff.cli.output import new_file
 from robostiff.cli.written_arguments import parameters_from
 from robostiff.errors import InputError
 from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.io.suggest import did_you_mean
+from robostiff.io.whole_file import whole_file
 from robostiff.model import Robot
 from robostiff.robots import load
 
@@ -82,6 +84,7 @@ class Sheet:
 
     format: str | None
     output: str | None
+    overwrite: bool = False
 
 
 def print_formula(
@@ -102,7 +105,8 @@ def print_formula(
         if asked.derivative is not None:
             found = differentiate(derivation, _symbol(derivation, asked.derivative))
         if language == "pdf" and output is not None:
-            derivation_pdf(found, output)
+            with whole_file(output) as begun:
+                derivation_pdf(found, begun)
             return 0
         written = questions.answered(derivation) if questions.any else _WRITERS[language](found)
     except FormulaTooLargeError as error:
@@ -118,7 +122,8 @@ def print_formula(
     if output is None:
         typer.echo(written, nl=False)
     else:
-        output.write_text(written, encoding="utf-8")
+        with whole_file(output) as begun:
+            begun.write_text(written, encoding="utf-8")
     return 0
 
 
@@ -166,15 +171,8 @@ def _language(sheet: Sheet) -> tuple[str, Path | None]:
         )
     if name == "pdf" and output is None:
         raise InputError("--format", got="pdf", expected="a file", hint="write -o FILE.pdf")
-    if output is not None and output.exists():
-        raise InputError(
-            "--output",
-            got=str(output),
-            expected="a new file",
-            hint="take another name, or remove it",
-        )
-    if output is not None and not output.absolute().parent.is_dir():
-        raise InputError("--output", got=str(output), expected="a file in an existing folder")
+    if output is not None:
+        new_file("--output", output, sheet.overwrite)
     return name, output
 
 

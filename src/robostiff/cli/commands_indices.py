@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
 import numpy as np
-import typer
 
 from robostiff.analysis import stiffness
 from robostiff.analysis.indices import indices
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.output import print_data, say
 from robostiff.cli.written_arguments import Place, parameters_from, point_from, pose_from
 from robostiff.errors import InputError
 from robostiff.io.results.indices_data import indices_data
@@ -39,7 +38,7 @@ def print_indices(
     result = stiffness(robot, pose_from(robot, place), at=point_from(place))
     found = indices(result, length=L) if np.all(result.answered) else None
     if as_json:
-        typer.echo(json.dumps(indices_data(result, found), indent=1, allow_nan=False))
+        print_data(indices_data(result, found))
     else:
-        typer.echo(stiffness_text(result) if found is None else indices_text(found))
+        say(stiffness_text(result) if found is None else indices_text(found))
     return BAD_STATUS if result.status.is_bad else 0

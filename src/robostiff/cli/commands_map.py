@@ -20,9 +20,10 @@ from robostiff.analysis.maps import (
     stiffness_map,
 )
 from robostiff.analysis.maps.new_store import already_there
-from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.failure import BAD_STATUS, INTERRUPTED
 from robostiff.cli.map_poses import Asked, read_asked_poses
 from robostiff.cli.map_progress import MapBar
+from robostiff.cli.output import new_file, print_data, say
 from robostiff.cli.written_arguments import NO_SIDE_FILE, SideFile, parameters_from, wrench_from
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.map_files import (
@@ -33,6 +34,7 @@ from robostiff.io.map_files import (
 )
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
+from robostiff.markup import text_of
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.robots import load
@@ -40,7 +42,6 @@ from robostiff.robots import load
 if TYPE_CHECKING:
     import xarray
 
-INTERRUPTED = 130
 _WRITERS = {".zarr": None, ".nc": write_map_netcdf, ".csv": write_map_csv}
 _SUFFIXES = ", ".join(_WRITERS)
 
@@ -55,6 +56,7 @@ class Run:
     threads: int | None
     scheduler: str | None
     batched: bool = False
+    overwrite: bool = False
 
 
 def make_map(
@@ -117,7 +119,7 @@ def make_map(
     if output is None:
         return 0 if facts["poses_reachable"] else BAD_STATUS
     if as_json:
-        typer.echo(json.dumps(facts, indent=1, allow_nan=False))
+        print_data(facts)
     else:
         _print_facts(facts)
     return 0 if facts["poses_reachable"] else BAD_STATUS
@@ -145,10 +147,20 @@ def _checked_output(run: Run) -> Path | None:
             got=run.output,
             expected="an output that ends in .zarr: no other can be resumed",
         )
-    if output.exists() and not run.resume:
-        raise already_there(output)
-    if not output.absolute().parent.is_dir():
-        raise InputError("--output", got=run.output, expected="a file in an existing folder")
+    if output.suffix == ".zarr":
+        if run.overwrite:
+            raise InputError(
+                "--overwrite",
+                got=run.output,
+                expected="FILE.nc or FILE.csv: a store is never replaced",
+                hint="remove it yourself, or go on with it by --resume",
+            )
+        if not output.absolute().parent.is_dir():
+            raise InputError("--output", got=run.output, expected="a store in an existing folder")
+        if output.exists() and not run.resume:
+            raise already_there(output)
+    else:
+        new_file("--output", output, run.overwrite)
     return output
 
 
@@ -199,19 +211,20 @@ def _facts(
 def _print_facts(facts: Mapping[str, Any]) -> None:
     shape = " x ".join(f"{name} {size}" for name, size in facts["dimensions"].items())
     computed = facts["poses_computed"]
-    typer.echo(f"{facts['robot']}: {facts['poses']} poses ({shape}) in {facts['output']}")
+    lines = [f"{facts['robot']}: {facts['poses']} poses ({shape}) in {facts['output']}"]
     if computed < facts["poses"]:
-        typer.echo(f"computed: {computed}")
+        lines.append(f"computed: {computed}")
     share = facts["poses_reachable"] / computed if computed else 0.0
-    typer.echo(f"reachable: {facts['poses_reachable']} ({100 * share:.4g} %)")
+    lines.append(f"reachable: {facts['poses_reachable']} ({100 * share:.4g} %)")
     words = ", ".join(f"{name} {count}" for name, count in facts["statuses"].items())
-    typer.echo(f"status: {words}")
+    lines.append(f"status: {words}")
     for name, (low, high, unit) in facts["ranges"].items():
         shown = "" if unit == "1" else f" {unit}"
-        typer.echo(f"{name}: {low:.5g} to {high:.5g}{shown}")
+        lines.append(f"{name}: {low:.5g} to {high:.5g}{shown}")
     if facts["poses_guarded"]:
         share = facts["poses_guarded"] / computed
-        typer.echo(f"computed again by the batched form: {100 * share:.3g} %")
+        lines.append(f"computed again by the batched form: {100 * share:.3g} %")
+    say(text_of(lines))
     if facts["poses_a_second"]:
         # Measured, and therefore not on standard output: the answer is the same every time.
         rate = f"{facts['poses_a_second']:.3g} poses/s"

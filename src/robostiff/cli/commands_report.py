@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-import typer
-
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.output import new_file, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     Place,
@@ -34,6 +33,7 @@ class Pages:
     map_file: str | None
     output: str
     pdf: bool
+    overwrite: bool = False
 
 
 def make_report(
@@ -43,6 +43,8 @@ def make_report(
     paths = [report_path(pages.output)]
     if pages.pdf and paths[0].suffix.lower() != ".pdf":
         paths.append(report_path(paths[0].with_suffix(".pdf")))
+    for path in paths:
+        new_file("--output", path, pages.overwrite)
     robot = load(source, parameters_from(settings), **side.options)
     if not isinstance(robot, Robot | Snapshot):
         raise InputError(
@@ -61,7 +63,7 @@ def make_report(
     )
     save_report(contents, *paths)
     for path in paths:
-        typer.echo(path)
+        say(str(path))
     return BAD_STATUS if contents.status.is_bad else 0
 
 

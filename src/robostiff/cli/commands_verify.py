@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
-import typer
-
 from robostiff.analysis.verification import Comparison, Verification, verify
 from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.output import print_data, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     Place,
@@ -18,6 +16,7 @@ from robostiff.cli.written_arguments import (
     pose_from,
 )
 from robostiff.io.results.text import about
+from robostiff.markup import text_of
 from robostiff.robots import load
 from robostiff.version import __version__
 
@@ -28,7 +27,10 @@ def print_verification(
     """Print how far the methods are from one another at a pose; 1 when they disagree."""
     robot = load(source, parameters_from(settings), **side.options)
     result = verify(robot, pose_from(robot, place))
-    typer.echo(json.dumps(_data(result), indent=1) if as_json else _text(result))
+    if as_json:
+        print_data(_data(result))
+    else:
+        say(_text(result))
     return 0 if result.agree else BAD_STATUS
 
 
@@ -44,7 +46,7 @@ def _text(result: Verification) -> str:
     lines += [_line(comparison) for comparison in result.comparisons]
     verdict = "agree" if result.agree else "DISAGREE"
     lines += ["", f"methods {verdict} (largest distance allowed {result.agreement:g})"]
-    return "\n".join(lines)
+    return text_of(lines)
 
 
 def _line(comparison: Comparison) -> str:

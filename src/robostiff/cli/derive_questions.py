@@ -17,6 +17,7 @@ from robostiff.analytic import (
     rank_formula,
 )
 from robostiff.errors import InputError
+from robostiff.markup import text_of
 from robostiff.spatial import Space
 
 
@@ -55,7 +56,7 @@ class Questions:
             lines += _free_motions(derivation.K)
         if self.eigenvalues:
             lines += _eigenvalues(derivation.K)
-        return "\n".join(lines) + "\n"
+        return text_of(lines) + "\n"
 
 
 def _rank(K: sp.ImmutableMatrix) -> list[str]:

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import wraps
 from typing import Any, ParamSpec
 
 import typer
 
-from robostiff.errors import DisagreementError, InputError, NoAnswerError, PlausibilityWarning
+from robostiff.errors import (
+    DisagreementError,
+    InputError,
+    NoAnswerError,
+    PlausibilityWarning,
+    printable,
+)
 
 BAD_STATUS = 1
 BAD_INPUT = 2
+INTERRUPTED = 130
+#: As the shell says of a program that SIGPIPE has ended.
+NO_READER = 141
 P = ParamSpec("P")
 
 
@@ -45,20 +55,63 @@ def reported(command: Callable[P, int]) -> Callable[P, None]:
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
-            with slips(lambda text: typer.echo(f"robostiff: warning: {text}", err=True)):
+            with slips(_warn):
                 status = command(*args, **kwargs)
         except InputError as error:
-            typer.echo(f"robostiff: error: {error}", err=True)
-            raise typer.Exit(BAD_INPUT) from None
+            status = _complain(str(error), BAD_INPUT)
         except (NoAnswerError, DisagreementError) as error:
-            typer.echo(f"robostiff: error: {error}", err=True)
-            raise typer.Exit(BAD_STATUS) from None
-        except BrokenPipeError:  # the reader of a pipe has left
-            sys.stderr.close()
-            raise typer.Exit(BAD_STATUS) from None
+            status = _complain(str(error), BAD_STATUS)
+        except KeyboardInterrupt:
+            typer.echo("robostiff: interrupted", err=True)
+            status = INTERRUPTED
+        except BrokenPipeError:  # the reader of a pipe has left: nobody wants to hear more
+            _write_no_more()
+            status = NO_READER
+        except UnicodeEncodeError as error:
+            letters = ascii(error.object[error.start : error.end][:20])
+            status = _complain(
+                f"standard output: its encoding, {error.encoding}, has no {letters}; "
+                "write to a file with -o, or set PYTHONIOENCODING=utf-8",
+                BAD_INPUT,
+            )
+        except MemoryError:
+            status = _complain("there is not enough memory for this; ask for less", BAD_INPUT)
         except OSError as error:
-            typer.echo(f"robostiff: error: the answer could not be written: {error}", err=True)
-            raise typer.Exit(BAD_INPUT) from None
+            _write_no_more()
+            where = f" {str(error.filename)!r}" if error.filename else ""
+            reason = error.strerror or str(error)
+            status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
         raise typer.Exit(status)
 
     return run
+
+
+def ready_streams() -> None:
+    """Make standard streams usable that were closed when the program began; exit without output."""
+    if sys.stdin is None:
+        sys.stdin = open(os.devnull, encoding="utf-8")  # noqa: SIM115
+    if sys.stdout is None:
+        # Not to be taken by the first file that is opened.
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        if sys.stderr is not None:
+            _complain("standard output is closed", BAD_INPUT)
+        raise SystemExit(BAD_INPUT)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+def _complain(message: str, status: int) -> int:
+    typer.echo(f"robostiff: error: {printable(message, kept=chr(10))}", err=True)
+    return status
+
+
+def _warn(message: str) -> None:
+    typer.echo(f"robostiff: warning: {printable(message, kept=chr(10))}", err=True)
+
+
+def _write_no_more() -> None:
+    """What is still in buffers goes nowhere when the program ends, without a second complaint."""
+    with suppress(OSError, AttributeError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)

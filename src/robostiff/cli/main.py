@@ -7,12 +7,13 @@ from typing import Annotated
 import typer
 
 from robostiff.cli import cable_options, derive_options, map_options, report_options
-from robostiff.cli.failure import reported
+from robostiff.cli.failure import ready_streams, reported
 from robostiff.cli.shared_options import (
     AtOption,
     JointsOption,
     JsonOption,
     NearOption,
+    OverwriteOption,
     PoseOption,
     RobotArgument,
     SetOption,
@@ -213,6 +214,7 @@ def report(
     wrench: report_options.WrenchOption = None,
     map_: report_options.MapOption = None,
     pdf: report_options.PdfOption = False,
+    overwrite: OverwriteOption = False,
     side: SideOption = None,
     allow_xacro: XacroOption = False,
     set_: SetOption = None,
@@ -226,7 +228,7 @@ def report(
     from robostiff.cli.commands_report import Pages, make_report
     from robostiff.cli.written_arguments import Place, SideFile
 
-    pages = Pages(wrench, map_, output, pdf)
+    pages = Pages(wrench, map_, output, pdf, overwrite)
     described = SideFile(side, allow_xacro)
     return make_report(robot, Place(pose, joints, at), pages, set_ or [], described)
 
@@ -250,6 +252,7 @@ def map_(
     wrench: map_options.WrenchOption = None,
     length: map_options.LengthOption = None,
     resume: map_options.ResumeOption = False,
+    overwrite: OverwriteOption = False,
     workers: map_options.WorkersOption = None,
     threads: map_options.ThreadsOption = None,
     scheduler: map_options.SchedulerOption = None,
@@ -288,7 +291,7 @@ def map_(
         wrench,
         length,
     )
-    run = Run(output, resume, workers, threads, scheduler, batched)
+    run = Run(output, resume, workers, threads, scheduler, batched, overwrite)
     described = SideFile(side, allow_xacro)
     return make_map(robot, asked, run, set_ or [], json_, described)
 
@@ -305,6 +308,7 @@ def derive(
     limit: derive_options.LimitOption = None,
     format_: derive_options.FormatOption = None,
     output: derive_options.OutputOption = None,
+    overwrite: OverwriteOption = False,
     derivative: derive_options.DerivativeOption = None,
     rank: derive_options.RankOption = False,
     free_motions: derive_options.FreeMotionsOption = False,
@@ -330,7 +334,7 @@ def derive(
 
     asked = Formula(pose, symbols, steps, closed, limit, derivative)
     questions = Questions(rank, free_motions, eigenvalues)
-    return print_formula(robot, asked, Sheet(format_, output), questions, set_ or [])
+    return print_formula(robot, asked, Sheet(format_, output, overwrite), questions, set_ or [])
 
 
 @app.command()
@@ -361,6 +365,7 @@ def cables(
 
 def main() -> None:
     """Run the command line."""
+    ready_streams()
     app()
 
 

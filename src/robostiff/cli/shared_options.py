@@ -72,4 +72,8 @@ XacroOption = Annotated[
         help="Expand a xacro that a side file names, which runs the Python written in it.",
     ),
 ]
+OverwriteOption = Annotated[
+    bool,
+    typer.Option("--overwrite", help="Replace a file that is there already."),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from robostiff.analysis import Deflection, RobotStiffness
+from robostiff.cli.output import shown
 from robostiff.elastostatics import Status
 from robostiff.io.results.text import about, named, shown_loads, shown_twist, told_parts
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix
@@ -20,11 +21,13 @@ from robostiff.robots import RobotInfo
 
 _MOST_PARTS = 12
 _WIDTH = 78
+_BAR = "█"
 
 
 def on_terminal() -> bool:
     """Whether a person reads standard output, on a screen wide enough for a matrix."""
-    return sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH
+    wide = sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH
+    return wide and shown(_BAR) == _BAR
 
 
 def print_robots(listed: Mapping[str, RobotInfo]) -> None:
@@ -38,22 +41,22 @@ def print_robots(listed: Mapping[str, RobotInfo]) -> None:
     table.add_column("what it is")
     table.add_column("source", style="dim")
     for name, description in listed.items():
-        table.add_row(name, description.title, description.source)
+        table.add_row(name, _text(description.title), _text(description.source))
     Console().print(table)
 
 
 def print_facts(facts: Mapping[str, Any]) -> None:
     """What a robot consists of."""
     console = Console(soft_wrap=True)
-    console.print(Text(f"{facts['name']}: {facts['kind']}, {facts['space']}", style="bold"))
+    console.print(_text(f"{facts['name']}: {facts['kind']}, {facts['space']}", style="bold"))
     for key in ("title", "source"):
         if facts[key]:
-            console.print(Text(f"{key}: {facts[key]}"))
+            console.print(_text(f"{key}: {' '.join(facts[key].split())}"))
     if facts["coordinates"]:
-        console.print(Text(f"free coordinates: {' '.join(facts['coordinates'])}"))
+        console.print(_text(f"free coordinates: {' '.join(facts['coordinates'])}"))
     for leg in facts["legs"]:
         console.print(
-            Text(
+            _text(
                 f"{leg['name']}: {', '.join(leg['elements'])}; {leg['passive_freedoms']} passive, "
                 f"{leg['actuated_freedoms']} actuated"
             )
@@ -62,23 +65,23 @@ def print_facts(facts: Mapping[str, Any]) -> None:
         platform = facts["platform"]
         held = (f"{leg} at {node}" for leg, node in platform["legs"].items())
         console.print(
-            Text(
+            _text(
                 f"flexible platform: {', '.join(platform['parts'])}; tool at {platform['tool']}, "
                 + ", ".join(held)
             )
         )
     if facts["kind"] == "cable robot":
-        console.print(Text(f"cables: {', '.join(facts['cables'])}"))
+        console.print(_text(f"cables: {', '.join(facts['cables'])}"))
     if facts["kind"] == "network":
         counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
         words = (f"{facts[key]} {key.replace('_', ' ')}" for key in counted)
-        console.print(Text(", ".join(words)))
+        console.print(_text(", ".join(words)))
     home = facts["home"]
-    console.print(Text(f"at home: rank {home['rank']}, status {home['status']}"))
+    console.print(_text(f"at home: rank {home['rank']}, status {home['status']}"))
     for motion in home["free_motions"]:
-        console.print(Text(f"free: {motion}"))
+        console.print(_text(f"free: {motion}"))
     for advice in home["advice"]:
-        console.print(Text(f"advice: {advice}"))
+        console.print(_text(f"advice: {advice}"))
 
 
 def print_stiffness(result: RobotStiffness) -> None:
@@ -86,19 +89,20 @@ def print_stiffness(result: RobotStiffness) -> None:
     console = Console()
     _print_head(console, result, result.status)
     if np.all(result.answered):
-        console.print(Text(f"\nK_C [{STIFFNESS_UNITS}]", style="italic"))
+        console.print()
+        console.print(_text(f"K_C [{STIFFNESS_UNITS}]", style="italic"))
         console.print(_matrix_table(result))
         console.print()
     if Status.UNREACHABLE not in result.status:
-        console.print(Text(f"rank {int(result.rank)} of {result.space.size}", style="bold"))
+        console.print(_text(f"rank {int(result.rank)} of {result.space.size}", style="bold"))
         for motion in result.free_motions:
-            console.print(Text(f"  free: {motion}"))
+            console.print(_text(f"  free: {motion}"))
         for name in result.redundant_joints:
-            console.print(Text(f"  redundant passive joint: {name}"))
+            console.print(_text(f"  redundant passive joint: {name}"))
         for wrench in result.rigid_directions:
-            console.print(Text(f"  rigid direction: {row(wrench)}"))
-        console.print(Text(f"decided by: {result.decision}", style="dim"))
-    console.print(Text(f"method: {result.method.name}, {result.method.equation}", style="dim"))
+            console.print(_text(f"  rigid direction: {row(wrench)}"))
+        console.print(_text(f"decided by: {result.decision}", style="dim"))
+    console.print(_text(f"method: {result.method.name}, {result.method.equation}", style="dim"))
     _print_advice(console, result.advice)
 
 
@@ -107,33 +111,35 @@ def print_deflection(result: Deflection) -> None:
     console, answer = Console(), result.stiffness
     _print_head(console, answer, result.status)
     console.print(
-        Text(f"load:       {named(answer.space.wrench_order, result.wrench, 'N', 'N m')}")
+        _text(f"load:       {named(answer.space.wrench_order, result.wrench, 'N', 'N m')}")
     )
     if result.has_answer:
         shown = shown_twist(result)
         words = named(answer.space.twist_order, shown, "um", "urad")
-        console.print(Text(f"deflection: {words}", style="bold"))
+        console.print(_text(f"deflection: {words}", style="bold"))
         for motion in answer.free_motions:
-            console.print(Text(f"  free: {motion}"))
-        title = f"\nwho bends (elastic energy {result.energy:.4g} J)"
+            console.print(_text(f"  free: {motion}"))
+        title = f"who bends (elastic energy {result.energy:.4g} J)"
         if result.energy > 0:
-            console.print(Text(title, style="italic"))
+            console.print()
+            console.print(_text(title, style="italic"))
             console.print(_parts_table(result))
         if result.actuators:
-            console.print(Text("\nload on the actuators", style="italic"))
+            console.print()
+            console.print(_text("load on the actuators", style="italic"))
             console.print(_actuator_table(result))
     _print_advice(console, result.advice)
 
 
 def _print_head(console: Console, result: RobotStiffness, status: Status) -> None:
-    console.print(Text(result.name, style="bold"), Text(about(result)))
+    console.print(_text(result.name, style="bold"), _text(about(result)))
     style = "bold red" if status.is_bad else "yellow" if status else "green"
-    console.print(Text("status:"), Text(str(status), style=style))
+    console.print(_text("status:"), _text(str(status), style=style))
 
 
 def _print_advice(console: Console, advice: tuple[str, ...]) -> None:
     for sentence in advice:
-        console.print(Text(f"advice: {sentence}", style="yellow"))
+        console.print(_text(f"advice: {sentence}", style="yellow"))
 
 
 def _matrix_table(result: RobotStiffness) -> Table:
@@ -142,8 +148,8 @@ def _matrix_table(result: RobotStiffness) -> Table:
     for name in result.space.twist_order:
         table.add_column(name, justify="right", no_wrap=True)
     for name, values in zip(result.space.wrench_order, shown_matrix(result.K), strict=True):
-        cells = [Text(number(v), style="" if v else "dim") for v in values]
-        table.add_row(Text(name, style="bold"), *cells)
+        cells = [_text(number(v), style="" if v else "dim") for v in values]
+        table.add_row(_text(name, style="bold"), *cells)
     return table
 
 
@@ -154,8 +160,8 @@ def _parts_table(result: Deflection) -> Table:
     table.add_column("")
     told, rest = told_parts(result, _MOST_PARTS)
     for part in told:
-        bar = "█" * round(30 * part.share)
-        table.add_row(f"{100 * part.share:.2f} %", f"{part.leg}/{part.part}", bar)
+        bar = _BAR * round(30 * part.share)
+        table.add_row(f"{100 * part.share:.2f} %", _text(f"{part.leg}/{part.part}"), bar)
     if rest:
         table.add_row(f"{100 * sum(p.share for p in rest):.2f} %", f"{len(rest)} more parts", "")
     return table
@@ -166,5 +172,10 @@ def _actuator_table(result: Deflection) -> Table:
     table.add_column("N or N m", justify="right")
     table.add_column("actuator")
     for load, actuator in zip(shown_loads(result), result.actuators, strict=True):
-        table.add_row(number(load), f"{actuator.leg}/{actuator.joint}")
+        table.add_row(number(load), _text(f"{actuator.leg}/{actuator.joint}"))
     return table
+
+
+def _text(words: str, style: str = "") -> Text:
+    """Words in which nothing is markup."""
+    return Text(shown(words), style=style)

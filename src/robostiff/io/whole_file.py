@@ -13,14 +13,18 @@ from pathlib import Path
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A path beside the wanted one, to write to; it takes the other's place once it is written.
 
+    What is written is on disk before it takes that place; after an error nothing is left behind.
+
     Raises
     ------
     OSError
     """
     wanted = Path(path)
-    begun = wanted.with_name(f".{wanted.name}.{uuid.uuid4().hex[:8]}")
+    begun = wanted.with_name(f".{uuid.uuid4().hex[:8]}.{wanted.name}")
     try:
         yield begun
+        with begun.open("rb+") as file:
+            os.fsync(file.fileno())  # a full disk may show only here
         begun.replace(wanted)
     finally:
         begun.unlink(missing_ok=True)

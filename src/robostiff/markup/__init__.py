@@ -21,7 +21,14 @@ from robostiff.markup.blocks import (
 from robostiff.markup.html import element, escaped, listing
 from robostiff.markup.in_html import block_html
 from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
-from robostiff.markup.numbers import number, number_html, row, shown_matrix, shown_vector
+from robostiff.markup.numbers import (
+    number,
+    number_html,
+    row,
+    shown_matrix,
+    shown_vector,
+    text_of,
+)
 
 __all__ = [
     "COMPLIANCE_UNITS",
@@ -48,5 +55,6 @@ __all__ = [
     "row",
     "shown_matrix",
     "shown_vector",
+    "text_of",
     "typst_text",
 ]

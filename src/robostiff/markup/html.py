@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
+from robostiff.errors import printable
+
 
 def escaped(text: object) -> str:
     """Text that HTML takes for text.
@@ -14,7 +16,7 @@ def escaped(text: object) -> str:
     >>> escaped("k < 2 & 'so on'")
     'k &lt; 2 &amp; &#x27;so on&#x27;'
     """
-    return escape(str(text))
+    return escape(printable(str(text), kept="\n\t"))
 
 
 def element(tag: str, content: str, **attributes: str) -> str:

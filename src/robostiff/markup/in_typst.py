@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from robostiff.errors import printable
 from robostiff.markup.blocks import (
     Block,
     Bullets,
@@ -51,7 +52,7 @@ def typst_text(text: str) -> str:
     >>> typst_text("joint #1")
     'joint \\#1'
     """
-    return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
+    return _SPECIAL.sub(r"\\\1", printable(" ".join(text.split())))
 
 
 def typst_number(value: float) -> str:

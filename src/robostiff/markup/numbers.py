@@ -1,10 +1,26 @@
-"""Numbers with few digits, and without what is rounding."""
+"""Numbers with few digits, without what is rounding, and lines of text."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
+from robostiff.errors import printable
+
 _ROUNDING = 1e-12
+
+
+def text_of(lines: Iterable[str]) -> str:
+    r"""Lines of text; names in them neither break a line nor command a terminal.
+
+    Examples
+    --------
+    >>> print(text_of(["robot a\nstatus: ok", "rank 3"]))
+    robot a\nstatus: ok
+    rank 3
+    """
+    return "\n".join(map(printable, lines))
 
 
 def number(value: float) -> str:

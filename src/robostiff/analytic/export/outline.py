@@ -12,6 +12,7 @@ from robostiff.analytic.derivation import Definition, Derivation, Stage
 from robostiff.analytic.export.entries import operations
 from robostiff.analytic.export.matrix_names import MatrixName, Names
 from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
+from robostiff.errors import printable
 from robostiff.spatial import Space
 
 #: A stiffness between two joints with more operations than this is not written out.
@@ -25,12 +26,18 @@ class Heading:
     text: str
     level: int = 2
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", printable(self.text, kept="\n"))
+
 
 @dataclass(frozen=True)
 class Words:
     """A paragraph without formulas."""
 
     text: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", printable(self.text, kept="\n"))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from robostiff.analysis import CableResponse, CableStiffness
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.io.results.text import matrix_lines, named
-from robostiff.markup import STIFFNESS_UNITS, number, row
+from robostiff.markup import STIFFNESS_UNITS, number, row, text_of
 
 
 def cable_stiffness_text(result: CableStiffness) -> str:
@@ -18,7 +18,7 @@ def cable_stiffness_text(result: CableStiffness) -> str:
         lines += matrix_lines(result.K, result.space.wrench_order, result.space.twist_order)
         lines += ["", _rank(result), *_motions(result)]
     lines += [f"advice: {advice}" for advice in result.advice]
-    return "\n".join(lines)
+    return text_of(lines)
 
 
 def cable_response_text(result: CableResponse) -> str:
@@ -43,7 +43,7 @@ def cable_response_text(result: CableResponse) -> str:
         lines += matrix_lines(result.after.K, space.wrench_order, space.twist_order)
         lines += ["", _rank(result.after), *_motions(result.after)]
     lines += [f"advice: {advice}" for advice in result.advice]
-    return "\n".join(lines)
+    return text_of(lines)
 
 
 def _head(result: CableStiffness, status: str) -> list[str]:

@@ -18,7 +18,7 @@ from robostiff.analysis.indices import (
 )
 from robostiff.elastostatics import Status
 from robostiff.io.results.text import about
-from robostiff.markup import number, row
+from robostiff.markup import number, row, text_of
 
 _SMALL = 1e-9
 
@@ -75,7 +75,7 @@ def indices_text(found: StiffnessIndices) -> str:
         f"{_known(work.mean, found.status)} J/N^2 in the mean"
     )
     lines += [f"advice: {advice}" for advice in result.advice]
-    return "\n".join(lines)
+    return text_of(lines)
 
 
 def _along_axis(along: DirectionalStiffness) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from robostiff.analysis import Deflection, PartShare, RobotStiffness
 from robostiff.elastostatics import Status
-from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix
+from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix, text_of
 
 _SEEN = 1e-9  # of the largest: smaller is rounding
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
@@ -34,7 +34,7 @@ def stiffness_text(result: RobotStiffness) -> str:
         lines.append(f"decided by: {result.decision}")
     lines.append(f"method: {result.method.name}, {result.method.equation}")
     lines += [f"advice: {advice}" for advice in result.advice]
-    return "\n".join(lines)
+    return text_of(lines)
 
 
 def deflection_text(result: Deflection, most: int = 10) -> str:
@@ -65,7 +65,7 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
             loads = zip(shown_loads(result), result.actuators, strict=True)
             lines += [f"{load:12.5g}  {a.leg}/{a.joint}" for load, a in loads]
     lines += [f"advice: {advice}" for advice in result.advice]
-    return "\n".join(lines)
+    return text_of(lines)
 
 
 def about(result: RobotStiffness) -> str:

@@ -1,0 +1,62 @@
+"""What commands print and write: words for people, exact text for programs, and new files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from robostiff.errors import InputError, printable
+
+
+def shown(words: str) -> str:
+    """Words for a person: nothing in them commands the terminal, and its encoding has them all."""
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    return printable(words).encode(encoding, "backslashreplace").decode(encoding)
+
+
+def say(text: str) -> None:
+    """Print lines for a person."""
+    typer.echo("\n".join(map(shown, text.split("\n"))))
+
+
+def print_data(data: Any) -> None:
+    """Print plain data as JSON, in ASCII."""
+    typer.echo(json.dumps(data, indent=1, allow_nan=False))
+
+
+def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
+    """A file to be written: one that is not there yet, unless it may be replaced.
+
+    Raises
+    ------
+    InputError
+        When it is there, is a folder, or lies in no folder; before anything is computed.
+    """
+    wanted = Path(path)
+    try:
+        there, is_file = wanted.exists() or wanted.is_symlink(), wanted.is_file()
+        in_folder = wanted.absolute().parent.is_dir()
+    except (OSError, ValueError) as error:  # a name too long, or with a zero in it
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(option, got=str(path), expected=f"the name of a file ({reason})") from None
+    if not in_folder:
+        raise InputError(option, got=str(path), expected="a file in an existing folder")
+    if there and not is_file:
+        raise InputError(
+            option,
+            got=str(path),
+            expected="a new file",
+            hint="this is no file, and stays as it is: take another name",
+        )
+    if there and not overwrite:
+        raise InputError(
+            option,
+            got=str(path),
+            expected="a new file",
+            hint="take another name, or write --overwrite to replace it",
+        )
+    return wanted
