@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.analysis.maps.variables import status_words
+from robostiff.errors import printable
 from robostiff.io.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -89,7 +90,21 @@ def _columns(
                 unit = _UNITS_OF_K[words[0][0], words[1][0]]
             heading = "_".join([str(name), *words])
             heading += "" if unit == "1" else f" [{unit}]"
-            yield heading.replace(",", ";"), along, values[(..., *index)]
+            yield _field(heading), along, values[(..., *index)]
+
+
+def _field(heading: str) -> str:
+    """A heading that is one field, and that no spreadsheet takes for a formula.
+
+    Examples
+    --------
+    >>> _field("=1+1 [m]"), _field('the "slide", long')
+    ("'=1+1 [m]", '"the ""slide""; long"')
+    """
+    shown = printable(heading).replace(",", ";")
+    if heading[:1] in tuple("=+-@\t\r"):
+        shown = f"'{shown}"
+    return '"' + shown.replace('"', '""') + '"' if '"' in shown else shown
 
 
 def _texts(heading: str, values: np.ndarray) -> list[str]:

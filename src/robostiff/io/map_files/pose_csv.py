@@ -107,7 +107,7 @@ def _columns(robot: Robot, file: str, number: int, header: str, separator: str) 
     for heading in header.split(separator):
         place = Location(file, number, start + 1 + len(heading) - len(heading.lstrip()))
         start += len(heading) + 1
-        found = _HEADING.match(heading)
+        found = _HEADING.match(heading.strip().removeprefix("'"))  # written before = + - @
         known = ", ".join([*dimensions, "time", "s"])
         if not found or found["name"] not in {*dimensions, "time", "s"}:
             raise FileError(

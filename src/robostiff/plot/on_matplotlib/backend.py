@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.plot.extra import plot_extra
 from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
+from robostiff.plot.picture.words import with_words
 from robostiff.plot.theme import Theme
 
 if TYPE_CHECKING:
@@ -67,4 +68,6 @@ class Matplotlib:
         settings: Any = style(palette)
         with mpl.rc_context(settings):
             canvas = Canvas(self.ax, self.width.value / 25.4, palette)
-            return canvas.finish(draws[type(picture)](picture, canvas))
+            # A dollar would begin a formula.
+            shown = with_words(picture, lambda text: text.replace("$", r"\$"))
+            return canvas.finish(draws[type(picture)](shown, canvas))

@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING
 
 from robostiff.plot.extra import plot_extra
 from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
+from robostiff.plot.picture.words import with_words
 from robostiff.plot.theme import Theme
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
+
+
+def escape_letters(text: str) -> str:
+    """Words in which Plotly finds no element of HTML."""
+    return text.replace("&", "&amp;").replace("<", "&lt;")
 
 
 @dataclass(frozen=True)
@@ -46,4 +52,5 @@ class Plotly:
             Field: field.draw_field,
             Bands: bands.draw_bands,
         }
-        return draws[type(picture)](picture, self.theme.palette)
+        # Plotly takes words for HTML.
+        return draws[type(picture)](with_words(picture, escape_letters), self.theme.palette)
