@@ -17,8 +17,9 @@ from robostiff.analysis.maps.layout import (
     summary_attributes,
     variable_attributes,
 )
-from robostiff.analysis.maps.new_store import IDENTITY
+from robostiff.analysis.maps.stored import IDENTITY, damaged, read_store
 from robostiff.analysis.maps.summary import MapSummary
+from robostiff.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
@@ -67,11 +68,25 @@ class MapArrays:
 
 
 def open_map(path: Path) -> xarray.Dataset:
-    """The map in a store, read when its values are asked for."""
+    """The map in a store, read and checked when its values are asked for.
+
+    Raises
+    ------
+    InputError
+        When it is damaged: now, or when the damaged values are read.
+    """
     with maps_extra():
         import xarray
 
-    found = xarray.open_zarr(path, consolidated=False)
+        from robostiff.analysis.maps.checked_chunks import CheckedChunks
+    stored = read_store(path)
+    store: Any = CheckedChunks(stored)
+    try:
+        found = xarray.open_zarr(store, consolidated=False, zarr_format=3)
+    except InputError:
+        raise
+    except Exception as error:  # whatever Zarr makes of what robostiff has not written
+        raise damaged(path, f"what Zarr cannot read ({type(error).__name__}: {error})") from None
     about = found.attrs.pop(IDENTITY)
     ordered = [name for name in about["variables"] if name in found.data_vars]
     words = {

@@ -11,6 +11,8 @@ import numpy as np
 from robostiff.analysis.maps.pose_source import read_coordinate
 from robostiff.errors import InputError
 
+_MOST_VALUES = 10**8
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -54,6 +56,10 @@ class Axis:
         if not isinstance(self.count, int | np.integer) or self.count < 1:
             raise InputError(
                 "count of an axis", got=self.count, expected="a whole number from 1 on"
+            )
+        if self.count > _MOST_VALUES:
+            raise InputError(
+                "count of an axis", got=self.count, expected=f"at most {_MOST_VALUES} values"
             )
         if (self.start == self.stop) != (self.count == 1):
             raise InputError(

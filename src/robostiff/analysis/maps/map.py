@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -19,8 +20,8 @@ from robostiff.analysis.maps.method import Method
 from robostiff.analysis.maps.new_store import (
     already_there,
     check_identity,
+    check_room,
     create_store,
-    read_identity,
 )
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.progress import Progress, followed
@@ -28,6 +29,7 @@ from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.request import MapRequest, check_memory, checked_request
 from robostiff.analysis.maps.run import Threads, dask_client, run_in_threads, run_on_dask
 from robostiff.analysis.maps.store import MapStore
+from robostiff.analysis.maps.stored import read_store
 from robostiff.analysis.maps.summary import MapSummary
 from robostiff.errors import InputError
 from robostiff.model import Robot, Snapshot
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
+_Blocks = Iterator[tuple[int, MapSummary]]
 _DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
 
 
@@ -108,8 +111,9 @@ def stiffness_map(
     >>> int(found["rank"].sel(x=0.1, rz=0.2))
     6
     """
+    room = check_memory if store is None else partial(check_room, Path(store).absolute())
     request = checked_request(
-        robot, poses, quantities, wrench, characteristic_length, where, method
+        robot, poses, quantities, wrench, characteristic_length, where, method, room
     )
     threads = _threads(workers, scheduler)
     with maps_extra():
@@ -119,7 +123,6 @@ def stiffness_map(
             raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
         if threads is None and scheduler is not None:
             raise InputError("store of a map", got="none", expected="a path that all workers see")
-        check_memory(request.job)
         if threads is not None:
             arrays = MapArrays(request.job, request.attributes)
             total = request.job.partition.poses
@@ -143,7 +146,7 @@ class _Workforce:
     scheduler: str | Client | Threads | None
 
     @contextmanager
-    def ready(self) -> Iterator[Callable[[MapStore, list[int]], Iterator[tuple[int, MapSummary]]]]:
+    def ready(self) -> Iterator[Callable[[MapStore, Iterable[int]], _Blocks]]:
         """What computes blocks of a store."""
         threads = self.threads
         if threads is not None:
@@ -169,7 +172,7 @@ def _fill(
         if not resume:
             raise already_there(path)
         check_identity(path, identity)
-        if read_identity(path)["complete"]:
+        if read_store(path).identity["complete"]:
             return
     partition = request.job.partition
     with workforce.ready() as run:
@@ -177,7 +180,7 @@ def _fill(
             create_store(path, request.job, identity, request.attributes)
         store = MapStore(path, request.job)
         done = store.done()
-        todo = [index for index in range(len(partition)) if index not in done]
+        todo = (index for index in range(len(partition)) if index not in done)
         try:
             before = MapSummary.total(done.values())
             summary = followed(run(store, todo), before, partition.poses, progress)

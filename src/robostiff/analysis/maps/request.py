@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ from robostiff.analysis.maps.method import Batched, Compiled, Method
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource, check_units
 from robostiff.analysis.maps.quantities import Quantity
+from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot, Snapshot
@@ -72,6 +73,7 @@ def checked_request(
     characteristic_length: float | None,
     where: Selection | None,
     method: Method | None = None,
+    check_room: Callable[[MapJob], None] = lambda _: None,
 ) -> MapRequest:
     """The map that is asked for; the one place that chooses who computes it.
 
@@ -108,12 +110,20 @@ def checked_request(
             expected="a function of the coordinates",
             hint='write where=lambda pose: pose["x"]**2 + pose["y"]**2 < 0.01',
         )
+    if math.prod(poses.shape) > MOST_POSES:
+        raise InputError(
+            "poses of a map",
+            got=f"{math.prod(poses.shape):.4g}",
+            expected=f"at most {MOST_POSES:.0e}, which take weeks",
+            hint="take fewer values along each axis, or random poses",
+        )
     wanted = _quantities(quantities)
     F = _wrench(robot, wanted, wrench)
     length = _length(robot, characteristic_length)
     columns = pose_columns(robot, poses.names)
     check_units(poses, dict(zip(columns.names, columns.units, strict=True)))
     batched = BatchedEvaluator(robot, columns, wanted, F, length)
+    check_room(MapJob(batched, columns, poses, where))  # before a kernel is made
     evaluator = _evaluator(batched, method, math.prod(poses.shape))
     job = MapJob(evaluator, columns, poses, where)
     coordinate_arrays(job)

@@ -6,7 +6,7 @@ import logging
 import os
 import signal
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class Threads:
 
 
 def run_in_threads(
-    work: Callable[[int], MapSummary], todo: Sequence[int], threads: Threads
+    work: Callable[[int], MapSummary], todo: Iterable[int], threads: Threads
 ) -> Iterator[tuple[int, MapSummary]]:
     """Do blocks, and yield each when it is done."""
     rest = iter(todo)
@@ -79,7 +79,7 @@ def run_in_threads(
 
 
 def run_on_dask(
-    client: Client, store: MapStore, todo: Sequence[int]
+    client: Client, store: MapStore, todo: Iterable[int]
 ) -> Iterator[tuple[int, MapSummary]]:
     """Let Dask workers compute blocks and write them, and yield each when it is done.
 

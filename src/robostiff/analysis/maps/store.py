@@ -15,6 +15,7 @@ import uuid
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 import numpy as np
 
@@ -23,8 +24,17 @@ from robostiff.analysis.maps.layout import (
     range_attributes,
     summary_attributes,
 )
-from robostiff.analysis.maps.new_store import IDENTITY, JOURNALS, read_identity, sync
+from robostiff.analysis.maps.new_store import sync
+from robostiff.analysis.maps.stored import (
+    IDENTITY,
+    JOURNALS,
+    StoredMap,
+    damaged,
+    read_store,
+    sealed,
+)
 from robostiff.analysis.maps.summary import MapSummary
+from robostiff.analysis.maps.variables import Variable
 
 if TYPE_CHECKING:
     import zarr
@@ -71,12 +81,12 @@ class MapStore:
                 values, range(len(variable.shape)), range(-len(variable.shape), 0)
             )
             self._array(variable.name)[part] = poses_first
-            place = (*self.job.partition.place(index), *[0] * len(variable.shape))
-            chunks.append(self.path.joinpath(variable.name, "c", *map(str, place)))
+            chunks.append(self._chunk(variable, index))
         for chunk in chunks:
             sync(chunk)
             sync(chunk.parent)
-        line = json.dumps({"block": index, **block.summary.as_data()}) + "\n"
+        text = json.dumps({"block": index, **block.summary.as_data()})
+        line = f"{text} {crc32(text.encode()):08x}\n"
         with self._lock:
             if self._journal is None:
                 name = self.path / JOURNALS / f"{uuid.uuid4().hex}.jsonl"
@@ -86,15 +96,47 @@ class MapStore:
             os.fsync(self._journal)
 
     def done(self) -> dict[int, MapSummary]:
-        """Blocks that are on disk, with their summaries."""
+        """Blocks that are on disk as they were written, with their summaries.
+
+        A block is computed again where its line in the journal or one of its chunks is damaged.
+        """
+        stored = read_store(self.path)
         found: dict[int, MapSummary] = {}
         for journal in sorted((self.path / JOURNALS).glob("*.jsonl")):
-            for line in journal.read_text(encoding="utf-8").splitlines(keepends=True):
+            text = journal.read_text(encoding="utf-8", errors="replace")
+            for line in text.splitlines(keepends=True):
                 # The last line of a killed worker may be torn: that block is not done.
-                if line.endswith("}\n"):
-                    data = json.loads(line)
-                    found[data["block"]] = MapSummary.from_data(data)
-        return found
+                data, _, mark = line.rpartition(" ")
+                if mark == f"{crc32(data.encode()):08x}\n":
+                    index, summary = self._told(data)
+                    found[index] = summary
+        return {index: found[index] for index in sorted(found) if self._is_whole(stored, index)}
+
+    def _told(self, line: str) -> tuple[int, MapSummary]:
+        try:
+            data = json.loads(line)
+            index, summary = data["block"], MapSummary.from_data(data)
+            if not 0 <= index < len(self.job.partition):
+                raise ValueError(index)
+        except (ValueError, TypeError, KeyError, AttributeError):
+            raise damaged(self.path, "a journal of blocks that it does not have") from None
+        return index, summary
+
+    def _is_whole(self, stored: StoredMap, index: int) -> bool:
+        from robostiff.analysis.maps.checked_chunks import is_sound
+
+        try:
+            return all(
+                is_sound(self._chunk(variable, index).read_bytes(), stored.arrays[variable.name])
+                for variable in self.job.variables
+            )
+        except OSError:
+            return False
+
+    def _chunk(self, variable: Variable, index: int) -> Path:
+        """The file of a chunk."""
+        place = (*self.job.partition.place(index), *[0] * len(variable.shape))
+        return self.path.joinpath(variable.name, "c", *map(str, place))
 
     def finish(self, summary: MapSummary) -> None:
         """Mark the map as complete: final attributes first, then away with the journals."""
@@ -104,8 +146,16 @@ class MapStore:
         for name, attributes in range_attributes(summary).items():
             self._array(name).attrs.update(attributes)
         group = zarr.open_group(self.path, mode="r+")
-        identity = {**read_identity(self.path), "complete": True, "summary": summary.as_data()}
-        group.attrs.update({**summary_attributes(summary), IDENTITY: identity})
+        attributes = {**group.attrs.asdict(), **summary_attributes(summary)}
+        identity: Any = attributes[IDENTITY]
+        names = sorted({*identity["attributes"], *summary_attributes(summary)})
+        attributes[IDENTITY] = {
+            **identity,
+            "complete": True,
+            "summary": summary.as_data(),
+            "attributes": names,
+        }
+        group.attrs.update(sealed(json.loads(json.dumps(attributes))))
         sync(self.path / "zarr.json")
         # All at once: half a folder would not be Zarr.
         away = self.path.with_name(f".{self.path.name}.{uuid.uuid4().hex[:8]}")
@@ -123,5 +173,7 @@ class MapStore:
         import zarr
 
         if name not in self._arrays:
-            self._arrays[name] = zarr.open_array(self.path / name, mode="r+")
+            # A chunk without an answer is written, too: a chunk that is not there is lost.
+            config: Any = {"write_empty_chunks": True}
+            self._arrays[name] = zarr.open_array(self.path / name, mode="r+", config=config)
         return self._arrays[name]

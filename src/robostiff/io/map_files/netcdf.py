@@ -1,23 +1,36 @@
-"""A map as a NetCDF file."""
+"""A map as a NetCDF file, and back."""
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
+import subprocess
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robostiff.analysis.maps.extra import maps_extra
+from robostiff.errors import InputError
+from robostiff.io.map_files import hdf5_trial
 from robostiff.io.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray
 
 _FLAGS = ("flag_masks", "flag_values")
+# Behind the end of HDF5, where other programs do not look: a checksum of all that stands before.
+_SEAL = re.compile(rb"\nrobostiff map, sha256 of all before: ([0-9a-f]{64})\n\Z")
+_SEAL_BYTES = len(b"\nrobostiff map, sha256 of all before: \n") + 64
+_SECONDS, _BYTES_A_SECOND = 20, 5_000_000
 
 
 def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a map as NetCDF 4, whole or not at all.
+
+    Every chunk has a checksum (fletcher32), and so has the whole file.
 
     Parameters
     ----------
@@ -41,12 +54,45 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
                     **variable.attrs,
                     name: np.array(variable.attrs[name], dtype=variable.dtype),
                 }
+    checked = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
     encoding = {
-        name: {"zlib": True, "complevel": 1, "shuffle": True} if array.ndim else {}
+        name: checked if array.ndim and array.size else {}
         for name, array in written.data_vars.items()
     }
-    with whole_file(path) as begun:
-        written.to_netcdf(begun, engine="h5netcdf", encoding=encoding)
+    # Made in memory: HDF5 does not survive a disk that fills up.
+    content = written.to_netcdf(engine="h5netcdf", encoding=encoding)
+    seal = hashlib.sha256(content).hexdigest()
+    with whole_file(path) as begun, begun.open("wb") as file:
+        file.write(content)
+        file.write(f"\nrobostiff map, sha256 of all before: {seal}\n".encode())
+
+
+def read_map_netcdf(path: Path) -> xarray.Dataset:
+    """All of a NetCDF file; first another process tries to read it, within limits.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read, or is not as it was written.
+    """
+    check_netcdf()
+    import xarray
+
+    try:
+        size = path.stat().st_size
+        seal_holds = _seal_holds(path, size)
+    except OSError as error:
+        raise InputError(
+            "map", got=str(path), expected=f"a NetCDF file ({error.strerror})"
+        ) from None
+    if seal_holds is False:
+        raise _damaged(path, "a content that does not agree with its checksum")
+    _try_elsewhere(path, size)
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf") as found:
+            return found.load()
+    except Exception as error:  # whatever HDF5 and xarray make of what robostiff has not written
+        raise _damaged(path, f"what cannot be read ({type(error).__name__}: {error})") from None
 
 
 def check_netcdf() -> None:
@@ -59,3 +105,46 @@ def check_netcdf() -> None:
     with maps_extra():
         import h5netcdf  # noqa: F401
         import h5py  # noqa: F401
+
+
+def _seal_holds(path: Path, size: int) -> bool | None:
+    """Whether all bytes are those that were written; None where another program wrote it."""
+    with path.open("rb") as file:
+        content = file.read(8)
+        if content != b"\x89HDF\r\n\x1a\n":
+            return False
+        file.seek(max(0, size - _SEAL_BYTES))
+        seal = _SEAL.search(file.read())
+        if seal is None:
+            return None
+        file.seek(0)
+        checksum, rest = hashlib.sha256(), size - _SEAL_BYTES
+        while rest > 0 and (part := file.read(min(rest, 2**20))):
+            checksum.update(part)
+            rest -= len(part)
+        return checksum.hexdigest().encode() == seal[1]
+
+
+def _try_elsewhere(path: Path, size: int) -> None:
+    """Let a process with limits on memory and time read all of a file."""
+    seconds = _SECONDS + size // _BYTES_A_SECOND
+    program = [sys.executable, "-P", hdf5_trial.__file__, str(path), str(size), str(seconds)]
+    try:
+        tried = subprocess.run(  # noqa: S603
+            program, capture_output=True, timeout=2 * seconds, check=False, stdin=subprocess.DEVNULL
+        )
+    except subprocess.TimeoutExpired:
+        raise _damaged(path, "what HDF5 does not come to an end with") from None
+    if tried.returncode:
+        lines = tried.stderr.decode(errors="replace").strip().splitlines()
+        reason = lines[-1] if tried.returncode == 1 and lines else f"status {tried.returncode}"
+        raise _damaged(path, f"what HDF5 cannot read ({reason})")
+
+
+def _damaged(path: Path, what: str) -> InputError:
+    return InputError(
+        f"map {str(path)!r} is damaged",
+        got=what,
+        expected="what robostiff has written",
+        hint="make the map again, or take a copy of it",
+    )
