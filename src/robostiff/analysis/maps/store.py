@@ -67,7 +67,10 @@ class MapStore:
     def compute(self, index: int) -> MapSummary:
         """Compute a block, put it on disk, and sum it up."""
         block = self.job.compute(index)
-        self.write(index, block)
+        try:
+            self.write(index, block)
+        except (FileNotFoundError, FileExistsError, IsADirectoryError, NotADirectoryError) as error:
+            raise damaged(self.path, f"{error.filename!r}: {error.strerror}") from None
         return block.summary
 
     def write(self, index: int, block: Block) -> None:
@@ -102,8 +105,15 @@ class MapStore:
         """
         stored = read_store(self.path)
         found: dict[int, MapSummary] = {}
-        for journal in sorted((self.path / JOURNALS).glob("*.jsonl")):
-            text = journal.read_text(encoding="utf-8", errors="replace")
+        journals = self.path / JOURNALS
+        if not journals.is_dir():
+            raise damaged(self.path, f"no folder {JOURNALS!r}")
+        for journal in sorted(journals.glob("*.jsonl")):
+            try:
+                text = journal.read_text(encoding="utf-8", errors="replace")
+            except OSError as error:
+                what = f"{journal.name} that cannot be read ({error.strerror})"
+                raise damaged(self.path, what) from None
             for line in text.splitlines(keepends=True):
                 # The last line of a killed worker may be torn: that block is not done.
                 data, _, mark = line.rpartition(" ")

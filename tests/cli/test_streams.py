@@ -1,0 +1,225 @@
+"""Streams that are closed or full, encodings without a letter, interruptions: a message, a status."""
+
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from robostiff.cli.main import app  # noqa: F401
+from tests.interrupts import interrupts_heard
+
+RUN = f"{shlex.quote(sys.executable)} -m robostiff.cli.main"
+EVIL = """\
+robostiff: 1
+name: "x\\x1b]0;PWN\\x07\\x1b[2J\\nstatus: ok \\u202e"
+title: "t\\x9b31m"
+source: "s\\x1b[2J"
+legs:
+  - name: "a\\u2028b"
+    chain:
+      - {type: revolute, axis: z, name: "=1+1", role: actuated, stiffness: 1e4 N m/rad}
+      - {type: beam, to: [1,0,0], material: steel, section: {circle: {diameter: 10 mm}}}
+"""
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the shell of POSIX")
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("evil.yaml").write_text(EVIL)
+
+
+def shell(command: str, **settings: str):
+    return subprocess.run(
+        ["bash", "-c", command],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **settings},
+    )
+
+
+@pytest.mark.parametrize("arguments", ["stiffness hexapod", "robots", "check hexapod --json"])
+def test_closed_output(arguments):
+    outcome = shell(f"{RUN} {arguments} >&-")
+    assert outcome.returncode == 2
+    assert outcome.stderr == "robostiff: error: standard output is closed\n"
+
+
+def test_closed_input():
+    outcome = shell(f"{RUN} check - <&-")
+    assert outcome.returncode == 2
+    assert outcome.stderr.startswith("robostiff: error: <stdin>")
+    assert outcome.stderr.count("\n") == 1
+
+
+def test_closed_input_and_error_are_not_needed():
+    outcome = shell(f"{RUN} robots <&- 2>&-")
+    assert outcome.returncode == 0
+    assert "hexapod" in outcome.stdout
+    assert shell(f"{RUN} check missing.yaml 2>&-").returncode == 2
+    assert shell(f"{RUN} map 3-rpr --x '0 0.01 2' -o m.csv 2>&-").returncode == 0
+
+
+def test_a_reader_who_leaves_hears_no_more():
+    # 'sleep' makes sure that nobody reads when the command writes.
+    outcome = shell(f"{RUN} stiffness hexapod --json | true; echo ${{PIPESTATUS[0]}}")
+    assert outcome.stdout == "141\n"
+    assert outcome.stderr == ""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+@pytest.mark.parametrize("arguments", ["stiffness hexapod", "derive 3-rpr --format python"])
+def test_full_output(arguments):
+    outcome = shell(f"{RUN} {arguments} > /dev/full")
+    assert outcome.returncode == 2
+    assert outcome.stderr.startswith("robostiff: error: could not read or write")
+    assert "No space left" in outcome.stderr
+    assert outcome.stderr.count("\n") == 1
+
+
+def test_letters_that_the_output_does_not_have():
+    Path("größe.yaml").write_text(
+        Path("evil.yaml").read_text().replace("name: a", "name: größe").replace("=1+1", "größe")
+    )
+    for command in ("check größe.yaml", "deflection größe.yaml --wrench '1 0 0 0 0 0'"):
+        outcome = shell(f"{RUN} {command}", PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+        assert outcome.returncode == 0, outcome.stderr
+        assert r"gr\xf6\xdfe" in outcome.stdout
+    # What programs read is not changed: it is refused.
+    refused = shell(f"{RUN} map größe.yaml --joint 'größe 0 1 2' -o -", PYTHONIOENCODING="ascii")
+    assert refused.returncode == 2
+    assert "its encoding, ascii, has no" in refused.stderr
+    assert "PYTHONIOENCODING=utf-8" in refused.stderr
+    data = shell(f"{RUN} check größe.yaml --json", PYTHONIOENCODING="ascii")
+    assert "größe" in json.dumps(json.loads(data.stdout), ensure_ascii=False)
+
+
+def test_an_interruption_ends_with_a_message():
+    with interrupts_heard():
+        running = subprocess.Popen(
+            [sys.executable, "-m", "robostiff.cli.main", "check", "-"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        time.sleep(4)  # it waits for a model
+        running.send_signal(signal.SIGINT)
+        out, err = running.communicate(timeout=20)
+    assert (running.returncode, out, err) == (130, "", "robostiff: interrupted\n")
+
+
+COMMANDS = [
+    "check evil.yaml",
+    "check evil.yaml --json",
+    "stiffness evil.yaml",
+    "deflection evil.yaml --wrench '1 0 0 0 0 0'",
+    "indices evil.yaml",
+    "verify evil.yaml",
+    "derive evil.yaml",
+    "derive evil.yaml --format latex",
+    "derive evil.yaml --format html",
+    "derive evil.yaml --format md",
+    "derive evil.yaml --format json",
+    "derive evil.yaml --format python",
+    "derive evil.yaml --format c",
+    "map evil.yaml --joint '=1+1 0 1 2' -o -",
+    "report evil.yaml -o report.html && cat report.html | tr -d '\\r'",
+    "map evil.yaml --x '0 1 2' -o m.csv",
+    "derive evil.yaml --pose wrong",
+]
+EVIL_LETTERS = "\x1b\x07\x9b\x00\x7f\x85\u202e\u2028\u2029"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_names_do_nothing(command):
+    outcome = shell(f"{RUN} {command}", PYTHONIOENCODING="utf-8")
+    shown = outcome.stdout + outcome.stderr
+    if "plotly" in shown:  # a program inside the page has letters of its own
+        shown = shown[: shown.index("plotly.js v")] if "plotly.js v" in shown else shown
+    assert outcome.returncode in (0, 2), outcome.stderr
+    assert "Traceback" not in shown
+    assert not set(EVIL_LETTERS) & set(shown)
+    assert "\nstatus: ok \\u202e" not in shown
+
+
+def test_names_do_nothing_on_a_terminal():
+    import pty
+
+    leader, follower = pty.openpty()
+    with os.fdopen(leader, "rb", closefd=True) as screen:
+        for arguments in (["stiffness"], ["deflection", "--wrench", "1 0 0 0 0 0"], ["check"]):
+            subprocess.run(
+                [sys.executable, "-m", "robostiff.cli.main", arguments[0], "evil.yaml"]
+                + arguments[1:],
+                stdout=follower,
+                check=False,
+                env={**os.environ, "TERM": "dumb", "COLUMNS": "120", "NO_COLOR": "1"},
+            )
+            shown = os.read(screen.fileno(), 100_000).decode()
+            assert "x\\x1b]0;PWN\\x07" in shown
+            assert not set("\x07\x9b\u202e\u2028") & set(shown)
+            assert "\x1b]0" not in shown
+            assert "\x1b[2J" not in shown
+    os.close(follower)
+
+
+def test_headings_of_csv_are_no_formulas():
+    outcome = shell(f"{RUN} map evil.yaml --joint '=1+1 0 1 2' -o -")
+    assert outcome.stdout.startswith("'=1+1 [rad],")
+    Path("poses.csv").write_text(outcome.stdout.replace(",ok", "").replace("rank,status", "time"))
+    fields = [line.split(",")[0] for line in outcome.stdout.splitlines()]
+    Path("poses.csv").write_text("\n".join(fields) + "\n")
+    again = shell(f"{RUN} map evil.yaml --poses poses.csv -o -")
+    assert again.returncode == 0, again.stderr
+
+
+LIMITED = """\
+import resource, signal, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+sys.argv[0] = "robostiff"
+from robostiff.cli.main import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "map 3-rpr --x '0 0.01 500' --quantity stiffness -o out.nc",
+        "map 3-rpr --x '0 0.01 500' --quantity stiffness -o out.csv",
+        "map 3-rpr --x '0 0.01 5000' --quantity stiffness --batched -o out.zarr",
+        "derive 3-rpr --pose symbolic --steps -o out.py",
+        "derive 3-rpr --pose symbolic --steps -o out.tex",
+        "derive 3-rpr --pose symbolic --steps -o out.pdf",
+        "report 3-rpr -o out.html",
+    ],
+)
+@pytest.mark.parametrize("before", [False, True])
+def test_a_disk_that_fills_up(command, before, tmp_path):
+    if before:
+        if ".zarr" in command:
+            return
+        Path(command.rpartition(" ")[2]).write_text("from before")
+        command += " --overwrite"
+    outcome = shell(f"{shlex.quote(sys.executable)} -c {shlex.quote(LIMITED)} {command}")
+    assert outcome.returncode == 2, outcome.stderr
+    assert outcome.stderr.startswith("robostiff: error: could not read or write")
+    assert "File too large" in outcome.stderr
+    assert "Traceback" not in outcome.stderr
+    left = {path.name for path in tmp_path.iterdir()} - {"evil.yaml"}
+    if before:
+        (name,) = left
+        assert Path(name).read_text() == "from before"
+    elif ".zarr" in command:
+        assert left <= {"out.zarr"}
+    else:
+        assert left == set()
