@@ -12,6 +12,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,10 +66,8 @@ def originals(folder: Path) -> Originals:
     def stop(_: Any) -> None:
         raise _Interruption
 
-    try:
+    with suppress(_Interruption):
         _of_poses(folder / "begun.zarr", progress=stop)
-    except _Interruption:
-        pass
     return Originals(folder, grid, rs.stiffness_map(robot, POSES).load())
 
 

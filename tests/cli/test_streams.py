@@ -1,4 +1,4 @@
-"""Streams that are closed or full, encodings without a letter, interruptions: a message, a status."""
+"""Closed streams, full disks, letters that an encoding lacks, names that command a terminal."""
 
 import json
 import os
@@ -10,8 +10,9 @@ import time
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
-from robostiff.cli.main import app  # noqa: F401
+from robostiff.cli.main import app
 from tests.interrupts import interrupts_heard
 
 RUN = f"{shlex.quote(sys.executable)} -m robostiff.cli.main"
@@ -38,7 +39,7 @@ def in_a_folder(tmp_path, monkeypatch):
 
 def shell(command: str, **settings: str):
     return subprocess.run(
-        ["bash", "-c", command],
+        ["/bin/bash", "-c", command],
         capture_output=True,
         text=True,
         check=False,
@@ -132,7 +133,7 @@ COMMANDS = [
     "derive evil.yaml --format python",
     "derive evil.yaml --format c",
     "map evil.yaml --joint '=1+1 0 1 2' -o -",
-    "report evil.yaml -o report.html && cat report.html | tr -d '\\r'",
+    "report evil.yaml -o report.html",
     "map evil.yaml --x '0 1 2' -o m.csv",
     "derive evil.yaml --pose wrong",
 ]
@@ -141,14 +142,16 @@ EVIL_LETTERS = "\x1b\x07\x9b\x00\x7f\x85\u202e\u2028\u2029"
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_names_do_nothing(command):
-    outcome = shell(f"{RUN} {command}", PYTHONIOENCODING="utf-8")
+    outcome = CliRunner().invoke(app, shlex.split(command))
+    assert outcome.exit_code in (0, 2), outcome.stderr
+    assert outcome.exception is None or isinstance(outcome.exception, SystemExit)
     shown = outcome.stdout + outcome.stderr
-    if "plotly" in shown:  # a program inside the page has letters of its own
-        shown = shown[: shown.index("plotly.js v")] if "plotly.js v" in shown else shown
-    assert outcome.returncode in (0, 2), outcome.stderr
-    assert "Traceback" not in shown
+    for file in {*Path().iterdir()} - {Path("evil.yaml")}:
+        # The program inside the page has letters of its own.
+        page = file.read_text(encoding="utf-8").split("plotly.js v")
+        shown += page[0] + page[-1] if len(page) == 1 else page[0]
     assert not set(EVIL_LETTERS) & set(shown)
-    assert "\nstatus: ok \\u202e" not in shown
+    assert "\nstatus: ok \\u202e" not in outcome.stdout
 
 
 def test_names_do_nothing_on_a_terminal():
@@ -156,10 +159,9 @@ def test_names_do_nothing_on_a_terminal():
 
     leader, follower = pty.openpty()
     with os.fdopen(leader, "rb", closefd=True) as screen:
-        for arguments in (["stiffness"], ["deflection", "--wrench", "1 0 0 0 0 0"], ["check"]):
+        for arguments in (["stiffness", "evil.yaml"], ["check", "evil.yaml"]):
             subprocess.run(
-                [sys.executable, "-m", "robostiff.cli.main", arguments[0], "evil.yaml"]
-                + arguments[1:],
+                [sys.executable, "-m", "robostiff.cli.main", *arguments],
                 stdout=follower,
                 check=False,
                 env={**os.environ, "TERM": "dumb", "COLUMNS": "120", "NO_COLOR": "1"},
@@ -203,12 +205,11 @@ main()
         "report 3-rpr -o out.html",
     ],
 )
-@pytest.mark.parametrize("before", [False, True])
-def test_a_disk_that_fills_up(command, before, tmp_path):
-    if before:
-        if ".zarr" in command:
-            return
-        Path(command.rpartition(" ")[2]).write_text("from before")
+def test_a_disk_that_fills_up(command, tmp_path):
+    output = Path(command.rpartition(" ")[2])
+    is_store = output.suffix == ".zarr"
+    if not is_store:
+        output.write_text("from before")
         command += " --overwrite"
     outcome = shell(f"{shlex.quote(sys.executable)} -c {shlex.quote(LIMITED)} {command}")
     assert outcome.returncode == 2, outcome.stderr
@@ -216,10 +217,8 @@ def test_a_disk_that_fills_up(command, before, tmp_path):
     assert "File too large" in outcome.stderr
     assert "Traceback" not in outcome.stderr
     left = {path.name for path in tmp_path.iterdir()} - {"evil.yaml"}
-    if before:
-        (name,) = left
-        assert Path(name).read_text() == "from before"
-    elif ".zarr" in command:
+    if is_store:
         assert left <= {"out.zarr"}
     else:
-        assert left == set()
+        assert left == {output.name}
+        assert output.read_text() == "from before"
