@@ -17,6 +17,9 @@ from robostiff.analytic.roots import Radicand, Roots, factors_of
 from robostiff.analytic.writing import PolynomialWriter
 from robostiff.errors import InputError
 
+# Terms of a denominator up to which it is seen whether it is zero for want of a sign of a root.
+_CHECKED = 50
+
 
 @dataclass(frozen=True)
 class Relation:
@@ -121,13 +124,18 @@ class ExactField:
         return polynomial
 
     def fraction(self, num: Any, den: Any) -> Element:
-        """Canonical fraction: no root below, no common factor, monic denominator."""
+        """Fraction without a common factor, its denominator monic.
+
+        A denominator that is a root or sine times something is freed of it: 1 / g = g / g^2. A sum
+        a + b g stays: its conjugate a - b g may vanish where the fraction is regular, as
+        1 / (1/k + L/(E A)) is at E A = k L, and the fraction would be 0 / 0 there.
+        """
         num, den = self.reduced(num), self.reduced(den)
         if den.is_zero():
             raise InputError("formula", expected="no division by zero")
         for relation in self.relations:
             if den.degrees()[relation.place]:
-                num, den = self._rationalised(num, den, relation)
+                num, den = self._freed(num, den, relation)
         if num.is_zero():
             return self.zero
         if not den.is_constant():
@@ -139,21 +147,24 @@ class ExactField:
             Element(self, num, den) if leading == 1 else Element(self, num / leading, den / leading)
         )
 
-    def _rationalised(self, num: Any, den: Any, relation: Relation) -> tuple[Any, Any]:
-        """Multiply by the conjugate a - b g of the denominator a + b g."""
+    def _freed(self, num: Any, den: Any, relation: Relation) -> tuple[Any, Any]:
+        """A fraction over b g as one over b g^2; one over a + b g, which is no zero, as it is."""
         root = self._gens[relation.place]
         with_root = (den - den.compose(*self._conjugation(relation.place))) / 2
         plain = den - with_root
-        conjugate = plain - with_root
-        below = self.reduced(plain**2 - (with_root / root) ** 2 * relation.square)
-        if below.is_zero():
+        if plain.is_zero():
+            return self.reduced(num * root), self.reduced(with_root / root * relation.square)
+        if len(den) > _CHECKED:
+            return num, den
+        norm = self.reduced(plain**2 - (with_root / root) ** 2 * relation.square)
+        if norm.is_zero():
             raise InputError(
                 "formula",
                 got=f"a division by {self.polynomial_expression(den)}",
                 expected="roots of different signs told apart",
                 hint="declare symbols, such as Symbol('a', positive=True)",
             )
-        return self.reduced(num * conjugate), below
+        return num, den
 
     def _conjugation(self, place: int) -> list[Any]:
         return [-g if i == place else g for i, g in enumerate(self._gens)]

@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.agreement import check_robot
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
 from robostiff.analytic.derivation import Definition
@@ -148,7 +149,7 @@ def _derivation(
     legs: Sequence[LegDerivation],
     definitions: tuple[Definition, ...] = (),
 ) -> RobotDerivation:
-    return RobotDerivation(
+    derivation = RobotDerivation(
         name=placed.robot.name,
         K0=K,
         stages=(),
@@ -158,6 +159,8 @@ def _derivation(
         where=placed.where,
         coordinates=placed.coordinates,
     )
+    check_robot(derivation, placed)
+    return derivation
 
 
 def _give_names(leg: RecordedLeg, number: int) -> None:

@@ -10,7 +10,10 @@ import numpy as np
 import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from robostiff.analytic.closed_posture import Following, Sample, gap_of, leg_coordinates
 from robostiff.analytic.robot_pose import (
+    SYMBOL_NAMES,
+    AtSymbols,
     PoseFormula,
     coordinate_expressions,
     exact_angle,
@@ -49,6 +52,13 @@ class PlacedRobot:
         The pose, in words.
     coordinates : tuple of str
         Names of the symbols that tell the pose.
+    following : tuple of str
+        Names of the symbols, some coordinates among them, whose values the closure of the legs
+        decides.
+    follows : Following
+        How to find them in numbers.
+    told : dict of names to SymPy expressions, or None
+        Coordinates of the platform, or of a serial arm; None at home.
     record : Record
     symbols : dict of names to SymPy symbols
         One for each input of the record.
@@ -62,6 +72,9 @@ class PlacedRobot:
     entries: Robot
     where: str
     coordinates: tuple[str, ...]
+    following: tuple[str, ...]
+    follows: Following
+    told: dict[str, Any] | None
     record: Record
     symbols: dict[str, sp.Symbol]
     platform: FormulaPose
@@ -93,17 +106,23 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     """
     finder = PostureFinder(robot.numeric)
     told = coordinate_expressions(robot, pose)
+    follows = Following.of(robot, finder, pose)
+    if follows.pose:
+        told = {name: sp.Symbol(own, real=True) for name, own in follows.pose.items()}
     symbols = {symbol.name: symbol for symbol in robot.symbols}
     for expression in (told or {}).values():
         symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
-    if told is not None and not robot.is_posed_by_joints:
+    for names in follows.legs.values():
+        symbols |= {name: sp.Symbol(name, real=True) for name in names}
+    if told is not None and not robot.is_posed_by_joints and not isinstance(pose, AtSymbols):
         _check_reach(robot, finder, told)
-    record = Record(_samples(symbols, told, robot, finder))
+    record = Record(_samples(symbols, told, robot, finder, follows))
     read = entry_reader(record, exact=True)
     entries = with_entries(with_entries(robot, exact_number), read)
     coordinates = None
     if told is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in told.items()}
+    following = follows.following
     if robot.is_posed_by_joints:
         q = _joint_coordinates(entries.legs[0], coordinates, record)
         legs: tuple[PlacedFormula, ...] = (place_leg_at_joints(entries.legs[0], q),)
@@ -111,15 +130,23 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     else:
         home = FormulaPose(*_home_frame(entries))
         platform = platform_pose(home, coordinates)
-        legs = tuple(
-            _closed_leg(leg, platform, solver, at_home=told is None)
-            for leg, solver in zip(entries.legs, finder.solvers, strict=True)
-        )
+        placed = []
+        for i, (leg, solver) in enumerate(zip(entries.legs, finder.solvers, strict=True)):
+            if i in follows.legs:
+                q, left = leg_coordinates(leg, follows.legs[i], record, finder.length)
+                following += left
+                placed.append(place_leg_at_joints(leg, _turning_as_steps(leg, q, record)))
+            else:
+                placed.append(_closed_leg(leg, platform, solver))
+        legs = tuple(placed)
     return PlacedRobot(
         robot=robot,
         entries=entries,
-        where=_in_words(told),
+        where=_in_words(told, following),
         coordinates=tuple(str(v) for v in (told or {}).values() if v.is_Symbol),
+        following=following,
+        follows=follows,
+        told=told,
         record=record,
         symbols=symbols,
         platform=platform,
@@ -175,18 +202,26 @@ def _home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
     return np.array(entries.home.R, dtype=object), np.array(entries.home.p, dtype=object)
 
 
-def _closed_leg(
-    leg: Leg, platform: FormulaPose, solver: LegSolver, *, at_home: bool
-) -> PlacedFormula:
+def _turning_as_steps(leg: Leg, q: np.ndarray, record: Record) -> np.ndarray:
+    """Angles whose cosine is no root of numbers as steps."""
+    return np.array(
+        [
+            _as_step(x, record) if freedom.motion is Motion.ROTATION else x
+            for x, freedom in zip(q, leg.chain.freedoms, strict=True)
+        ],
+        dtype=object,
+    )
+
+
+def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFormula:
     if solver.closed_form is not None:
         return place_leg(leg, platform, solver)
-    if at_home:
-        return place_leg_at_joints(leg, np.array(leg.chain.home, dtype=object))
     raise InputError(
         f"closure of leg {leg.name!r}",
         got="a leg without a closed form",
         expected="a strut, or a rod on a slide or a crank, away from home",
-        hint="derive it at home, where its joints have the coordinates of the model",
+        hint="derive it at home, where the closure is found in numbers, or compute numbers: "
+        "rs.stiffness(robot, pose)",
     )
 
 
@@ -195,20 +230,37 @@ def _samples(
     told: Mapping[str, Any] | None,
     robot: Robot,
     finder: PostureFinder,
+    follows: Following,
 ) -> dict[str, Any]:
-    """Values of the symbols around the nominal ones, and of pose symbols around home."""
+    """Values of the symbols around the nominal ones, and of pose symbols around home.
+
+    Where coordinates follow from the legs, all values are those of closed postures.
+    """
+    if follows.any:
+        if not robot.symbols and not follows.pose:
+            home = {n: q for i, own in follows.legs.items() for n, q in _home_of(finder, i, own)}
+            return {name: np.full(_SAMPLES, home[name]) for name in symbols}
+        closed: list[Sample] = follows.samples(_SAMPLES, _SEED, _SPREAD)
+        found = [{**sample.values, **sample.coordinates} for sample in closed]
+        return {name: np.array([values[name] for values in found]) for name in symbols}
     random = np.random.default_rng(_SEED)
     at_home = _home_values(finder)
-    # A coordinate may be told by a symbol of another name.
+    # A coordinate may be given by a symbol of another name.
     nominal = {str(value): at_home[name] for name, value in (told or {}).items() if value.is_Symbol}
     nominal |= robot.nominal
     samples: dict[str, Any] = {}
     for name in symbols:
-        # A symbol of a told coordinate has no nominal value.
+        # A symbol of a given coordinate has no nominal value.
         value = float(nominal.get(name, 1.0))
         spread = _SPREAD * (abs(value) if value else 1.0)
         samples[name] = value + spread * random.uniform(-1, 1, _SAMPLES)
     return samples
+
+
+def _home_of(
+    finder: PostureFinder, leg: int, names: tuple[str, ...]
+) -> list[tuple[str, float]]:
+    return list(zip(names, map(float, finder.solvers[leg].home), strict=True))
 
 
 def _home_values(finder: PostureFinder) -> dict[str, float]:
@@ -220,9 +272,11 @@ def _home_values(finder: PostureFinder) -> dict[str, float]:
     return {"x": x, "y": y, "z": z, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
 
 
-def _in_words(told: Mapping[str, Any] | None) -> str:
+def _in_words(told: Mapping[str, Any] | None, following: tuple[str, ...]) -> str:
     if told is None:
-        return "in the home configuration"
-    return "at " + ", ".join(
-        name if str(value) == name else f"{name} = {value}" for name, value in told.items()
-    )
+        where = "in the home configuration"
+    else:
+        where = "at " + ", ".join(
+            name if str(value) == name else f"{name} = {value}" for name, value in told.items()
+        )
+    return f"{where}, {', '.join(following)} as the legs close" if following else where

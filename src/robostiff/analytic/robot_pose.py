@@ -74,7 +74,7 @@ def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | 
     names = coordinate_names(robot)
     if isinstance(pose, AtSymbols):
         taken = {str(symbol) for symbol in robot.symbols}
-        return {name: sp.Symbol(_free_name(name, taken), real=True) for name in names}
+        return {name: sp.Symbol(free_name(name, taken), real=True) for name in names}
     for name in pose.values:
         if name not in names:
             raise InputError(f"coordinate of {robot.name!r}", got=name, expected=", ".join(names))
@@ -115,8 +115,8 @@ def _exact(robot: Robot, name: str, value: Any) -> Any:
     return exact_angle(value)
 
 
-def _free_name(name: str, taken: Collection[str]) -> str:
-    """A coordinate with the name of a parameter is told apart by a P, of the platform."""
+def free_name(name: str, taken: Collection[str]) -> str:
+    """A coordinate with the name of a parameter gets a P behind it, of the platform."""
     while name in taken:
         name = f"{name}_P"
     return name

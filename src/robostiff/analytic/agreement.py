@@ -1,0 +1,217 @@
+"""A derivation against the numerical forms, before it is returned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from robostiff.analytic.closed_posture import AROUND
+from robostiff.analytic.derivation import Definition
+from robostiff.analytic.numeric_value import matrix_value
+from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.robot_placement import PlacedRobot
+from robostiff.analytic.robot_pose import platform_pose
+from robostiff.elastostatics import Status
+from robostiff.errors import DisagreementError, InputError
+from robostiff.kinematics import FormulaPose, JointCoordinates, PostureFinder
+from robostiff.model import Robot
+
+#: Largest relative difference of two ways: rounding of either is far below it.
+AGREED = 1e-8
+# Where the numerical form says itself that digits are lost.
+_AGREED_IN_DOUBT = 1e-4
+
+_SETS = 2  # of parameters
+_POSES = 3  # for each of them, where the pose has symbols
+_TRIES = 8  # for a set of parameters and a pose at which the legs close
+_SPREADS = (0.02, 0.005, 0.0)  # of the parameters: some robots close at few values
+_SEED = 74
+
+
+def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
+    """Compare the formula of a robot with its stiffness in numbers, at random values and poses.
+
+    Raises
+    ------
+    DisagreementError
+        When they differ.
+    InputError
+        When the legs reach none of the poses near home that the formula is for.
+    """
+    random = np.random.default_rng(_SEED)
+    robot = placed.robot
+    sets = _SETS if robot.symbols else 1
+    poses = _POSES if any(x.free_symbols for x in (placed.told or {}).values()) else 1
+    checked = 0
+    complaint = ""
+    for spread in _SPREADS:
+        for _ in range(_TRIES):
+            try:
+                places, refusal = _places(placed, random, spread, poses)
+            except InputError as error:
+                complaint = str(error)
+                break  # the robot does not exist at other values: nearer to its own
+            complaint = refusal or complaint
+            for values, K, doubtful in places:
+                _compare(derivation, values, K, doubtful=doubtful, subject=robot)
+            checked += bool(places)
+            if checked >= sets:
+                return
+        if checked:
+            return
+    raise InputError(
+        f"formula of {robot.name!r} {derivation.where}",
+        got="no pose near home at which all legs meet the platform" + f": {complaint}" * bool(complaint),
+        expected="poses that the legs reach",
+        hint="name all coordinates of the pose by AtSymbols(), or derive it at home",
+    )
+
+
+_Place = tuple[dict[str, float], np.ndarray, bool]
+
+
+def _places(
+    placed: PlacedRobot, random: np.random.Generator, spread: float, count: int
+) -> tuple[list[_Place], str]:
+    """Values of the symbols with the stiffness in numbers there, and why there are none."""
+    from robostiff.analysis import stiffness
+
+    follows = placed.follows
+    sample = follows.sample(random, spread)
+    numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
+    if placed.told is None:
+        wanted: list[Any] = [None]
+        each = [values]
+    elif follows.pose:
+        wanted = [_platform(placed, sample.finder, values)]
+        each = [values]
+    else:
+        each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
+        wanted = [_pose(placed, numeric, sample.finder, one) for one in each]
+    found: list[_Place] = []
+    refusal = ""
+    for pose, known in zip(wanted, each, strict=True):
+        result = stiffness(numeric, pose)
+        status = result.status
+        if status & Status.UNREACHABLE or result.complaints:
+            refusal = "; ".join(result.complaints)
+        if result.answered:
+            found.append((known, result.K, bool(status & Status.ILL_CONDITIONED)))
+    return found, refusal
+
+
+def _near_home(
+    placed: PlacedRobot, finder: PostureFinder, random: np.random.Generator
+) -> dict[str, float]:
+    """Values of the symbols in the coordinates that are not those of the robot."""
+    at_home = home_values(finder)
+    known = {str(symbol) for symbol in placed.robot.symbols}
+    values: dict[str, float] = {}
+    for name, expression in (placed.told or {}).items():
+        if expression.is_Symbol and expression.name not in known:
+            size = finder.length if name in ("x", "y", "z") else 1.0
+            values[expression.name] = at_home[name] + AROUND * size * random.uniform(-1, 1)
+    for name in placed.symbols.keys() - known - values.keys():
+        values[name] = 1.0 + AROUND * random.uniform(-1, 1)
+    return values
+
+
+def _pose(
+    placed: PlacedRobot, numeric: Robot, finder: PostureFinder, values: Mapping[str, float]
+) -> Any:
+    if placed.robot.is_posed_by_joints:
+        q = np.array(numeric.legs[0].chain.home, dtype=float)
+        for name, expression in (placed.told or {}).items():
+            q[int(name.removeprefix("q")) - 1] = _number(expression, values)
+        return JointCoordinates(q)
+    return _platform(placed, finder, values)
+
+
+def _platform(placed: PlacedRobot, finder: PostureFinder, values: Mapping[str, float]) -> Any:
+    six = finder.home_pose
+    home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
+    told = {name: _number(x, values) for name, x in (placed.told or {}).items()}
+    pose = platform_pose(home, told)
+    R, p = pose.R.astype(float), pose.p.astype(float)
+    return RigidTransform.from_components(p, Rotation.from_matrix(R))
+
+
+def _number(expression: Any, values: Mapping[str, float]) -> float:
+    return float(expression.evalf(30, subs={s: values[s.name] for s in expression.free_symbols}))
+
+
+def home_values(finder: PostureFinder) -> dict[str, float]:
+    """Coordinates of a pose formula at home."""
+    twin = finder.robot
+    if twin.is_posed_by_joints:
+        return {f"q{i + 1}": float(q) for i, q in enumerate(twin.legs[0].chain.home)}
+    x, y, z = finder.home_pose[:3].tolist()
+    return {"x": x, "y": y, "z": z, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
+
+
+def _compare(
+    derivation: RobotDerivation,
+    values: Mapping[str, float],
+    K: np.ndarray,
+    *,
+    doubtful: bool,
+    subject: Robot,
+) -> None:
+    told = {symbol: values[symbol.name] for symbol in derivation.symbols}
+    limit = _AGREED_IN_DOUBT if doubtful else AGREED
+    where = f"{subject.name!r} {derivation.where}"
+    check_value(derivation.K, derivation.definitions, told, K, limit, where)
+
+
+def check_value(
+    formula: Any,
+    definitions: tuple[Definition, ...],
+    values: Mapping[sp.Symbol, float],
+    K: np.ndarray,
+    limit: float,
+    where: str,
+) -> None:
+    """Compare a formula at some values with numbers; with many digits where floats differ.
+
+    Raises
+    ------
+    DisagreementError
+        When they differ by more than the limit.
+    """
+    for careful in (False, True):
+        found = matrix_value(formula, values, definitions, careful=careful)
+        distance = matrix_distance(found, K)
+        if distance <= limit:
+            return
+    i, j = np.unravel_index(np.argmax(np.abs(np.nan_to_num(found, nan=np.inf) - K)), K.shape)
+    at = ", ".join(f"{symbol} = {float(value):.6g}" for symbol, value in values.items())
+    raise DisagreementError(
+        "the formula and the numerical form of K",
+        f"by {distance:.1e} (K{i + 1}{j + 1} is {found[i, j]:.9g} and {K[i, j]:.9g})",
+        where + (f", at {at}" if at else ""),
+    )
+
+
+def matrix_distance(A: np.ndarray, B: np.ndarray) -> float:
+    """Largest difference of two stiffness matrices, relative; rotations at a length of their own.
+
+    Examples
+    --------
+    >>> round(matrix_distance(np.diag([1.0, 1, 100]), np.diag([1.0, 1, 101])), 4)
+    0.0099
+    """
+    if not np.all(np.isfinite(A)):
+        return np.inf
+    n = len(B)
+    t = n * 2 // 3 if n == 3 else n // 2
+    sizes = np.max(np.abs(B[:t, :t]), initial=0.0), np.max(np.abs(B[t:, t:]), initial=0.0)
+    scale = np.ones(n)
+    if min(sizes) > 0:
+        scale[t:] = np.sqrt(sizes[0] / sizes[1])
+    difference, whole = np.abs(A - B) * np.outer(scale, scale), np.abs(B) * np.outer(scale, scale)
+    largest = float(np.max(whole))
+    return float(np.max(difference)) / largest if largest > 0 else float(np.max(difference))

@@ -1,0 +1,251 @@
+"""Coordinates that follow from the legs: those of legs closed by iteration, and of the platform.
+
+A formula cannot iterate. What the closure of a leg, or of all of them together, decides is found in
+numbers at the samples of the record; what is the same number or the same formula at all of them is
+known, and the rest are further symbols of the formula.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robostiff.analytic.robot_pose import (
+    SYMBOL_NAMES,
+    AtHome,
+    AtSymbols,
+    PoseFormula,
+    exact_angle,
+    free_name,
+)
+from robostiff.errors import InputError
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.frames import place_chain
+from robostiff.model import ALL_COORDINATES, Leg, Motion, Robot
+from robostiff.record import Entry, Record
+from robostiff.spatial import exact_number
+
+#: Part of the robot's size, and of an angle in rad, by which poses differ from home.
+AROUND = 0.03
+_TRIES = 12  # of parameters and poses, for one at which all legs close
+_KNOWN = 1e-10  # of the length, and rad: a coordinate is what the model says, or a number
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A robot in numbers, closed at a pose near home.
+
+    Attributes
+    ----------
+    values : dict of names to float
+        Of the robot's symbols.
+    finder : PostureFinder
+    coordinates : dict of names to float
+        Those that the legs decide, by the names of their inputs; also, for a general pose, all
+        that tell it.
+    """
+
+    values: dict[str, float]
+    finder: PostureFinder
+    coordinates: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Following:
+    """Which coordinates follow from the legs.
+
+    Attributes
+    ----------
+    robot : Robot
+    legs : dict of leg numbers to tuples of names
+        Legs that close by iteration, and an input for each of their coordinates.
+    pose : dict of coordinate names to names
+        Inputs of all six coordinates of the platform, where some of them follow; empty otherwise.
+    following : tuple of str
+        Names of those that do.
+    """
+
+    robot: Robot
+    legs: dict[int, tuple[str, ...]]
+    pose: dict[str, str]
+    following: tuple[str, ...]
+
+    @classmethod
+    def of(cls, robot: Robot, finder: PostureFinder, pose: PoseFormula) -> Following:
+        """Find them for a robot at a kind of pose."""
+        taken = {str(symbol) for symbol in robot.symbols}
+        legs: dict[int, tuple[str, ...]] = {}
+        if robot.is_posed_by_joints:
+            return cls(robot, {}, {}, ())
+        if isinstance(pose, AtHome):
+            for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
+                if solver.closed_form is None:
+                    legs[i] = tuple(
+                        free_name(f"q_{leg.name}_{j + 1}", taken) for j in range(leg.chain.size)
+                    )
+        names = _moved_by_legs(robot, finder) if isinstance(pose, AtSymbols) else ()
+        if not names:
+            return cls(robot, legs, {}, ())
+        all_six = {SYMBOL_NAMES[c]: free_name(SYMBOL_NAMES[c], taken) for c in ALL_COORDINATES}
+        return cls(robot, legs, all_six, tuple(all_six[name] for name in names))
+
+    @property
+    def any(self) -> bool:
+        """Whether anything follows."""
+        return bool(self.legs or self.pose)
+
+    def sample(self, random: np.random.Generator, spread: float) -> Sample:
+        """Values of the symbols around the nominal ones, and a posture that is closed there.
+
+        Raises
+        ------
+        InputError
+            When the legs do not close there.
+        """
+        robot = self.robot
+        values = {
+            name: value * (1.0 + spread * random.uniform(-1, 1))
+            for name, value in robot.nominal.items()
+            if name in {str(symbol) for symbol in robot.symbols}
+        }
+        finder = PostureFinder(robot.substituted(values) if values else robot.numeric)
+        coordinates: dict[str, float] = {}
+        for i, names in self.legs.items():
+            coordinates.update(zip(names, map(float, finder.solvers[i].home), strict=True))
+        if self.pose:
+            places = robot.coordinate_places
+            scale = np.where(np.arange(6) < 3, finder.length, 1.0)[places]
+            steps = AROUND * scale * random.uniform(-1, 1, len(places))
+            posture = finder.find(finder.home_pose[places] + steps)
+            if not posture.reached[0]:
+                raise InputError(f"pose of {robot.name!r}", got="; ".join(posture.complaints))
+            x, y, z = posture.pose[0, :3]
+            turns = Rotation.from_rotvec(posture.pose[0, 3:]).as_euler("xyz")
+            found = dict(zip(self.pose.values(), map(float, (x, y, z, *turns)), strict=True))
+            coordinates.update(found)
+        return Sample(values, finder, coordinates)
+
+    def samples(self, count: int, seed: int, spread: float) -> list[Sample]:
+        """Several of them.
+
+        Raises
+        ------
+        InputError
+            When the legs close at the nominal dimensions alone.
+        """
+        random = np.random.default_rng(seed)
+        found: list[Sample] = []
+        complaint: InputError | None = None
+        for _ in range(_TRIES + count):
+            if len(found) == count:
+                return found
+            try:
+                found.append(self.sample(random, spread))
+            except InputError as error:
+                complaint = error
+        raise InputError(
+            f"formula of {self.robot.name!r}",
+            got="legs that close by iteration, and not at other values of the symbols"
+            + ("" if complaint is None else f": {complaint}"),
+            expected="a robot that closes at any values near those of the model",
+            hint="name fewer symbols, such as the stiffnesses alone",
+        )
+
+
+def leg_coordinates(
+    leg: Leg, names: tuple[str, ...], record: Record, length: float
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Coordinates of a leg where it closes: as the model has them, numbers, or inputs.
+
+    Parameters
+    ----------
+    leg : Leg
+        On entries of the record.
+    names : tuple of str
+        The inputs of its coordinates, with their values at the samples.
+    record : Record
+    length : float
+        Size of the robot [m].
+
+    Returns
+    -------
+    (size,) array of entries and numbers, and the names of the inputs that are left.
+    """
+    q = np.empty(len(names), dtype=object)
+    left = []
+    freedoms = zip(leg.chain.freedoms, leg.chain.home, names, strict=True)
+    for j, (freedom, home, name) in enumerate(freedoms):
+        turns = freedom.motion is Motion.ROTATION
+        near = _KNOWN * (1.0 if turns else length)
+        entry = record.input(name)
+        of_model = home.sample if isinstance(home, Entry) else float(home)
+        closed = entry.sample
+        if np.all(np.abs(closed - of_model) <= near):
+            q[j] = home
+        elif np.ptp(closed) <= near:
+            q[j] = _number(float(np.mean(closed)), near, turns=turns)
+        else:
+            q[j] = record.settled(entry)
+            if isinstance(q[j], Entry) and q[j].step == entry.step:
+                left.append(name)
+    return q, tuple(left)
+
+
+def _number(value: float, near: float, *, turns: bool) -> Any:
+    if abs(value) <= near:
+        return exact_number(0)
+    plain = float(f"{value:.14g}")
+    return exact_angle(plain) if turns else exact_number(plain)
+
+
+def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[str, ...]:
+    """Coordinates that the legs fix and that do not stay as they are at home, by their names."""
+    closed = all(solver.closed_form is not None for solver in finder.solvers)
+    given = robot.coordinate_places
+    if not closed or len(given) == 6 or not given:
+        return ()
+    random = np.random.default_rng(7)
+    scale = np.where(np.arange(6) < 3, finder.length, 1.0)[given]
+    steps = AROUND * scale * random.uniform(-1, 1, (4, len(given)))
+    posture = finder.find(finder.home_pose[given] + steps)
+    reached = posture.reached
+    if not np.any(reached):
+        return ()
+    shift = posture.pose[reached, :3] - finder.home_pose[:3]
+    moved = [
+        SYMBOL_NAMES[c]
+        for k, c in enumerate(ALL_COORDINATES[:3])
+        if k not in given and np.max(np.abs(shift[:, k])) > _KNOWN * finder.length
+    ]
+    turned = posture.pose[reached, 3:]
+    if any(k in given for k in (3, 4, 5)):
+        turned = Rotation.from_rotvec(turned).as_euler("xyz")
+        start = np.zeros(3)
+    else:
+        start = finder.home_pose[3:]
+    spatial = range(3) if robot.space.size == 6 else (2,)
+    away = [k for k in spatial if np.max(np.abs(turned[:, k] - start[k])) > _KNOWN]
+    if any(3 + k not in given for k in away):
+        moved += [SYMBOL_NAMES[c] for k, c in enumerate(ALL_COORDINATES) if k > 2 and k not in given]
+    return tuple(moved)
+
+
+def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float) -> list[Any]:
+    """Squares of what vanishes where a leg at some coordinates meets the platform at R, p."""
+    from robostiff.kinematics.closure.newton import gaps
+
+    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
+    R_end = R @ np.array(leg.attachment.R, dtype=object)
+    p_end = p + R @ np.array(leg.attachment.p, dtype=object)
+    squares = []
+    for gap in gaps(leg, placed, R_end, p_end):
+        shift = (gap.p_wanted - gap.p) * (1 / length)
+        turn = (gap.R_wanted - gap.R).ravel()
+        squares += [shift @ shift, turn @ turn]
+    return squares
+
+

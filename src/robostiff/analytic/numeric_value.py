@@ -1,0 +1,148 @@
+"""Values of formulas: quickly in floats, and with more digits where those do not suffice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.derivation import Definition
+from robostiff.errors import InputError
+
+#: Digits of the careful evaluation.
+DIGITS = 60
+
+_FUNCTIONS = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "atan2": np.arctan2,
+    "Abs": np.abs,
+    "exp": np.exp,
+    "log": np.log,
+    "sinh": np.sinh,
+    "cosh": np.cosh,
+    "tanh": np.tanh,
+}
+
+
+def values_of(
+    expressions: Iterable[Any],
+    values: Mapping[Any, Any],
+    definitions: Iterable[Definition] = (),
+    *,
+    careful: bool = False,
+) -> list[Any]:
+    """Values of expressions, of definitions one after the other; not a number where there is none.
+
+    Parameters
+    ----------
+    expressions : iterable of SymPy expressions
+    values : mapping of symbols to floats or arrays
+    definitions : iterable of Definition
+        Steps that the expressions need, in order.
+    careful : bool
+        With `DIGITS` digits, for numbers alone; what cancels in floats does not cancel there.
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> values_of([sp.sqrt(x) / 2, 1 / (x - 4)], {x: 4.0})
+    [1.0, inf]
+    """
+    known: dict[Any, Any] = {}
+    number = _many_digits if careful else float
+    for symbol, value in values.items():
+        known[symbol] = number(value) if np.ndim(value) == 0 else np.asarray(value, dtype=float)
+    compute = _careful if careful else _in_floats
+    with np.errstate(all="ignore"):
+        for definition in definitions:
+            known[definition.symbol] = _value(definition.expression, known, number, compute)
+        found = [_value(expression, known, number, compute) for expression in expressions]
+    return [float(x) for x in found] if careful else found
+
+
+def matrix_value(
+    K: Any, values: Mapping[Any, Any], definitions: Iterable[Definition], *, careful: bool = False
+) -> np.ndarray:
+    """A symmetric matrix of formulas as numbers (n, n), see `values_of`."""
+    n = K.rows
+    places = [(i, j) for i in range(n) for j in range(i, n)]
+    found = values_of([K[i, j] for i, j in places], values, definitions, careful=careful)
+    matrix = np.zeros((n, n))
+    for (i, j), value in zip(places, found, strict=True):
+        matrix[i, j] = matrix[j, i] = value
+    return matrix
+
+
+def _value(
+    expression: Any,
+    known: dict[Any, Any],
+    number: Callable[[Any], Any],
+    compute: Callable[[Any, list[Any]], Any],
+) -> Any:
+    found = known.get(expression)
+    if found is not None:
+        return found
+    if expression.is_Number or not expression.args:
+        if expression.is_Symbol:
+            raise InputError("values of symbols", got=f"none for {expression}")
+        value = number(expression)
+    else:
+        arguments = [_value(part, known, number, compute) for part in expression.args]
+        value = compute(expression, arguments)
+    known[expression] = value
+    return value
+
+
+def _in_floats(expression: Any, arguments: list[Any]) -> Any:
+    if expression.is_Add:
+        return sum(arguments[1:], arguments[0])
+    if expression.is_Mul:
+        product = arguments[0]
+        for factor in arguments[1:]:
+            product = product * factor
+        return product
+    if expression.is_Pow:
+        base, exponent = np.asarray(arguments[0], dtype=float), expression.exp
+        if exponent == sp.Rational(1, 2):
+            return np.sqrt(base)[()]
+        if exponent.is_Integer:
+            return np.power(base, float(exponent))[()]
+        return np.power(base, arguments[1])[()]
+    function = _FUNCTIONS.get(type(expression).__name__)
+    if function is None:
+        raise InputError("formula", got=str(expression), expected="functions that have a value")
+    return function(*arguments)
+
+
+def _careful(expression: Any, arguments: list[Any]) -> Any:
+    from mpmath import mp
+
+    with mp.workdps(DIGITS):
+        try:
+            if expression.is_Add:
+                return mp.fsum(arguments)
+            if expression.is_Mul:
+                return mp.fprod(arguments)
+            if expression.is_Pow:
+                power = arguments[0] ** arguments[1]
+                return power if mp.im(power) == 0 else mp.nan
+            name = type(expression).__name__
+            return getattr(mp, "fabs" if name == "Abs" else name)(*arguments)
+        except (ZeroDivisionError, ValueError):
+            return mp.nan
+
+
+def _many_digits(number: Any) -> Any:
+    from mpmath import mp
+
+    with mp.workdps(DIGITS):
+        if isinstance(number, sp.Rational):
+            return mp.mpf(int(number.p)) / int(number.q)
+        return mp.mpf(str(sp.N(number, DIGITS)) if isinstance(number, sp.Basic) else float(number))
