@@ -126,8 +126,8 @@ class ExactField:
     def fraction(self, num: Any, den: Any) -> Element:
         """Fraction without a common factor, its denominator monic.
 
-        A denominator that is a root or sine times something is freed of it: 1 / g = g / g^2. A sum
-        a + b g stays: its conjugate a - b g may vanish where the fraction is regular, as
+        A denominator that is a root or sine times something is freed of it, 1 / g = g / g^2, and
+        of roots of numbers. Any other sum a + b g stays: its conjugate a - b g may vanish where the fraction is regular, as
         1 / (1/k + L/(E A)) is at E A = k L, and the fraction would be 0 / 0 there.
         """
         num, den = self.reduced(num), self.reduced(den)
@@ -148,13 +148,14 @@ class ExactField:
         )
 
     def _freed(self, num: Any, den: Any, relation: Relation) -> tuple[Any, Any]:
-        """A fraction over b g as one over b g^2; one over a + b g, which is no zero, as it is."""
+        """A fraction over b g as one over b g^2; one over a + b g as it is, which is not zero."""
         root = self._gens[relation.place]
         with_root = (den - den.compose(*self._conjugation(relation.place))) / 2
         plain = den - with_root
         if plain.is_zero():
             return self.reduced(num * root), self.reduced(with_root / root * relation.square)
-        if len(den) > _CHECKED:
+        is_number = relation.square.is_constant()
+        if len(den) > _CHECKED and not is_number:
             return num, den
         norm = self.reduced(plain**2 - (with_root / root) ** 2 * relation.square)
         if norm.is_zero():
@@ -164,7 +165,8 @@ class ExactField:
                 expected="roots of different signs told apart",
                 hint="declare symbols, such as Symbol('a', positive=True)",
             )
-        return num, den
+        # Roots of numbers cancel only where they are brought up.
+        return (self.reduced(num * (plain - with_root)), norm) if is_number else (num, den)
 
     def _conjugation(self, place: int) -> list[Any]:
         return [-g if i == place else g for i, g in enumerate(self._gens)]
@@ -231,11 +233,11 @@ class ExactField:
 def _taken_apart(root: Any) -> Radicand:
     """Numerator times denominator of what stands under a root, factored where it has no roots."""
     field = ExactField([root**2])
+    written = field.polynomial_expression
     under = field.element(root**2)
     below = field.polynomial_expression(under.den)
     product = field.reduced(under.num * under.den)
     degrees = product.degrees()
     if any(degrees[relation.place] for relation in field.relations):
-        return Radicand(root, root**2 * below**2, below, {})
-    written = field.polynomial_expression
+        return Radicand(root, root**2 if below == 1 else written(product), below, {})
     return Radicand(root, written(product), below, factors_of(product, written))

@@ -45,6 +45,22 @@ class LegDerivation:
 
 
 @dataclass(frozen=True)
+class Condition:
+    """What must hold for a formula to hold.
+
+    Attributes
+    ----------
+    words : str
+        Such as "leg 'ram' meets the platform".
+    expression : sympy.Expr
+        In given symbols; not negative where it holds.
+    """
+
+    words: str
+    expression: sp.Expr
+
+
+@dataclass(frozen=True)
 class RobotDerivation(Derivation):
     """The stiffness matrix of a robot as a formula, with the way to it through its legs.
 
@@ -55,12 +71,20 @@ class RobotDerivation(Derivation):
         The pose, in words.
     coordinates : tuple of str
         Names of the symbols that tell the pose.
+    following : tuple of str
+        Names of the symbols that the legs decide: coordinates of the platform or of joints, which
+        are those at which the legs close, and not free to choose.
+    conditions : tuple of Condition
+        What must hold besides regular denominators and roots.
     """
 
     legs: tuple[LegDerivation, ...] = ()
     where: str = ""
     coordinates: tuple[str, ...] = ()
+    following: tuple[str, ...] = ()
+    conditions: tuple[Condition, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None)
-        return RobotDerivation, (*own, self.legs, self.where, self.coordinates)
+        of_robot = (self.legs, self.where, self.coordinates, self.following, self.conditions)
+        return RobotDerivation, (*own, *of_robot)

@@ -11,6 +11,7 @@ import sympy as sp
 from robostiff.analytic.agreement import check_robot
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
+from robostiff.analytic.conditions import conditions_of
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.placed_leg_words import elastic_parts, passive_freedoms
 from robostiff.analytic.products import FormulaTooLargeError
@@ -158,6 +159,8 @@ def _derivation(
         legs=tuple(legs),
         where=placed.where,
         coordinates=placed.coordinates,
+        following=placed.following,
+        conditions=conditions_of(placed),
     )
     check_robot(derivation, placed)
     return derivation

@@ -12,7 +12,6 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.closed_posture import Following, Sample, gap_of, leg_coordinates
 from robostiff.analytic.robot_pose import (
-    SYMBOL_NAMES,
     AtSymbols,
     PoseFormula,
     coordinate_expressions,
@@ -59,11 +58,15 @@ class PlacedRobot:
         How to find them in numbers.
     told : dict of names to SymPy expressions, or None
         Coordinates of the platform, or of a serial arm; None at home.
+    closed : dict of leg numbers to arrays of entries and numbers
+        Coordinates of the legs that close by iteration.
     record : Record
     symbols : dict of names to SymPy symbols
         One for each input of the record.
     platform : FormulaPose
     legs : tuple of PlacedFormula
+    solvers : tuple of LegSolver
+        Of the legs at nominal values.
     length : float
         Characteristic length [m].
     """
@@ -75,10 +78,12 @@ class PlacedRobot:
     following: tuple[str, ...]
     follows: Following
     told: dict[str, Any] | None
+    closed: dict[int, np.ndarray]
     record: Record
     symbols: dict[str, sp.Symbol]
     platform: FormulaPose
     legs: tuple[PlacedFormula, ...]
+    solvers: tuple[LegSolver, ...]
     length: float
 
     @property
@@ -123,19 +128,21 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     if told is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in told.items()}
     following = follows.following
+    closed: dict[int, np.ndarray] = {}
     if robot.is_posed_by_joints:
         q = _joint_coordinates(entries.legs[0], coordinates, record)
         legs: tuple[PlacedFormula, ...] = (place_leg_at_joints(entries.legs[0], q),)
         platform = legs[0].platform
     else:
-        home = FormulaPose(*_home_frame(entries))
+        home = FormulaPose(*home_frame(entries))
         platform = platform_pose(home, coordinates)
         placed = []
         for i, (leg, solver) in enumerate(zip(entries.legs, finder.solvers, strict=True)):
             if i in follows.legs:
                 q, left = leg_coordinates(leg, follows.legs[i], record, finder.length)
                 following += left
-                placed.append(place_leg_at_joints(leg, _turning_as_steps(leg, q, record)))
+                closed[i] = _turning_as_steps(leg, q, record)
+                placed.append(place_leg_at_joints(leg, closed[i]))
             else:
                 placed.append(_closed_leg(leg, platform, solver))
         legs = tuple(placed)
@@ -147,10 +154,12 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         following=following,
         follows=follows,
         told=told,
+        closed=closed,
         record=record,
         symbols=symbols,
         platform=platform,
         legs=legs,
+        solvers=() if robot.is_posed_by_joints else finder.solvers,
         length=finder.length,
     )
 
@@ -194,7 +203,8 @@ def _as_step(value: Any, record: Record) -> Any:
     return Entry(record, record.number(value))
 
 
-def _home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
+def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation and point of the platform at home."""
     if entries.home is None:
         raise InputError(
             f"home pose of {entries.name!r}", expected="a pose of the platform, or a serial arm"
@@ -279,4 +289,4 @@ def _in_words(told: Mapping[str, Any] | None, following: tuple[str, ...]) -> str
         where = "at " + ", ".join(
             name if str(value) == name else f"{name} = {value}" for name, value in told.items()
         )
-    return f"{where}, {', '.join(following)} as the legs close" if following else where
+    return f"{where}, where the legs decide {', '.join(following)}" if following else where

@@ -14,6 +14,7 @@ from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import rows, symbols_of
 from robostiff.analytic.export.identifiers import Identifiers, ascii_identifier
 from robostiff.analytic.export.program import Program, program
+from robostiff.analytic.export.python_code import where_it_holds
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
 from robostiff.spatial import Space
@@ -34,9 +35,10 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     ----------
     derivation : Derivation
     name : str
-        Name of the function ``void name(double *restrict K, const double *restrict p)``: it
+        Name of the function ``int name(double *restrict K, const double *restrict p)``: it
         writes the n * n entries of K, row after row, for the values p of the given symbols in
-        alphabetical order, as the comment in front of it says.
+        alphabetical order, as the comment in front of it says. It returns 0, or 1 where the
+        formula does not hold; all entries are NAN there.
 
     Returns
     -------
@@ -53,15 +55,15 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     >>> k, d = sp.symbols("k d")
     >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
     >>> lines = c_function(Derivation("K_C", K, (), K)).splitlines()
-    >>> print("\n".join(lines[13:20]))
-    void stiffness(double *restrict K, const double *restrict p)
+    >>> print("\n".join(lines[16:23]))
+    int stiffness(double *restrict K, const double *restrict p)
     {
         const double d = p[0];
         const double k = p[1];
     <BLANKLINE>
         K[0] = k;
         K[1] = 0.0;
-    >>> lines[-2]
+    >>> lines[-8]
     '    K[8] = (1.0/3.0)*(d*d)*k;'
     """
     refuse_derivative(derivation)
@@ -76,11 +78,12 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
         *_comment(derivation, compute, K, p),
         "#include <math.h>",
         "",
-        f"void {name}(double *restrict {K}, const double *restrict {p});",
+        f"int {name}(double *restrict {K}, const double *restrict {p});",
         "",
-        f"void {name}(double *restrict {K}, const double *restrict {p})",
+        f"int {name}(double *restrict {K}, const double *restrict {p})",
         "{",
         *_body(compute, names, K, p),
+        *_guard(compute, _CPrinter(names), K, identifiers),
         "}",
     ]
     return "\n".join(lines) + "\n"
@@ -102,6 +105,8 @@ def _comment(derivation: Derivation, compute: Program, K: str, p: str) -> list[s
         *wrapped_words(words, _WIDTH - 3),
         "",
         *wrapped_words(values, _WIDTH - 3),
+        "",
+        *wrapped_words(_plain(f"Returns 0, or 1 {where_it_holds(compute)}."), _WIDTH - 3),
     ]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
@@ -129,6 +134,31 @@ def _body(compute: Program, names: Mapping[sp.Symbol, str], K: str, p: str) -> l
             else:
                 lines += _assigned(place, printer.write(entry))
     return lines
+
+
+def _guard(
+    compute: Program, printer: _CPrinter, K: str, identifiers: Identifiers
+) -> list[str]:
+    """Lines that return 1 where the result is not finite, or a denominator or condition fails."""
+    fails, i = identifiers.take("fails"), identifiers.take("i")
+    n = compute.entries.rows
+    lines = ["", f"    int {fails} = 0;"]
+    every = f"    for (int {i} = 0; {i} < {n * n}; ++{i})"
+    lines.append(f"{every} {fails} |= !isfinite({K}[{i}]);")
+    for guard in compute.guards:
+        sizes = " + ".join(f"fabs({printer.write(term)})" for term in guard.terms)
+        test = f"!(fabs({printer.write(guard.value)}) > {guard.part}*({sizes}));"
+        lines += wrapped_formula(test, _WIDTH, f"    {fails} |= ", " " * 8)
+    for _, expression in compute.conditions:
+        lines += wrapped_formula(
+            f"!({printer.write(expression)} >= 0.0);", _WIDTH, f"    {fails} |= ", " " * 8
+        )
+    return [
+        *lines,
+        f"    if ({fails})",
+        f"    {every} {K}[{i}] = NAN;",
+        f"    return {fails};",
+    ]
 
 
 def _assigned(target: str, expression: str) -> list[str]:

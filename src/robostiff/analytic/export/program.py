@@ -12,7 +12,9 @@ from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import Derivative
 from robostiff.analytic.export.entries import entries, symbols_of
+from robostiff.analytic.export.guards import Guard, guards_of
 from robostiff.analytic.export.vocabulary import check_vocabulary
+from robostiff.analytic.robot_derivation import Condition, RobotDerivation
 from robostiff.errors import InputError
 
 
@@ -51,16 +53,25 @@ class Program:
         What the result needs, in order.
     results : tuple of sympy.ImmutableMatrix
         K (n x n), and dK where there is a derivative, in arguments and assigned symbols.
+    conditions : tuple of (str, sympy.Expr)
+        What must hold besides, in words, and an expression that is not negative where it does.
     """
 
     arguments: tuple[sp.Symbol, ...]
     assignments: tuple[Assignment, ...]
     results: tuple[sp.ImmutableMatrix, ...]
+    conditions: tuple[tuple[str, Any], ...] = ()
 
     @property
     def entries(self) -> sp.ImmutableMatrix:
         """The stiffness matrix."""
         return self.results[0]
+
+    @property
+    def guards(self) -> tuple[Guard, ...]:
+        """The sums by which the program divides, and that can cancel."""
+        found = [entry for matrix in self.results for entry in entries(matrix)]
+        return guards_of(found, {a.symbol: a.expression for a in self.assignments})
 
 
 def program(derivation: Derivation | Derivative) -> Program:
@@ -94,7 +105,12 @@ def program(derivation: Derivation | Derivative) -> Program:
     for name in names:
         if names.count(name) > 1:
             raise InputError("symbols", got=f"two called {name!r}", expected="one of each name")
-    expressions = [*(d.expression for d in definitions), *entries(matrix)]
+    conditions = conditions_of(derivation)
+    expressions = [
+        *(d.expression for d in definitions),
+        *entries(matrix),
+        *(condition.expression for condition in conditions),
+    ]
     check_vocabulary(expressions)
     shared, reduced = sp.cse(expressions, symbols=_temporaries(set(names)))
     computed = _Computation(dict(shared))
@@ -106,14 +122,22 @@ def program(derivation: Derivation | Derivative) -> Program:
     shared_symbols = [a.symbol for a in assignments if a.is_shared]
     in_order = dict(zip(shared_symbols, _temporaries(set(names)), strict=False))
     n = matrix.cols
-    written: Any = sp.ImmutableMatrix(
-        matrix.rows, n, [entry.xreplace(in_order) for entry in results]
-    )
+    renamed = [entry.xreplace(in_order) for entry in results]
+    written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])
+    beside = renamed[matrix.rows * n :]
     return Program(
         arguments,
         tuple(assignment.renamed(in_order) for assignment in assignments),
         tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
+        tuple((c.words, expression) for c, expression in zip(conditions, beside, strict=True)),
     )
+
+
+def conditions_of(derivation: Derivation | Derivative) -> tuple[Condition, ...]:
+    """What must hold for a formula to hold."""
+    if isinstance(derivation, Derivative):
+        derivation = derivation.derivation
+    return derivation.conditions if isinstance(derivation, RobotDerivation) else ()
 
 
 def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:

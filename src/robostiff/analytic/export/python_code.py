@@ -59,9 +59,9 @@ def python_function(derivation: Derivation | Derivative, name: str = "stiffness"
     >>> k, d = sp.symbols("k lambda")
     >>> K = sp.ImmutableMatrix([[k, 0, k * d], [0, 0, 0], [k * d, 0, k * d**2 / 3]])
     >>> lines = python_function(Derivation("K_C", K, (), K)).splitlines()
-    >>> lines[5]
+    >>> lines[6]
     'def stiffness(k, lambda_):'
-    >>> print("\n".join(lines[-10:]))
+    >>> print("\n".join(lines[-14:]))
         k = np.asarray(k, dtype=float)
         lambda_ = np.asarray(lambda_, dtype=float)
         t1 = k*lambda_
@@ -71,6 +71,10 @@ def python_function(derivation: Derivation | Derivative, name: str = "stiffness"
         K[..., 0, 2] = t1
         K[..., 2, 0] = K[..., 0, 2]
         K[..., 2, 2] = (1/3)*k*lambda_**2
+        holds = np.isfinite(K).all(axis=(-2, -1))
+        if not np.all(holds):
+            bad = np.size(holds) - np.count_nonzero(holds)
+            raise ValueError(f"the formula does not hold at {bad} of {np.size(holds)} points")
         return K
     """
     if ascii_identifier(name) != name or keyword.iskeyword(name) or name in _USED:
@@ -83,6 +87,7 @@ def python_function(derivation: Derivation | Derivative, name: str = "stiffness"
     arguments = [names[symbol] for symbol in compute.arguments]
     lines = [
         *_module_start(title),
+        '@np.errstate(all="ignore")',
         *wrapped_formula(", ".join(arguments) + "):", _WIDTH, f"def {name}("),
         *_docstring(title, compute, names),
         *(f"    {argument} = np.asarray({argument}, dtype=float)" for argument in arguments),
@@ -120,6 +125,8 @@ def _docstring(title: str, compute: Program, names: Mapping[sp.Symbol, str]) -> 
             renamed = names[symbol] != symbol.name
             lines.append(f"{names[symbol]} : float or array")
             lines += [f"    In the formula {_plain(symbol.name)}."] if renamed else []
+    lines += ["", "Raises", "------", "ValueError"]
+    lines += [f"    {line}" for line in wrapped_words(f"{_first_capital(where_it_holds(compute))}.", _WIDTH - 8)]
     written = [f'"""{start}', *lines, '"""']
     return [f"    {line}" if line else "" for line in written]
 
@@ -135,7 +142,42 @@ def _body(compute: Program, names: Mapping[sp.Symbol, str], identifiers: Identif
     lines += _assigned(shape, f"np.broadcast_shapes({shapes})")
     for target, matrix in zip(targets, compute.results, strict=True):
         lines += _filled(target, shape, matrix, printer)
+    lines += _guard(compute, targets, printer, identifiers)
     return [*lines, f"    return {', '.join(targets)}"]
+
+
+def _guard(
+    compute: Program, targets: list[str], printer: _PythonPrinter, identifiers: Identifiers
+) -> list[str]:
+    """Lines that raise where the result is not finite, or a denominator or condition fails."""
+    holds, bad = identifiers.take("holds"), identifiers.take("bad")
+    lines = []
+    for i, target in enumerate(targets):
+        kept = f"{holds} & " if i else ""
+        lines.append(f"    {holds} = {kept}np.isfinite({target}).all(axis=(-2, -1))")
+    for guard in compute.guards:
+        sizes = " + ".join(f"np.abs({printer.write(term)})" for term in guard.terms)
+        test = f"{holds} & (np.abs({printer.write(guard.value)}) > {guard.part}*({sizes}))"
+        lines += _assigned(holds, test)
+    for _, expression in compute.conditions:
+        lines += _assigned(holds, f"{holds} & ({printer.write(expression)} >= 0)")
+    return [
+        *lines,
+        f"    if not np.all({holds}):",
+        f"        {bad} = np.size({holds}) - np.count_nonzero({holds})",
+        f'        raise ValueError(f"the formula does not hold at {{{bad}}} of '
+        f'{{np.size({holds})}} points")',
+    ]
+
+
+def where_it_holds(compute: Program) -> str:
+    """In words where a generated function gives no answer."""
+    words = (
+        "where the formula does not hold: where it divides by what vanishes but for rounding, takes "
+        "the root of a negative number, or K is not finite"
+    )
+    besides = dict.fromkeys(_plain(own) for own, _ in compute.conditions)
+    return words + "".join(f"; unless {own}" for own in besides)
 
 
 def _filled(K: str, shape: str, matrix: sp.ImmutableMatrix, printer: _PythonPrinter) -> list[str]:
@@ -162,6 +204,10 @@ def _assigned(target: str, expression: str) -> list[str]:
         return [line]
     inside = wrapped_formula(expression, _WIDTH, " " * 8, " " * 8)
     return [f"    {target} = (", *inside, "    )"]
+
+
+def _first_capital(words: str) -> str:
+    return words[0].upper() + words[1:]
 
 
 def _plain(name: str) -> str:

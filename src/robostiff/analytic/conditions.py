@@ -1,0 +1,100 @@
+"""What must hold for the formula of a robot: its legs close, and its telescopes have a length."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from operator import add
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.closed_posture import gap_of
+from robostiff.analytic.record_reading import ClosedReading
+from robostiff.analytic.robot_derivation import Condition
+from robostiff.analytic.robot_placement import PlacedRobot, home_frame
+from robostiff.analytic.robot_pose import platform_pose
+from robostiff.kinematics import FormulaPose, place_leg
+from robostiff.model import Leg, with_entries
+from robostiff.record import Entry, Record
+from robostiff.recorded import entry_reader
+from robostiff.recorded.bounds import lower_bound
+from robostiff.spatial import exact_number
+
+_CLOSED = sp.Rational(1, 10**14)  # the square of what counts as closed, a part of the length, or rad
+_AWAY = 0.05
+_SEED = 5
+
+
+def conditions_of(placed: PlacedRobot) -> tuple[Condition, ...]:
+    """Conditions in the given symbols, beside denominators that do not vanish.
+
+    Where the legs decide some of the symbols, the formula is right only for values at which they
+    close; the gaps say so. They are written at postures that are not closed, as they would vanish
+    at those of the record.
+    """
+    read = ClosedReading(placed.record, placed.symbols)
+    found = []
+    for leg in placed.legs:
+        for length in leg.lengths:
+            if isinstance(length, Entry) and lower_bound(placed.record, length.step) < 0:
+                words = f"a beam of a telescope of leg {leg.leg.name!r} has a positive length"
+                found.append(Condition(words, read(length)))
+        if not placed.following:
+            found += _closing(leg.leg.name, leg.gap, read)
+    return (*found, *(_following(placed, read) if placed.following else ()))
+
+
+def _closing(name: str, gap: Sequence[Any], read: ClosedReading) -> list[Condition]:
+    entries = [x for x in gap if isinstance(x, Entry)]
+    if not entries:
+        return []
+    total = read(reduce(add, entries))
+    if not total.free_symbols:
+        return []
+    return [Condition(f"leg {name!r} meets the platform", _CLOSED - total)]
+
+
+def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
+    """That the legs close at the values of the symbols that they decide."""
+    random = np.random.default_rng(_SEED)
+    inputs = {}
+    for name in placed.record.inputs:
+        usual = placed.record.input(name).sample
+        inputs[name] = usual + _AWAY * (np.abs(usual) + 1.0) * random.uniform(-1, 1, usual.shape)
+    record = Record(inputs)
+    entry = entry_reader(record, exact=True)
+    robot = with_entries(with_entries(placed.robot, exact_number), entry)
+    told = placed.told
+    coordinates = None if told is None else {name: entry(x) for name, x in told.items()}
+    platform = platform_pose(FormulaPose(*home_frame(robot)), coordinates)
+    again = ClosedReading(record, placed.symbols)
+    found = []
+    for i, leg in enumerate(robot.legs):
+        if i in placed.closed:
+            q = np.array([entry(read(x)) for x in placed.closed[i]], dtype=object)
+            if not any(_names(x, placed) for x in placed.closed[i]):
+                continue
+            gap = gap_of(leg, q, platform.R, platform.p, placed.length)
+        else:
+            gap = _gap_in_closed_form(leg, platform, placed, i)
+        found += _closing(leg.name, gap, again)
+    return found
+
+
+def _gap_in_closed_form(
+    leg: Leg, platform: FormulaPose, placed: PlacedRobot, number: int
+) -> tuple[Any, ...]:
+    if not placed.follows.pose:
+        return ()
+    return place_leg(leg, platform, placed.solvers[number]).gap
+
+
+def _names(coordinate: Any, placed: PlacedRobot) -> bool:
+    """Whether a coordinate is one that the legs decide."""
+    if not isinstance(coordinate, Entry):
+        return False
+    record = placed.record
+    own = {record.input(name).step for name in placed.following}
+    return bool(own & set(record.needed([coordinate.step])))
