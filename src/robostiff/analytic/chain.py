@@ -9,6 +9,7 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.chain_agreement import check_chain, redundant_joints
 from robostiff.analytic.closed import eliminate_exactly
 from robostiff.analytic.derivation import Derivation, Stage
 from robostiff.analytic.exact_matrix import ExactMatrix
@@ -70,6 +71,8 @@ def derive_chain(
     InputError
         When a shape does not fit, K0 is not symmetric, or an expression is none that exact
         arithmetic knows.
+    DisagreementError
+        When the formula and the block form differ at random values.
     FormulaTooLargeError
         When a closed form would exceed its limit; `Steps` always answers.
 
@@ -88,8 +91,11 @@ def derive_chain(
     start = _checked_stiffness(K0)
     columns = {joint: _checked_column(joint, J, start.rows) for joint, J in joints.items()}
     if isinstance(form, Steps):
-        return _by_steps(start, columns, name)
-    return _in_closed_form(start, columns, name, form.limit)
+        derivation = _by_steps(start, columns, name)
+    else:
+        derivation = _in_closed_form(start, columns, name, form.limit)
+    check_chain(derivation, columns)
+    return derivation
 
 
 def _in_closed_form(
@@ -116,7 +122,13 @@ def _in_closed_form(
 def _by_steps(start: Any, columns: Mapping[str, sp.ImmutableMatrix], name: str) -> Derivation:
     K = start
     stages = []
+    redundant = redundant_joints(start, tuple(columns.values()))
     for number, (joint, J) in enumerate(columns.items(), start=1):
+        if redundant[number - 1]:
+            none: Any = sp.ImmutableMatrix(sp.zeros(start.rows, 1))
+            rule = rule_in_words(J, redundant=True)
+            stages.append(Stage(joint, J, rule, none, sp.Integer(0), K))
+            continue
         stage = eliminate_by_name(K, J, number)
         K = stage.K
         rule = rule_in_words(J, redundant=False)

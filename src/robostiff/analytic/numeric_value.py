@@ -43,7 +43,7 @@ def values_of(
     Parameters
     ----------
     expressions : iterable of SymPy expressions
-    values : mapping of symbols to floats or arrays
+    values : mapping of symbols to floats
     definitions : iterable of Definition
         Steps that the expressions need, in order.
     careful : bool
@@ -55,16 +55,25 @@ def values_of(
     >>> values_of([sp.sqrt(x) / 2, 1 / (x - 4)], {x: 4.0})
     [1.0, inf]
     """
-    known: dict[Any, Any] = {}
-    number = _many_digits if careful else float
-    for symbol, value in values.items():
-        known[symbol] = number(value) if np.ndim(value) == 0 else np.asarray(value, dtype=float)
-    compute = _careful if careful else _in_floats
+    if careful:
+        return [float(x) for x in many_digits_of(expressions, values, definitions)]
+    known: dict[Any, Any] = {symbol: float(value) for symbol, value in values.items()}
     with np.errstate(all="ignore"):
         for definition in definitions:
-            known[definition.symbol] = _value(definition.expression, known, number, compute)
-        found = [_value(expression, known, number, compute) for expression in expressions]
-    return [float(x) for x in found] if careful else found
+            known[definition.symbol] = _value(definition.expression, known, float, _in_floats)
+        return [_value(expression, known, float, _in_floats) for expression in expressions]
+
+
+def many_digits_of(
+    expressions: Iterable[Any],
+    values: Mapping[Any, Any],
+    definitions: Iterable[Definition] = (),
+) -> list[Any]:
+    """The same as numbers of mpmath, with `DIGITS` digits."""
+    known: dict[Any, Any] = {symbol: _many_digits(value) for symbol, value in values.items()}
+    for definition in definitions:
+        known[definition.symbol] = _value(definition.expression, known, _many_digits, _careful)
+    return [_value(expression, known, _many_digits, _careful) for expression in expressions]
 
 
 def matrix_value(

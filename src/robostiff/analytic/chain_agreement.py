@@ -1,0 +1,149 @@
+"""The derivation of a chain at random values: redundant joints, and the block form as a check."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import flint
+import numpy as np
+
+from robostiff.analytic.agreement import AGREED, check_value, matrix_distance
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.exact_matrix import ExactMatrix
+from robostiff.analytic.numeric_value import DIGITS, many_digits_of, values_of
+from robostiff.errors import DisagreementError, InputError
+
+_SETS = 2
+_TRIES = 10  # for values at which everything is a number, and nothing nearly cancels
+_SEED = 15
+_ZERO = 1e-30  # of its terms, computed with 60 digits
+_CLEAR = 1e-7  # of the largest singular value: what is not zero
+
+
+def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
+    """Which joints take nothing away, decided at random values of the symbols with 60 digits.
+
+    A polynomial that is zero at random values is zero (Schwartz and Zippel).
+
+    Raises
+    ------
+    InputError
+        When K0 is indefinite: a joint meets forces, but no stiffness.
+    """
+    from mpmath import mp
+
+    found: list[bool] | None = None
+    for values in _random_values([*K0, *(x for J in columns for x in J)]):
+        with mp.workdps(DIGITS):
+            n = K0.rows
+            entries = many_digits_of([K0[i, j] for i in range(n) for j in range(n)], values)
+            K = mp.matrix(n, n)
+            for place, entry in enumerate(entries):
+                K[place // n, place % n] = entry
+            here = []
+            for J in columns:
+                column = mp.matrix(many_digits_of(list(J), values))
+                u = K * column
+                mu = (column.T * u)[0]
+                size = mp.norm(column)
+                largest = max(abs(x) for x in K)
+                is_zero = abs(mu) <= _ZERO * size**2 * largest
+                if is_zero and max(abs(x) for x in u) > 1e-15 * size * largest:
+                    raise InputError(
+                        "stiffness matrix",
+                        got="a joint whose motion meets forces but no stiffness, J^T K J = 0",
+                        expected="a positive semidefinite matrix",
+                    )
+                here.append(bool(is_zero))
+                if not is_zero:
+                    K = K - u * u.T / mu
+        found = here if found is None else [a and b for a, b in zip(found, here, strict=True)]
+    return tuple(found or [False] * len(columns))
+
+
+def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
+    """Compare the formula of a chain with the block form, eq. (9), at random values.
+
+    Raises
+    ------
+    DisagreementError
+        When they differ.
+    """
+    K0 = derivation.K0
+    n, count = K0.rows, len(columns)
+    entries = [*K0, *(x for J in columns.values() for x in J)]
+    for values in _random_values(entries):
+        numbers = np.array(values_of(entries, values), dtype=float)
+        K = numbers[: n * n].reshape(n, n)
+        J = numbers[n * n :].reshape(count, n).T
+        expected = _block_form(K, J)
+        if expected is None:
+            continue
+        where = f"chain {derivation.name!r}"
+        if derivation.exact is None:
+            check_value(derivation.K, derivation.definitions, values, expected, AGREED, where)
+            continue
+        found = _exact_value(derivation.exact, values)
+        distance = matrix_distance(found, expected)
+        if distance > AGREED:
+            at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in values.items())
+            raise DisagreementError(
+                "the closed form and the block form of K", distance, f"{where}, at {at}"
+            )
+
+
+def _random_values(expressions: Sequence[Any]) -> Iterator[dict[Any, float]]:
+    """Values of the symbols, at which all expressions are numbers."""
+    random = np.random.default_rng(_SEED)
+    symbols = sorted(set().union(*(x.free_symbols for x in expressions)), key=str)
+    given = 0
+    for attempt in range(_TRIES):
+        low, high = ((0.5, 1.5), (0.1, 0.9))[attempt % 2]
+        values = {symbol: float(random.uniform(low, high)) for symbol in symbols}
+        if np.all(np.isfinite(np.array(values_of(expressions, values), dtype=float))):
+            given += 1
+            yield values
+        if given == _SETS:
+            return
+
+
+def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:
+    """K - K J (J^T K J)^-1 J^T K, joints that add nothing left out; None where that is unclear."""
+    if J.size == 0:
+        return K
+    KJ = K @ J
+    U, s, Vt = np.linalg.svd(J.T @ KJ)
+    kept = s > _CLEAR * s[0]
+    if s[0] == 0:
+        return K
+    if np.any(s[~kept] > 1e-12 * s[0]) or s[kept][-1] < 1e-4 * s[0]:
+        return None
+    inverse = (Vt[kept].T / s[kept]) @ U[:, kept].T
+    return K - KJ @ inverse @ KJ.T
+
+
+def _exact_value(K: ExactMatrix, values: Mapping[Any, float]) -> np.ndarray:
+    """Polynomials at rational numbers, so that nothing is lost where they cancel."""
+    from mpmath import mp
+
+    with mp.workdps(DIGITS):
+        numbers = many_digits_of(K.field.generators, values)
+        rational = [_rational(x) for x in numbers]
+    n = len(K.entries)
+    below = K.denominator(*rational)
+    found = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i, n):
+            entry = K.entries[i][j]
+            if not entry.is_zero():
+                quotient = entry(*rational) / below
+                found[i, j] = found[j, i] = int(quotient.p) / int(quotient.q)
+    return found
+
+
+def _rational(number: Any) -> Any:
+    from mpmath import mp
+
+    shift = 2**200
+    return flint.fmpq(int(mp.nint(number * shift)), shift)
