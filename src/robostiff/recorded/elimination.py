@@ -96,8 +96,20 @@ def transmitted_by(
             continue
         pivot = min(active, key=lambda i: _awkwardness(drives[i], safety[i], wrenches[i]))
         taken, drive = wrenches[pivot], drives[pivot]
+        if isinstance(drive, Entry) and len(active) == 2:
+            # Of two wrenches one combination is left, which needs no division: it holds wherever
+            # one of the two drives does not vanish.
+            (other,) = (i for i in active if i != pivot)
+            both = drive * drive + drives[other] * drives[other]
+            own = float(np.hypot(sizes[pivot], sizes[other]))
+            losses.append(_loss(both, float(np.sqrt(least_size(both))) / own))
+            combined = _combination(drive, wrenches[other], drives[other], taken)
+            wrenches = [
+                combined if i == other else w for i, w in enumerate(wrenches) if i != pivot
+            ]
+            continue
         if isinstance(drive, Entry):
-            losses.append(_loss_of_square(drive, safety[pivot]))
+            losses.append(_loss(drive * drive, safety[pivot]))
         remaining = []
         for i, w in enumerate(wrenches):
             if i == pivot:
@@ -214,8 +226,15 @@ def _coupling(row: Sequence[Any], i: int, part: float) -> tuple[bool, int, float
     return part < 1e-4, coupled, -part
 
 
-def _loss_of_square(drive: Entry, safety: float) -> Any:
+def _combination(a: Any, v: Column, b: Any, w: Column) -> Column:
+    """a v - b w; zeros leave no trace."""
+    return [
+        (0 if is_zero(x) else a * x) - (0 if is_zero(y) else b * y)
+        for x, y in zip(v, w, strict=True)
+    ]
+
+
+def _loss(square: Any, safety: float) -> Any:
     """Square of a pivot at the samples over its square, the more the less safe it was there."""
-    usual = float(np.mean(drive.sample**2))
-    by = drive.reciprocal()
-    return by * by * (_FEW_DIGITS * usual / safety**2)
+    usual = float(np.mean(square.sample))
+    return square.reciprocal() * (_FEW_DIGITS * usual / safety**2)

@@ -26,7 +26,7 @@ def wrapped_formula(text: str, width: int, first: str = "", rest: str = "    ") 
     >>> wrapped_formula("alpha + beta*gamma - delta", 16, "x = ")
     ['x = alpha', '    + beta*gamma', '    - delta']
     """
-    tokens = _tokens(text, width - len(rest))
+    tokens = _tokens(text, width - max(len(first), len(rest)))
     lines: list[str] = []
     line, started = first, False
     for token in tokens:
