@@ -13,6 +13,7 @@ import sympy as sp
 from robostiff.analytic.angles import Angles
 from robostiff.analytic.atoms import atoms_of, is_root, prepare
 from robostiff.analytic.element import Element
+from robostiff.analytic.products import quotient
 from robostiff.analytic.roots import Radicand, Roots, factors_of
 from robostiff.analytic.writing import PolynomialWriter
 from robostiff.errors import InputError
@@ -146,6 +147,36 @@ class ExactField:
         return (
             Element(self, num, den) if leading == 1 else Element(self, num / leading, den / leading)
         )
+
+    def zeros(self, element: Element) -> Any:
+        """A polynomial that vanishes where an element does: its numerator without false factors.
+
+        A factor a - b g above a norm a^2 - b^2 g^2 is one over a + b g, and no zero.
+        """
+        conjugate, below = self._norm(element.den)
+        above = self.reduced(element.num * conjugate)
+        common = above.gcd(below)
+        above, below = above / common, below / common
+        for factor, power in above.factor()[1]:
+            if not any(factor.degrees()[relation.place] for relation in self.relations):
+                continue
+            norm = self._norm(factor)[1]
+            for _ in range(int(power)):
+                left = quotient(below, norm)
+                if left is None:
+                    break
+                above, below = above / factor, left
+        return above
+
+    def _norm(self, polynomial: Any) -> tuple[Any, Any]:
+        """The product of all conjugates of a polynomial but itself, and of all of them."""
+        others, norm = self.ring.constant(1), polynomial
+        for relation in self.relations:
+            if norm.degrees()[relation.place]:
+                conjugate = norm.compose(*self._conjugation(relation.place))
+                others = self.reduced(others * conjugate)
+                norm = self.reduced(norm * conjugate)
+        return others, norm
 
     def _freed(self, num: Any, den: Any, relation: Relation) -> tuple[Any, Any]:
         """A fraction over b g as one over b g^2; one over a + b g as it is, which is not zero."""

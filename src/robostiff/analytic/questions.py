@@ -65,7 +65,8 @@ def rank_formula(K: Any) -> RankFormula:
     for places in combinations(range(K.rows), rank):
         minor = determinant(field, [[elements[i][j] for j in places] for i in places])
         if not minor.is_zero:
-            shared = minor.num if shared is None else shared.gcd(minor.num)
+            zeros = field.zeros(minor)
+            shared = zeros if shared is None else shared.gcd(zeros)
     factors = [] if shared is None else shared.factor()[1]
     exceptions = {_without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
     # Roots and pi are generators of the field, too; a number never vanishes.
@@ -162,7 +163,7 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     t = Space.of_size(K.rows).translations
     field = ExactField(list(K))
     coupling = [field.element(K[i, j]) for i in range(t) for j in range(t, K.rows)]
-    present = [element.num for element in coupling if not element.is_zero]
+    present = [field.zeros(element) for element in coupling if not element.is_zero]
     if not present:
         return (sp.Integer(0),)
     shared = present[0]
