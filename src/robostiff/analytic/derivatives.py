@@ -10,6 +10,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.errors import InputError
 
 
@@ -94,8 +95,8 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol) -> Derivative:
     Raises
     ------
     InputError
-        When the symbol is not given but defined by a step, or a closed form is not of exact
-        arithmetic.
+        When the symbol is not given but defined by a step, a closed form is not of exact
+        arithmetic, or the legs decide some of the symbols.
 
     Examples
     --------
@@ -109,6 +110,14 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol) -> Derivative:
             "symbol to differentiate by",
             got=str(symbol),
             expected="one of " + ", ".join(map(str, derivation.symbols)),
+        )
+    following = derivation.following if isinstance(derivation, RobotDerivation) else ()
+    if following:
+        raise InputError(
+            f"derivative of {derivation.name!r} by {symbol}",
+            got=f"a formula in {', '.join(following)}, which change with it as the legs close",
+            expected="a formula in symbols that can be chosen freely",
+            hint="name fewer symbols, such as the stiffnesses alone, so that these are numbers",
         )
     if derivation.is_closed:
         return Derivative(derivation, symbol, derivative_formula(derivation.K, symbol))

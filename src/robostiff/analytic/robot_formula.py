@@ -39,7 +39,10 @@ def derive_robot(
 
     The legs are closed in formulas, placed, and their stiffness is found by the wrench basis form,
     K = W (W^T C W)^-1 W^T, one transmitted wrench after the other; the legs are summed about the
-    reference point, eq. (12). World axes. Working modes are those of home.
+    reference point, eq. (12). World axes. Working modes are those of home. What the legs decide,
+    coordinates of joints that are found by iteration and of the platform, is a number or a formula
+    where it is one; otherwise it is a symbol of its own (`RobotDerivation.following`), and the
+    formula holds at values at which the legs close.
 
     Parameters
     ----------
@@ -60,6 +63,8 @@ def derive_robot(
     InputError
         When the robot has symbols without a nominal value, a leg has no closed form for its
         closure away from home, or a transmitted wrench meets no compliance.
+    DisagreementError
+        When the formula and the numerical form differ at random parameters and poses.
     FormulaTooLargeError
         When a closed form would exceed the limit.
 

@@ -40,7 +40,9 @@ class AtSymbols:
 
     The point is (x, y, z); the rotation is Rz(gamma) Ry(beta) Rx(alpha), turns about the world's x,
     y and z one after the other. A serial arm has its joint coordinates q1, q2 and so on instead.
-    A coordinate that has the name of a parameter gets a P behind it, such as alpha_P.
+    A coordinate that has the name of a parameter gets a P behind it, such as alpha_P. Where the
+    platform moves along the other coordinates as well, as that of a 3-RPS does, all six are
+    symbols, and the formula holds where the legs close.
     """
 
 

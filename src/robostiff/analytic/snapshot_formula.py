@@ -8,18 +8,26 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.agreement import AGREED, check_value
 from robostiff.analytic.closed import canonical
 from robostiff.analytic.elimination import null_space
 from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.parallel import moved_formula, rotated_formula
 from robostiff.errors import InputError
 from robostiff.kinematics import leg_compliance, passive_jacobian
-from robostiff.model import PlacedLeg, Snapshot
+from robostiff.model import PlacedLeg, Snapshot, with_entries
+from robostiff.model.entries import formulas
 from robostiff.spatial import Space, block_rotation
 from robostiff.spatial.batch import transposed
 
 # Operations up to which the legs are brought over one denominator; a longer sum reads better apart.
 _COMBINED = 2000
+
+# Ranges of the symbols at which a formula is compared with numbers; some suit lengths, some sines.
+_RANGES = ((0.5, 1.5), (0.1, 0.9))
+_TRIES = 6
+_SEED = 11
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,8 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
 
     Raises
     ------
+    DisagreementError
+        When formula and numerical form differ at random values of the symbols.
     InputError
         When a transmitted wrench meets no compliance, so that no matrix exists, or the platform
         is flexible.
@@ -84,7 +94,33 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
     legs = tuple(_leg_formula(leg, snapshot) for leg in snapshot.legs)
     total: Any = sp.ImmutableMatrix(sum(legs[1:], legs[0]))
     small = sum(entry.count_ops() for entry in total) <= _COMBINED
-    return SnapshotFormula(canonical(total) if small else total, legs)
+    K: Any = canonical(total) if small else total
+    _check(K, snapshot)
+    return SnapshotFormula(K, legs)
+
+
+def _check(K: Any, snapshot: Snapshot) -> None:
+    """Compare the formula with the numerical form at random values of its symbols."""
+    from robostiff.analysis import stiffness
+
+    random = np.random.default_rng(_SEED)
+    entries = list(formulas(snapshot))
+    symbols = sorted(set().union(*(x.free_symbols for x in entries)), key=str)
+    for attempt in range(_TRIES):
+        low, high = _RANGES[attempt % len(_RANGES)]
+        values = {symbol: float(random.uniform(low, high)) for symbol in symbols}
+        numbers = np.array(values_of(entries, values), dtype=float)
+        if not np.all(np.isfinite(numbers)):
+            continue
+        known = dict(zip(entries, numbers.tolist(), strict=True))
+        try:
+            twin: Any = with_entries(snapshot, lambda x, known=known: known.get(x, x))  # pyright: ignore
+            result = stiffness(twin)
+        except InputError:  # such as a compliance that is not positive at these values
+            continue
+        if result.answered:
+            check_value(K, (), values, result.K, AGREED, f"snapshot {snapshot.name!r}")
+            return
 
 
 def _leg_formula(leg: PlacedLeg, snapshot: Snapshot) -> sp.ImmutableMatrix:

@@ -14,12 +14,12 @@ from robostiff.analytic.export.json_expression import TreeReader, expression_tre
 from robostiff.analytic.export.json_legs import LEG_KEYS, leg_data, leg_from_data, texts
 from robostiff.analytic.export.json_shown import shown
 from robostiff.analytic.export.json_symbols import read_symbols, symbol_data
-from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.robot_derivation import Condition, RobotDerivation
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 _VERSION = 1
-_ROBOT_KEYS = ("legs", "where", "coordinates")
+_ROBOT_KEYS = ("legs", "where", "coordinates", "following", "conditions")
 _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
 
@@ -74,6 +74,11 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
         data["legs"] = [leg_data(leg, _definitions_data) for leg in derivation.legs]
         data["where"] = derivation.where
         data["coordinates"] = list(derivation.coordinates)
+        data["following"] = list(derivation.following)
+        data["conditions"] = [
+            {"words": condition.words, "expression": expression_tree(condition.expression)}
+            for condition in derivation.conditions
+        ]
     return data
 
 
@@ -94,6 +99,8 @@ def derivation_from_data(data: Any) -> Derivation:
     """
     keys = ("robostiff_derivation", "name", "symbols", "K0", "stages", "K", "definitions")
     is_robot = isinstance(data, dict) and "legs" in data
+    if is_robot:  # written before there were any
+        data = {"following": [], "conditions": [], **data}
     fields = _fields(data, "derivation", (*keys, *_ROBOT_KEYS) if is_robot else keys)
     if fields["robostiff_derivation"] != _VERSION or fields["robostiff_derivation"] is True:
         raise InputError(
@@ -125,6 +132,16 @@ def _of_robot(derivation: Derivation, fields: dict[str, Any], reader: _Reader) -
         legs=tuple(leg_from_data(leg, reader) for leg in legs),
         where=_text(fields["where"], "where"),
         coordinates=texts(fields["coordinates"], "coordinates"),
+        following=texts(fields["following"], "following"),
+        conditions=tuple(
+            Condition(
+                _text(condition["words"], "words"), reader.expression(condition["expression"])
+            )
+            for condition in (
+                _fields(data, "condition", ("words", "expression"))
+                for data in _list(fields["conditions"], "conditions")
+            )
+        ),
     )
 
 
@@ -137,6 +154,8 @@ def _symbols_by_name(derivation: Derivation) -> list[sp.Symbol]:
     for leg in derivation.legs if isinstance(derivation, RobotDerivation) else ():
         matrices += [*leg.wrenches, *leg.compliances, *([] if leg.K is None else [leg.K])]
         definitions += leg.definitions
+    if isinstance(derivation, RobotDerivation):
+        matrices += [condition.expression for condition in derivation.conditions]
     found = symbols_of([*matrices, *(d.expression for d in definitions)])
     found |= {d.symbol for d in definitions}
     by_name: dict[str, sp.Symbol] = {}

@@ -1,0 +1,271 @@
+"""Every formula and every exported function is right, or refused."""
+
+import ctypes
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.analytic import (
+    Closed,
+    Steps,
+    derive_chain,
+    differentiate,
+    free_motion_formulas,
+    rank_formula,
+    robot_formula,
+    snapshot_formula,
+)
+from robostiff.analytic.agreement import check_robot
+from robostiff.analytic.chain_agreement import check_chain
+from robostiff.analytic.export import (
+    c_function,
+    derivation_data,
+    derivation_from_data,
+    python_function,
+)
+from robostiff.analytic.robot_placement import place_robot
+from robostiff.errors import DisagreementError, InputError
+from tests.analytic.formulas import cubic_platform
+
+DATA = Path(__file__).parent / "data"
+COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+NEITHER_END = """
+robostiff: 1
+name: bent ram
+source: a ram whose angles and length follow from two dimensions
+parameters: {a: 300 mm, h: 1 m}
+home: {at: [a, 0, h]}
+legs:
+  - name: ram
+    chain:
+      - {type: universal, axes: [x, y], role: passive}
+      - {type: telescope, direction: z, role: passive, home: 900 mm,
+         beams: [{share: 1, material: steel, section: {circle: {diameter: 100 mm}}}]}
+      - {type: revolute, axis: y, role: passive}
+"""
+
+
+def function_of(derivation):
+    space = {}
+    exec(python_function(derivation), space)  # noqa: S102
+    return space["stiffness"]
+
+
+def distance(K, expected):
+    return np.max(np.abs(K - expected)) / np.max(np.abs(expected))
+
+
+def values_for(derivation, known):
+    return {symbol.name: known[symbol.name] for symbol in derivation.symbols}
+
+
+@pytest.mark.parametrize("name", ["mini", "tricept", "fb3", "gsb-drive"])
+def test_legs_are_derived_where_they_close_and_not_where_the_file_puts_their_joints(name):
+    robot = rs.load(DATA / f"{name}.yaml", symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot)
+    assert derivation.following == ()
+    function = function_of(derivation)
+    random = np.random.default_rng(1)
+    for _ in range(2):
+        values = {k: v * random.uniform(0.95, 1.05) for k, v in robot.nominal.items()}
+        K = function(**values_for(derivation, values))
+        assert distance(K, rs.stiffness(robot.substituted(values)).K) < 1e-10
+
+
+def test_a_ram_that_closes_at_its_length_is_as_stiff_as_that():
+    derivation = rs.derive(DATA / "mini.yaml")
+    (h,) = derivation.symbols
+    assert sp.simplify(derivation.K[0, 0] * h**3 / sp.pi).is_number
+    assert float(derivation.K[0, 0].subs(h, 1.0)) == pytest.approx(3.0925e6, rel=1e-4)
+
+
+def bent(tmp_path, symbols):
+    file = tmp_path / "bent.yaml"
+    file.write_text(NEITHER_END, encoding="utf-8")
+    return rs.load(file, symbols=symbols)
+
+
+def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_ones_refused(tmp_path):
+    robot = bent(tmp_path, rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot)
+    assert derivation.following
+    assert "the legs decide" in derivation.where
+    names = [f"q_ram_{i + 1}" for i in range(4)]
+    q = dict(zip(names, rs.find_posture(robot.numeric).coordinates[0][0], strict=True))
+    known = {**robot.nominal, **q}
+    for own in (derivation, derivation_from_data(derivation_data(derivation))):
+        function = function_of(own)
+        assert distance(function(**values_for(own, known)), rs.stiffness(robot.numeric).K) < 1e-9
+        with pytest.raises(ValueError, match="does not hold"):
+            function(**values_for(own, known | {derivation.following[0]: 1.234}))
+    with pytest.raises(InputError, match="change with it as the legs close"):
+        differentiate(derivation, derivation.symbols[0])
+
+
+def test_without_symbols_of_the_dimensions_closed_coordinates_are_numbers(tmp_path):
+    robot = bent(tmp_path, ())
+    derivation = rs.derive(robot)
+    assert derivation.symbols == ()
+    K = np.array(derivation.K.evalf(), dtype=float)
+    assert distance(K, rs.stiffness(robot.numeric).K) < 1e-10
+
+
+@pytest.mark.parametrize("name", ["3-rps", "3-prs"])
+def test_parasitic_motion_is_part_of_the_pose(name):
+    robot = rs.load(name, symbols=())
+    derivation = rs.derive(robot, pose=rs.AtSymbols())
+    assert derivation.coordinates == ("x", "y", "z", "alpha", "beta", "gamma")
+    assert set(derivation.following) == {"x", "y", "gamma"}
+    function = function_of(derivation)
+    numeric = robot.numeric
+    for turn in ([0.3, 0.0], [0.2, -0.25]):
+        six = rs.find_posture(numeric, [numeric.home.p[2], *turn]).pose[0]
+        angles = Rotation.from_rotvec(six[3:]).as_euler("xyz")
+        known = dict(zip(derivation.coordinates, (*six[:3], *angles), strict=True))
+        K = function(**values_for(derivation, known))
+        assert distance(K, rs.stiffness(numeric, six).K) < 1e-10
+        with pytest.raises(ValueError, match="does not hold"):
+            function(**values_for(derivation, known | {"x": 0.0, "y": 0.0, "gamma": 0.0}))
+
+
+def test_some_coordinates_of_a_pose_whose_others_follow_are_refused():
+    robot = rs.load("3-rps", symbols=())
+    angle = sp.Symbol("u", real=True)
+    with pytest.raises(InputError, match=r"falls short.*AtSymbols"):
+        rs.derive(robot, pose=rs.AtCoordinates({"alpha": angle, "beta": sp.Rational(1, 3)}))
+
+
+def test_a_component_of_a_wrench_may_vanish_at_a_regular_pose():
+    robot = rs.load(DATA / "fb3.yaml", symbols=())
+    derivation = rs.derive(robot, pose=rs.AtSymbols())
+    function = function_of(derivation)
+    for x, y in [(-0.4, 0.4), (0.4, 0.4), (0.1, 0.45)]:
+        K = function(**values_for(derivation, {"x": x, "y": y, "gamma": 0.0}))
+        assert distance(K, rs.stiffness(robot.numeric, [x, y, 0]).K) < 1e-12
+
+
+def drive_as_stiff_as_its_beam():
+    robot = rs.load(DATA / "gsb-drive.yaml", symbols=rs.ALL_PARAMETERS)
+    R, r, h, D, d = (robot.nominal[name] for name in ("R", "r", "h", "D", "d"))
+    L = np.sqrt(R**2 - R * r + r**2 + h**2)
+    return robot, 210e9 * np.pi * (D**2 - d**2) / 4 / L
+
+
+@pytest.mark.parametrize("factor", [1.0, 1 + 1e-12, 1 - 1e-9, 1.01])
+def test_a_denominator_with_a_root_has_no_false_pole(factor):
+    robot, k = drive_as_stiff_as_its_beam()
+    derivation = rs.derive(robot)
+    values = {**robot.nominal, "k": k * factor}
+    K = function_of(derivation)(**values_for(derivation, values))
+    assert distance(K, rs.stiffness(robot.substituted(values)).K) < 1e-11
+
+
+def test_a_rank_has_no_false_exception():
+    found = rank_formula(rs.derive(DATA / "gsb-drive.yaml").K)
+    assert found.rank == 6
+    assert {str(x) for x in found.exceptions} == {"R", "h", "k", "r", "D - d", "D + d"}
+    E, A, L, k, b = sp.symbols("E A L k b", positive=True)
+    series = 1 / (1 / k + sp.sqrt(L**2 + b**2) / (E * A))
+    assert set(rank_formula(sp.diag(series, series * (E - b), 0)).exceptions) == {A, E, k, E - b}
+    assert len(free_motion_formulas(sp.diag(series, 0, 0))) == 2
+
+
+FULL = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
+
+
+@pytest.mark.parametrize("form", [Closed(), Steps()])
+def test_a_dependent_joint_takes_nothing_away(form):
+    L = sp.Symbol("L", positive=True)
+    joints = {"a": [0, 0, -L, 0, 1, 0], "b": [0, 0, 0, 0, 1, 0], "c": [0, 0, 1, 0, 0, 0]}
+    derivation = derive_chain(FULL, joints, form)
+    assert [stage.is_redundant for stage in derivation.stages] == [False, False, True]
+    M = np.diag([4.0, 4, 4, 2, 2, 2])
+    M[2, 4] = M[4, 2] = 1.0
+    known = {f"K{i + 1}{j + 1}": M[i, j] for i in range(6) for j in range(i, 6)} | {"L": 1.0}
+    K = function_of(derivation)(**values_for(derivation, known))
+    np.testing.assert_allclose(np.diag(K), [4, 4, 0, 2, 0, 2], atol=1e-12)
+
+
+def test_steps_of_an_indefinite_matrix_are_refused():
+    K = sp.Matrix([[0, 1, 0], [1, 0, 0], [0, 0, 1]])
+    with pytest.raises(InputError, match="positive semidefinite"):
+        derive_chain(K, {"slide": [1, 0, 0]}, Steps())
+
+
+@pytest.mark.parametrize("name", rs.shipped_robots())
+def test_shipped_robots_at_random_parameters(name):
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot)
+    values = values_for(derivation, robot.nominal) if not derivation.following else None
+    if values is not None:
+        K = function_of(derivation)(**values)
+        assert distance(K, rs.stiffness(robot.numeric).K) < 1e-9
+
+
+def test_a_derivation_that_differs_from_numbers_is_not_returned(monkeypatch):
+    wrong = robot_formula.closed_sum
+
+    def off(*arguments):
+        found = wrong(*arguments)
+        return replace(found, K=found.K * sp.Rational(1001, 1000))
+
+    monkeypatch.setattr(robot_formula, "closed_sum", off)
+    with pytest.raises(DisagreementError, match=r"disagree by 1\.0e-03 .*report"):
+        rs.derive("gough-stewart-b")
+
+
+def test_checks_of_robots_chains_and_snapshots_see_a_difference(monkeypatch):
+    robot = rs.load("3-rpr", symbols=())
+    derivation = rs.derive(robot, pose=rs.AtSymbols())
+    placed = place_robot(robot, rs.AtSymbols())
+    check_robot(derivation, placed)
+    with pytest.raises(DisagreementError):
+        check_robot(replace(derivation, K=derivation.K * sp.Rational(100001, 100000)), placed)
+    joints = {"tip": sp.ImmutableMatrix([0, 0, 0, 0, 1, 0])}
+    chain = derive_chain(FULL, joints, Steps())
+    with pytest.raises(DisagreementError):
+        check_chain(replace(chain, K=chain.K + sp.eye(6) / 1000), joints)
+    monkeypatch.setattr("robostiff.analytic.snapshot_formula.canonical", lambda K, *_: K * 2)
+    with pytest.raises(DisagreementError):
+        snapshot_formula.snapshot_formula(cubic_platform())
+
+
+def singular():
+    """K is 1 / (a - b): it does not exist where a = b."""
+    a, b = sp.symbols("a b", positive=True)
+    K = sp.ImmutableMatrix(sp.diag(1 / (a - b), sp.sqrt(a), 0))
+    return derive_chain(K, {"free": [0, 0, 1]}), a, b
+
+
+def test_a_python_function_raises_where_it_does_not_hold():
+    derivation, _, _ = singular()
+    function = function_of(derivation)
+    assert function(2.0, 1.0)[0, 0] == 1.0
+    assert "Where the formula does not hold" in " ".join(function.__doc__.split())
+    for a, b in [(1.0, 1.0), (1.0, 1.0 + 1e-9), (-1.0, 1.0), (np.nan, 1.0)]:
+        with pytest.raises(ValueError, match="does not hold at 1 of 1"):
+            function(a, b)
+    with pytest.raises(ValueError, match="does not hold at 2 of 3"):
+        function(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 1.0]))
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler on this machine")
+def test_a_c_function_returns_1_where_it_does_not_hold(tmp_path):
+    source, library = tmp_path / "formula.c", tmp_path / "formula.so"
+    source.write_text(c_function(singular()[0]), encoding="ascii")
+    command = [COMPILER, "-std=c99", "-Wall", "-Werror", "-shared", "-fPIC", str(source)]
+    subprocess.run([*command, "-o", str(library), "-lm"], check=True)
+    function = ctypes.CDLL(str(library)).stiffness
+    K = (ctypes.c_double * 9)()
+    assert function(K, (ctypes.c_double * 2)(2.0, 1.0)) == 0
+    assert K[0] == 1.0
+    for values in [(1.0, 1.0), (1.0, 1.0 + 1e-9), (-1.0, 1.0)]:
+        assert function(K, (ctypes.c_double * 2)(*values)) == 1
+        assert all(np.isnan(list(K)))
