@@ -142,7 +142,5 @@ def test_the_network_of_rigid_links_has_the_same_compliance(name):
     bent, expected = rs.deflection(network, wrench=F), rs.deflection(snapshot, wrench=F)
     assert np.abs(bent.twist - expected.twist).max() < 1e-12 * np.abs(expected.twist).max()
     assert bent.energy == pytest.approx(sum(part.energy for part in bent.parts), rel=1e-9)
-    loads = compliance_between(
-        network, [("platform", snapshot.reference_point)], loads=F[:, None]
-    )
+    loads = compliance_between(network, [("platform", snapshot.reference_point)], loads=F[:, None])
     assert loads.item() == pytest.approx(F @ C @ F, rel=1e-12)

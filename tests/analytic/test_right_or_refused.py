@@ -92,7 +92,9 @@ def bent(tmp_path, symbols):
     return rs.load(file, symbols=symbols)
 
 
-def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_ones_refused(tmp_path):
+def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_ones_refused(
+    tmp_path,
+):
     robot = bent(tmp_path, rs.ALL_PARAMETERS)
     derivation = rs.derive(robot)
     assert derivation.following

@@ -13,7 +13,9 @@ from tests.cases.metric import distance
 
 AGREEMENT = 1e-9
 #: Differences between a way and itself in other company: the same steps, other roundings.
-DECISIVE = Status.RIGID_DIRECTION | Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS | Status.UNREACHABLE
+DECISIVE = (
+    Status.RIGID_DIRECTION | Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS | Status.UNREACHABLE
+)
 
 
 @dataclass(frozen=True)
@@ -128,11 +130,15 @@ class Judge:
         if answer.K is not None and truth.K is not None:
             off = self.distance(answer.K, truth.K)
             if not off <= AGREEMENT:
-                self.say(answer.way, "another K than the reference", f"{off:.2e}; {status}; {margins}")
+                self.say(
+                    answer.way, "another K than the reference", f"{off:.2e}; {status}; {margins}"
+                )
         if answer.C is not None and truth.C is not None:
             off = self.distance(answer.C, truth.C, 1 / self.size)
             if not off <= AGREEMENT:
-                self.say(answer.way, "another C than the reference", f"{off:.2e}; {status}; {margins}")
+                self.say(
+                    answer.way, "another C than the reference", f"{off:.2e}; {status}; {margins}"
+                )
 
     def _against_default(self, answer: Answer, default: Answer) -> None:
         doubt = answer.in_doubt or default.in_doubt

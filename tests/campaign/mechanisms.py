@@ -12,7 +12,17 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.elasticity import circle, material
-from robostiff.model import Actuated, Chain, Leg, Locked, Rigid, Robot, beam_link, prismatic, revolute
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Leg,
+    Locked,
+    Rigid,
+    Robot,
+    beam_link,
+    prismatic,
+    revolute,
+)
 from robostiff.spatial import Frame
 from tests.campaign.answers import Complaint, Judge
 

@@ -350,4 +350,3 @@ def _ending(leg: PlacedLeg, place: np.ndarray | None, away: np.ndarray | float =
     )
     end = leg.end + away if place is None else place
     return replace(leg, elements=elements, end=end)
-

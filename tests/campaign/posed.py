@@ -23,17 +23,15 @@ from robostiff.model import (
     Leg,
     Locked,
     Motion,
-    Passive,
     Rigid,
     Robot,
-    Telescope,
     beam_link,
 )
 from robostiff.robots import robot_file, shipped_robots
-from robostiff.spatial import Frame, Space
+from robostiff.spatial import Frame
 from tests.campaign.walk import end_of, frame_of
-from tests.generators.elements import BAR, ROD, STEEL, KINDS as ELEMENTS, random_element
-from tests.generators.elements import random_transform
+from tests.generators.elements import BAR, ROD, STEEL, random_element, random_transform
+from tests.generators.elements import KINDS as ELEMENTS
 from tests.generators.kernel_robots import HAND_MADE
 from tests.generators.legs import PLANAR, RODS, SLIDING, STRUTS, random_leg
 
@@ -110,8 +108,10 @@ def _homes_anywhere(rng: np.random.Generator, leg: Leg) -> Leg:
     for e in leg.chain.elements:
         if isinstance(e, Joint) and e.kind in (JointKind.REVOLUTE, JointKind.PRISMATIC):
             home = np.array(e.home)
-            home = home + 2 * np.pi * rng.integers(-1, 2) if e.kind is JointKind.REVOLUTE else (
-                home * rng.choice([-1.0, 1.0])
+            home = (
+                home + 2 * np.pi * rng.integers(-1, 2)
+                if e.kind is JointKind.REVOLUTE
+                else (home * rng.choice([-1.0, 1.0]))
             )
             role = e.role
             if isinstance(role, Actuated) and rng.uniform() < 0.7:
@@ -201,7 +201,9 @@ def _structure(rng: np.random.Generator, count: int) -> Posed:
     platform = frame_of(home)
     legs = []
     for i in range(int(rng.integers(1, 4))):
-        elements: list[Element] = [beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, BAR, y_axis=[1, 2, 3])]
+        elements: list[Element] = [
+            beam_link(rng.uniform(-0.5, 0.5, 3), STEEL, BAR, y_axis=[1, 2, 3])
+        ]
         for k in range(int(rng.integers(0, 3))):
             role = Locked(1e5) if rng.uniform() < 0.5 else Locked()
             angle = float(rng.uniform(-1, 1))
@@ -235,9 +237,7 @@ def _shipped(rng: np.random.Generator, count: int) -> Posed | None:
     parameters = {p: float(nominal[p] * (1 + by * rng.uniform(-1, 1))) for p in chosen}
     robot = rs.load(name, parameters)
     rows = _near(rng, robot, count, 10 ** rng.uniform(-2, -0.3))
-    return Posed(
-        robot, rows, _by_joints(robot), shipped=name, parameters=tuple(parameters.items())
-    )
+    return Posed(robot, rows, _by_joints(robot), shipped=name, parameters=tuple(parameters.items()))
 
 
 @cache

@@ -66,8 +66,12 @@ class Case:
         at = f"row {row}"
         if (own ^ status) & _DECISIVE or rank != int(self.batch.rank[row]):
             if not doubt:
-                words = f"{Status(status)}, rank {rank} for {Status(own)}, rank {self.batch.rank[row]}"
-                self.say(way, f"another status ({Status((own ^ status) & _DECISIVE)})", f"{at}: {words}")
+                words = (
+                    f"{Status(status)}, rank {rank} for {Status(own)}, rank {self.batch.rank[row]}"
+                )
+                self.say(
+                    way, f"another status ({Status((own ^ status) & _DECISIVE)})", f"{at}: {words}"
+                )
             return
         if doubt or K is None or not self.batch.answered[row] or rank == 0:
             return
@@ -144,7 +148,11 @@ def _posture(case: Case) -> None:
             mine = case.posture.coordinates[0][row]
             off = np.abs(mine - own)[drives]
             if off.size and off.max() > 1e-5 and _regular(case, own):
-                what = "another coordinate of a drive" if row else "another coordinate of a drive at home"
+                what = (
+                    "another coordinate of a drive"
+                    if row
+                    else "another coordinate of a drive at home"
+                )
                 case.say("planted coordinates", what, f"row {row}: {mine} for {own}")
 
 
@@ -198,7 +206,11 @@ def _expect(case: Case, way: str, row: int, q: list[np.ndarray], regular: bool =
     if not off <= 1e-6:
         mine = [np.round(c[row], 6).tolist() for c in case.posture.coordinates]
         theirs = [np.round(c, 6).tolist() for c in q]
-        case.say(way, "another K than in the assembly mode of home", f"{at}: {off:.2e}; {mine} for {theirs}")
+        case.say(
+            way,
+            "another K than in the assembly mode of home",
+            f"{at}: {off:.2e}; {mine} for {theirs}",
+        )
 
 
 def snapshot_at(robot: Any, q: list[np.ndarray], reference_point: np.ndarray) -> Snapshot:
@@ -232,7 +244,11 @@ def _walk(case: Case) -> None:
     if np.abs(walked.pose - case.posture.pose[row]).max() > 1e-6 and case.posture.reached[row]:
         same = np.abs(turn - pose_matrix(case.posture.pose[row])).max() < 1e-6
         if not same:
-            case.say("walk", "other pose coordinates that follow", f"row {row}: {case.posture.pose[row]} for {walked.pose}")
+            case.say(
+                "walk",
+                "other pose coordinates that follow",
+                f"row {row}: {case.posture.pose[row]} for {walked.pose}",
+            )
             return
     _expect(case, "walk", row, walked.q)
 
@@ -314,7 +330,11 @@ def _formula(symbols: bool) -> Callable[[Case], None]:
                     continue
                 off = case.off(K, case.K(row))
                 if not off <= 1e-8:
-                    what = "not a number" if not np.isfinite(K).all() else "another K than in the batch"
+                    what = (
+                        "not a number"
+                        if not np.isfinite(K).all()
+                        else "another K than in the batch"
+                    )
                     case.say(f"{name}, {language}", what, f"row {row}: {off:.2e}; {known}")
 
     return ask
@@ -391,7 +411,9 @@ def judged_posed(
         case = Case(posed, np.random.default_rng(seed))
     except Exception as error:  # whatever is raised is a finding
         text = f"{type(error).__name__}: {error}"
-        return [Complaint("batch of poses", f"raised {type(error).__name__}", text[:300])], ["batch of poses"]
+        return [Complaint("batch of poses", f"raised {type(error).__name__}", text[:300])], [
+            "batch of poses"
+        ]
     taken = ["batch of poses"]
     for i, way in enumerate(WAYS):
         rng = np.random.default_rng([*seed, i])

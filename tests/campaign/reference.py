@@ -180,7 +180,8 @@ class _Whole:
             twist = [*axis, arb(0), arb(0), arb(0)]
         else:
             arm = [
-                arb(float(o)) - arb(float(p)) for o, p in zip(self.at, np.ravel(joint.point), strict=True)
+                arb(float(o)) - arb(float(p))
+                for o, p in zip(self.at, np.ravel(joint.point), strict=True)
             ]
             twist = [*_cross(axis, arm), *axis]
         column = arb_mat(self.n, 1, [twist[row] for row in self.rows])
@@ -194,7 +195,8 @@ class _Whole:
     def _spring(self, chain: _Chain, spring: PlacedSpring) -> None:
         R = arb_mat(np.reshape(spring.rotation, (3, 3)).tolist()).transpose()
         r = [
-            arb(float(o)) - arb(float(p)) for o, p in zip(self.at, np.ravel(spring.point), strict=True)
+            arb(float(o)) - arb(float(p))
+            for o, p in zip(self.at, np.ravel(spring.point), strict=True)
         ]
         cross = arb_mat([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
         T = arb_mat(6, 6)
@@ -276,10 +278,10 @@ class _Leg:
         z = basis[free] * unit[free][:, None]
         end = self._orthonormal(basis[:n], whole)
         self.held = end
-        self.of_G = whole.rank_of(self.G @ z) if len(free) else 0
-        V = np.linalg.svd(self.G @ z)[2] if len(free) else np.zeros((0, 0))
+        self.of_G = whole.rank_of(self.G @ z) if free else 0
+        V = np.linalg.svd(self.G @ z)[2] if free else np.zeros((0, 0))
         idle = V[self.of_G :].T
-        carried = basis[:n] @ idle if len(free) else np.zeros((n, 0))
+        carried = basis[:n] @ idle if free else np.zeros((n, 0))
         whole.margins += [float(v) for v in np.ravel(np.abs(carried)) if 1e-12 < v < DOUBT[1]]
         self.is_rigid = bool(np.any(np.abs(carried) > 1e-8))
         self.n = n

@@ -156,7 +156,9 @@ class Walker:
         return Walked(q, six, smooth)
 
     def _packed(self, q: list[np.ndarray], pose: np.ndarray) -> np.ndarray:
-        return np.concatenate([*(own[f] for own, f in zip(q, self.free, strict=True)), pose[self.open]])
+        return np.concatenate(
+            [*(own[f] for own, f in zip(q, self.free, strict=True)), pose[self.open]]
+        )
 
     def _unpacked(self, x: np.ndarray, pose: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
         q, start = [], 0

@@ -244,7 +244,7 @@ def judged(
     snapshot: Snapshot,
     seed: list[int],
     only: frozenset[str] | None = None,
-    truth: Reference | None | str = "compute",
+    truth: Reference | str | None = "compute",
 ) -> tuple[Judge, list[str]]:
     """A robot at a pose by the reference, the default way and a share of the others.
 
@@ -327,9 +327,7 @@ def in_frame(snapshot: Snapshot, R: np.ndarray, shift: np.ndarray, unit: float) 
     if platform is not None:
         if unit != 1.0:
             raise NotImplementedError("platforms in other units")
-        platform = replace(
-            platform, rotation=R @ platform.rotation, origin=place(platform.origin)
-        )
+        platform = replace(platform, rotation=R @ platform.rotation, origin=place(platform.origin))
     return replace(
         moved,
         legs=tuple(ending(leg) for leg in moved.legs),

@@ -98,7 +98,12 @@ class _Grower:
 
 
 def nested_snapshot(
-    rng: np.random.Generator, space: Space, rigid: bool, number: int, depth: int, clamps: bool = False
+    rng: np.random.Generator,
+    space: Space,
+    rigid: bool,
+    number: int,
+    depth: int,
+    clamps: bool = False,
 ) -> Snapshot:
     """A random robot whose legs hold parallel blocks; see `nested_snapshots`.
 

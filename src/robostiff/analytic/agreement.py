@@ -65,7 +65,8 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
             return
     raise InputError(
         f"formula of {robot.name!r} {derivation.where}",
-        got="no pose near home at which all legs meet the platform" + f": {complaint}" * bool(complaint),
+        got="no pose near home at which all legs meet the platform"
+        + f": {complaint}" * bool(complaint),
         expected="poses that the legs reach",
         hint="name all coordinates of the pose by AtSymbols(), or derive it at home",
     )

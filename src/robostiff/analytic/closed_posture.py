@@ -7,7 +7,6 @@ known, and the rest are further symbols of the formula.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -230,7 +229,9 @@ def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[str, ...]:
     spatial = range(3) if robot.space.size == 6 else (2,)
     away = [k for k in spatial if np.max(np.abs(turned[:, k] - start[k])) > _KNOWN]
     if any(3 + k not in given for k in away):
-        moved += [SYMBOL_NAMES[c] for k, c in enumerate(ALL_COORDINATES) if k > 2 and k not in given]
+        moved += [
+            SYMBOL_NAMES[c] for k, c in enumerate(ALL_COORDINATES) if k > 2 and k not in given
+        ]
     return tuple(moved)
 
 
@@ -247,5 +248,3 @@ def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float)
         turn = (gap.R_wanted - gap.R).ravel()
         squares += [shift @ shift, turn @ turn]
     return squares
-
-

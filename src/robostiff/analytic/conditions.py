@@ -22,7 +22,9 @@ from robostiff.recorded import entry_reader
 from robostiff.recorded.bounds import lower_bound
 from robostiff.spatial import exact_number
 
-_CLOSED = sp.Rational(1, 10**14)  # the square of what counts as closed, a part of the length, or rad
+_CLOSED = sp.Rational(
+    1, 10**14
+)  # the square of what counts as closed, a part of the length, or rad
 _AWAY = 0.05
 _SEED = 5
 

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from robostiff.analytic.closed_posture import Following, Sample, gap_of, leg_coordinates
+from robostiff.analytic.closed_posture import Following, Sample, leg_coordinates
 from robostiff.analytic.robot_pose import (
     AtSymbols,
     PoseFormula,
@@ -267,9 +267,7 @@ def _samples(
     return samples
 
 
-def _home_of(
-    finder: PostureFinder, leg: int, names: tuple[str, ...]
-) -> list[tuple[str, float]]:
+def _home_of(finder: PostureFinder, leg: int, names: tuple[str, ...]) -> list[tuple[str, float]]:
     return list(zip(names, map(float, finder.solvers[leg].home), strict=True))
 
 

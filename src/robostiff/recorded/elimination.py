@@ -104,9 +104,7 @@ def transmitted_by(
             own = float(np.hypot(sizes[pivot], sizes[other]))
             losses.append(_loss(both, float(np.sqrt(least_size(both))) / own))
             combined = _combination(drive, wrenches[other], drives[other], taken)
-            wrenches = [
-                combined if i == other else w for i, w in enumerate(wrenches) if i != pivot
-            ]
+            wrenches = [combined if i == other else w for i, w in enumerate(wrenches) if i != pivot]
             continue
         if isinstance(drive, Entry):
             losses.append(_loss(drive * drive, safety[pivot]))
@@ -227,7 +225,7 @@ def _coupling(row: Sequence[Any], i: int, part: float) -> tuple[bool, int, float
 
 
 def _combination(a: Any, v: Column, b: Any, w: Column) -> Column:
-    """a v - b w; zeros leave no trace."""
+    """A v - b w; zeros leave no trace."""
     return [
         (0 if is_zero(x) else a * x) - (0 if is_zero(y) else b * y)
         for x, y in zip(v, w, strict=True)

@@ -136,9 +136,7 @@ def _body(compute: Program, names: Mapping[sp.Symbol, str], K: str, p: str) -> l
     return lines
 
 
-def _guard(
-    compute: Program, printer: _CPrinter, K: str, identifiers: Identifiers
-) -> list[str]:
+def _guard(compute: Program, printer: _CPrinter, K: str, identifiers: Identifiers) -> list[str]:
     """Lines that return 1 where the result is not finite, or a denominator or condition fails."""
     fails, i = identifiers.take("fails"), identifiers.take("i")
     n = compute.entries.rows

@@ -126,7 +126,10 @@ def _docstring(title: str, compute: Program, names: Mapping[sp.Symbol, str]) -> 
             lines.append(f"{names[symbol]} : float or array")
             lines += [f"    In the formula {_plain(symbol.name)}."] if renamed else []
     lines += ["", "Raises", "------", "ValueError"]
-    lines += [f"    {line}" for line in wrapped_words(f"{_first_capital(where_it_holds(compute))}.", _WIDTH - 8)]
+    lines += [
+        f"    {line}"
+        for line in wrapped_words(f"{_first_capital(where_it_holds(compute))}.", _WIDTH - 8)
+    ]
     written = [f'"""{start}', *lines, '"""']
     return [f"    {line}" if line else "" for line in written]
 

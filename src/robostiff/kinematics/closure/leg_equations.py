@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.closure.newton import AssemblyMode, Part, nearest
+from robostiff.kinematics.closure.newton import CLOSED, AssemblyMode, Part, nearest
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn

@@ -11,7 +11,7 @@ import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
 
-_CLOSED = 1e-10
+CLOSED = 1e-10
 _NEARLY_CLOSED = 1e-7
 _CONVERGED = 1e-14
 _STANDSTILL = 1e-11
@@ -293,7 +293,7 @@ class AssemblyMode:
             size = _size(e)
             still = last[going] <= _SMALL_STEP
             # Where nothing moves any more, dimensions with few digits may leave a little open.
-            closed[going] = size <= np.where(still, _NEARLY_CLOSED, _CLOSED)
+            closed[going] = size <= np.where(still, _NEARLY_CLOSED, CLOSED)
             on = (size > _CONVERGED) & ~still
             if taken == _NEWTON_STEPS or not np.any(on):
                 break
