@@ -5,8 +5,8 @@ with elastic actuators. Every row begins with platform poses and ends with K_C, 
 included, in one thread and float64. Kernels and C write into arrays that are allocated before; the
 row of `rs.compile` includes its checks and the arrays of its answer. Rows are run in turns, and the
 fastest run of each counts; what is compiled is compiled before. K_C must be the same to 1e-9 of
-sqrt(K_ii K_jj), or the row says WRONG. Ways that others wrote the tools for are in `peers/`, and come with the extra `bench`; a row
-says which is not installed. The second table has other robots.
+sqrt(K_ii K_jj), or the row says WRONG. Ways that others wrote the tools for are in `peers/`, and
+come with the extra `bench`; a row says which is not installed. The second table has other robots.
 
     python benchmarks/kernels.py            about a minute
     python benchmarks/kernels.py --quick    few poses

@@ -128,8 +128,9 @@ class ExactField:
         """Fraction without a common factor, its denominator monic.
 
         A denominator that is a root or sine times something is freed of it, 1 / g = g / g^2, and
-        of roots of numbers. Any other sum a + b g stays: its conjugate a - b g may vanish where the fraction is regular, as
-        1 / (1/k + L/(E A)) is at E A = k L, and the fraction would be 0 / 0 there.
+        of roots of numbers. Any other sum a + b g stays: its conjugate a - b g may vanish where
+        the fraction is regular, as 1 / (1/k + L/(E A)) is at E A = k L, and the fraction would be
+        0 / 0 there.
         """
         num, den = self.reduced(num), self.reduced(den)
         if den.is_zero():

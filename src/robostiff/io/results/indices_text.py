@@ -68,7 +68,8 @@ def indices_text(found: StiffnessIndices) -> str:
     condition, work = found.condition, found.virtual_work
     lines.append(
         f"condition number: {_known(condition.two_norm, found.status)} (two-norm), "
-        f"{_known(condition.frobenius, found.status)} (Frobenius); isotropy {number(condition.isotropy)}"
+        f"{_known(condition.frobenius, found.status)} (Frobenius); "
+        f"isotropy {number(condition.isotropy)}"
     )
     lines.append(
         f"virtual work of unit loads: {_known(work.worst, found.status)} J/N^2 at worst, "
