@@ -36,8 +36,8 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
     Returns
     -------
     bool
-        False where generic poses are ill-conditioned or unsafe for the record. Then no pose of
-        the robot is left to it.
+        False where generic poses are ill-conditioned, or the record gives something else where it
+        is unsafe. Then no pose of the robot is left to it.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
     general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
     by_joints, length = robot.is_posed_by_joints, recorded.length
     chosen = robot.coordinate_places
-    confirmed, regular = 0, True
+    trusted = True
     for seed in (None, _OTHER_SEED):
         posture = sample_postures(finder.robot, finder, seed)
         given = posture.coordinates[0] if by_joints else posture.pose[:, chosen]
@@ -63,18 +63,18 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
             part = JointCoordinates(given[own]) if by_joints else given[own]
             result = stiffness(other, part)
             decided = ~(found.guarded[own] | _doubtful(result))
-            rows_of_K = found.rows[StiffnessMatrix.name][:, own[decided]]
-            K = empty_batch((rows_of_K.shape[1],), result.about_reference.matrix.shape[1:])
+            rows_of_K = found.rows[StiffnessMatrix.name][:, own]
+            K = empty_batch((len(own),), result.about_reference.matrix.shape[1:])
             unpack(rows_of_K, K)
-            ranks, codes = found.rank[own[decided]], found.status_codes[own[decided]]
-            for k, one in enumerate(np.flatnonzero(decided)):
-                distance = _distance(K[k], int(ranks[k]), int(codes[k]), result[one], length)
-                if distance:
-                    where = np.concatenate([given[own[one]], values.rows[:, own[one]]])
-                    raise DisagreementError(_SUBJECT, distance, _place(robot, where))
-            confirmed += int(np.count_nonzero(decided))
-            regular &= not np.any(_doubtful(stiffness(other, part, tolerance=_STRICT)))
-    return regular and confirmed > 0
+            for k, pose_of_k in enumerate(own):
+                rank, code = int(found.rank[pose_of_k]), int(found.status_codes[pose_of_k])
+                distance = _distance(K[k], rank, code, result[k], length)
+                if distance and decided[k]:
+                    numbers = np.concatenate([given[pose_of_k], values.rows[:, pose_of_k]])
+                    raise DisagreementError(_SUBJECT, distance, _place(robot, numbers))
+                trusted &= not distance
+            trusted &= not np.any(_doubtful(stiffness(other, part, tolerance=_STRICT)))
+    return trusted
 
 
 def _doubtful(result: RobotStiffness) -> np.ndarray:
