@@ -66,7 +66,7 @@ def eigenvalue_formulas(
     powers: dict[str, tuple[Any, int]] = {}
     for block in _blocks(M):
         rows = [[unknown * int(i == j) - elements[i][j] for j in block] for i in block]
-        for factor, exponent in determinant(field, rows).num.factor()[1]:
+        for factor, exponent in field.zeros(determinant(field, rows)).factor()[1]:
             if factor.degrees()[place]:
                 known = powers.get(str(factor), (factor, 0))[1]
                 powers[str(factor)] = (factor, known + int(exponent))

@@ -114,8 +114,19 @@ def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], 
         return w, field.one
     pivot = min((x for x in w if not x.is_zero), key=lambda x: x.terms)
     ratios = [x if x.is_zero else x / pivot for x in w]
-    scale = Element(field, common_denominator(field, ratios), field.one.den)
-    return [x if x.is_zero else x * scale for x in ratios], scale / pivot
+    common = common_denominator(field, ratios)
+    if not field.has_roots(common):
+        scale = Element(field, common, field.one.den)
+        return [x if x.is_zero else x * scale for x in ratios], scale / pivot
+    # A sum of roots below does not cancel as a common factor: it is taken out as it is.
+    common = common_denominator(field, w)
+    above = [field.reduced(over(x, common)) for x in w]
+    shared = above[0]
+    for polynomial in above[1:]:
+        shared = shared.gcd(polynomial)
+    one = field.one.den
+    plain = [Element(field, polynomial / shared, one) for polynomial in above]
+    return plain, field.fraction(field.reduced(common), shared)
 
 
 def _within(element: Element, limit: int) -> Element:

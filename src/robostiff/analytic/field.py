@@ -149,6 +149,11 @@ class ExactField:
             Element(self, num, den) if leading == 1 else Element(self, num / leading, den / leading)
         )
 
+    def has_roots(self, polynomial: Any) -> bool:
+        """Whether a root or sine occurs in a polynomial."""
+        degrees = polynomial.degrees()
+        return any(degrees[relation.place] for relation in self.relations)
+
     def zeros(self, element: Element) -> Any:
         """A polynomial that vanishes where an element does: its numerator without false factors.
 
@@ -159,7 +164,7 @@ class ExactField:
         common = above.gcd(below)
         above, below = above / common, below / common
         for factor, power in above.factor()[1]:
-            if not any(factor.degrees()[relation.place] for relation in self.relations):
+            if not self.has_roots(factor):
                 continue
             norm = self._norm(factor)[1]
             for _ in range(int(power)):
