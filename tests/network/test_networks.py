@@ -137,6 +137,15 @@ def test_a_pendulum_on_the_platform_changes_nothing():
     assert result.status == Status.REDUNDANT_JOINTS
     with pytest.raises(NoAnswerError, match="node 'bob'"):
         compliance_between(hanging, [("bob", bob.point)])
+    # A load along the hinge's axis does no work on the swing of the bob.
+    axis = np.array([1.0, 2.0, 0.0, 0, 0, 0])[:, None] / np.sqrt(5)
+    work = compliance_between(hanging, [("bob", bob.point)], loads=axis)
+    at_hinge = np.concatenate([axis[:3, 0], np.cross(bob.point - ENDS[1], axis[:3, 0])])
+    at_hinge[3:] -= at_hinge[3:] @ axis[:3, 0] * axis[:3, 0]
+    C = compliance_between(network, [("n1", ENDS[1])])
+    assert work.item() == pytest.approx(at_hinge @ C @ at_hinge, rel=1e-9)
+    with pytest.raises(NoAnswerError, match="of load 0"):
+        compliance_between(hanging, [("bob", bob.point)], loads=np.eye(6)[:, [2]])
 
 
 def door(hinges: int, k: float | None) -> Network:

@@ -17,6 +17,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Actuated
 from robostiff.network import energy, equations, network_of_snapshot
 from tests.cases.reference_case import NAMES, case
+from tests.generators.leg_wrenches import drive, passive_joint, random_beam, robot_of
 from tests.network.frames import GRAPH_NAMES, GRAPHS, chain_of_beams, graph
 
 ROBOT = "gough-stewart-b-beams"
@@ -175,3 +176,16 @@ def test_the_command_exits_with_one_when_methods_differ(monkeypatch, capsys):
     planted(monkeypatch, with_penalty(1.0))
     assert print_verification(ROBOT, Place(None, None, None), [], as_json=False) == 1
     assert "methods DISAGREE" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_duplicated_joints_and_slender_beams_are_no_false_alarm_of_the_energy(seed):
+    rng = np.random.default_rng(seed)
+    legs = []
+    for _ in range(3):
+        own = [random_beam(rng, 10 ** rng.uniform(-4, -1)), passive_joint(rng), passive_joint(rng)]
+        legs.append([*own, replace(own[-1], name="twin"), drive(rng, 1e6)])
+    checked = verify(robot_of(legs, rng))
+    energy = checked.comparisons[-1]
+    assert energy.method == "energy"
+    assert energy.outcome is Outcome.AGREES
