@@ -145,7 +145,7 @@ def test_a_pendulum_on_the_platform_changes_nothing():
     C = compliance_between(network, [("n1", ENDS[1])])
     assert work.item() == pytest.approx(at_hinge @ C @ at_hinge, rel=1e-9)
     with pytest.raises(NoAnswerError, match="of load 0"):
-        compliance_between(hanging, [("bob", bob.point)], loads=np.eye(6)[:, [2]])
+        compliance_between(hanging, [("bob", bob.point)], loads=np.eye(6)[:, [3]])
 
 
 def door(hinges: int, k: float | None) -> Network:
