@@ -103,8 +103,8 @@ def conjugate_wrenches(
     >>> rows, sizes = np.array([[1.0, 0.0], [0.6, 0.8]]), np.array([1e-4, 1e4])
     >>> found = conjugate_wrenches(np.eye(2), rows, sizes, Tolerance())
     >>> found.stiffness
-    array([[ 1.0000e+08, -7.5000e+07],
-           [-7.5000e+07,  5.6250e+07]])
+    array([[ 1.000e+08, -7.500e+07],
+           [-7.500e+07,  5.625e+07]])
     """
     n, m = W.shape[-2:]
     batch = np.broadcast_shapes(W.shape[:-2], rows.shape[:-2], sizes.shape[:-1])
