@@ -16,6 +16,9 @@ from robostiff.io.suggest import Words, listing
 from robostiff.model import Actuated, Role
 from robostiff.spatial import Frame
 
+MOST_LINKS = 2000
+"""Of a description; robots have a hundred at most."""
+
 
 class JointType(Enum):
     """Kinds of joint in robot description files."""
@@ -117,7 +120,7 @@ class RigidTree:
     Raises
     ------
     FileError
-        When links and joints are no tree with one root.
+        When links and joints are no tree with one root, or too many.
     """
 
     name: str
@@ -127,6 +130,8 @@ class RigidTree:
     loops: tuple[TreeLoop, ...] = ()
 
     def __post_init__(self) -> None:
+        if len(self.links) > MOST_LINKS:
+            raise self.error("links", got=len(self.links), expected=f"at most {MOST_LINKS}")
         for child, count in Counter(joint.child for joint in self.joints).items():
             if count > 1:
                 raise self.error(

@@ -1,0 +1,74 @@
+"""Files and numbers that are too many, too large or too small are refused, at their place."""
+
+import json
+
+import pytest
+
+import robostiff as rs
+from robostiff.io.document import parse_document
+from robostiff.io.expression import ParameterError, Parameters
+from robostiff.io.model_file import model_from_document
+from robostiff.io.urdf import read_urdf
+
+BEAM = "{type: beam, to: [L, 0, 0], material: steel, section: {circle: {diameter: d}}}"
+ARM = f"""robostiff: 1
+name: arm
+source: chosen here
+parameters: {{L: 300 mm, d: 20 mm}}
+legs:
+  - name: arm
+    chain:
+      - {BEAM}
+"""
+
+
+def _refused(text, parameters=None, file="arm.yaml"):
+    with pytest.raises(rs.InputError) as error:
+        model_from_document(parse_document(text, file), parameters)
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("L", "1e-100 mm", "8:26: legs[0].chain[0].to: end of the beam: got ['L', 0, 0], expected"),
+        ("L", "1e-400 mm", "legs[0].chain[0].to: end of the beam"),
+        ("L", "1e12 m", "to[0]: length: got 'L', which is 1e+12 m (a length), expected at most"),
+        ("d", "1e-100 mm", "diameter: length: got 'd', which is 1e-103 m (a length), expected at"),
+        ("L", "9" * 900, "column 1: got '999999"),
+    ],
+)
+def test_lengths_beyond_all_robots(name, value, message):
+    assert message in _refused(ARM, {name: value})
+
+
+def test_a_hundred_thousand_keys_are_refused_before_they_are_read():
+    many = {f"k{i}": 1 for i in range(100_000)}
+    text = ARM + "".join(f"{key}: 1\n" for key in many)
+    assert "too many values in YAML: got 100014 lines and commas" in _refused(text)
+    assert "too many keys: got more than 10000" in _refused(json.dumps(many), file="arm.json")
+
+
+def test_very_many_mistakes_are_counted():
+    data = {"robostiff": 1, "name": "arm", "source": "chosen here", "legs": [{"nam": 1}] * 20_000}
+    message = _refused(json.dumps(data), file="arm.json")
+    assert message.startswith("arm.json:1:")
+    assert "legs[0].nam: unknown key" in message
+    assert message.endswith("did you mean name? (and 59998 more errors)")
+
+
+def test_parameters_legs_elements_and_links_are_bounded():
+    with pytest.raises(ParameterError, match=r"k4000: got 5000 parameters, expected at most 4000"):
+        Parameters({f"k{i}": i for i in range(5000)})
+    repeated = ARM.replace("- name: arm", "- repeat: {count: 1000, variable: i}")
+    assert "legs (in leg201): got more than 200, expected at most 200" in _refused(repeated)
+    long = ARM + f"      - {BEAM}\n" * 300
+    assert "chain[200]: elements of a chain: got 301, expected at most 200" in _refused(long)
+
+
+def test_links_of_a_description_are_bounded(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text("<robot name='r'>" + "".join(f"<link name='l{i}'/>" for i in range(2001)))
+    path.write_text(path.read_text() + "</robot>")
+    with pytest.raises(rs.FileError, match="links: got 2001, expected at most 2000"):
+        read_urdf(path)
