@@ -9,8 +9,10 @@ import xarray
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity
 from robostiff.errors import FileError, InputError
-from robostiff.io.map_files import read_poses, write_map_csv, write_map_netcdf
+from robostiff.io.map_files import netcdf, read_poses, write_map_csv, write_map_netcdf
+from robostiff.io.map_files.read_map import read_map
 from tests.analysis.maps.robots import loaded
+from tests.campaign import stores
 
 
 @pytest.fixture(scope="module")
@@ -129,3 +131,49 @@ def test_a_file_without_poses(text, tmp_path):
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(InputError, match="a CSV file"):
         read_poses(loaded("hexapod"), tmp_path / "poses.csv")
+
+
+def test_damaged_maps_are_refused_or_read_as_they_were_written():
+    counts = stores.run(15, seed=3)
+    assert sum(counts.values()) == 15
+    assert any("refused" in outcome for outcome in counts)
+
+
+def test_a_damaged_chunk_is_named_when_it_is_read(tmp_path):
+    path = tmp_path / "map.zarr"
+    grid = Grid(x=Axis(-0.9, 0.9, 4), z=Axis(0.2, 0.3, 2))
+    rs.stiffness_map(loaded("3-puu"), grid, [Quantity.STIFFNESS], store=path)
+    chunk = next(file for file in (path / "K" / "c").rglob("*") if file.is_file())
+    content = bytearray(chunk.read_bytes())
+    content[len(content) // 2] ^= 4
+    chunk.write_bytes(bytes(content))
+    found = read_map(path)  # nothing of K is read yet
+    with pytest.raises(
+        InputError, match=r"map\.zarr' is damaged: it has K/c/\S+ that does not agree"
+    ):
+        found.K.load()
+    chunk.unlink()
+    with pytest.raises(InputError, match=r"it has no K/c/"):
+        read_map(path).K.load()
+
+
+def test_maps_of_other_programs_are_read_where_they_are_maps(found, tmp_path):
+    found.isel(x=slice(2)).to_netcdf(tmp_path / "part.nc", engine="h5netcdf")
+    xarray.testing.assert_equal(read_map(tmp_path / "part.nc"), found.isel(x=slice(2)))
+    found.drop_vars("rank").to_netcdf(tmp_path / "less.nc", engine="h5netcdf")
+    with pytest.raises(InputError, match="without the variables status and rank"):
+        read_map(tmp_path / "less.nc")
+
+
+def test_what_hdf5_does_not_end_with_is_stopped(found, tmp_path, monkeypatch):
+    path = tmp_path / "map.nc"
+    write_map_netcdf(found, path)
+    endless = tmp_path / "endless.py"
+    endless.write_text("while True: pass")
+    monkeypatch.setattr(netcdf.hdf5_trial, "__file__", str(endless))
+    monkeypatch.setattr(netcdf, "_SECONDS", 1)
+    with pytest.raises(InputError, match="HDF5 does not come to an end with"):
+        read_map(path)
+    endless.write_text("import os; os.abort()")
+    with pytest.raises(InputError, match="what HDF5 cannot read"):
+        read_map(path)

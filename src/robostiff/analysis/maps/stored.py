@@ -79,9 +79,7 @@ class StoredMap:
 def damaged(path: Path, what: str) -> InputError:
     """The complaint about a store that is not as it was written."""
     return InputError(
-        f"map {str(path)!r} is damaged",
-        got=what,
-        expected="what robostiff has written",
+        f"map {str(path)!r} is damaged: it has {what}",
         hint="make the map again at another path, or take a copy of it",
     )
 

@@ -143,8 +143,6 @@ def _try_elsewhere(path: Path, size: int) -> None:
 
 def _damaged(path: Path, what: str) -> InputError:
     return InputError(
-        f"map {str(path)!r} is damaged",
-        got=what,
-        expected="what robostiff has written",
+        f"map {str(path)!r} is damaged: it has {what}",
         hint="make the map again, or take a copy of it",
     )

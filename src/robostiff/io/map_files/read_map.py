@@ -42,7 +42,7 @@ def read_map(path: str | Path) -> xarray.Dataset:
             hint="robostiff map ROBOT ... -o map.zarr writes one",
         )
     if why := _is_no_map(found):
-        raise InputError("map", got=f"{str(path)!r}, {why}", expected="what robostiff map writes")
+        raise InputError(f"map {str(path)!r}: a dataset {why}, which is no map of robostiff")
     return found
 
 
