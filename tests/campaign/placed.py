@@ -49,9 +49,9 @@ def _parallel(rng: np.random.Generator) -> Snapshot:
 
 
 def _nested(rng: np.random.Generator) -> Snapshot:
-    number, depth = int(rng.integers(1, 3)), int(rng.integers(1, 3))
-    rigid = bool(rng.integers(2))
-    return nested_snapshot(rng, Space.SPATIAL, rigid, number, depth, bool(rng.integers(2)))
+    number, depth = int(rng.integers(1, 3)), int(rng.integers(1, 4))
+    rigid, clamps = bool(rng.uniform() < 0.7), bool(rng.uniform() < 0.7)
+    return nested_snapshot(rng, Space.SPATIAL, rigid, number, depth, clamps)
 
 
 def _nested_planar(rng: np.random.Generator) -> Snapshot:

@@ -238,7 +238,10 @@ def _walk(case: Case) -> None:
         walked = walker.walk(home.pose[0], full)
     except np.linalg.LinAlgError:
         return
-    if not walked.is_smooth or not _lengths_positive(case.robot, walked.q):
+    if not walked.is_smooth:
+        _walk_back(case, row, full, home.pose[0])
+        return
+    if not _lengths_positive(case.robot, walked.q):
         return
     turn = pose_matrix(walked.pose)
     if np.abs(walked.pose - case.posture.pose[row]).max() > 1e-6 and case.posture.reached[row]:
@@ -251,6 +254,32 @@ def _walk(case: Case) -> None:
             )
             return
     _expect(case, "walk", row, walked.q)
+
+
+def _walk_back(case: Case, row: int, full: np.ndarray, home_pose: np.ndarray) -> None:
+    """From the posture that is reported to home: there it must be that of home."""
+    if not case.posture.reached[row]:
+        return
+    walker = Walker(case.robot, [c[row] for c in case.posture.coordinates])
+    try:
+        walked = walker.walk(case.posture.pose[row], home_pose)
+    except np.linalg.LinAlgError:
+        return
+    if not walked.is_smooth or not _lengths_positive(case.robot, walked.q):
+        return
+    home = case.finder.find(None).snapshot.one(0)
+    back = snapshot_at(case.robot, walked.q, home.reference_point)
+    ends = [np.abs(a.end - b.end).max() for a, b in zip(home.legs, back.legs, strict=True)]
+    known, found = rs.stiffness(home), rs.stiffness(back)
+    doubt = (known.status | found.status) & Status.ILL_CONDITIONED
+    if doubt or max(ends) > 1e-6 * max(case.size, 1e-3):
+        return
+    if not (bool(known.answered) and bool(found.answered)):
+        return
+    off = case.off(found.K, known.K) if int(known.rank) == int(found.rank) else np.inf
+    if off > 1e-6:
+        detail = f"row {row}, {full}: walked back to home K is {off:.1e} off"
+        case.say("walk", "stands in another assembly mode than home", detail)
 
 
 def _lengths_positive(robot: Any, q: list[np.ndarray]) -> bool:

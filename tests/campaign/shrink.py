@@ -24,7 +24,7 @@ def shrunk_snapshot(
     snapshot: Snapshot, seed: list[int], complaints: list[Complaint]
 ) -> tuple[Snapshot, list[Complaint]]:
     """The smallest found that has one of the complaints."""
-    wanted = keys_of(complaints)
+    wanted = _telling(complaints)
     only = frozenset(way for way, _ in wanted)
 
     def still(smaller: Snapshot) -> list[Complaint]:
@@ -38,7 +38,7 @@ def shrunk_posed(
     posed: Posed, seed: list[int], complaints: list[Complaint]
 ) -> tuple[Posed, list[Complaint]]:
     """The same for a robot with poses; legs and poses are left out."""
-    wanted = keys_of(complaints)
+    wanted = _telling(complaints)
     known = {way.name for way in posed_ways.WAYS}
     only = frozenset(n for n in known if any(way.startswith(n) for way, _ in wanted))
 
@@ -49,6 +49,12 @@ def shrunk_posed(
     if posed.shipped:
         return posed, complaints
     return _smallest(posed, complaints, _smaller_posed, still)
+
+
+def _telling(complaints: list[Complaint]) -> set[tuple[str, str]]:
+    """What must stay: what is said of ways in particular, where anything is."""
+    keys = keys_of(complaints)
+    return {key for key in keys if key[0] != "default"} or keys
 
 
 def _smallest(robot: T, complaints: list[Complaint], smaller, still) -> tuple[T, list[Complaint]]:

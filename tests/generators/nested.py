@@ -87,7 +87,9 @@ class _Grower:
         for i in range(2 + int(rng.uniform() < 0.25)):
             elastic = not (self.rigid and rng.uniform() < 0.3)
             most = 5 if self.space is Space.SPATIAL else 3
-            joints = int(rng.integers(0 if elastic or self.clamps else 1, most))
+            joints = int(rng.integers(0 if elastic else 1, most))
+            if self.clamps and not elastic and rng.uniform() < 0.5:
+                joints = 0
             deeper = depth - 1 if rng.uniform() < 0.4 else 0
             branches.append(self.leg(f"branch{i}", deeper, joints, elastic))
         return PlacedBlock(name, tuple(branches))
