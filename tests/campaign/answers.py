@@ -148,7 +148,8 @@ class Judge:
                 self.say(
                     answer.way,
                     f"another status ({differ})" if differ else "another rank than the default",
-                    f"{answer.status}, rank {answer.rank} for {default.status}, rank {default.rank}",
+                    f"{answer.status}, rank {answer.rank} for "
+                    f"{default.status}, rank {default.rank}",
                 )
                 return
         if doubt or default.rank in (0, -1):

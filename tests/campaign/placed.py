@@ -1,4 +1,4 @@
-"""Random robots frozen at a pose: every kind of spring and joint, at ordinary and at singular poses."""
+"""Random robots frozen at a pose: every kind of spring and joint, ordinary and singular."""
 
 from __future__ import annotations
 

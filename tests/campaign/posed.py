@@ -117,8 +117,9 @@ def _homes_anywhere(rng: np.random.Generator, leg: Leg) -> Leg:
             if isinstance(role, Actuated) and rng.uniform() < 0.7:
                 width = 1.0 if e.kind is JointKind.REVOLUTE else 0.3
                 role = Actuated(role.stiffness, (float(home[0] - width), float(home[0] + width)))
-            e = replace(e, home=tuple(home.tolist()), role=role)
-        elements.append(e)
+            elements.append(replace(e, home=tuple(home.tolist()), role=role))
+        else:
+            elements.append(e)
     return replace(leg, chain=Chain(tuple(elements)))
 
 

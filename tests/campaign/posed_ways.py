@@ -1,4 +1,4 @@
-"""Every way from a robot and its poses to stiffness: postures, batches, kernels, formulas, files."""
+"""Every way from a robot and its poses to stiffness: batches, kernels, formulas, files."""
 
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# ruff: noqa: T201
 """Random robots through every way: run, shrink what fails, save it.
 
     python -m tests.campaign.robots --count 300 --seed 1
@@ -167,9 +168,8 @@ def report(total: Tally, count: int, seed: int, elapsed: float, folder: Path | N
         print(f"  {number:6d} {way}")
     print(f"{len(total.failed)} robots failed")
     for key, numbers in sorted(total.failures.items(), key=lambda item: -len(item[1])):
-        print(
-            f"  {len(numbers):5d} {' / '.join(key)}: first {min(numbers)}; {total.details[key][:160]}"
-        )
+        words = f"{' / '.join(key)}: first {min(numbers)}; {total.details[key][:160]}"
+        print(f"  {len(numbers):5d} {words}")
     if total.failed and folder is not None:
         print(f"saved in {folder}/")
 

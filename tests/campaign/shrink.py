@@ -67,7 +67,7 @@ def _smallest(robot: T, complaints: list[Complaint], smaller, still) -> tuple[T,
                 break
             try:
                 found = still(candidate)
-            except Exception:  # a smaller robot that is none
+            except Exception:  # noqa: S112 - a smaller robot that is none
                 continue
             if found:
                 robot, complaints, progress = candidate, found, True

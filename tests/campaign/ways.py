@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -209,10 +210,8 @@ def _bad_compliance(snapshot: Snapshot, rng: np.random.Generator) -> Any:
             return part
         return replace(part, axis=np.array([0.0, 0, 1]), point=snapshot.reference_point.copy())
 
-    try:
+    with suppress(NoAnswerError):
         rs.compliance(stacked([snapshot, with_parts(snapshot, alike)]))
-    except NoAnswerError:
-        pass
     return Answer("compliance in bad company", None, Status.FORM_DOES_NOT_HOLD)
 
 
