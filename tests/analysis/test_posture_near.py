@@ -90,8 +90,9 @@ def test_both_elbows_of_an_arm_are_found_near_their_joint_coordinates():
     assert np.isclose(bent.energy, 0.5 * bent.twist @ [1.0, 2.0, 0.5], rtol=1e-10)
 
 
-def closed_at(arm: Robot, pose: np.ndarray) -> Robot:
+def closed_at(arm: Robot, pose: np.ndarray | None) -> Robot:
     """The arm with a home pose, and joints whose home coordinates are left out."""
+    assert pose is not None
     turn = np.array([[np.cos(pose[5]), -np.sin(pose[5]), 0], [np.sin(pose[5]), np.cos(pose[5]), 0]])
     R = np.concatenate([turn, [[0, 0, 1]]])
     return Robot("arm", arm.legs, Frame(R, pose[:3]), coordinates=IN_PLANE, space=arm.space)
@@ -101,6 +102,7 @@ def closed_at(arm: Robot, pose: np.ndarray) -> Robot:
 def test_where_nobody_chose_among_several_postures_the_result_says_so(posed_by_home: bool):
     q = [0.3, 0.9, -0.4]
     pose = rs.stiffness(planar_arm(), rs.JointCoordinates(q)).pose
+    assert pose is not None
     arm = planar_arm()
     if posed_by_home:
         arm = closed_at(arm, pose)

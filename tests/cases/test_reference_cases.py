@@ -167,6 +167,8 @@ def test_every_closed_form_is_tested():
     assert with_one == {"b_stewartA_home", "b_stewartB_home"}
 
 
+# Millimetres read as metres are questioned, as they should be.
+@pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
 @each_form
 @each_case
 def test_millimetres_change_nothing(name, form):

@@ -103,6 +103,7 @@ PUBLIC = [
     "load_linkage",
     "material",
     "planar",
+    "postures",
     "prismatic",
     "rectangle",
     "revolute",

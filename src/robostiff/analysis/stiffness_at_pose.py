@@ -81,6 +81,7 @@ def stiffness(
     pose: Pose = None,
     *,
     at: ArrayLike | None = None,
+    near: None = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> CableStiffness: ...
 def stiffness(
@@ -135,12 +136,7 @@ def stiffness(
     rotation about x through (0, 0, 2) m
     """
     _check_arguments(robot, method, tolerance)
-    if near is not None and not isinstance(robot, Robot):
-        raise InputError(
-            f"near of {robot.name!r}",
-            got=near,
-            expected="none: only a robot of joints and legs has postures to choose from",
-        )
+    _check_near(robot, near)
     if isinstance(robot, CableRobot):
         if method != _DEFAULT_METHOD:
             raise InputError(
@@ -225,6 +221,9 @@ def compliance(
     >>> C.shape
     (6, 6)
     """
+    _check_near(robot, near)
+    if isinstance(robot, CableRobot):
+        return stiffness(robot, pose, at=at, tolerance=tolerance).required_compliance()
     return stiffness(robot, pose, at=at, near=near, tolerance=tolerance).required_compliance()
 
 
@@ -322,6 +321,15 @@ def _check_arguments(robot: Any, method: Any, tolerance: Any) -> None:
             got=tolerance,
             expected="a Tolerance",
             hint="write tolerance=Tolerance(independence=1e-9)",
+        )
+
+
+def _check_near(robot: Robot | Snapshot | Network | CableRobot, near: Near) -> None:
+    if near is not None and not isinstance(robot, Robot):
+        raise InputError(
+            f"near of {robot.name!r}",
+            got=near,
+            expected="none: only a robot of joints and legs has postures to choose from",
         )
 
 

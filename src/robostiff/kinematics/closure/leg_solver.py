@@ -123,14 +123,13 @@ class LegSolver:
             given = np.ones(self.main.size, dtype=bool)
             chosen = self._nearest(self.closed_form, every, open_ <= _CLOSED, near, given)
             q = every[chosen, left]
-            left = (
-                np.flatnonzero(open_[chosen, left] > _CLOSED) if self.leg.chain.has_blocks else []
-            )
-        if len(left):
+            loops_open = self.leg.chain.has_blocks & (open_[chosen, left] > _CLOSED)
+            left = np.flatnonzero(loops_open)
+        if left.size:
             start = pose_of_end(self.leg, near)
             task = NewtonTask((self.leg,), (), self.length)
             found = task.follow(start, [near], pose[left])
-            kept = found.closed | (self.closed_form is None)
+            kept = np.flatnonzero(found.closed | (self.closed_form is None))
             q[left[kept]] = found.coordinates[0][kept]
         return on_turn_of_home(self.leg.chain, q, near)
 

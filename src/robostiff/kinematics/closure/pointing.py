@@ -97,7 +97,8 @@ def _pointing_angles(
     """Angles of one or two axes that point the rod."""
     if len(cluster.axes) == 1:
         return (angle_between(cluster.axes[0], along, direction),)
-    return aim_two_axes(*cluster.axes, along, direction, mode.first)
+    first, second = cluster.axes
+    return aim_two_axes(first, second, along, direction, mode.first)
 
 
 def turns_about(axes: Sequence[np.ndarray], angles: Sequence[np.ndarray]) -> np.ndarray:
