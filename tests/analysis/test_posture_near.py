@@ -203,7 +203,7 @@ def test_legs_by_iteration_are_followed_from_near():
 def test_near_that_does_not_fit_is_refused(near: object, words: str):
     pose = rs.stiffness(planar_arm(), rs.JointCoordinates([0.3, 0.9, -0.4])).pose
     with pytest.raises(InputError, match=words):
-        rs.stiffness(planar_arm(), pose, near=near)  # pyright: ignore[reportArgumentType]
+        rs.stiffness(planar_arm(), pose, near=near)  # pyright: ignore[reportArgumentType, reportCallIssue]
 
 
 def test_near_has_no_meaning_beside_joint_coordinates_or_without_joints():
