@@ -183,7 +183,9 @@ def test_sources_of_poses():
     rows = [[Q(10, "mm"), Q(180, "deg")], [0.02, 0]]
     poses = rs.PoseList(["x", "rz"], rows, time=Q([0, 500], "ms"))
     assert poses.values((slice(0, 2),)).tolist() == [[0.01, 0.02], [np.pi, 0]]
-    assert poses.parameter()[2].tolist() == [0, 0.5]
+    parameter = poses.parameter()
+    assert parameter is not None
+    assert parameter[2].tolist() == [0, 0.5]
     path = rs.PoseList(["x"], Q([[1], [2]], "mm"), path_length=Q([0, 1], "mm"))
     assert path.values((slice(0, 2),)).tolist() == [[0.001, 0.002]]
     random = rs.RandomPoses(5, {"x": (Q(-1, "mm"), 0.001), "rz": Q([0, 180], "deg")})

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ LOST = [0.05, 0.02, 0.8, 0, 0, np.pi / 2 - 1e-8]
 HALF = np.pi / 2
 
 
-def batch(name: str) -> tuple[rs.Robot, rs.kinematics.Pose]:
+def batch(name: str) -> tuple[rs.Robot, Any]:
     """A robot at good and bad poses: singular, so nearly that no digit holds, out of reach."""
     rng = np.random.default_rng(5)
     if name == "hexapod of beams":
@@ -64,11 +65,11 @@ NAMES = (
 )  # fmt: skip
 
 
-def count_of(pose) -> int:
+def count_of(pose: Any) -> int:
     return len(pose.values if isinstance(pose, rs.JointCoordinates) else pose)
 
 
-def part(pose, i: int):
+def part(pose: Any, i: int) -> Any:
     if isinstance(pose, rs.JointCoordinates):
         return rs.JointCoordinates(pose.values[i])
     return pose[i]
@@ -200,6 +201,7 @@ def test_a_block_of_which_one_direction_alone_can_be_told_from_rounding(ratio: f
         v, line = _symmetric_point(
             np.diag(sizes), 1e5 * np.cross(np.eye(3)[axis], [1, 2, 3]), False
         )
+        assert line is not None
         assert abs(line[axis]) == 1.0
         assert np.isfinite(v).all()
         assert abs(v[axis]) < 1e-12

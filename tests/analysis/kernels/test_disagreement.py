@@ -55,7 +55,7 @@ def test_compile_says_by_how_much_and_where(plant):
     name = plant(wrong_entry)
     with pytest.raises(DisagreementError) as caught:
         rs.compile(rs.load(name), backend=ARRAYS)
-    assert 1e-7 < caught.value.distance < 1e-5
+    assert 1e-7 < float(caught.value.distance) < 1e-5
     assert caught.value.where.startswith(f"'{name}' at [")
     assert "please report it" in str(caught.value)
 

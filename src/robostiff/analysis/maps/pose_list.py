@@ -74,15 +74,15 @@ class PoseList:
     def _read(self, poses: ArrayLike, expected: str) -> tuple[np.ndarray, Mapping[str, str]]:
         """Rows in SI units, and the units of joints that came as quantities."""
         subject = "list of poses"
-        units = [POSE_UNITS.get(name) for name in self.names]
-        if None not in units or not holds_quantities(poses):
+        units = [POSE_UNITS[name] for name in self.names if name in POSE_UNITS]
+        if len(units) == len(self.names) or not holds_quantities(poses):
             return as_floats(subject, poses, expected, units), {}
         every: Any = poses
         try:
             columns = list(zip(*every, strict=True))
         except (TypeError, ValueError):
             raise InputError(subject, got=str(poses), expected=expected) from None
-        if len(columns) != len(units):
+        if len(columns) != len(self.names):
             raise InputError(subject, got=f"{len(columns)} columns", expected=expected)
         found = [
             read_coordinate(f"{subject}, column {name!r}", list(column), "finite numbers", name)

@@ -11,7 +11,9 @@ from robostiff.errors import InputError
 from robostiff.spatial import Space, as_floats, holds_quantities
 
 #: SI unit of each pose coordinate.
-POSE_UNITS = dict(zip(("x", "y", "z", "rx", "ry", "rz"), Space.SPATIAL.twist_units, strict=True))
+POSE_UNITS: dict[str, str] = dict(
+    zip(("x", "y", "z", "rx", "ry", "rz"), Space.SPATIAL.twist_units, strict=True)
+)
 
 
 @runtime_checkable
