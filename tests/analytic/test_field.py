@@ -52,11 +52,15 @@ def test_equal_formulas_have_one_canonical_form(f, g):
     assert (left.num, left.den) == (right.num, right.den)
 
 
-def test_denominators_hold_no_root_and_no_sine():
-    element = FIELD.element(1 / (ROOT + sp.sin(phi) + sp.sqrt(3)))
-    below = FIELD.polynomial_expression(element.den)
+def test_a_root_alone_is_brought_up_and_a_sum_with_a_root_stays_below():
+    """The conjugate of a sum may vanish where the sum does not."""
+    alone = FIELD.element(1 / (ROOT * sp.sin(phi) * (1 + sp.sqrt(3))))
+    below = FIELD.polynomial_expression(alone.den)
     assert not below.has(sp.sin)
     assert not below.atoms(sp.Pow) & {ROOT, sp.sqrt(3)}
+    total = FIELD.element(1 / (ROOT + a))
+    assert FIELD.expression(total) == 1 / (a + ROOT)
+    assert (total * (ROOT + a) - 1).is_zero
 
 
 @pytest.mark.parametrize(
