@@ -57,7 +57,7 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
                 break  # the robot does not exist at other values: nearer to its own
             complaint = refusal or complaint
             for values, K, doubtful in places:
-                _compare(derivation, values, K, doubtful=doubtful, subject=robot)
+                _compare(derivation, values, K, placed, doubtful=doubtful)
             checked += bool(places)
             if checked >= sets:
                 return
@@ -158,14 +158,14 @@ def _compare(
     derivation: RobotDerivation,
     values: Mapping[str, float],
     K: np.ndarray,
+    placed: PlacedRobot,
     *,
     doubtful: bool,
-    subject: Robot,
 ) -> None:
     told = {symbol: values[symbol.name] for symbol in derivation.symbols}
     limit = _AGREED_IN_DOUBT if doubtful else AGREED
-    where = f"{subject.name!r} {derivation.where}"
-    check_value(derivation.K, derivation.definitions, told, K, limit, where)
+    where = f"{derivation.name!r} {derivation.where}"
+    check_value(derivation.K, derivation.definitions, told, K, limit, where, placed.length)
 
 
 def check_value(
@@ -175,6 +175,7 @@ def check_value(
     K: np.ndarray,
     limit: float,
     where: str,
+    length: float,
 ) -> None:
     """Compare a formula at some values with numbers; with many digits where floats differ.
 
@@ -185,7 +186,7 @@ def check_value(
     """
     for careful in (False, True):
         found = matrix_value(formula, values, definitions, careful=careful)
-        distance = matrix_distance(found, K)
+        distance = matrix_distance(found, K, length)
         if distance <= limit:
             return
     i, j = np.unravel_index(np.argmax(np.abs(np.nan_to_num(found, nan=np.inf) - K)), K.shape)
@@ -197,22 +198,26 @@ def check_value(
     )
 
 
-def matrix_distance(A: np.ndarray, B: np.ndarray) -> float:
-    """Largest difference of two stiffness matrices, relative; rotations at a length of their own.
+def matrix_distance(A: np.ndarray, B: np.ndarray, length: float) -> float:
+    """Largest difference of two stiffness matrices, relative; rotations at a length [m].
 
     Examples
     --------
-    >>> round(matrix_distance(np.diag([1.0, 1, 100]), np.diag([1.0, 1, 101])), 4)
+    >>> round(matrix_distance(np.diag([1.0, 1, 100]), np.diag([1.0, 1, 101]), 10.0), 4)
     0.0099
     """
     if not np.all(np.isfinite(A)):
         return np.inf
     n = len(B)
-    t = n * 2 // 3 if n == 3 else n // 2
-    sizes = np.max(np.abs(B[:t, :t]), initial=0.0), np.max(np.abs(B[t:, t:]), initial=0.0)
     scale = np.ones(n)
-    if min(sizes) > 0:
-        scale[t:] = np.sqrt(sizes[0] / sizes[1])
-    difference, whole = np.abs(A - B) * np.outer(scale, scale), np.abs(B) * np.outer(scale, scale)
-    largest = float(np.max(whole))
-    return float(np.max(difference)) / largest if largest > 0 else float(np.max(difference))
+    scale[2 if n == 3 else 3 :] = 1.0 / length
+    both = np.outer(scale, scale)
+    largest, apart = float(np.max(np.abs(B) * both)), float(np.max(np.abs(A - B) * both))
+    return apart / largest if largest > 0 else apart
+
+
+def length_of(K: np.ndarray) -> float:
+    """A length at which the rotational part of a matrix is as large as the translational one."""
+    t = 2 if len(K) == 3 else 3
+    sizes = np.max(np.abs(K[:t, :t])), np.max(np.abs(K[t:, t:]))
+    return float(np.sqrt(sizes[1] / sizes[0])) if min(sizes) > 0 else 1.0

@@ -8,7 +8,7 @@ from typing import Any
 import flint
 import numpy as np
 
-from robostiff.analytic.agreement import AGREED, check_value, matrix_distance
+from robostiff.analytic.agreement import AGREED, check_value, length_of, matrix_distance
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact_matrix import ExactMatrix
 from robostiff.analytic.numeric_value import DIGITS, many_digits_of, values_of
@@ -82,10 +82,11 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
             continue
         where = f"chain {derivation.name!r}"
         if derivation.exact is None:
-            check_value(derivation.K, derivation.definitions, values, expected, AGREED, where)
+            steps = derivation.definitions
+            check_value(derivation.K, steps, values, expected, AGREED, where, length_of(K))
             continue
         found = _exact_value(derivation.exact, values)
-        distance = matrix_distance(found, expected)
+        distance = matrix_distance(found, expected, length_of(K))
         if distance > AGREED:
             at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in values.items())
             raise DisagreementError(

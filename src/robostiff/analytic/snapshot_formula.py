@@ -119,7 +119,8 @@ def _check(K: Any, snapshot: Snapshot) -> None:
         except InputError:  # such as a compliance that is not positive at these values
             continue
         if result.answered:
-            check_value(K, (), values, result.K, AGREED, f"snapshot {snapshot.name!r}")
+            where, length = f"snapshot {snapshot.name!r}", float(twin.characteristic_length) or 1.0
+            check_value(K, (), values, result.K, AGREED, where, length)
             return
 
 
