@@ -128,9 +128,9 @@ class ExactField:
         """Fraction without a common factor, its denominator monic.
 
         A denominator that is a root or sine times something is freed of it, 1 / g = g / g^2, and
-        of roots of numbers. Any other sum a + b g stays: its conjugate a - b g may vanish where
-        the fraction is regular, as 1 / (1/k + L/(E A)) is at E A = k L, and the fraction would be
-        0 / 0 there.
+        of sines and roots of numbers. Any other sum a + b g stays: its conjugate a - b g may vanish
+        where the fraction is regular, as 1 / (1/k + L/(E A)) is at E A = k L, and the fraction
+        would be 0 / 0 there.
         """
         num, den = self.reduced(num), self.reduced(den)
         if den.is_zero():
@@ -191,8 +191,9 @@ class ExactField:
         plain = den - with_root
         if plain.is_zero():
             return self.reduced(num * root), self.reduced(with_root / root * relation.square)
-        is_number = relation.square.is_constant()
-        if len(den) > _CHECKED and not is_number:
+        is_sine = isinstance(self.generators[relation.place], sp.sin)
+        goes_up = is_sine or relation.square.is_constant()
+        if len(den) > _CHECKED and not goes_up:
             return num, den
         norm = self.reduced(plain**2 - (with_root / root) ** 2 * relation.square)
         if norm.is_zero():
@@ -202,8 +203,8 @@ class ExactField:
                 expected="roots of different signs told apart",
                 hint="declare symbols, such as Symbol('a', positive=True)",
             )
-        # Roots of numbers cancel only where they are brought up.
-        return (self.reduced(num * (plain - with_root)), norm) if is_number else (num, den)
+        # Sines and roots of numbers cancel only where they are brought up.
+        return (self.reduced(num * (plain - with_root)), norm) if goes_up else (num, den)
 
     def _conjugation(self, place: int) -> list[Any]:
         return [-g if i == place else g for i, g in enumerate(self._gens)]
