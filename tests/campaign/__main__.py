@@ -1,4 +1,3 @@
-# ruff: noqa: T201
 """``python -m tests.campaign``: robots, readers, stores, or all of them."""
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 ``python -m tests.campaign.readers --count 1000 --seed 1``
 """
 
-# ruff: noqa: S311, T201
+# ruff: noqa: S311
 from __future__ import annotations
 
 import argparse

@@ -1,4 +1,3 @@
-# ruff: noqa: T201
 """Random robots through every way: run, shrink what fails, save it.
 
     python -m tests.campaign.robots --count 300 --seed 1

@@ -176,8 +176,8 @@ def _guard(
 def where_it_holds(compute: Program) -> str:
     """In words where a generated function gives no answer."""
     words = (
-        "where the formula does not hold: where it divides by what vanishes up to rounding, takes the "
-        "root of a negative number, or K is not finite"
+        "where the formula does not hold: where it divides by what vanishes up to rounding, "
+        "takes the root of a negative number, or K is not finite"
     )
     besides = dict.fromkeys(_plain(own) for own, _ in compute.conditions)
     return words + "".join(f"; unless {own}" for own in besides)
