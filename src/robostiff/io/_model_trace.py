@@ -130,9 +130,11 @@ def _member(annotation: Any, label: Step) -> tuple[Any, tuple[Any, ...]]:
     """The member of a union that a label names; ``Any`` if it names none."""
     for member in members(annotation):
         kind, metadata = plain(member)
-        if label in list(tags(member)) or label == getattr(kind, "__name__", None):
-            nested = is_union(kind)
-            return _member(kind, label) if nested else (kind, metadata)
+        own = [str(item.tag) for item in metadata if isinstance(item, Tag)]
+        if label in own or label == getattr(kind, "__name__", None):
+            return kind, metadata
+        if label in list(tags(member)):
+            return _member(kind, label) if is_union(kind) else (kind, metadata)
     for member in members(annotation):
         kind, metadata = plain(member)
         origin = getattr(get_origin(kind), "__name__", None)

@@ -186,7 +186,9 @@ _HINT = "did you mean JointCoordinates([...])? --joints on the command line"
 
 def _may_be_joints(robot: Robot, given: np.ndarray) -> bool:
     """Whether there are as many numbers as joints of a serial arm."""
-    return robot.is_serial and given.ndim > 0 and given.shape[-1] == robot.legs[0].chain.size
+    # Robots with cables are posed here, too, and have no legs.
+    is_arm = isinstance(robot, Robot) and robot.is_serial
+    return is_arm and given.ndim > 0 and given.shape[-1] == robot.legs[0].chain.size
 
 
 def question_joints(robot: Robot, q: np.ndarray) -> None:

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.io.document import parse_document
+from robostiff.io.rigid_tree.written_side import WrittenSide
+from robostiff.io.validation import validate
 from tests.io.urdf.examples import (
     UR5,
     UR5_SIDE,
@@ -219,3 +222,11 @@ def test_floating_and_planar_joints(arm, tmp_path):
     robot = robot_of(arm, with_side(tmp_path, planar))
     assert robot.legs[0].chain.size == 4
     assert rs.stiffness(robot).rank == 3
+
+
+@pytest.mark.parametrize("role", ["[]", "pasive"])
+def test_unknown_words_in_the_joint_of_a_loop_are_told(role):
+    text = f"""{{robostiff: 1, source: chosen here, tool: b, loops: [{{between: [a, b],
+      joint: {{type: revolute, axis: z, role: {role}}}}}]}}"""
+    with pytest.raises(rs.FileError, match=r"joint.role: .*expected 'passive' or 'actuated'"):
+        validate(WrittenSide, parse_document(text))
