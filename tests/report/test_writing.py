@@ -137,7 +137,7 @@ def test_words_of_a_model_are_text_not_markup():
         (("hexapod", "-o", "lost/x.html"), "directory of a report: got 'lost'"),
         (("hexapod", "-o", "folder.html"), "got 'the directory folder.html'"),
         (("hexapod", "--map", "lost.zarr", "-o", "x.html"), "a file or store that is there"),
-        (("hexapod", "--map", "folder.zarr", "-o", "x.html"), "a store that robostiff map has"),
+        (("hexapod", "--map", "folder.zarr", "-o", "x.html"), "a map that was begun by robostiff"),
         (("hexapod", "--map", "map.nc", "-o", "x.html"), "robot of the map: got '3-rpr'"),
         (("hexapod", "--wrench", "1 2 3", "-o", "x.html"), "got 3 numbers, expected 6"),
         (("cable-8", "-o", "x.html"), "robostiff cables tells of cable robots"),

@@ -18,7 +18,7 @@ def try_to_read(path: str, size: int) -> None:
     room = _MOST_EXPANSION * size + _SPARE
     seen = 0
     with h5py.File(path, "r") as file:
-        waiting = [file]
+        waiting: list[h5py.Group] = [file]
         while waiting:
             group = waiting.pop()
             list(group.attrs.items())
