@@ -86,10 +86,10 @@ def test_parallelograms_of_capaman_do_not_cross(size: float, seed: int) -> None:
 
 def test_another_assembly_mode_is_no_answer() -> None:
     robot = rs.load("capaman")
-    poses = capaman_poses(60, 0.05, 2)
+    poses = capaman_poses(20, 0.05, 2)
     posture = rs.find_posture(robot, poses)
     away = np.flatnonzero(posture.elsewhere)
-    assert away.size >= 5
+    assert 2 <= away.size < 15
     result = rs.stiffness(robot, poses)
     assert np.all(result.status_codes[away] & int(rs.Status.UNREACHABLE))
     one = rs.stiffness(robot, poses[away[0]])
