@@ -104,17 +104,12 @@ def test_another_assembly_mode_is_no_answer() -> None:
     assert np.abs((K - reference) / scale).max() < 1e-9
 
 
-@pytest.mark.parametrize("name", ["capaman", "h4", "3-prs"])
-def test_postures_do_not_depend_on_the_poses_beside_them(name: str) -> None:
-    robot = rs.load(name)
-    finder = PostureFinder(robot)
-    rng = np.random.default_rng(4)
-    places = robot.coordinate_places
-    units = np.where(np.array(places) < 3, 0.3 * finder.length, 0.6)
-    poses = finder.home_pose[places] + rng.uniform(-1, 1, (24, len(places))) * units
+def test_postures_do_not_depend_on_the_poses_beside_them() -> None:
+    """Nor does the assembly mode, whether a pose comes alone or beside some out of reach."""
+    finder, poses = PostureFinder(rs.load("capaman")), capaman_poses(8, 0.05, 2)
     whole = finder.find(poses)
-    assert 0 < np.sum(whole.reached) < 24
-    for rows in (rng.permutation(24), rng.permutation(24)[:7], np.array([2]), np.array([9])):
+    assert 0 < np.sum(whole.reached) < 8
+    for rows in (np.arange(8)[::-1], np.flatnonzero(whole.reached)[:1]):
         part = finder.find(poses[rows])
         np.testing.assert_array_equal(part.reached, whole.reached[rows])
         np.testing.assert_array_equal(part.elsewhere, whole.elsewhere[rows])
