@@ -131,7 +131,7 @@ class ExactField:
         of sines and roots of numbers. Any other sum a + b g stays: its conjugate a - b g may vanish
         where the fraction is regular, as 1 / (1/k + L/(E A)) is at E A = k L, and the fraction
         would be 0 / 0 there.
-                """
+        """
         num, den = self.reduced(num), self.reduced(den)
         if den.is_zero():
             raise InputError("formula", expected="no division by zero")
