@@ -127,7 +127,7 @@ class ExactField:
     def fraction(self, num: Any, den: Any) -> Element:
         """Fraction without a common factor, its denominator monic.
 
-                A denominator that is a root or sine times something is freed of it, 1 / g = g / g^2, and
+        A denominator that is a root or sine times something is freed of it, 1 / g = g / g^2, and
         of sines and roots of numbers. Any other sum a + b g stays: its conjugate a - b g may vanish
         where the fraction is regular, as 1 / (1/k + L/(E A)) is at E A = k L, and the fraction
         would be 0 / 0 there.
