@@ -36,6 +36,7 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
         "status": str(result.status),
         "advice": list(result.advice),
         "pose": None if result.pose is None else result.pose.tolist(),
+        "joint_coordinates": {leg: q.tolist() for leg, q in result.joint_coordinates.items()},
         "reference_point": result.reference_point.tolist(),
         "order": order(result.space),
         "units": {
@@ -75,6 +76,7 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
         "status": str(result.status),
         "advice": list(result.advice),
         "pose": None if answer.pose is None else answer.pose.tolist(),
+        "joint_coordinates": {leg: q.tolist() for leg, q in answer.joint_coordinates.items()},
         "reference_point": answer.reference_point.tolist(),
         "order": order(answer.space),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},

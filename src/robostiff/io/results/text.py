@@ -22,7 +22,7 @@ def stiffness_text(result: RobotStiffness) -> str:
     result : RobotStiffness
         Of a single pose.
     """
-    lines = [f"{result.name}, {about(result)}", f"status: {result.status}"]
+    lines = [f"{result.name}, {about(result)}", *posture_lines(result), f"status: {result.status}"]
     if np.all(result.answered):
         lines += ["", f"K_C [{STIFFNESS_UNITS}]:"]
         lines += matrix_lines(result.K, result.space.wrench_order, result.space.twist_order)
@@ -47,7 +47,7 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
         How many parts to list, those with the largest energy first.
     """
     answer = result.stiffness
-    lines = [f"{answer.name}, {about(answer)}", f"status: {result.status}"]
+    lines = [f"{answer.name}, {about(answer)}", *posture_lines(answer), f"status: {result.status}"]
     lines.append(f"load:       {named(answer.space.wrench_order, result.wrench, 'N', 'N m')}")
     if result.has_answer:
         shown = shown_twist(result)
@@ -74,6 +74,14 @@ def about(result: RobotStiffness) -> str:
     if result.pose is None:
         return f"snapshot {point}"
     return f"pose [{row(result.pose)}] (m, rad) {point}"
+
+
+def posture_lines(result: RobotStiffness) -> list[str]:
+    """Joint coordinates of a robot with one leg, whose posture a pose may leave to be chosen."""
+    if len(result.joint_coordinates) != 1 or Status.UNREACHABLE in result.status:
+        return []
+    (q,) = result.joint_coordinates.values()
+    return [f"joints [{row(q)}] (m, rad)"]
 
 
 def shown_twist(result: Deflection) -> np.ndarray:
