@@ -27,7 +27,7 @@ from robostiff.compiled import (
 )
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
-from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
+from robostiff.kinematics import JointCoordinates, Pose, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Entry
 from robostiff.recorded import RecordedRobot, record_at_joints, record_at_pose
@@ -310,7 +310,7 @@ def compile_robot(
     outputs = _checked_outputs(outputs)
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
     robot = _within_its_space(robot)
-    finder = PostureFinder(robot.numeric)
+    finder = posture_finder(robot.numeric)
     recorded, takes_joints = _recorded(robot, finder)
     for output in outputs:
         _check_derivative(output, robot, takes_joints)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 from robostiff.analysis.parameter_values import ParameterValues
 from robostiff.analysis.stiffness_at_pose import CHUNK
 from robostiff.errors import InputError
-from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
+from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.kinematics.pose import coordinate_units, joint_units
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
@@ -95,7 +95,7 @@ class KernelInputs:
         else:
             rows = np.empty((self.joints, len(given)))
             for robot, group in values.groups(~missed):
-                finder = PostureFinder(robot)
+                finder = posture_finder(robot)
                 for start in range(0, len(group), CHUNK):
                     own = group[start : start + CHUNK]
                     posture = finder.find(JointCoordinates(given[own]) if by_joints else given[own])

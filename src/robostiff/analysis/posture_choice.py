@@ -13,7 +13,8 @@ from robostiff.model import PlacedLeg, Snapshot
 
 # Of the stiffness of a leg: two postures that differ by less are the same to it.
 _SAME = 1e-6
-_POSES = 3  # of a batch that are looked at
+_POSES = 3  # of a batch that are looked at, where the robot has no home
+_QUESTION = "legs whose posture nobody chose"
 
 
 def posture_advice(
@@ -22,7 +23,8 @@ def posture_advice(
     """A sentence where nobody chose the posture of a leg, and others have another stiffness.
 
     A posture is chosen by home coordinates of the leg's joints, by an elbow, by joint coordinates
-    or by `near`. Legs of which none is given are looked at, at a few of the poses.
+    or by `near`. Legs of which none is given are looked at, at home, or at a few of the poses of a
+    robot without home.
 
     Parameters
     ----------
@@ -32,6 +34,11 @@ def posture_advice(
     leg_stiffness : callable
         Stiffness (N, n, n) of the one leg of a snapshot.
     """
+    at_home = finder.robot.home is not None
+    if at_home:  # of the robot as a whole: found out once, whatever the poses
+        if _QUESTION in finder.known:
+            return finder.known[_QUESTION]
+        posture = finder.find(None)
     rows = np.flatnonzero(posture.reached)
     if rows.size > _POSES:
         rows = rows[np.linspace(0, rows.size - 1, _POSES, dtype=int)]
@@ -45,6 +52,13 @@ def posture_advice(
             continue
         if any(_matters(finder, solver, posture.pose[i], q[i], leg_stiffness) for i in rows):
             names.append(repr(solver.leg.name))
+    advice = _advice(names)
+    if at_home:
+        finder.known[_QUESTION] = advice
+    return advice
+
+
+def _advice(names: list[str]) -> tuple[str, ...]:
     if not names:
         return ()
     legs = f"leg {names[0]} reaches" if len(names) == 1 else f"legs {', '.join(names)} reach"

@@ -27,7 +27,7 @@ from robostiff.elastostatics import (
     solved_leg,
 )
 from robostiff.errors import InputError
-from robostiff.kinematics import Near, Pose, Posture, PostureFinder
+from robostiff.kinematics import Near, Pose, Posture, PostureFinder, posture_finder
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
@@ -170,7 +170,7 @@ def stiffness(
             origin=solved.origin,
         )
         return _about(result, at)
-    finder = PostureFinder(robot)
+    finder = posture_finder(robot)
     request = finder.request(pose)
     rows = _rows(request)
     parts = []

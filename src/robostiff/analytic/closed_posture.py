@@ -22,7 +22,7 @@ from robostiff.analytic.robot_pose import (
     free_name,
 )
 from robostiff.errors import InputError
-from robostiff.kinematics import PostureFinder
+from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.frames import place_chain
 from robostiff.model import ALL_COORDINATES, Leg, Motion, Robot
 from robostiff.record import Entry, Record
@@ -111,7 +111,7 @@ class Following:
             for name, value in robot.nominal.items()
             if name in {str(symbol) for symbol in robot.symbols}
         }
-        finder = PostureFinder(robot.substituted(values) if values else robot.numeric)
+        finder = posture_finder(robot.substituted(values) if values else robot.numeric)
         coordinates: dict[str, float] = {}
         for i, names in self.legs.items():
             coordinates.update(zip(names, map(float, finder.solvers[i].home), strict=True))

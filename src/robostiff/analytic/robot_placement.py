@@ -19,7 +19,7 @@ from robostiff.analytic.robot_pose import (
     platform_pose,
 )
 from robostiff.errors import InputError
-from robostiff.kinematics import PostureFinder
+from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.formula import (
     FormulaPose,
@@ -109,7 +109,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     InputError
         When a symbol has no nominal value, or a leg has no closed form away from home.
     """
-    finder = PostureFinder(robot.numeric)
+    finder = posture_finder(robot.numeric)
     told = coordinate_expressions(robot, pose)
     follows = Following.of(robot, finder, pose)
     if follows.pose:

@@ -17,7 +17,7 @@ from robostiff.kinematics.jacobians import (
 )
 from robostiff.kinematics.pose import JointCoordinates, Near, Pose
 from robostiff.kinematics.posture import Posture
-from robostiff.kinematics.posture_finder import PostureFinder, find_posture
+from robostiff.kinematics.posture_finder import PostureFinder, find_posture, posture_finder
 from robostiff.kinematics.postures import LegPosture, postures
 from robostiff.kinematics.spring_modes import felt_by_springs
 
@@ -40,6 +40,7 @@ __all__ = [
     "place_chain",
     "place_leg",
     "place_leg_at_joints",
+    "posture_finder",
     "postures",
     "spring_compliance",
     "spring_jacobian",

@@ -43,6 +43,8 @@ from robostiff.model import (
 from robostiff.spatial import as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
+# Under this name a robot keeps its finder.
+_KEPT = "_posture_finder"
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
 _ROUNDING = 1e-13  # of a distance from the origin
@@ -66,6 +68,8 @@ class PostureFinder:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot.in_floats
         self.home_pose = home_coordinates(self.robot)
+        #: What was found out about the robot as a whole, by the question.
+        self.known: dict[str, tuple[str, ...]] = {}
         self.length = reach(self.robot, self.home_pose)
 
     @cached_property
@@ -240,6 +244,14 @@ class PostureFinder:
         )
 
 
+def posture_finder(robot: Robot) -> PostureFinder:
+    """The finder of a robot, prepared at first need and kept with the robot."""
+    known = vars(robot).get(_KEPT)
+    if known is None:
+        known = vars(robot)[_KEPT] = PostureFinder(robot)
+    return known
+
+
 def find_posture(robot: Robot, pose: Pose = None, *, near: Near = None) -> Posture:
     """Posture of a robot at a pose or a batch of poses.
 
@@ -268,7 +280,7 @@ def find_posture(robot: Robot, pose: Pose = None, *, near: Near = None) -> Postu
         raise InputError(
             "robot", got=robot, expected="a Robot", hint='write find_posture(load("hexapod"), pose)'
         )
-    return PostureFinder(robot).find(pose, near)
+    return posture_finder(robot).find(pose, near)
 
 
 def reach(robot: Robot, home_pose: np.ndarray) -> float:

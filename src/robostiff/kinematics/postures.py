@@ -9,7 +9,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.assembly import Mode
 from robostiff.kinematics.pose import Pose
-from robostiff.kinematics.posture_finder import PostureFinder
+from robostiff.kinematics.posture_finder import posture_finder
 from robostiff.model import Robot
 
 
@@ -65,7 +65,7 @@ def postures(robot: Robot, pose: Pose = None) -> dict[str, tuple[LegPosture, ...
     >>> [posture.mode.root for posture in found["leg1"]]
     [1, -1]
     """
-    finder = PostureFinder(robot)
+    finder = posture_finder(robot)
     request = finder.request(pose)
     if isinstance(request, np.ndarray) or request.batch:
         raise InputError(

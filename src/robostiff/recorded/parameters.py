@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics import PostureFinder
+from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.model import Robot, with_entries
 from robostiff.record import Entry, Record
 from robostiff.recorded.samples import COUNT, sample_postures
@@ -59,7 +59,7 @@ def sample_coordinates(robot: Robot, finder: PostureFinder) -> list[np.ndarray]:
     for k in range(COUNT):
         other = robot.substituted({name: float(own[k]) for name, own in values.items()})
         told = robot.coordinate_places
-        closed = PostureFinder(other).find(posture.pose[k : k + 1, told])
+        closed = posture_finder(other).find(posture.pose[k : k + 1, told])
         if not closed.reached.all():
             raise InputError(
                 f"parameters of {robot.name!r}",

@@ -8,7 +8,7 @@ import numpy as np
 
 from robostiff.io.model_file.place import Place
 from robostiff.io.suggest import Words
-from robostiff.kinematics import PostureFinder, place_chain
+from robostiff.kinematics import place_chain, posture_finder
 from robostiff.kinematics.closure import leg_solver
 from robostiff.kinematics.mobility import (
     determine_pose,
@@ -40,7 +40,7 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
     if robot.space is Space.PLANAR:
         for place, leg in zip(places, robot.legs, strict=True):
             _check_plane(place, leg)
-    finder = PostureFinder(robot)
+    finder = posture_finder(robot)
     q = []
     for place, leg in zip(places, robot.legs, strict=True):
         with place.complaints():
