@@ -237,7 +237,7 @@ def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[str, ...]:
 
 def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float) -> list[Any]:
     """Squares of what vanishes where a leg at some coordinates meets the platform at R, p."""
-    from robostiff.kinematics.closure.newton import gaps
+    from robostiff.kinematics.closure import gaps
 
     placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     R_end = R @ np.array(leg.attachment.R, dtype=object)
