@@ -26,11 +26,13 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.spatial import Space
+from tests.campaign.balls import certain, cross, cut, floats, of_rank, put, stacked
 
 BITS = 180
 CUT = 1e-9
 #: Singular values between these decide nothing for certain.
 DOUBT = (1e-13, 1e-5)
+_FAR = 10.0  # lengths of the robot
 _ZERO = 1e-13  # part of the largest compliance of a spring below which a direction is rigid
 
 
@@ -91,8 +93,11 @@ class _Whole:
         self.rows = [0, 1, 5] if snapshot.space is Space.PLANAR else list(range(6))
         self.n = len(self.rows)
         self.shifts = 2 if self.n == 3 else 3
-        self.at = np.asarray(snapshot.reference_point, dtype=float).reshape(3)
-        self.length = _extent(snapshot)
+        self.length, centre = _extent(snapshot), _centre(snapshot)
+        self.given = np.asarray(snapshot.reference_point, dtype=float).reshape(3)
+        # Unit twists about a point far away differ little: ranks are decided amid the robot.
+        far = np.linalg.norm(self.given - centre) > _FAR * self.length
+        self.at = centre if far else self.given
         self.scale = np.array([1.0] * self.shifts + [self.length] * (self.n - self.shifts))
         self.margins: list[float] = []
 
@@ -107,9 +112,13 @@ class _Whole:
             total = arb_mat(self.n, self.n)
             for leg in solved:
                 total += leg.stiffness()
-            K = _floats(total)
+            X = self._shift(1)
+            K = floats(X.transpose() * total * X)
         inverse = self._compliance(solved) if rank == self.n else None
-        C = None if inverse is None else _floats(inverse)
+        C = None
+        if inverse is not None:
+            X = self._shift(-1)
+            C = certain(X * inverse * X.transpose())
         low, high = DOUBT
         return Reference(
             K=K,
@@ -130,6 +139,15 @@ class _Whole:
         self.margins += [float(v) for v in values if v < DOUBT[1]]
         return int(np.count_nonzero(values > CUT))
 
+    def _shift(self, sign: int) -> arb_mat:
+        """Twists about the given point to twists about `at` (1), or back (-1)."""
+        v = [
+            sign * (arb(float(g)) - arb(float(a))) for g, a in zip(self.given, self.at, strict=True)
+        ]
+        X = arb_mat(np.eye(6).tolist())
+        put(X, arb_mat([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]]), 0, 3)
+        return cut(X, self.rows, self.rows)
+
     def _compliance(self, legs: list[_Leg]) -> arb_mat | None:
         """From min 1/2 z^T A z under P z = F, all legs at once; its multiplier is the twist."""
         size = sum(leg.A.nrows() for leg in legs)
@@ -139,23 +157,23 @@ class _Whole:
         for leg in legs:
             m = leg.A.nrows()
             G[row : row + len(leg.G), column : column + m] = leg.G
-            _place(A, leg.A, column, column)
-            _place(P, leg.P, 0, column)
+            put(A, leg.A, column, column)
+            put(P, leg.P, 0, column)
             row, column = row + len(leg.G), column + m
-        felt = np.vstack([G, _floats(P) / self.scale[:, None]])
+        felt = np.vstack([G, floats(P) / self.scale[:, None]])
         _, kept = _pivots(felt, self.rank_of(_unit_columns(felt)))
         m = len(kept)
         S = arb_mat(m + self.n, m + self.n)
-        _place(S, _part(A, kept, kept), 0, 0)
-        P = _part(P, range(self.n), kept)
-        _place(S, P, m, 0)
-        _place(S, P.transpose(), 0, m)
+        put(S, cut(A, kept, kept), 0, 0)
+        P = cut(P, range(self.n), kept)
+        put(S, P, m, 0)
+        put(S, P.transpose(), 0, m)
         try:
             inverse = S.inv()
         except ZeroDivisionError:  # not certain in balls of this size: no verdict on C
             return None
         last = range(m, m + self.n)
-        return -1 * _part(inverse, last, last)
+        return -1 * cut(inverse, last, last)
 
     def _chains_of(self, leg: PlacedLeg) -> tuple[list[_Chain], int]:
         chains: list[_Chain] = []
@@ -187,10 +205,10 @@ class _Whole:
                 arb(float(o)) - arb(float(p))
                 for o, p in zip(self.at, np.ravel(joint.point), strict=True)
             ]
-            twist = [*_cross(axis, arm), *axis]
+            twist = [*cross(axis, arm), *axis]
         column = arb_mat(self.n, 1, [twist[row] for row in self.rows])
         if isinstance(joint.role, Passive):
-            if any(x != 0 for x in np.ravel(_floats(column))):
+            if any(x != 0 for x in np.ravel(floats(column))):
                 chain.twists.append(column)
         elif joint.role.stiffness is not None:
             C = arb_mat([[1 / arb(float(joint.role.stiffness))]])
@@ -204,10 +222,10 @@ class _Whole:
         ]
         cross = arb_mat([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
         T = arb_mat(6, 6)
-        _place(T, R, 0, 0)
-        _place(T, R * cross, 3, 0)
-        _place(T, R, 3, 3)
-        T = _part(T, range(6), self.rows)
+        put(T, R, 0, 0)
+        put(T, R * cross, 3, 0)
+        put(T, R, 3, 3)
+        T = cut(T, range(6), self.rows)
         C = np.reshape(spring.elasticity.compliance, (6, 6))
         for twist in np.reshape(spring.elasticity.freedoms, (6, -1)).T:
             column = T.transpose() * arb_mat(6, 1, [float(x) for x in twist])
@@ -223,7 +241,7 @@ class _Whole:
             U = np.zeros((6, len(values)))
             U[soft] = vectors
             U = U[:, values > _ZERO]
-        chain.springs.append((T, arb_mat(C.tolist()), U))
+        chain.springs.append((T, of_rank(C, U, soft), U))
 
 
 class _Leg:
@@ -236,9 +254,9 @@ class _Leg:
         rows: list[arb_mat] = []
         for i, chain in enumerate(chains):
             for twist in chain.twists:
-                norm = float(np.linalg.norm(np.ravel(_floats(twist)) * s))
+                norm = float(np.linalg.norm(np.ravel(floats(twist)) * s))
                 row = arb_mat(1, size)
-                _place(row, twist.transpose() * (1 / arb(norm)), 0, n * i)
+                put(row, twist.transpose() * (1 / arb(norm)), 0, n * i)
                 rows.append(row)
         for block in range(blocks):
             inside = [i for i, chain in enumerate(chains) if chain.block == block]
@@ -250,7 +268,7 @@ class _Leg:
                     row[0, n * i + k] = 1 / arb(float(s[k]))
                 rows.append(row)
         unit = np.tile(s, len(chains))
-        B = np.array([np.ravel(_floats(row)) for row in rows]).reshape(-1, size) * unit
+        B = np.array([np.ravel(floats(row)) for row in rows]).reshape(-1, size) * unit
         rank = whole.rank_of(B)
         self.is_redundant = any(
             chain.twists and _rank(chain.twists, s) < len(chain.twists) for chain in chains
@@ -259,22 +277,22 @@ class _Leg:
         free = [i for i in range(size) if i not in set(basic)]
         N = arb_mat(size, len(free))
         if basic:
-            X = _stacked(rows, chosen, basic).solve(_stacked(rows, chosen, free))
+            X = stacked(rows, chosen, basic).solve(stacked(rows, chosen, free))
             for i, place in enumerate(basic):
                 for j in range(len(free)):
                     N[place, j] = -X[i, j]
         for j, place in enumerate(free):
             N[place, j] = 1
-        self.P = _part(N, range(n), range(len(free)))
+        self.P = cut(N, range(n), range(len(free)))
         self.A = arb_mat(len(free), len(free))
         felt = []
         for i, chain in enumerate(chains):
-            own = _part(N, range(n * i, n * i + n), range(len(free)))
+            own = cut(N, range(n * i, n * i + n), range(len(free)))
             for T, C, U in chain.springs:
                 w = T * own
                 self.A += w.transpose() * C * w
                 weight = np.ones(1) if T.nrows() == 1 else np.repeat([1.0, whole.length], 3)
-                felt.append(U.T @ (_floats(w) / weight[:, None]))
+                felt.append(U.T @ (floats(w) / weight[:, None]))
         self.G = np.vstack(felt) if felt else np.zeros((0, len(free)))
         # decisions on orthonormal wrenches
         basis = null_space(B, rcond=CUT) if len(B) else np.eye(size)
@@ -301,23 +319,19 @@ class _Leg:
         _, kept = _pivots(self.G, self.of_G)
         if not kept:
             return arb_mat(self.n, self.n)
-        P = _part(self.P, range(self.n), kept)
-        return P * _part(self.A, kept, kept).solve(P.transpose())
+        P = cut(self.P, range(self.n), kept)
+        return P * cut(self.A, kept, kept).solve(P.transpose())
 
 
 def _rank(twists: list[arb_mat], s: np.ndarray) -> int:
-    J = np.array([np.ravel(_floats(twist)) for twist in twists]).T * s[:, None]
+    J = np.array([np.ravel(floats(twist)) for twist in twists]).T * s[:, None]
     values = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
     return int(np.count_nonzero(values > CUT))
 
 
 def _extent(snapshot: Snapshot) -> float:
     """A length of the robot: largest distance of its springs, turns and ends from their mean."""
-    points = [np.ravel(leg.end) for leg in snapshot.legs]
-    for leg in snapshot.legs:
-        for part in leg.parts:
-            if isinstance(part, PlacedSpring) or part.motion is Motion.ROTATION:
-                points.append(np.ravel(part.point))
+    points = _points(snapshot)
     away = np.linalg.norm(points - np.mean(points, axis=0), axis=-1)
     size = float(np.sqrt(np.mean(away**2)))
     if size > 1e-12 * float(np.max(np.abs(points))):
@@ -332,12 +346,17 @@ def _extent(snapshot: Snapshot) -> float:
     return float(np.sqrt(shift / turn)) if shift > 0 and turn > 0 else 1.0
 
 
-def _cross(a: list[arb], b: list[arb]) -> list[arb]:
-    return [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+def _points(snapshot: Snapshot) -> list[np.ndarray]:
+    points = [np.ravel(leg.end) for leg in snapshot.legs]
+    for leg in snapshot.legs:
+        for part in leg.parts:
+            if isinstance(part, PlacedSpring) or part.motion is Motion.ROTATION:
+                points.append(np.ravel(part.point))
+    return points
+
+
+def _centre(snapshot: Snapshot) -> np.ndarray:
+    return np.mean(_points(snapshot), axis=0)
 
 
 def _pivots(B: np.ndarray, rank: int) -> tuple[list[int], list[int]]:
@@ -361,26 +380,3 @@ def _unit_rows(B: np.ndarray) -> np.ndarray:
 
 def _unit_columns(B: np.ndarray) -> np.ndarray:
     return _unit_rows(B.T).T
-
-
-def _place(matrix: arb_mat, part: arb_mat, row: int, column: int) -> None:
-    for i in range(part.nrows()):
-        for j in range(part.ncols()):
-            matrix[row + i, column + j] = part[i, j]
-
-
-def _part(matrix: arb_mat, rows, columns) -> arb_mat:
-    rows, columns = list(rows), list(columns)
-    entries = [matrix[i, j] for i in rows for j in columns]
-    return arb_mat(len(rows), len(columns), entries)
-
-
-def _stacked(rows: list[arb_mat], chosen: list[int], columns: list[int]) -> arb_mat:
-    entries = [rows[i][0, j] for i in chosen for j in columns]
-    return arb_mat(len(chosen), len(columns), entries)
-
-
-def _floats(matrix: arb_mat) -> np.ndarray:
-    return np.array(
-        [[float(matrix[i, j]) for j in range(matrix.ncols())] for i in range(matrix.nrows())]
-    ).reshape(matrix.nrows(), matrix.ncols())

@@ -105,10 +105,10 @@ def _verify(snapshot: Snapshot, rng: np.random.Generator) -> Any:
 
 
 def _compliance(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    result = rs.stiffness(snapshot)
     try:
-        return Answer("compliance", C=rs.compliance(snapshot))
+        return Answer("compliance", None, result.status, int(result.rank), rs.compliance(snapshot))
     except NoAnswerError as error:
-        result = rs.stiffness(snapshot)
         if int(result.rank) < result.space.size:
             return Answer("compliance", None, Status.FORM_DOES_NOT_HOLD)
         return Answer("compliance", error=f"NoAnswerError: {error}")

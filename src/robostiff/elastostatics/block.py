@@ -10,6 +10,7 @@ from jaxtyping import Float
 from robostiff.elastostatics.chain_problem import (
     C_SINGULAR,
     J_DEPENDENT,
+    J_NEARLY_DEPENDENT,
     ChainProblem,
     FormAnswer,
     refusal,
@@ -59,14 +60,19 @@ class Block:
 
     def solve(self, problem: ChainProblem) -> FormAnswer:
         """Stiffness of a scaled chain."""
-        refused, reason = refusal((~problem.regular, C_SINGULAR), (problem.dependent, J_DEPENDENT))
+        refused, reason = refusal(
+            (~problem.regular, C_SINGULAR),
+            (problem.dependent, J_DEPENDENT),
+            (problem.nearly_dependent, J_NEARLY_DEPENDENT),
+        )
         n, q = problem.J_q.shape[-2:]
         if q == 0:
-            return FormAnswer(problem.K0, refused, reason, problem.costs_digits_to_invert)
+            K = problem.K0
+            return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
         if np.all(refused):
             return FormAnswer(np.zeros_like(problem.C), refused, reason)
         # A refused pose must not stop the others.
         K0 = np.where(refused[..., None, None], np.eye(n), problem.K0)
         J_q = np.where(refused[..., None, None], np.eye(n, q), problem.J_q)
         K = eliminate_block(K0, J_q)
-        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert)
+        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))

@@ -10,8 +10,11 @@ import numpy as np
 
 from robostiff.elastostatics.conditioning import smallest_compliance
 from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.spatial import Space
 
-_HALF_THE_DIGITS = 1e-8
+# Rounding that grows by more than this leaves no nine digits.
+_NINE_DIGITS = 1e-6
+_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
@@ -61,19 +64,33 @@ class ChainProblem:
         """Whether C can be inverted, rank(J_theta) = n (...)."""
         return self.regularity > self.tolerance.rigidity
 
-    @property
-    def costs_digits_to_invert(self) -> np.ndarray:
-        """Where forms that begin with C^-1 lose half of all digits or more (...).
+    def costs_digits(self, K: np.ndarray) -> np.ndarray:
+        """Where a K computed from the sum C has lost more than six digits (...).
 
-        They lose the condition of C, and the square of the nearness of dependent joints.
+        Rounding of C changes K by ``eps |C| |K|^2``, felt in the smaller block of K.
         """
-        near = ~self.redundant & (self.margins**2 < _HALF_THE_DIGITS)
-        return (self.regularity < _HALF_THE_DIGITS) | np.any(near, axis=-1)
+        return self.compliance_ratio * _smaller_block(K, K) < _NINE_DIGITS
+
+    def costs_digits_to_invert(self, K: np.ndarray) -> np.ndarray:
+        """Where a K that began with K0 = C^-1 has lost more than six digits (...).
+
+        Lost are the condition of C, what K has less than K0, and the square of the nearness of
+        dependent joints.
+        """
+        near = ~self.redundant & (self.margins**2 < _NINE_DIGITS)
+        lost = self.regularity * _smaller_block(K, self.K0) < _NINE_DIGITS
+        return lost | np.any(near, axis=-1)
 
     @property
     def dependent(self) -> np.ndarray:
         """Whether some passive joint is redundant (...)."""
         return np.any(self.redundant, axis=-1)
+
+    @property
+    def nearly_dependent(self) -> np.ndarray:
+        """Whether a joint is so nearly redundant that stiffness along it is rounding (...)."""
+        near = ~self.redundant & (self.margins**2 <= self.tolerance.rigidity)
+        return np.any(near, axis=-1)
 
     @cached_property
     def K0(self) -> np.ndarray:
@@ -123,6 +140,9 @@ class Form(Protocol):
 
 C_SINGULAR = "it inverts the compliance of the chain, which is singular (rank(J_theta) < n)"
 J_DEPENDENT = "it needs independent passive joints, and some are redundant"
+J_NEARLY_DEPENDENT = (
+    "a passive joint is so nearly redundant that stiffness along it is rounding"
+)
 DIRECTION_RIGID = "a transmitted wrench meets no compliance, so its matrix is singular"
 
 
@@ -130,3 +150,16 @@ def refusal(*conditions: tuple[np.ndarray, str]) -> tuple[np.ndarray, str]:
     """Poses refused by any of several conditions, and the reasons that occur."""
     refused = np.any(np.stack([condition for condition, _ in conditions]), axis=0)
     return refused, "; ".join(reason for condition, reason in conditions if np.any(condition))
+
+
+def _smaller_block(K: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Size of the smaller diagonal block of K, as a part of the size of another matrix (...).
+
+    A block without stiffness is passed over.
+    """
+    t = Space.of_size(K.shape[-1]).translations
+    diagonal = np.abs(np.einsum("...ii->...i", K))
+    blocks = np.stack([diagonal[..., :t].max(axis=-1), diagonal[..., t:].max(axis=-1)], axis=-1)
+    whole = np.einsum("...ii->...i", other).max(axis=-1)[..., None]
+    part = blocks / np.where(whole > 0, whole, 1.0)
+    return np.min(np.where(part > _ROUNDING, part, 1.0), axis=-1)

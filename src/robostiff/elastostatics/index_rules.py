@@ -7,7 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from robostiff.elastostatics.chain_problem import C_SINGULAR, ChainProblem, FormAnswer, refusal
+from robostiff.elastostatics.chain_problem import (
+    C_SINGULAR,
+    J_NEARLY_DEPENDENT,
+    ChainProblem,
+    FormAnswer,
+    refusal,
+)
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
@@ -91,7 +97,11 @@ class IndexRules:
         moves, turns = _nonzero(J_q[..., :t, :], J_q), _nonzero(J_q[..., t:, :], J_q)
         along_axis = np.where(turns.any(axis=-2), turns.sum(axis=-2) == 1, moves.sum(axis=-2) == 1)
         oblique = np.any(~along_axis & ~problem.redundant, axis=-1)
-        refused, reason = refusal((~problem.regular, C_SINGULAR), (oblique, NOT_ALONG_AXES))
+        refused, reason = refusal(
+            (~problem.regular, C_SINGULAR),
+            (oblique, NOT_ALONG_AXES),
+            (problem.nearly_dependent, J_NEARLY_DEPENDENT),
+        )
         K = problem.K0
         for i in range(J_q.shape[-1]):
             # Poses may differ in the axis of a joint: each coordinate in turn takes its own.
@@ -101,7 +111,7 @@ class IndexRules:
                 if np.any(own):
                     shifted = np.asarray(moves[..., i].any(axis=-1))
                     K = _by_index(K, J_q[..., i], p, t, own, shifted)
-        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert)
+        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
 
 
 def _nonzero(part: np.ndarray, whole: np.ndarray) -> np.ndarray:

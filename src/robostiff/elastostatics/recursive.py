@@ -8,7 +8,13 @@ from itertools import chain
 import numpy as np
 from jaxtyping import Float
 
-from robostiff.elastostatics.chain_problem import C_SINGULAR, ChainProblem, FormAnswer, refusal
+from robostiff.elastostatics.chain_problem import (
+    C_SINGULAR,
+    J_NEARLY_DEPENDENT,
+    ChainProblem,
+    FormAnswer,
+    refusal,
+)
 from robostiff.errors import InputError
 
 
@@ -57,11 +63,15 @@ class Recursive:
 
     def solve(self, problem: ChainProblem) -> FormAnswer:
         """Stiffness of a scaled chain."""
-        refused, reason = refusal((~problem.regular, C_SINGULAR))
+        refused, reason = refusal(
+            (~problem.regular, C_SINGULAR), (problem.nearly_dependent, J_NEARLY_DEPENDENT)
+        )
         K = problem.K0
+        # A refused pose must not stop the others.
+        skipped = problem.redundant | refused[..., None]
         for group in self._groups(problem.J_q.shape[-1]):
-            K = _eliminate_group(K, problem.J_q, problem.redundant, group)
-        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert)
+            K = _eliminate_group(K, problem.J_q, skipped, group)
+        return FormAnswer(K, refused, reason, problem.costs_digits_to_invert(K))
 
     def _groups(self, joints: int) -> tuple[tuple[int, ...], ...]:
         if self.groups is None:

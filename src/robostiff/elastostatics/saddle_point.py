@@ -10,6 +10,7 @@ from jaxtyping import Float
 from robostiff.elastostatics.chain_problem import (
     DIRECTION_RIGID,
     J_DEPENDENT,
+    J_NEARLY_DEPENDENT,
     ChainProblem,
     FormAnswer,
     refusal,
@@ -74,7 +75,9 @@ class SaddlePoint:
     def solve(self, problem: ChainProblem) -> FormAnswer:
         """Stiffness of a scaled chain."""
         refused, reason = refusal(
-            (problem.dependent, J_DEPENDENT), (problem.rigid, DIRECTION_RIGID)
+            (problem.dependent, J_DEPENDENT),
+            (problem.nearly_dependent, J_NEARLY_DEPENDENT),
+            (problem.rigid, DIRECTION_RIGID),
         )
         if np.all(refused):
             return FormAnswer(np.zeros_like(problem.C), refused, reason)
@@ -85,4 +88,5 @@ class SaddlePoint:
         # Compliances near 1e-7 beside unit twists would cost digits: both are brought to size 1.
         trace = np.trace(C, axis1=-2, axis2=-1)[..., None, None]
         size = np.where(trace > 0, trace, 1.0)
-        return FormAnswer(saddle_point_stiffness(C / size, J_q) / size, refused, reason)
+        K = saddle_point_stiffness(C / size, J_q) / size
+        return FormAnswer(K, refused, reason, problem.costs_digits(K))

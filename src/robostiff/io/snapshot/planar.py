@@ -63,7 +63,7 @@ def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: Place) ->
         else np.zeros((6, 6))
         for element in leg.elements
     ]
-    C = np.sum(parts, axis=0)
+    C = np.sum([np.zeros((6, 6)), *parts], axis=0)
     size = np.sqrt(np.diagonal(C))
     allowed = _TOLERANCE * np.outer(size[_IN_PLANE], size[_OUT_OF_PLANE])
     in_and_out = np.ix_(_IN_PLANE, _OUT_OF_PLANE)
