@@ -12,6 +12,9 @@ from tests.campaign.reference import Reference
 from tests.cases.metric import distance
 
 AGREEMENT = 1e-9
+#: A block of this part of the other is the square of a lever arm of 1e-6 of the robot, of which
+#: coordinates that are rounded a few times (1e-15) have nine digits; smaller ones have fewer.
+_LEAST = 1e-12
 #: Differences between a way and itself in other company: the same steps, other roundings.
 DECISIVE = (
     Status.RIGID_DIRECTION | Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS | Status.UNREACHABLE
@@ -165,7 +168,7 @@ class Judge:
             return np.inf
         if not np.any(other):
             return 0.0 if not np.any(K) else np.inf
-        return distance(K, other, self.size if size is None else size)
+        return distance(K, other, self.size if size is None else size, least=_LEAST)
 
 
 def keys_of(complaints: Sequence[Complaint]) -> set[tuple[str, str]]:

@@ -63,7 +63,9 @@ def _energy(snapshot: Snapshot, rng: np.random.Generator) -> Any:
         if rigid:
             return Answer("energy", None, Status.FORM_DOES_NOT_HOLD)
         return Answer("energy", error="NoAnswerError: no energy, and no rigid direction")
-    return Answer("energy", K)
+    # It has no status of its own: a robot in doubt is in doubt by energy too.
+    doubt = rs.stiffness(snapshot).status & Status.ILL_CONDITIONED
+    return Answer("energy", None if doubt else K)
 
 
 def written(snapshot: Snapshot) -> str:
@@ -163,16 +165,13 @@ def _millimetres(snapshot: Snapshot, rng: np.random.Generator) -> Any:
 
 
 def _point(snapshot: Snapshot, rng: np.random.Generator) -> Any:
-    """About another point, and moved back."""
-    from robostiff.spatial import move_stiffness
-
+    """Computed about another point, and asked for about the robot's own."""
     v = rng.uniform(-1, 1, 3)
     if snapshot.space is Space.PLANAR:
         v[2] = 0.0
-    result = rs.stiffness(replace(snapshot, reference_point=snapshot.reference_point + v))
-    K = None
-    if bool(result.answered):
-        K = move_stiffness(result.K, -v[: snapshot.space.translations if v[2] == 0 else 3])
+    away = replace(snapshot, reference_point=snapshot.reference_point + v)
+    result = rs.stiffness(away, at=snapshot.reference_point)
+    K = result.K if bool(result.answered) else None
     return Answer("point", K, result.status, int(result.rank))
 
 

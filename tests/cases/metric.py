@@ -11,7 +11,7 @@ from robostiff.spatial import Space
 _EMPTY = 1e-20
 
 
-def distance(K: np.ndarray, K_ref: np.ndarray, length: float = 1.0) -> float:
+def distance(K: np.ndarray, K_ref: np.ndarray, length: float = 1.0, least: float = 0.0) -> float:
     """Largest entry of |K - K_ref| in units of its block, max |dK_ij| / s_ij.
 
     Parameters
@@ -21,6 +21,8 @@ def distance(K: np.ndarray, K_ref: np.ndarray, length: float = 1.0) -> float:
     length : float
         Size of the robot [m]. It matters for a block of `K_ref` without any stiffness only (a leg
         seen from its spherical joint): there the other block, times or over length^2, is the unit.
+    least : float
+        A block that is smaller than this part of what the other suggests is measured in that part.
 
     Returns
     -------
@@ -39,5 +41,7 @@ def distance(K: np.ndarray, K_ref: np.ndarray, length: float = 1.0) -> float:
         rotation = translation * length**2
     if translation <= _EMPTY * rotation / length**2:
         translation = rotation / length**2
+    rotation = max(rotation, least * translation * length**2)
+    translation = max(translation, least * rotation / length**2)
     size = np.sqrt(np.where(np.arange(len(K_ref)) < t, translation, rotation))
     return float((np.abs(K - K_ref) / np.outer(size, size)).max())

@@ -8,6 +8,9 @@ from robostiff.spatial import Space
 
 # Below this part of what the other block suggests a block is without stiffness.
 _EMPTY = 1e-20
+# Below this part it is the square of a lever arm of 1e-6, of which coordinates that are rounded a
+# few times (1e-15) have fewer than nine digits.
+_LEAST = 1e-12
 
 
 def matrix_distance(K: np.ndarray, K_ref: np.ndarray, length: float) -> float:
@@ -41,5 +44,7 @@ def matrix_distance(K: np.ndarray, K_ref: np.ndarray, length: float) -> float:
         rotation = translation * length**2
     if translation <= _EMPTY * rotation / length**2:
         translation = rotation / length**2
+    rotation = max(rotation, _LEAST * translation * length**2)
+    translation = max(translation, _LEAST * rotation / length**2)
     size = np.sqrt(np.where(np.arange(len(K_ref)) < t, translation, rotation))
     return float((np.abs(K - K_ref) / np.outer(size, size)).max())

@@ -102,8 +102,10 @@ def solve_chain(
         )
 
     answer = form.solve(problem)
-    K = 0.5 * (answer.K + np.swapaxes(answer.K, -1, -2)) * scale
     transmitted = np.count_nonzero(np.any(W != 0, axis=-2), axis=-1)
+    K = 0.5 * (answer.K + np.swapaxes(answer.K, -1, -2)) * scale
+    # What joints free entirely keeps no rounding of what was there before them.
+    K = np.where((transmitted > 0)[..., None, None], K, 0.0)
     status = (
         (transmitted < space.size) * int(Status.FREE_MOTIONS)
         | problem.dependent * int(Status.REDUNDANT_JOINTS)

@@ -140,9 +140,7 @@ class Form(Protocol):
 
 C_SINGULAR = "it inverts the compliance of the chain, which is singular (rank(J_theta) < n)"
 J_DEPENDENT = "it needs independent passive joints, and some are redundant"
-J_NEARLY_DEPENDENT = (
-    "a passive joint is so nearly redundant that stiffness along it is rounding"
-)
+J_NEARLY_DEPENDENT = "a passive joint is so nearly redundant that stiffness along it is rounding"
 DIRECTION_RIGID = "a transmitted wrench meets no compliance, so its matrix is singular"
 
 

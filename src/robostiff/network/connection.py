@@ -11,7 +11,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, Element, JointElement, SpringElement
 from robostiff.network.planar import check_in_plane
-from robostiff.spatial import Space, block_rotation
+from robostiff.spatial import Space, block_rotation, compliance_modes
 
 _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
@@ -159,19 +159,23 @@ def _connection(
     scale: np.ndarray,
     tolerance: Tolerance,
 ) -> Connection:
+    modes = compliance_modes(C) * scale[:, None]
     C, J = C * np.outer(scale, scale), J * scale[:, None]
     J = J / np.linalg.norm(J, axis=0)
     W, _ = transmitted_wrenches(J, tolerance.independence)
     S = W.T @ C @ W
     S = 0.5 * (S + S.T)
-    values, modes = np.linalg.eigh(S)
-    if np.any(values < -_SYMMETRY * np.trace(C)):
+    if np.any(np.linalg.eigvalsh(S) < -_SYMMETRY * np.trace(C)):
         raise InputError(
             f"compliance of {element.name!r}", got=C, expected="a positive semidefinite matrix"
         )
-    rigid = values <= tolerance.rigidity * np.trace(C)
-    if np.any(rigid):  # else as it is: a change of basis would cost the stiff directions digits
-        W = W @ modes
-        S = modes.T @ S @ modes
-        S[rigid, :] = S[:, rigid] = 0.0
+    # What meets the spring at all, by unit modes: a stiff direction is no rigid one.
+    felt = modes[:, np.any(modes != 0, axis=0)].T @ W
+    size = np.linalg.norm(modes[:, np.any(modes != 0, axis=0)], axis=0)
+    values, Vt = np.linalg.svd(felt / size[:, None])[1:]
+    rank = int(np.count_nonzero(values > tolerance.independence))
+    if rank < len(S):  # else as it is: a change of basis would cost the stiff directions digits
+        _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
+        W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
+        S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
     return Connection(element.name, element.a, element.b, point, axes @ W, S, axes @ J, names)

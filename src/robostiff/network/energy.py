@@ -15,6 +15,7 @@ from robostiff.network.network import Network
 from robostiff.spatial import block_rotation
 
 _DEFAULT_TOLERANCE = Tolerance()
+_ROUNDING = 1e-13
 
 
 def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> np.ndarray:
@@ -84,14 +85,29 @@ def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equatio
     start, N = _solutions(G[:, others], -G[:, platform], equations.tolerance)
     Z[others] = start
     N = _elastic(E[:, others], N, equations.tolerance)
+    before = np.linalg.norm(E @ Z)
     if N.shape[1]:
-        Z[others] -= N @ np.linalg.lstsq(E[:, others] @ N, E @ Z, rcond=0.0)[0]
+        Z[others] -= N @ _least_squares(E[:, others] @ N, E @ Z)
+    if np.linalg.norm(E @ Z) <= _ROUNDING * before:
+        return np.zeros((n, n))  # every motion of the platform is free
     to_reference = equations.transport(
         equations.network.platform, equations.network.reference_point
     )
     Z = Z @ np.linalg.inv(to_reference)
     stored = E @ Z
     return stored.T @ stored * np.outer(equations.scale, equations.scale) * equations.stiffness
+
+
+def _least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Solution x of least |A x - b| for A of full rank, each row to its own digits.
+
+    Householder QR is that accurate where large rows come first and columns are pivoted.
+    """
+    order = np.argsort(-np.linalg.norm(A, axis=1), kind="stable")
+    Q, R, columns = (np.asarray(p) for p in qr(A[order], mode="economic", pivoting=True))
+    x = np.zeros((A.shape[1], b.shape[1]))
+    x[columns] = solve_triangular(R, Q.T @ b[order])
+    return x
 
 
 def _elastic(E: np.ndarray, N: np.ndarray, tolerance: Tolerance) -> np.ndarray:

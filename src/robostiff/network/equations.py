@@ -82,7 +82,10 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
             f"network {network.name!r}", got="no element", expected="beams, springs or joints"
         )
     points = _points(network)
-    length = network.characteristic_length or _length_of_elements(network, points, tolerance)
+    length = network.characteristic_length
+    of_elements = _length_of_elements(network, points, tolerance)
+    if length <= tolerance.independence * of_elements:  # all in one point, for the springs
+        length = of_elements or 1.0
     scale = scaling(np.array(length), network.space)
     soft = [
         np.trace(c.S) / max(1, np.count_nonzero(~c.rigid))
@@ -118,10 +121,10 @@ def _points(network: Network) -> dict[str, np.ndarray]:
 def _length_of_elements(
     network: Network, points: dict[str, np.ndarray], tolerance: Tolerance
 ) -> float:
-    """Length that the springs themselves tell, where everything is in one point [m]."""
+    """Largest length that the springs themselves have [m]; 0 for none."""
     one = np.ones(network.space.size)
     connections = _connections(network, points, one, tolerance)
     lengths = [
         float(matrix_length(c.W @ c.S @ c.W.T, c.freedoms)) for c in connections if np.any(c.S)
     ]
-    return max(lengths, default=1.0)
+    return max(lengths, default=0.0)
