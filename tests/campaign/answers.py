@@ -36,6 +36,8 @@ class Answer:
         Compliance, where the way gives one.
     error : str
         An exception in place of an answer.
+    truth : Reference or None
+        Of a robot whose coordinates were rounded anew on this way.
     """
 
     way: str
@@ -44,6 +46,7 @@ class Answer:
     rank: int | None = None
     C: np.ndarray | None = None
     error: str = ""
+    truth: Reference | None = None
 
     @property
     def in_doubt(self) -> bool:
@@ -103,8 +106,9 @@ class Judge:
             return
         if answer.status is not None and answer.status & Status.FORM_DOES_NOT_HOLD:
             return
-        if self.truth is not None:
-            self._against_truth(answer, self.truth)
+        truth = answer.truth or self.truth
+        if truth is not None:
+            self._against_truth(answer, truth)
         if default is not None and default is not answer and not default.error:
             self._against_default(answer, default)
 
@@ -157,7 +161,7 @@ class Judge:
                 return
         if doubt or default.rank in (0, -1):
             return
-        if answer.K is not None and default.K is not None:
+        if answer.K is not None and default.K is not None and answer.truth is None:
             off = self.distance(answer.K, default.K)
             if not off <= 2 * AGREEMENT:
                 self.say(answer.way, "another K than the default", f"{off:.2e}; {answer.status}")

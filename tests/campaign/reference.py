@@ -334,16 +334,16 @@ def _extent(snapshot: Snapshot) -> float:
     points = _points(snapshot)
     away = np.linalg.norm(points - np.mean(points, axis=0), axis=-1)
     size = float(np.sqrt(np.mean(away**2)))
-    if size > 1e-12 * float(np.max(np.abs(points))):
-        return size
-    C = sum(
-        np.reshape(spring.elasticity.compliance, (6, 6))
-        for leg in snapshot.legs
-        for spring in leg.springs
-    )
-    C = np.zeros((6, 6)) + C
+    C = np.zeros((6, 6))
+    for leg in snapshot.legs:
+        for spring in leg.springs:
+            C = C + np.reshape(spring.elasticity.compliance, (6, 6))
     shift, turn = np.trace(C[:3, :3]), np.trace(C[3:, 3:])
-    return float(np.sqrt(shift / turn)) if shift > 0 and turn > 0 else 1.0
+    own = float(np.sqrt(shift / turn)) if shift > 0 and turn > 0 else 0.0
+    # Points nearer than rounding are one, and so are those of which no spring feels the distance.
+    if size > 1e-12 * float(np.max(np.abs(points))) and size > 1e-9 * own:
+        return size
+    return own or 1.0
 
 
 def _points(snapshot: Snapshot) -> list[np.ndarray]:

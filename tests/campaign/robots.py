@@ -62,11 +62,16 @@ class Tally:
             self.details.setdefault(key, other.details[key])
 
 
-def trial(seed: int, number: int) -> tuple[str, Any, list[Complaint], list[str]]:
-    """Robot `number` of a run: its kind, itself, what is wrong, and which ways it took."""
+def kind_of(seed: int, number: int) -> tuple[str, np.random.Generator]:
+    """Kind of robot `number` of a run, and what it is drawn with."""
     rng = np.random.default_rng([seed, number])
     names, weights = list(SHARES), np.array(list(SHARES.values()), dtype=float)
-    kind = names[rng.choice(len(names), p=weights / weights.sum())]
+    return names[rng.choice(len(names), p=weights / weights.sum())], rng
+
+
+def trial(seed: int, number: int) -> tuple[str, Any, list[Complaint], list[str]]:
+    """Robot `number` of a run: its kind, itself, what is wrong, and which ways it took."""
+    kind, rng = kind_of(seed, number)
     own = [seed, number, 1]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

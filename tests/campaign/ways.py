@@ -25,6 +25,8 @@ from tests.campaign.placed import with_parts
 from tests.campaign.reference import Reference, _extent, reference
 from tests.generators.chains import random_rotation
 
+_FAR = 30.0  # lengths of the robot: less costs a digit or two
+
 
 def answer_of(way: str, ask: Callable[[], Any]) -> Answer:
     """The answer of a way, or its exception; refusals that are part of the contract too."""
@@ -145,23 +147,37 @@ def _indices(snapshot: Snapshot, rng: np.random.Generator) -> Any:
 
 def _turned(snapshot: Snapshot, rng: np.random.Generator) -> Any:
     R, shift = random_frame(rng, snapshot.space)
-    result = rs.stiffness(in_frame(snapshot, R, shift, 1.0))
+    moved = in_frame(snapshot, R, shift, 1.0)
+    result = rs.stiffness(moved)
     n, t = snapshot.space.size, snapshot.space.translations
     T = np.zeros((n, n))
     T[:t, :t] = R[:t, :t]
     T[t:, t:] = R if n == 6 else 1.0
     K = T.T @ result.K @ T if bool(result.answered) else None
-    return Answer("frame", K, result.status, int(result.rank))
+    return Answer("frame", K, result.status, int(result.rank), truth=_of_far(snapshot, moved, T))
 
 
 def _millimetres(snapshot: Snapshot, rng: np.random.Generator) -> Any:
     if snapshot.platform is not None:
         return Answer("millimetres", None, Status.FORM_DOES_NOT_HOLD)  # nodes are in metres
-    result = rs.stiffness(in_frame(snapshot, np.eye(3), np.zeros(3), 1e3))
+    moved = in_frame(snapshot, np.eye(3), np.zeros(3), 1e3)
+    result = rs.stiffness(moved)
     n, t = snapshot.space.size, snapshot.space.translations
     d = np.where(np.arange(n) < t, 1e3, 1.0)
     K = result.K * np.outer(d, d) / 1e3 if bool(result.answered) else None
-    return Answer("millimetres", K, result.status, int(result.rank))
+    truth = _of_far(snapshot, moved, np.diag(d) / np.sqrt(1e3))
+    return Answer("millimetres", K, result.status, int(result.rank), truth=truth)
+
+
+def _of_far(snapshot: Snapshot, moved: Snapshot, T: np.ndarray) -> Reference | None:
+    """What is true of a robot far from the origin after its coordinates were rounded anew."""
+    furthest = max(float(np.abs(leg.end).max()) for leg in (*snapshot.legs, *moved.legs))
+    if snapshot.platform is not None or furthest < _FAR * _extent(snapshot):
+        return None
+    truth = reference(moved)
+    if truth is None or truth.K is None:
+        return truth
+    return replace(truth, K=T.T @ truth.K @ T, C=None)
 
 
 def _point(snapshot: Snapshot, rng: np.random.Generator) -> Any:

@@ -230,6 +230,8 @@ def compliance(
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
     """Stiffness of the legs of a snapshot and of the whole."""
     length = snapshot.characteristic_length
+    # Lever arms that are nothing to the parts themselves are rounding: all is in one point.
+    length = np.where(length > tolerance.independence * _length_of_parts(snapshot), length, 0.0)
     origin = _origin(snapshot, length)
     problems = _legs(snapshot, origin, np.where(length > 0, length, 1.0), tolerance)
     if not np.all(length > 0):  # all in one point: the springs themselves tell a length
@@ -255,6 +257,19 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
         compliance=C,
         origin=origin,
     )
+
+
+def _length_of_parts(snapshot: Snapshot) -> np.ndarray:
+    """Largest length that a spring has by itself, sqrt(tr C_tt / tr C_rr) (...) [m]; 0 for none."""
+    longest = np.zeros(snapshot.reference_point.shape[:-1])
+    for leg in snapshot.legs:
+        for spring in leg.springs:
+            d = np.einsum("...ii->...i", spring.elasticity.compliance)
+            shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
+            both = (shift > 0) & (turn > 0)
+            own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
+            longest = np.maximum(longest, own)
+    return longest
 
 
 def _legs(
