@@ -67,9 +67,10 @@ class ChainProblem:
     def costs_digits(self, K: np.ndarray) -> np.ndarray:
         """Where a K computed from the sum C has lost more than six digits (...).
 
-        Rounding of C changes K by ``eps |C| |K|^2``, felt in the smaller block of K.
+        Rounding of C changes K by ``eps |C| |K|^2``, felt in the smaller block of K; dependent
+        joints cost digits besides.
         """
-        return self.compliance_ratio * _smaller_block(K, K) < _NINE_DIGITS
+        return (self.compliance_ratio * _smaller_block(K, K) < _NINE_DIGITS) | self._near_dependence
 
     def costs_digits_to_invert(self, K: np.ndarray) -> np.ndarray:
         """Where a K that began with K0 = C^-1 has lost more than six digits (...).
@@ -77,9 +78,12 @@ class ChainProblem:
         Lost are the condition of C, what K has less than K0, and the square of the nearness of
         dependent joints.
         """
-        near = ~self.redundant & (self.margins**2 < _NINE_DIGITS)
         lost = self.regularity * _smaller_block(K, self.K0) < _NINE_DIGITS
-        return lost | np.any(near, axis=-1)
+        return lost | self._near_dependence
+
+    @property
+    def _near_dependence(self) -> np.ndarray:
+        return np.any(~self.redundant & (self.margins**2 < _NINE_DIGITS), axis=-1)
 
     @property
     def dependent(self) -> np.ndarray:
