@@ -272,3 +272,41 @@ def test_a_c_function_returns_1_where_it_does_not_hold(tmp_path):
     for values in [(1.0, 1.0), (1.0, 1.0 + 1e-9), (-1.0, 1.0)]:
         assert function(K, (ctypes.c_double * 2)(*values)) == 1
         assert all(np.isnan(list(K)))
+
+
+@pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])
+@pytest.mark.parametrize("pose", [rs.AtHome(), rs.AtSymbols()], ids=["home", "symbols"])
+def test_numbers_of_hundreds_of_digits_are_exported_as_numbers_of_the_machine(form, pose):
+    robot = rs.load(DATA / "arm-of-long-decimals.yaml")
+    derivation = rs.derive(robot, pose=pose, form=form)
+    places = {}
+    exec(python_function(derivation), places)  # noqa: S102
+    home = robot.legs[0].chain.home
+    q = {s.name: float(home[int(s.name[1:]) - 1]) for s in derivation.symbols}
+    expected = rs.stiffness(robot).K
+    np.testing.assert_allclose(places["stiffness"](**q), expected, atol=1e-11 * expected.max())
+
+
+OVERDETERMINED = """
+robostiff: 1
+name: one leg
+source: five freedoms, six coordinates
+home: {at: [0, 0.3, 0.5]}
+coordinates: [x, y, z, rx, ry, rz]
+legs:
+- name: RUU
+  chain:
+  - {type: revolute, role: actuated, stiffness: 1.0e+7, axis: x}
+  - {type: link, to: [0, 0.3, 0], compliance: COMPLIANCE}
+  - {type: universal, axes: [x, y], role: passive}
+  - {type: rigid, to: [0, 0, 0.5]}
+  - {type: universal, axes: [x, y], role: passive}
+"""
+
+
+@pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])
+def test_a_pose_in_symbols_that_the_legs_do_not_leave_free_is_refused(tmp_path, form):
+    path = tmp_path / "leg.yaml"
+    path.write_text(OVERDETERMINED.replace("COMPLIANCE", str((1e-7 * np.eye(6)).tolist())))
+    with pytest.raises(InputError, match="none near home that the legs reach"):
+        rs.derive(rs.load(path), pose=rs.AtSymbols(), form=form)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import robostiff as rs
-from robostiff.elastostatics import Status
+from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
@@ -100,14 +100,25 @@ def _kernel(backend: rs.Backend, name: str) -> Callable[[Case], None]:
             if any(w in str(error) for w in ("rigid", "room around", "generic", "no place")):
                 return  # refused with words
             raise
-        if not compiled.verified:
-            case.say(name, "record and batched form disagree", "verified is False")
+        if not compiled.verified and not _near_a_limit(case):
+            case.say(name, "not verified, and no pose is near a limit", "verified is False")
         found = compiled.evaluate(case.posed.pose())
         for row in range(len(case.posed.rows)):
             status, rank = int(found.status_codes[row]), int(found.rank[row])
             case.same(name, row, found.values["K"][row], status, rank)
 
     return ask
+
+
+def _near_a_limit(case: Case) -> bool:
+    """Whether a pose is so near what decides that poses beside it may have another status.
+
+    A kernel whose generic poses are so leaves them to the batched form, and says not verified; a
+    difference at a pose that is not in doubt is raised by `compile` itself.
+    """
+    strict = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
+    codes = rs.stiffness(case.robot, case.posed.pose(), tolerance=strict).status_codes
+    return bool(np.any(codes & int(Status.ILL_CONDITIONED)))
 
 
 def _kernel_compliance(case: Case) -> None:
@@ -136,7 +147,8 @@ def _posture(case: Case) -> None:
     leg = case.robot.legs[0]
     drives = [isinstance(role, Actuated) for role in leg.chain.roles]
     for row, own in enumerate(q):
-        _expect(case, "planted coordinates", row, [own], regular=_regular(case, own))
+        regular = _regular(case, own) and (not _is_refused(case, row) or _is_reached(case, row))
+        _expect(case, "planted coordinates", row, [own], regular=regular)
         if case.posture.reached[row] and not _is_free(case, own):
             mine = case.posture.coordinates[0][row]
             off = np.abs(mine - own)[drives]
@@ -147,6 +159,23 @@ def _posture(case: Case) -> None:
                     else "another coordinate of a drive at home"
                 )
                 case.say("planted coordinates", what, f"row {row}: {mine} for {own}")
+
+
+def _is_refused(case: Case, row: int) -> bool:
+    return bool(case.batch.status_codes[row] & int(Status.UNREACHABLE))
+
+
+def _is_reached(case: Case, row: int) -> bool:
+    """Whether the library must reach the pose of a single leg, which closes there.
+
+    A leg that closes by iteration counts only in the assembly mode of home, and that is what the
+    straight way of the pose leads to (docs/status.md). A way that is straight in the coordinates of
+    the joints is another one: it can be regular where the former meets a singularity.
+    """
+    if case.finder.solvers[0].closed_form is not None or case.posed.q is None:
+        return True
+    walker = Walker(case.robot, [case.posed.q[0]])
+    return walker.walk(case.posed.rows[0], case.posed.rows[row]).is_smooth
 
 
 def _is_free(case: Case, q: np.ndarray) -> bool:

@@ -29,11 +29,14 @@ from tests.campaign.save import save_posed, save_snapshot
 from tests.campaign.shrink import shrunk_posed, shrunk_snapshot
 
 FOLDER = Path("build/campaign")
-#: How often each kind is drawn; posed robots cost more.
+#: How often each kind is drawn; what costs much is drawn less.
 SHARES = {
-    **dict.fromkeys(placed.KINDS, 16),
-    **dict.fromkeys(posed.KINDS, 6),
-    **dict.fromkeys(mechanisms.KINDS, 2),
+    **dict.fromkeys(placed.KINDS, 32),
+    **dict.fromkeys(posed.KINDS, 12),
+    **dict.fromkeys(mechanisms.KINDS, 6),
+    **dict.fromkeys(("several legs", "hand-made"), 6),
+    **dict.fromkeys(("driven arm", "shipped"), 3),
+    "coupled legs": 1,
 }
 _CHUNK = 25
 

@@ -10,9 +10,8 @@ import numpy as np
 import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from robostiff.analytic.closed_posture import Following, Sample, leg_coordinates
+from robostiff.analytic.closed_posture import AROUND, Following, Sample, leg_coordinates
 from robostiff.analytic.robot_pose import (
-    AtSymbols,
     PoseFormula,
     coordinate_expressions,
     exact_angle,
@@ -119,7 +118,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
     for names in follows.legs.values():
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
-    if told is not None and not robot.is_posed_by_joints and not isinstance(pose, AtSymbols):
+    if told is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, told)
     record = Record(_samples(symbols, told, robot, finder, follows))
     read = entry_reader(record, exact=True)
@@ -165,21 +164,48 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
 
 
 def _check_reach(robot: Robot, finder: PostureFinder, told: Mapping[str, Any]) -> None:
-    """Raise when the legs do not reach a pose at the nominal values of the symbols in it."""
+    """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in told.items()}
-    if any(value.free_symbols for value in values.values()):
-        return  # coordinates that are symbols themselves: the formula holds where the legs reach
+    at_home = _home_values(finder)
+    middle = {str(x): 1.0 for value in values.values() for x in value.free_symbols}
+    middle |= {str(x): at_home[name] for name, x in values.items() if x.is_Symbol}
+    points = {str(x) for name, x in values.items() if name in ("x", "y", "z")}
+    random = np.random.default_rng(_SEED)
+    around = (1.0, 0.1, 0.01) if middle else (0.0,)
+    complaints: tuple[str, ...] = ()
+    for spread in (s * AROUND for s in around for _ in range(_SAMPLES)):
+        drawn = {
+            name: own + spread * (finder.length if name in points else 1.0) * random.uniform(-1, 1)
+            for name, own in middle.items()
+        }
+        posture = finder.find(_platform_at(finder, values, drawn))
+        if posture.reached.all():
+            return
+        complaints = posture.complaints
+    if middle:
+        raise InputError(
+            f"pose of {robot.name!r} in symbols",
+            got="none near home that the legs reach",
+            expected="coordinates that the platform can have one independently of the other",
+            hint="free coordinates that the legs fix belong out of `coordinates`",
+        )
+    raise InputError(
+        f"pose of {robot.name!r}", got="; ".join(complaints), expected="a pose that all legs reach"
+    )
+
+
+def _platform_at(
+    finder: PostureFinder, expressions: Mapping[str, Any], drawn: Mapping[str, float]
+) -> RigidTransform:
     six = finder.home_pose
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
-    pose = platform_pose(home, {name: float(value) for name, value in values.items()})
+    numbers = {
+        name: float(x.subs({symbol: drawn[str(symbol)] for symbol in x.free_symbols}))
+        for name, x in expressions.items()
+    }
+    pose = platform_pose(home, numbers)
     R, p = pose.R.astype(float), pose.p.astype(float)
-    posture = finder.find(RigidTransform.from_components(p, Rotation.from_matrix(R)))
-    if not posture.reached.all():
-        raise InputError(
-            f"pose of {robot.name!r}",
-            got="; ".join(posture.complaints),
-            expected="a pose that all legs reach",
-        )
+    return RigidTransform.from_components(p, Rotation.from_matrix(R))
 
 
 def _joint_coordinates(

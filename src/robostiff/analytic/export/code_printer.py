@@ -9,6 +9,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.export.products import printed_product
+from robostiff.analytic.export.scaled import LARGE
 from robostiff.analytic.export.vocabulary import constant_name, function_name, unknown
 from robostiff.errors import InputError
 
@@ -100,12 +101,20 @@ class CodePrinter(ABC):
 
     def _rational(self, number: Any) -> str:
         sign = "-" if number < 0 else ""
+        if abs(number.p) > LARGE or number.q > LARGE:
+            return sign + self._float(abs(number))
         numerator = self._number(sp.Integer(abs(int(number.p))))
         if number.q == 1:
             return sign + numerator
         return f"{sign}{numerator}/{self._number(sp.Integer(int(number.q)))}"
 
     def _number(self, number: Any) -> str:
-        if number > _LARGEST:
+        if number.is_Integer and number <= LARGE:
+            return self.integer(int(number))
+        return self._float(number)
+
+    def _float(self, number: Any) -> str:
+        """The double that is nearest to a number without a sign."""
+        if number > _LARGEST or 0 < number < 1 / _LARGEST:
             raise InputError("number", got=str(number), expected="one that is a double")
-        return self.integer(int(number)) if number.is_Integer else repr(float(number))
+        return repr(float(number))

@@ -13,6 +13,7 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import Derivative
 from robostiff.analytic.export.entries import entries, symbols_of
 from robostiff.analytic.export.guards import Guard, guards_of
+from robostiff.analytic.export.scaled import LARGE, has_large_numbers, product, scaled
 from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.robot_derivation import Condition, RobotDerivation
 from robostiff.errors import InputError
@@ -122,15 +123,35 @@ def program(derivation: Derivation | Derivative) -> Program:
     shared_symbols = [a.symbol for a in assignments if a.is_shared]
     in_order = dict(zip(shared_symbols, _temporaries(set(names)), strict=False))
     n = matrix.cols
+    assignments = tuple(assignment.renamed(in_order) for assignment in assignments)
     renamed = [entry.xreplace(in_order) for entry in results]
+    assignments, renamed = _in_range(assignments, renamed)
     written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])
     beside = renamed[matrix.rows * n :]
     return Program(
         arguments,
-        tuple(assignment.renamed(in_order) for assignment in assignments),
+        assignments,
         tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
         tuple((c.words, expression) for c, expression in zip(conditions, beside, strict=True)),
     )
+
+
+def _in_range(
+    assignments: tuple[Assignment, ...], results: list[Any]
+) -> tuple[tuple[Assignment, ...], list[Any]]:
+    """The same with numbers that the machine has: large sums are scaled."""
+    if not has_large_numbers([*(a.expression for a in assignments), *results]):
+        return assignments, results
+    scales: dict[Any, Any] = {}
+    found = []
+    for assignment in assignments:
+        factor, rest = scaled(assignment.expression, scales)
+        if not 1 / LARGE <= abs(factor) <= LARGE:
+            scales[assignment.symbol] = factor
+            factor = sp.S.One
+        expression = product(factor, rest)
+        found.append(Assignment(assignment.symbol, expression, assignment.is_shared))
+    return tuple(found), [product(*scaled(result, scales)) for result in results]
 
 
 def conditions_of(derivation: Derivation | Derivative) -> tuple[Condition, ...]:
