@@ -32,11 +32,12 @@ FOLDER = Path("build/campaign")
 #: How often each kind is drawn; what costs much is drawn less.
 SHARES = {
     **dict.fromkeys(placed.KINDS, 32),
+    **dict.fromkeys(("nested", "nested planar"), 24),
     **dict.fromkeys(posed.KINDS, 12),
     **dict.fromkeys(mechanisms.KINDS, 6),
-    **dict.fromkeys(("several legs", "hand-made"), 6),
-    **dict.fromkeys(("driven arm", "shipped"), 3),
-    "coupled legs": 1,
+    **dict.fromkeys(("several legs", "hand-made"), 4),
+    **dict.fromkeys(("driven arm", "shipped"), 2),
+    "coupled legs": 0.5,
 }
 _CHUNK = 25
 

@@ -118,6 +118,9 @@ def _joint(joint: Joint) -> dict[str, Any]:
     data: dict[str, Any] = {"type": joint.kind.value, **_role(joint.role)}
     axes = [_list(freedom.axis) for freedom in joint.freedoms]
     home = [float(q) for q in joint.home]
+    slides_and_turns = joint.kind in (JointKind.CYLINDRICAL, JointKind.PLANAR)
+    if slides_and_turns and ("stiffness" in data or "limits" in data):
+        raise TypeError("a file has no one number for N/m and N m/rad")
     match joint.kind:
         case JointKind.REVOLUTE | JointKind.PRISMATIC:
             return {**data, "axis": axes[0], "home": home[0]}
