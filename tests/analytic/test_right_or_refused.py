@@ -308,5 +308,5 @@ legs:
 def test_a_pose_in_symbols_that_the_legs_do_not_leave_free_is_refused(tmp_path, form):
     path = tmp_path / "leg.yaml"
     path.write_text(OVERDETERMINED.replace("COMPLIANCE", str((1e-7 * np.eye(6)).tolist())))
-    with pytest.raises(InputError, match="none near home that the legs reach"):
+    with pytest.raises(InputError, match="no pose near home at which all legs meet"):
         rs.derive(rs.load(path), pose=rs.AtSymbols(), form=form)

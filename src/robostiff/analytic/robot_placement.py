@@ -185,9 +185,10 @@ def _check_reach(robot: Robot, finder: PostureFinder, told: Mapping[str, Any]) -
     if middle:
         raise InputError(
             f"pose of {robot.name!r} in symbols",
-            got="none near home that the legs reach",
-            expected="coordinates that the platform can have one independently of the other",
-            hint="free coordinates that the legs fix belong out of `coordinates`",
+            got="no pose near home at which all legs meet the platform",
+            expected="poses that the legs reach",
+            hint="name all coordinates of the pose by AtSymbols(), derive it at home, or leave out "
+            "of `coordinates` what the legs fix",
         )
     raise InputError(
         f"pose of {robot.name!r}", got="; ".join(complaints), expected="a pose that all legs reach"
