@@ -185,7 +185,7 @@ def _check_reach(robot: Robot, finder: PostureFinder, told: Mapping[str, Any]) -
     if middle:
         raise InputError(
             f"pose of {robot.name!r} in symbols",
-            got="no pose near home at which all legs meet the platform",
+            got="no pose near home at which all legs meet the platform: " + "; ".join(complaints),
             expected="poses that the legs reach",
             hint="name all coordinates of the pose by AtSymbols(), derive it at home, or leave out "
             "of `coordinates` what the legs fix",
