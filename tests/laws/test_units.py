@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.elastostatics import Block, Recursive, SaddlePoint, WrenchBasis, chain_stiffness
+from robostiff.elastostatics import (
+    Block,
+    Recursive,
+    SaddlePoint,
+    Status,
+    WrenchBasis,
+    chain_stiffness,
+)
 from tests.generators.chains import FreeChain, chains, joint_rank, planar_chains
 from tests.generators.metric import distance, rounding
 
@@ -38,7 +45,7 @@ def test_metres_to_millimetres_changes_nothing_but_units(chain: FreeChain, form,
     assert int(other.rank) == int(result.rank)
     assert other.status == result.status
     assert np.array_equal(other.redundant, result.redundant)
-    if result.answered:
+    if result.answered and Status.ILL_CONDITIONED not in result.status:
         back = other.K * np.outer(s, s) / per_metre
         J_theta, _ = chain.spring_columns(chain.end)
         regular = np.linalg.matrix_rank(J_theta, tol=1e-8) == len(C)
