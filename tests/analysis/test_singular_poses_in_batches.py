@@ -22,6 +22,9 @@ from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
 from tests.generators.kernel_robots import drives_only_arm, flat_struts, rigid_cranks
 from tests.generators.planted_poses import PoseSpace
 
+# Planted poses reach far beyond what a user would ask for.
+pytestmark = pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
+
 ARRAYS = rs.Backend.ARRAYS
 #: K has full rank there by its geometry, and no digit of its inverse holds.
 LOST = [0.05, 0.02, 0.8, 0, 0, np.pi / 2 - 1e-8]

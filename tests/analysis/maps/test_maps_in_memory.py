@@ -190,7 +190,7 @@ MISUSES = {
     "a word for a scheduler": ({"scheduler": "threads", "store": "map.zarr"}, "tcp://host:8786"),
     "a scheduler without store": ({"scheduler": "tcp://a:1"}, "all workers see"),
     "too large for memory": (
-        {"poses": RandomPoses(10**13, {"x": (0, 1)})},
+        {"poses": RandomPoses(10**11, {"x": (0, 1)})},
         r'store="map.zarr"',
     ),
 }  # fmt: skip
