@@ -24,9 +24,11 @@ _CONTRACTION = 0.5
 _SMALL_STEP = 1e-9
 # A part of the way from home that is too long for one is cut into so many, down to the shortest.
 _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
-# Smallest singular values, as parts of home's, between which assembly modes meet: at a limit of
-# reach, a gap of what counts as closed is as much as its square root of the way to the singularity.
-_BEYOND_MEETING, _MEETING = 1e-3, 1e-2
+# Smallest singular value, as a part of home's, below which assembly modes meet. At a limit of reach
+# a gap leads as far beyond the singularity as its square root; rounding is a gap as well.
+_MEETING, _BEYOND_MEETING, _ROUNDING = 1e-2, 3.0, 1e-13
+# Below this part of home's a step of Newton's method may lead across the singularity.
+_WATCHED = 0.1
 
 _INDEPENDENT = Tolerance().independence
 # Coordinates this far from home, in radians and parts of the length, say what rank is usual there.
@@ -212,15 +214,64 @@ class AssemblyMode:
             guess = x[rows]
             guess[:, self.equations.given] = given[rows]
             x[rows] = nearest(self.equations, guess)
-            closed = (_size(self.equations.gaps(x[rows])) <= _NEARLY_CLOSED) & self._is_long(
-                x[rows]
-            )
-            kept[rows] = closed & (gone[left] >= 1.0 - _SHORTEST_PART) & self._meets(x[rows], own)
+            gap = _size(self.equations.gaps(x[rows]))
+            closed = (gap <= _NEARLY_CLOSED) & self._is_long(x[rows])
+            arrived = gone[left] >= 1.0 - _SHORTEST_PART
+            kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
             elsewhere[rows] = closed & ~kept[rows]
+        rows = np.flatnonzero(kept)
+        rows = rows[self._is_nearly_singular(x[rows])]
+        beyond = rows[self._crosses(x[rows], given[rows])]
+        kept[beyond], elsewhere[beyond] = False, True
         return Found(x, kept, elsewhere)
 
-    def _meets(self, x: np.ndarray, directions: list[_Directions] | None) -> np.ndarray:
-        """Where postures are so singular that assembly modes meet, and not well beyond."""
+    def _is_nearly_singular(self, x: np.ndarray) -> np.ndarray:
+        """Where the smallest singular value of a part has nearly vanished (N,)."""
+        found = np.zeros(len(x), dtype=bool)
+        if self._at_home is None or not len(x):
+            return found
+        J, J_home = self.equations.rates(x), self.equations.rates(self.home[None])
+        for part, home in zip(self.equations.parts, self._at_home, strict=True):
+            usual = np.linalg.svd(home.square(_of_part(part, J_home)), compute_uv=False)[0]
+            if usual.size:
+                values = np.linalg.svd(_of_part(part, J), compute_uv=False)[:, usual.size - 1]
+                found |= values < _WATCHED * usual[-1]
+        return found
+
+    def _crosses(self, x: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """Where the way to nearly singular postures crosses the singularity just before them (N,).
+
+        Modes meet there, and a step may lead to the other one, in which determinants keep their
+        signs. Smallest singular values of two postures before, with the sign of the determinant,
+        say by extrapolation where they vanish.
+        """
+        crosses = np.zeros(len(x), dtype=bool)
+        if self._at_home is None or not len(x):
+            return crosses
+        places, before, known = self.equations.given, [x], np.ones(len(x), dtype=bool)
+        for back in (1, 2):
+            guess = before[-1].copy()
+            guess[:, places] = given + back * _SHORTEST_PART * (self.home[places] - given)
+            closed, found = self._newton(guess, self._at_home[-1])
+            before.append(closed)
+            known &= found
+        J_near, J_far = (self.equations.rates(one) for one in before[1:])
+        for k in np.flatnonzero(known):
+            for part in self.equations.parts:
+                near, far = _of_part(part, J_near[k]), _of_part(part, J_far[k])
+                own = _directions(part, near)
+                if own.V.shape[-1]:
+                    a, b = own.square(near), own.square(far)
+                    far_sign = np.linalg.slogdet(b)[0] * own.sign
+                    at_near = np.linalg.svd(a, compute_uv=False)[-1]
+                    at_far = np.linalg.svd(b, compute_uv=False)[-1] * far_sign
+                    crosses[k] |= 2 * at_near - at_far < 0
+        return crosses
+
+    def _meets(
+        self, x: np.ndarray, gap: np.ndarray, directions: list[_Directions] | None
+    ) -> np.ndarray:
+        """Where postures are so singular that assembly modes meet, beyond by no more than gaps."""
         if directions is None or self._at_home is None:
             return np.zeros(len(x), dtype=bool)
         margin = np.full(len(x), np.inf)
@@ -232,7 +283,8 @@ class AssemblyMode:
             if usual.size:
                 smallest = np.linalg.svd(T, compute_uv=False)[:, -1] / usual[-1]
                 margin = np.minimum(margin, smallest * np.linalg.slogdet(T)[0] * own.sign)
-        return (margin > -_BEYOND_MEETING) & (margin < _MEETING)
+        beyond = _BEYOND_MEETING * np.sqrt(np.maximum(gap, _ROUNDING))
+        return (margin > -beyond) & (margin < _MEETING)
 
     def _is_long(self, x: np.ndarray) -> np.ndarray:
         """Where telescopes that have a length at home keep one."""
