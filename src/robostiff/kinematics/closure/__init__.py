@@ -5,6 +5,7 @@ RUS, planar RRR and PRR; ``sliding_rod``: PRRR and CRR with parallel axes), reco
 alone; Newton's method from the home configuration, in its assembly mode, for the rest.
 """
 
+from robostiff.kinematics.closure.assembly_mode import AssemblyMode
 from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
@@ -14,7 +15,7 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver, leg_solver
-from robostiff.kinematics.closure.newton import AssemblyMode, Part, nearest
+from robostiff.kinematics.closure.newton import Part, nearest
 
 __all__ = [
     "AssemblyMode",

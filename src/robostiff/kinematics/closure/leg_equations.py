@@ -9,7 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from robostiff.kinematics.closure.newton import CLOSED, AssemblyMode, Part, nearest
+from robostiff.kinematics.closure.assembly_mode import AssemblyMode
+from robostiff.kinematics.closure.newton import CLOSED, Part, nearest
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
@@ -248,3 +249,22 @@ def _pose_twist(coordinate: int, rates: np.ndarray, arm: np.ndarray) -> np.ndarr
         w = rates[:, :, coordinate - 3]
         twist[:, :3], twist[:, 3:] = cross(w, arm), w
     return twist
+
+
+def pose_of_end(leg: Leg, q: np.ndarray) -> np.ndarray:
+    """Pose coordinates (6,) of the platform to which a leg alone brings it."""
+    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
+    R = placed.R @ leg.attachment.R.T
+    return np.concatenate([placed.p - R @ leg.attachment.p, vector_of_turn(R)])
+
+
+def frame_in_base(
+    leg: Leg, R_platform: np.ndarray, p_platform: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frame at which the chain of a leg ends, seen from the frame in which it begins."""
+    R, p = attachment_frame(leg, R_platform, p_platform)
+    R_base, p_base = leg.base.R, leg.base.p
+    return (
+        product(R_base.T, R),
+        np.einsum("ji,...j->...i", R_base, p - p_base),
+    )

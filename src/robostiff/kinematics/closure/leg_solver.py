@@ -21,7 +21,9 @@ from robostiff.kinematics.closure.leg_equations import (
     Followed,
     NewtonTask,
     attachment_frame,
+    frame_in_base,
     gaps,
+    pose_of_end,
 )
 from robostiff.kinematics.closure.rod import Rod, recognise_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
@@ -30,7 +32,7 @@ from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import Loop, place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.model import Chain, Elbow, Leg, Motion
-from robostiff.spatial.batch import poses_side_by_side, product
+from robostiff.spatial.batch import poses_side_by_side
 
 ClosedForm = Strut | Rod | SlidingRod
 _CLOSED = 1e-7
@@ -340,13 +342,6 @@ def _copied(q: np.ndarray, copies: np.ndarray) -> np.ndarray:
     return q if copies.size == q.shape[-1] else poses_side_by_side(q[..., copies], 1)
 
 
-def pose_of_end(leg: Leg, q: np.ndarray) -> np.ndarray:
-    """Pose coordinates (6,) of the platform to which a leg alone brings it."""
-    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
-    R = placed.R @ leg.attachment.R.T
-    return np.concatenate([placed.p - R @ leg.attachment.p, vector_of_turn(R)])
-
-
 def _open_by(
     leg: Leg, q: np.ndarray, pose: np.ndarray, R_platform: np.ndarray, length: float
 ) -> np.ndarray:
@@ -361,18 +356,6 @@ def _open_by(
         turn = np.max(np.abs(gap.R_wanted - gap.R), axis=(-1, -2))
         largest = np.maximum(largest, np.maximum(shift, turn))
     return largest.reshape(q.shape[:-1])
-
-
-def frame_in_base(
-    leg: Leg, R_platform: np.ndarray, p_platform: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Frame at which the chain of a leg ends, seen from the frame in which it begins."""
-    R, p = attachment_frame(leg, R_platform, p_platform)
-    R_base, p_base = leg.base.R, leg.base.p
-    return (
-        product(R_base.T, R),
-        np.einsum("ji,...j->...i", R_base, p - p_base),
-    )
 
 
 def _is_open(gap: Loop, length: float) -> np.ndarray:

@@ -1,0 +1,354 @@
+"""The assembly mode of a posture: what a path without singularity reaches from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.kinematics.closure.newton import CLOSED, CONVERGED, Equations, Part, nearest
+
+_NEARLY_CLOSED = 1e-7
+_NEWTON_STEPS = 6
+_CONTRACTION = 0.5
+# Steps below this are as small as rounding makes them: they need not become smaller.
+_SMALL_STEP = 1e-9
+# A part of the way from home that is too long for one is cut into so many, down to the shortest.
+_CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
+# Smallest singular value, as a part of home's, below which assembly modes meet. At a limit of reach
+# a gap leads as far beyond the singularity as its square root; rounding is a gap as well.
+_MEETING, _BEYOND_MEETING, _ROUNDING = 1e-2, 3.0, 1e-13
+# Below this part of home's a step of Newton's method may lead across the singularity.
+_WATCHED = 0.1
+
+_INDEPENDENT = Tolerance().independence
+# Coordinates this far from home, in radians and parts of the length, say what rank is usual there.
+_ASIDE, _SEED = 1e-3, 5
+
+
+@dataclass(frozen=True)
+class _Directions:
+    """Combinations of equations and of unknowns in which a part is square and regular.
+
+    ``U`` (..., m, r) and ``V`` (..., n, r) are orthonormal, ``sign`` that of det U^T J V.
+    """
+
+    U: np.ndarray
+    V: np.ndarray
+    sign: np.ndarray
+
+    def of_rows(self, rows: np.ndarray) -> _Directions:
+        """Those of some postures; at home they are the same for all."""
+        return (
+            self if self.U.ndim == 2 else _Directions(self.U[rows], self.V[rows], self.sign[rows])
+        )
+
+    def repeated(self, count: int) -> _Directions:
+        """The same for each of some postures."""
+        U, V = (np.repeat(one[None], count, axis=0) for one in (self.U, self.V))
+        return _Directions(U, V, np.repeat(self.sign, count))
+
+    def put(self, rows: np.ndarray, new: _Directions) -> None:
+        """Write those of some postures."""
+        self.U[rows], self.V[rows], self.sign[rows] = new.U, new.V, new.sign
+
+    def square(self, J: np.ndarray) -> np.ndarray:
+        """U^T J V (N, r, r)."""
+        return np.swapaxes(self.U, -1, -2) @ J @ self.V
+
+
+@dataclass(frozen=True)
+class Found:
+    """Postures at prescribed coordinates.
+
+    Attributes
+    ----------
+    x : (N, size) array
+        The nearest that was found where there is none.
+    kept : (N,) array of bool
+        Where a closed posture is found in the assembly mode of home.
+    elsewhere : (N,) array of bool
+        Where one closes, but no path without singularity was found that leads there from home.
+    """
+
+    x: np.ndarray
+    kept: np.ndarray
+    elsewhere: np.ndarray
+
+
+@dataclass(frozen=True)
+class AssemblyMode:
+    """The assembly mode of a closed posture: what a path without singularity reaches from there.
+
+    Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
+    than nothing, and each Newton step is at most half of the one before, six at most. The way is
+    gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64. The answer at a pose is
+    the same to the last bit whatever other poses come with it.
+
+    Attributes
+    ----------
+    equations : Equations
+    home : (size,) array
+        The closed posture.
+    """
+
+    equations: Equations
+    home: np.ndarray
+
+    def at(self, given: np.ndarray) -> Found:
+        """Postures at prescribed coordinates (N, g), in the order of ``equations.given``."""
+        x = np.tile(self.home, (len(given), 1))
+        x[:, self.equations.given] = given
+        x, kept, _ = self._stepped(x, self._at_home)
+        elsewhere = np.zeros(len(x), dtype=bool)
+        rows = np.flatnonzero(~kept)
+        if rows.size:
+            last, gone, directions = self._along(given[rows])
+            kept[rows] = gone >= 1.0
+            x[rows] = last
+            left = gone < 1.0
+            rows = rows[left]
+        if rows.size:
+            own = directions and [one.of_rows(left) for one in directions]
+            guess = x[rows]
+            guess[:, self.equations.given] = given[rows]
+            x[rows] = nearest(self.equations, guess)
+            gap = _size(self.equations.gaps(x[rows]))
+            closed = (gap <= _NEARLY_CLOSED) & self._is_long(x[rows])
+            arrived = gone[left] >= 1.0 - _SHORTEST_PART
+            kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
+            elsewhere[rows] = closed & ~kept[rows]
+        rows = np.flatnonzero(kept)
+        rows = rows[self._is_nearly_singular(x[rows])]
+        beyond = rows[self._crosses(x[rows], given[rows])]
+        kept[beyond], elsewhere[beyond] = False, True
+        return Found(x, kept, elsewhere)
+
+    def _is_nearly_singular(self, x: np.ndarray) -> np.ndarray:
+        """Where the smallest singular value of a part has nearly vanished (N,)."""
+        found = np.zeros(len(x), dtype=bool)
+        if self._at_home is None or not len(x):
+            return found
+        J, J_home = self.equations.rates(x), self.equations.rates(self.home[None])
+        for part, home in zip(self.equations.parts, self._at_home, strict=True):
+            usual = np.linalg.svd(home.square(_of_part(part, J_home)), compute_uv=False)[0]
+            if usual.size:
+                values = np.linalg.svd(_of_part(part, J), compute_uv=False)[:, usual.size - 1]
+                found |= values < _WATCHED * usual[-1]
+        return found
+
+    def _crosses(self, x: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """Where the way to nearly singular postures crosses the singularity just before them (N,).
+
+        Modes meet there, and a step may lead to the other one, in which determinants keep their
+        signs. Smallest singular values of two postures before, with the sign of the determinant,
+        say by extrapolation where they vanish.
+        """
+        crosses = np.zeros(len(x), dtype=bool)
+        if self._at_home is None or not len(x):
+            return crosses
+        places, before, known = self.equations.given, [x], np.ones(len(x), dtype=bool)
+        for back in (1, 2):
+            guess = before[-1].copy()
+            guess[:, places] = given + back * _SHORTEST_PART * (self.home[places] - given)
+            closed, found = self._newton(guess, self._at_home[-1])
+            before.append(closed)
+            known &= found
+        J_near, J_far = (self.equations.rates(one) for one in before[1:])
+        for k in np.flatnonzero(known):
+            for part in self.equations.parts:
+                near, far = _of_part(part, J_near[k]), _of_part(part, J_far[k])
+                own = _directions(part, near)
+                if own.V.shape[-1]:
+                    a, b = own.square(near), own.square(far)
+                    far_sign = np.linalg.slogdet(b)[0] * own.sign
+                    at_near = np.linalg.svd(a, compute_uv=False)[-1]
+                    at_far = np.linalg.svd(b, compute_uv=False)[-1] * far_sign
+                    crosses[k] |= 2 * at_near - at_far < 0
+        return crosses
+
+    def _meets(
+        self, x: np.ndarray, gap: np.ndarray, directions: list[_Directions] | None
+    ) -> np.ndarray:
+        """Where postures are so singular that assembly modes meet, beyond by no more than gaps."""
+        if directions is None or self._at_home is None:
+            return np.zeros(len(x), dtype=bool)
+        margin = np.full(len(x), np.inf)
+        J, J_home = self.equations.rates(x), self.equations.rates(self.home[None])
+        whole = zip(self.equations.parts, directions, self._at_home, strict=True)
+        for part, own, home in whole:
+            T = own.square(_of_part(part, J))
+            usual = np.linalg.svd(home.square(_of_part(part, J_home)), compute_uv=False)[0]
+            if usual.size:
+                smallest = np.linalg.svd(T, compute_uv=False)[:, -1] / usual[-1]
+                margin = np.minimum(margin, smallest * np.linalg.slogdet(T)[0] * own.sign)
+        beyond = _BEYOND_MEETING * np.sqrt(np.maximum(gap, _ROUNDING))
+        return (margin > -beyond) & (margin < _MEETING)
+
+    def _is_long(self, x: np.ndarray) -> np.ndarray:
+        """Where telescopes that have a length at home keep one."""
+        return np.all(self.equations.lengths(x)[:, self._long_at_home] > 0, axis=-1)
+
+    def _along(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[_Directions] | None]:
+        """Last postures on the straight way from home, the part that is gone, and directions there.
+
+        A part that fails is cut into smaller ones, which begin where the last one ended.
+        """
+        places, parts = self.equations.given, self.equations.parts
+        start = self.home[places]
+        x = np.tile(self.home, (len(given), 1))
+        gone, step = np.zeros(len(x)), np.full(len(x), 1.0 / _CUT)
+        directions = self._at_home and [one.repeated(len(x)) for one in self._at_home]
+        going = np.arange(len(x))
+        while going.size:
+            there = x[going]
+            aim = (gone[going] + step[going])[:, None]
+            there[:, places] = start + aim * (given[going] - start)
+            own = directions and [one.of_rows(going) for one in directions]
+            there, kept, J = self._stepped(there, own)
+            step[going[~kept]] /= _CUT
+            won = going[kept]
+            x[won] = there[kept]
+            gone[won] += step[won]
+            if own and won.size:
+                for part, all_rows, one in zip(parts, directions, own, strict=True):
+                    all_rows.put(won, _carried(part, one.of_rows(kept), J))
+            going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST_PART)]
+        return x, gone, directions
+
+    def _stepped(
+        self, x: np.ndarray, directions: list[_Directions] | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Closed from guesses, where that keeps the assembly mode, and the rates there."""
+        if directions is None:
+            x = nearest(self.equations, x)
+            kept = _size(self.equations.gaps(x)) <= _NEARLY_CLOSED
+        else:
+            x, kept = self._newton(x, directions[-1])
+        kept &= self._is_long(x)
+        J = np.zeros((0, 0, 0))
+        if directions is not None and np.any(kept):
+            J = self.equations.rates(x[kept])
+            same = self._same_signs(J, [one.of_rows(kept) for one in directions])
+            kept[kept], J = same, J[same]
+        return x, kept, J
+
+    def _newton(self, x: np.ndarray, directions: _Directions) -> tuple[np.ndarray, np.ndarray]:
+        """Close from guesses by steps that contract, and where that succeeds."""
+        x = x.copy()
+        closed = np.zeros(len(x), dtype=bool)
+        last = np.full(len(x), np.inf)
+        going = np.arange(len(x))
+        for taken in range(_NEWTON_STEPS + 1):
+            e = self.equations.gaps(x[going])
+            size = _size(e)
+            still = last[going] <= _SMALL_STEP
+            # Where nothing moves any more, dimensions with few digits may leave a little open.
+            closed[going] = size <= np.where(still, _NEARLY_CLOSED, CLOSED)
+            on = (size > CONVERGED) & ~still
+            if taken == _NEWTON_STEPS or not np.any(on):
+                break
+            going, e = going[on], e[on]
+            own = directions.of_rows(going)
+            whole = self.equations.parts[-1]
+            T = own.square(_of_part(whole, self.equations.rates(x[going])))
+            right = np.swapaxes(own.U, -1, -2) @ np.take(e, whole.equations, axis=1)[..., None]
+            step = (own.V @ _solved(T, right))[..., 0]
+            length = np.sqrt(np.sum(step * step, axis=-1))
+            contracts = (length <= _CONTRACTION * last[going]) | (length <= _SMALL_STEP)
+            closed[going[~contracts]] = False
+            going, step, length = going[contracts], step[contracts], length[contracts]
+            if going.size == 0:
+                break
+            x[going], last[going] = self.equations.moved(x[going], step), length
+        return x, closed
+
+    def _same_signs(self, J: np.ndarray, directions: list[_Directions]) -> np.ndarray:
+        same = np.ones(len(J), dtype=bool)
+        for part, own in zip(self.equations.parts, directions, strict=True):
+            sign = np.linalg.slogdet(own.square(_of_part(part, J)))[0]
+            same &= sign * own.sign > 0
+        return same
+
+    @cached_property
+    def _at_home(self) -> list[_Directions] | None:
+        """Directions at home; None where home is singular, so that modes meet there."""
+        J = self.equations.rates(self.home[None])[0]
+        aside = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, (1, J.shape[-1]))
+        J_aside = self.equations.rates(self.equations.moved(self.home[None], aside))[0]
+        found = []
+        for part in self.equations.parts:
+            own = _directions(part, _of_part(part, J))
+            if own.V.shape[-1] < _directions(part, _of_part(part, J_aside)).V.shape[-1]:
+                return None
+            found.append(own)
+        return found
+
+    @cached_property
+    def _long_at_home(self) -> np.ndarray:
+        return np.flatnonzero(self.equations.lengths(self.home[None])[0] > 0)
+
+
+def _size(e: np.ndarray) -> np.ndarray:
+    return np.max(np.abs(e), axis=-1, initial=0.0)
+
+
+def _of_part(part: Part, J: np.ndarray) -> np.ndarray:
+    """The rates of one part, those of loops first."""
+    # Indices leave equal entries of all postures side by side, which products sum in another order.
+    return np.ascontiguousarray(J[..., part.equations[:, None], part.unknowns])
+
+
+def _solved(T: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """T^-1 right; no number where T is singular."""
+    try:
+        return np.linalg.solve(T, right)
+    except np.linalg.LinAlgError:
+        singular = np.linalg.slogdet(T)[0] == 0
+        T = np.where(singular[:, None, None], np.eye(T.shape[-1]), T)
+        return np.where(singular[:, None, None], np.nan, np.linalg.solve(T, right))
+
+
+def _directions(part: Part, J: np.ndarray) -> _Directions:
+    """Directions at one posture, by singular values; loops close before the ends do."""
+    k = len(part.loops)
+    U_loops, V_loops = _spans(J[:k])
+    ends = J[k:] - (J[k:] @ V_loops) @ V_loops.T
+    U_ends, V_ends = _spans(ends)
+    U = np.zeros((len(J), U_loops.shape[1] + U_ends.shape[1]))
+    U[:k, : U_loops.shape[1]], U[k:, U_loops.shape[1] :] = U_loops, U_ends
+    V = np.concatenate([V_loops, V_ends], axis=1)
+    return _Directions(U, V, np.linalg.slogdet(U.T @ J @ V)[0])
+
+
+def _spans(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal bases of what a matrix reaches, and of what it does not lose."""
+    if 0 in A.shape:
+        return np.zeros((A.shape[0], 0)), np.zeros((A.shape[1], 0))
+    U, s, V_T = np.linalg.svd(A, full_matrices=False)
+    rank = int(np.count_nonzero(s > _INDEPENDENT))
+    return U[:, :rank], V_T[:rank].T
+
+
+def _carried(part: Part, before: _Directions, J: np.ndarray) -> _Directions:
+    """Directions at the next postures along a way, from those before: ranks stay what they were."""
+    J = _of_part(part, J)
+    k = len(part.loops)
+    U = np.broadcast_to(before.U, (len(J), *before.U.shape[-2:]))
+    r = int(np.count_nonzero(np.any(U[0, :k], axis=0))) if k else 0
+    U_loops, V_loops = _carried_spans(J[:, :k], U[:, :k, :r])
+    over = np.swapaxes(V_loops, -1, -2)
+    U_ends, V_ends = _carried_spans(J[:, k:] - (J[:, k:] @ V_loops) @ over, U[:, k:, r:])
+    U = np.zeros(U.shape)
+    U[:, :k, :r], U[:, k:, r:] = U_loops, U_ends
+    V = np.concatenate([V_loops, V_ends], axis=-1)
+    return _Directions(U, V, np.linalg.slogdet(np.swapaxes(U, -1, -2) @ J @ V)[0])
+
+
+def _carried_spans(A: np.ndarray, U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """As `_spans`, of the same rank as the directions U before."""
+    A_T = np.swapaxes(A, -1, -2)
+    V = np.linalg.qr(A_T @ U)[0]
+    return np.linalg.qr(A @ V)[0], V
