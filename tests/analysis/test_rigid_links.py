@@ -1,4 +1,5 @@
 """The textbook K = J^-T k J^-1: rigid links, elastic drives; and blocks with rigid branches."""
+# pyright: reportAttributeAccessIssue=false
 
 from dataclasses import replace
 from pathlib import Path

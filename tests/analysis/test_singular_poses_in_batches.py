@@ -2,6 +2,8 @@
 
 The good poses must give what they give alone; the others a status, and no number in place of one.
 """
+# pyright: reportArgumentType=false
+# pyright: reportIndexIssue=false
 
 from __future__ import annotations
 

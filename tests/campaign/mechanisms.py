@@ -1,4 +1,7 @@
 """Robot descriptions, linkages and cable robots at random, against plain mechanics."""
+# pyright: reportArgumentType=false
+# pyright: reportReturnType=false
+# pyright: reportAttributeAccessIssue=false
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Random robots frozen at a pose: every kind of spring and joint, ordinary and singular."""
+# pyright: reportCallIssue=false
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ that of the chain that holds the block. Among what is left, f = N z, the energy 
 A = N^T C N is least. Ranks are decided in double precision, on unit wrenches; numbers are computed
 in balls of 180 bits.
 """
+# pyright: reportOperatorIssue=false
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@
 
 Robot i of a run is made from (seed, i) alone.
 """
+# pyright: reportArgumentType=false
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
 """Smaller robots that fail in the same way: fewer legs, fewer elements, rounder numbers."""
+# pyright: reportAttributeAccessIssue=false
+# pyright: reportArgumentType=false
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """A part of the campaign, and what it stands on."""
+# pyright: reportOptionalMemberAccess=false
 
 import itertools
 

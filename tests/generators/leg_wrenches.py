@@ -1,4 +1,8 @@
 """Robots in 60 digits: the system over leg wrenches, min f.Cf / 2 subject to the equilibrium."""
+# pyright: reportInvalidTypeForm=false
+# pyright: reportArgumentType=false
+# pyright: reportAttributeAccessIssue=false
+# pyright: reportOptionalMemberAccess=false
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Postures belong to the assembly mode of home: a path without singularity leads there."""
+# pyright: reportPossiblyUnbound=false
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
 """The system over leg wrenches in 60 digits: slender beams, springs of any size, rigid links."""
+# pyright: reportArgumentType=false
+# pyright: reportInvalidTypeForm=false
+# pyright: reportOptionalMemberAccess=false
 
 from dataclasses import replace
 

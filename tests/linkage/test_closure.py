@@ -1,4 +1,6 @@
 """Closing the loops of linkages."""
+# pyright: reportArgumentType=false
+# pyright: reportPossiblyUnbound=false
 
 from dataclasses import replace
 

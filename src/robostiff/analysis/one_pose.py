@@ -27,7 +27,7 @@ def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = No
     >>> require_one_pose("a deflection", (2, 3))
     Traceback (most recent call last):
     ...
-    robostiff.errors.InputError: pose of a deflection: got 6 poses, expected one pose
+    robostiff.errors.InputError: pose of a deflection: got '6 poses', expected one pose
     """
     if not batch:
         return

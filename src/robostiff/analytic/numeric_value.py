@@ -52,7 +52,7 @@ def values_of(
     Examples
     --------
     >>> x = sp.Symbol("x")
-    >>> values_of([sp.sqrt(x) / 2, 1 / (x - 4)], {x: 4.0})
+    >>> [float(y) for y in values_of([sp.sqrt(x) / 2, 1 / (x - 4)], {x: 4.0})]
     [1.0, inf]
     """
     if careful:

@@ -59,6 +59,7 @@ def guards_of(expressions: Iterable[Any], assigned: Mapping[Any, Any]) -> tuple[
 
 
 def _denominators(expression: Any) -> Iterator[Any]:
+    part: Any
     for part in sp.preorder_traversal(expression):
         if part.is_Pow and part.exp.could_extract_minus_sign():
             yield part.base

@@ -104,12 +104,10 @@ class AssemblyMode:
         x, kept, _ = self._stepped(x, self._at_home)
         elsewhere = np.zeros(len(x), dtype=bool)
         rows = np.flatnonzero(~kept)
-        if rows.size:
-            last, gone, directions = self._along(given[rows])
-            kept[rows] = gone >= 1.0
-            x[rows] = last
-            left = gone < 1.0
-            rows = rows[left]
+        last, gone, directions = self._along(given[rows])
+        x[rows], kept[rows] = last, gone >= 1.0
+        left = gone < 1.0
+        rows = rows[left]
         if rows.size:
             own = directions and [one.of_rows(left) for one in directions]
             guess = x[rows]
@@ -212,7 +210,7 @@ class AssemblyMode:
             won = going[kept]
             x[won] = there[kept]
             gone[won] += step[won]
-            if own and won.size:
+            if directions and own and won.size:
                 for part, all_rows, one in zip(parts, directions, own, strict=True):
                     all_rows.put(won, _carried(part, one.of_rows(kept), J))
             going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST_PART)]

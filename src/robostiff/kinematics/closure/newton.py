@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -47,13 +46,13 @@ class Equations(Protocol):
     """
 
     @property
-    def given(self) -> np.ndarray:
-        """Places of prescribed coordinates."""
+    def given(self) -> Any:
+        """Places (g,) of prescribed coordinates."""
         ...
 
     @property
-    def parts(self) -> Sequence[Part]:
-        """What has an assembly mode of its own, then all."""
+    def parts(self) -> Any:
+        """What has, a sequence of `Part`, an assembly mode of its own, then all."""
         ...
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
