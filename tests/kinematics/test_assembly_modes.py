@@ -1,5 +1,5 @@
 """Postures belong to the assembly mode of home: a path without singularity leads there."""
-# pyright: reportPossiblyUnbound=false
+# pyright: reportPossiblyUnboundVariable=false
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff import InputError, JointCoordinates, stiffness
 from robostiff.elastostatics import Status
+from robostiff.errors import PlausibilityWarning
 from robostiff.kinematics import find_posture, place_chain
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
 from robostiff.model import Coordinate, PlacedFreedom

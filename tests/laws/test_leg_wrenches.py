@@ -1,5 +1,6 @@
 """The system over leg wrenches in 60 digits: slender beams, springs of any size, rigid links."""
 # pyright: reportArgumentType=false
+# pyright: reportAttributeAccessIssue=false
 # pyright: reportInvalidTypeForm=false
 # pyright: reportOptionalMemberAccess=false
 

@@ -1,6 +1,6 @@
 """Closing the loops of linkages."""
 # pyright: reportArgumentType=false
-# pyright: reportPossiblyUnbound=false
+# pyright: reportPossiblyUnboundVariable=false
 
 from dataclasses import replace
 
