@@ -19,10 +19,10 @@ _ROUNDING = 1e-13
 
 
 def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> np.ndarray:
-    """Stiffness about the reference point as the Hessian of the least elastic energy, ``(E Z)^T E Z``.
+    """Stiffness about the reference point, the Hessian ``(E Z)^T E Z`` of the least energy.
 
     Unknowns are the displacements of all bodies and the coordinates of all joints and springs; the
-    rows of E are what each spring stores, ``(E z)^T E z / 2``, and what connects them holds as constraints,
+    rows of E are what each spring stores, ``(E z)^T E z / 2``, and connections hold as constraints,
     eliminated by their null space. Z, the state of least energy for each unit displacement of the
     platform, enters squared: an error of it changes the energy in second order only. Dense, so for
     networks of some hundred bodies: it is a check of `condense`, with which it shares neither W nor
