@@ -8,8 +8,7 @@ import pytest
 from robostiff import Elbow, InputError
 from robostiff.kinematics import find_posture, place_chain
 from robostiff.kinematics.closure import LegSolver, NewtonTask, leg_solver
-from robostiff.kinematics.closure.rod import Rod
-from robostiff.kinematics.closure.sliding_rod import SlidingRod
+from robostiff.kinematics.closure.rod import Rod, SlidingRod
 from robostiff.kinematics.closure.strut import Strut
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, Motion, PlacedFreedom

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robostiff.analysis import stiffness
-from robostiff.analysis.matrix_distance import matrix_distance
+from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity, beam_stiffness
 from robostiff.elastostatics import Block, Status
 from robostiff.errors import InputError, NoAnswerError

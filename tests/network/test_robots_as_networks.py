@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from robostiff.analysis import stiffness
-from robostiff.analysis.matrix_distance import matrix_distance
 from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Tolerance
 from robostiff.errors import InputError

@@ -5,10 +5,8 @@ import pytest
 
 import robostiff as rs
 from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
-from robostiff.plot.geometry.isosurface import isosurface
-from robostiff.plot.geometry.polygon import plate
 from robostiff.plot.geometry.screw_line import screw_line
-from robostiff.plot.geometry.surface import ellipsoid_mesh
+from robostiff.plot.geometry.surfaces import ellipsoid_mesh, isosurface, plate
 from robostiff.spatial import Screw
 from tests.plot.machines import held_across_x, hexapod_stiffness, robot
 

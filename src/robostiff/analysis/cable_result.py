@@ -21,7 +21,7 @@ from robostiff.cables import (
 from robostiff.cables.stability import Stability, stability
 from robostiff.cables.status import WITHOUT_STIFFNESS
 from robostiff.elastostatics import Tolerance
-from robostiff.elastostatics.scaled_inverse import scaled_inverse
+from robostiff.elastostatics.result import scaled_inverse
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space

@@ -9,10 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.checked_results import AtGeneralPoses, CheckedResults, checked_results
-from robostiff.analysis.guarded_values import values_of
-from robostiff.analysis.kernel_inputs import InputRows, KernelInputs
-from robostiff.analysis.parameter_values import ParameterValues, with_parameters
+from robostiff.analysis.guarded_values import (
+    AtGeneralPoses,
+    CheckedResults,
+    checked_results,
+    values_of,
+)
+from robostiff.analysis.kernel_inputs import (
+    InputRows,
+    KernelInputs,
+    ParameterValues,
+    with_parameters,
+)
 from robostiff.analysis.record_agreement import is_trusted
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.compiled import (

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.flexible_platform import platform_energies
-from robostiff.analysis.in_html import deflection_html
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
 from robostiff.analysis.one_pose import require_one_pose
 from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result_tables import deflection_html
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.structural_analysis import StructuralAnalysis
+from robostiff.analysis.result import RobotStiffness, StructuralAnalysis
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import NoAnswerError
 from robostiff.network import Network, NetworkStiffness, compliance_between, condense

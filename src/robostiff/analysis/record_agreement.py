@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from robostiff.analysis.checked_results import AtGeneralPoses, checked_results
-from robostiff.analysis.kernel_inputs import KernelInputs
-from robostiff.analysis.parameter_values import ParameterValues
+from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results
+from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.compiled import Backend, StiffnessMatrix, kernel_of, unpack

@@ -9,11 +9,18 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.in_html import stiffness_html
-from robostiff.analysis.structural_analysis import StructuralAnalysis
+from robostiff.analysis.result_tables import stiffness_html
 from robostiff.elastostatics import CartesianStiffness, Form, RankDecision, Status
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space, move_compliance, move_stiffness, move_twist, move_wrench
+
+
+@dataclass(frozen=True)
+class StructuralAnalysis:
+    """Matrix structural analysis: all bodies and all wrenches between them in one system."""
+
+    name = "network"
+    equation = "[[0, A^T], [A, -S]] [x; f] = [F; 0], condensed to the platform"
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,4 +1,4 @@
-"""Results as tables and matrices, for notebooks and reports."""
+"""Results as tables and matrices, for notebooks and reports, and in HTML."""
 
 from __future__ import annotations
 
@@ -6,12 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robostiff.elastostatics import Status
 from robostiff.markup import (
     COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
+    Block,
+    Bullets,
     LabelledMatrix,
     Number,
     Table,
+    Words,
+    block_html,
+    element,
+    escaped,
     row,
     shown_vector,
 )
@@ -84,3 +91,44 @@ def actuator_table(result: Deflection) -> Table | None:
         for a, load in zip(result.actuators, loads, strict=True)
     ]
     return Table(["actuator", "load [N or N m]", "gives way by [m or rad]"], rows)
+
+
+_MOST_PARTS = 10
+
+
+def stiffness_html(result: RobotStiffness) -> str:
+    """K with labels and units, rank, free motions and advice; of a batch, how many have K."""
+    if result.batch_shape:
+        return element("p", escaped(repr(result)))
+    blocks: list[Block | None] = []
+    if np.all(result.answered):
+        blocks.append(stiffness_matrix(result))
+    if Status.UNREACHABLE not in result.status:
+        blocks.append(Words(f"rank {int(result.rank)} of {result.space.size}"))
+        blocks.append(free_motion_table(result))
+    blocks.append(Bullets(tuple(result.advice)))
+    return element("div", _head(result, result.status) + _written(blocks))
+
+
+def deflection_html(result: Deflection) -> str:
+    """Displacement under the load, and the parts that bend most."""
+    blocks: list[Block | None] = []
+    if result.has_answer:
+        blocks.append(displacement_table(result))
+        if result.energy > 0:
+            blocks.append(energy_table(result, _MOST_PARTS))
+    blocks.append(Bullets(tuple(result.advice)))
+    return element("div", _head(result.stiffness, result.status) + _written(blocks))
+
+
+def _written(blocks: list[Block | None]) -> str:
+    return "".join(block_html(block) for block in blocks if block is not None)
+
+
+def _head(result: RobotStiffness, status: Status) -> str:
+    """Name, where it holds, and status."""
+    place = f"about ({row(result.reference_point)}) m, world axes"
+    if result.pose is not None:
+        place = f"pose [{row(result.pose)}] (m, rad) {place}"
+    name = element("b", escaped(result.name))
+    return element("p", f"{name}, {escaped(place)}; status {element('b', escaped(status))}")

@@ -1,4 +1,4 @@
-"""One stiffness matrix by every method there is, and whether they agree."""
+"""One stiffness matrix by every method there is, how far apart they are, and whether they agree."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis.matrix_distance import matrix_distance
 from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.one_pose import require_one_pose
 from robostiff.analysis.result import RobotStiffness
@@ -26,6 +25,51 @@ from robostiff.kinematics import Pose, find_posture
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network, energy_stiffness, network_of_snapshot
+from robostiff.spatial import Space
+
+# Below this part of what the other block suggests a block is without stiffness.
+_EMPTY = 1e-20
+# Below this part it is the square of a lever arm of 1e-6, of which coordinates that are rounded a
+# few times (1e-15) have fewer than nine digits.
+_LEAST = 1e-12
+
+
+def matrix_distance(K: np.ndarray, K_ref: np.ndarray, length: float) -> float:
+    """Largest entry of K - K_ref in units of its block, ``max |dK_ij| / s_ij``.
+
+    Parameters
+    ----------
+    K, K_ref : (n, n) arrays
+        n = 6 in space, 3 in the plane; stiffness, or compliance with 1 / `length`.
+    length : float
+        Size of the robot [m], for a block of `K_ref` that is empty: there the other block, times or
+        over its square, is the unit.
+
+    Returns
+    -------
+    float
+        s is the largest entry of the translation block, of the rotation block, and for the coupling
+        blocks the root of their product. 0 between two zero matrices.
+
+    Examples
+    --------
+    >>> stiff = np.diag([1.0, 1, 1, 4, 4, 4])
+    >>> round(matrix_distance(np.diag([1.0, 1, 1, 4, 4, 4.4]), stiff, length=1.0), 12)
+    0.1
+    """
+    t = Space.of_size(len(K_ref)).translations
+    translation, rotation = np.abs(K_ref[:t, :t]).max(), np.abs(K_ref[t:, t:]).max()
+    if max(translation, rotation) == 0:
+        return 0.0 if not np.any(K) else float("inf")
+    if rotation <= _EMPTY * translation * length**2:
+        rotation = translation * length**2
+    if translation <= _EMPTY * rotation / length**2:
+        translation = rotation / length**2
+    rotation = max(rotation, _LEAST * translation * length**2)
+    translation = max(translation, _LEAST * rotation / length**2)
+    size = np.sqrt(np.where(np.arange(len(K_ref)) < t, translation, rotation))
+    return float((np.abs(K - K_ref) / np.outer(size, size)).max())
+
 
 _FORMS: tuple[Form, ...] = (SaddlePoint(), Block(), Recursive(), IndexRules())
 _DEFAULT_TOLERANCE = Tolerance()

@@ -10,7 +10,13 @@ from robostiff.analytic.closed import canonical
 from robostiff.analytic.combinations import NamedCombinations, name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
 from robostiff.analytic.derivatives import Derivative, derivative_formula, differentiate
-from robostiff.analytic.eigenvalues import eigenvalue_formulas
+from robostiff.analytic.eigenvalues import (
+    Eigenvalue,
+    Eigenvalues,
+    Part,
+    Unsolved,
+    eigenvalue_formulas,
+)
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.parallel import (
     moved_formula,
@@ -30,7 +36,6 @@ from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.analytic.robot_formula import derive_robot
 from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
-from robostiff.analytic.spectrum import Eigenvalue, Eigenvalues, Part, Unsolved
 
 __all__ = [
     "AtCoordinates",

@@ -1,4 +1,4 @@
-"""The stiffness matrix of a chain with passive joints as a formula: the front door."""
+"""The stiffness matrix of a chain with passive joints as a formula, and the rule of each joint."""
 
 from __future__ import annotations
 
@@ -11,14 +11,116 @@ import sympy as sp
 
 from robostiff.analytic.chain_agreement import check_chain, redundant_joints
 from robostiff.analytic.closed import eliminate_exactly
-from robostiff.analytic.derivation import Derivation, Stage
+from robostiff.analytic.derivation import Definition, Derivation, Stage, Unwritten
 from robostiff.analytic.exact_matrix import ExactMatrix
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.rules import rule_in_words
-from robostiff.analytic.steps import eliminate_by_name
-from robostiff.analytic.unwritten import Unwritten
 from robostiff.errors import InputError
 from robostiff.spatial import Space
+
+
+def rule_in_words(J: Any, *, redundant: bool) -> str:
+    """Name the rule by which a joint is eliminated, eq. (15), (18)-(20).
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> rule_in_words(sp.Matrix([0, 0, 0, 0, 0, 1]), redundant=False)
+    'rotation about z at the reference point: trivial joint (19), row and column 6 vanish'
+    >>> rule_in_words(sp.Matrix([0, 0, -sp.Symbol("L"), 0, 1, 0]), redundant=False)
+    'rotation about y away from the reference point: quasi-trivial joint (18)'
+    """
+    motion, kind = _motion_and_rule(J)
+    return f"{motion}: redundant, mu = 0, nothing changes" if redundant else f"{motion}: {kind}"
+
+
+def _motion_and_rule(J: Any) -> tuple[str, str]:
+    space = Space.of_size(J.rows)
+    t = space.translations
+    axes = [name[-1] for name in space.twist_order]
+    moves = [p for p in range(t) if J[p, 0] != 0]
+    turns = [p for p in range(t, space.size) if J[p, 0] != 0]
+    if not turns and len(moves) == 1:
+        p = moves[0]
+        vanish = f"row and column {p + 1} vanish"
+        return f"translation along {axes[p]}", f"trivial joint (19), {vanish}"
+    if len(turns) == 1 and not moves:
+        p = turns[0]
+        vanish = f"row and column {p + 1} vanish"
+        motion = f"rotation about {axes[p]} at the reference point"
+        return motion, f"trivial joint (19), {vanish}"
+    if len(turns) == 1:
+        motion = f"rotation about {axes[turns[0]]} away from the reference point"
+        return motion, "quasi-trivial joint (18)"
+    motion = "oblique rotation" if turns else "oblique translation"
+    return motion, "recursion (15)"
+
+
+@dataclass(frozen=True)
+class NamedStage:
+    """One step of the recursion (15), its intermediates named."""
+
+    u: Any
+    mu: sp.Expr
+    K: Any
+    definitions: tuple[Definition, ...]
+
+
+def eliminate_by_name(K: Any, J: Any, stage: int) -> NamedStage:
+    """Stiffness after one more passive joint, with names u_i_j, mu_i and K_i_jk, eq. (15).
+
+    A joint along one coordinate takes the index rule (19), (20): its row and column vanish.
+
+    Parameters
+    ----------
+    K : (n, n) SymPy matrix
+        Before, in given symbols and names defined before.
+    J : (n, 1) SymPy matrix
+        Twist of the joint.
+    stage : int
+        Number i of the joint, from 1.
+
+    Examples
+    --------
+    >>> K = sp.Matrix(sp.MatrixSymbol("K", 2, 2))
+    >>> [str(d.symbol) for d in eliminate_by_name(K, sp.Matrix([0, 1]), 1).definitions]
+    ['K_1_11']
+    """
+    n = K.rows
+    names = _Names(stage)
+    used = [k for k in range(n) if J[k, 0] != 0]
+    alone = used[0] if len(used) == 1 else None
+    u = [sp.Add(*(K[j, k] * J[k, 0] for k in used)) for j in range(n)]
+    if alone is None:
+        u = [names.give(f"u_{stage}_{j + 1}", entry) for j, entry in enumerate(u)]
+    mu = sp.Add(*(J[k, 0] * u[k] for k in used))
+    if alone is None:
+        mu = names.give(f"mu_{stage}", mu)
+    after = sp.zeros(n, n)
+    for i in range(n):
+        for j in range(i, n):
+            if alone in {i, j}:
+                continue
+            entry = K[i, j] - u[i] * u[j] / mu if u[i] != 0 and u[j] != 0 else K[i, j]
+            after[i, j] = names.give(f"K_{stage}_{i + 1}{j + 1}", entry)
+            after[j, i] = after[i, j]
+    return NamedStage(
+        sp.ImmutableMatrix(u), mu, sp.ImmutableMatrix(after), tuple(names.definitions)
+    )
+
+
+class _Names:
+    """Names for what is worth one: symbols and numbers keep their own."""
+
+    def __init__(self, stage: int) -> None:
+        self.stage = stage
+        self.definitions: list[Definition] = []
+
+    def give(self, name: str, expression: sp.Expr) -> sp.Expr:
+        if expression.is_Atom or (-expression).is_Atom:
+            return expression
+        symbol = sp.Symbol(name)
+        self.definitions.append(Definition(symbol, expression))
+        return symbol
 
 
 @dataclass(frozen=True)

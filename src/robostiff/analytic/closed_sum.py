@@ -1,4 +1,4 @@
-"""The sum of w w^T / c over transmitted wrenches in exact arithmetic."""
+"""The sum of w w^T / c over transmitted wrenches in exact arithmetic, and one leg without roots."""
 
 from __future__ import annotations
 
@@ -8,10 +8,135 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.closed import eliminate_exactly
 from robostiff.analytic.element import Element
-from robostiff.analytic.exact_leg import exact_leg
+from robostiff.analytic.exact_matrix import ExactMatrix, common_denominator, over
 from robostiff.analytic.factors import factored
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.products import FormulaTooLargeError
+
+# Terms of a compliance that is multiplied out, to free its wrench of a common factor.
+_MULTIPLIED_OUT = 1000
+
+#: Entries (i, j) of a symmetric matrix, i <= j.
+Upper = dict[tuple[int, int], Element]
+
+
+@dataclass(frozen=True)
+class ExactLeg:
+    """K = sum of w w^T / c over wrenches made conjugate to one another.
+
+    Attributes
+    ----------
+    K : dict
+        Canonical fractions of the upper part, by row and column.
+    wrenches : list of lists of Element
+        Of any length.
+    met : list of tuples of Element
+        The compliance of each wrench, as factors that are not multiplied out where that is long.
+    """
+
+    K: Upper
+    wrenches: list[list[Element]]
+    met: list[tuple[Element, ...]]
+
+
+def exact_leg(
+    field: ExactField, W: list[list[Element]], A: list[list[Element]], n: int, limit: int
+) -> ExactLeg:
+    """Eliminate A from [[A, W^T], [W, 0]] as in (15): what is left is -W A^-1 W^T.
+
+    Bareiss' divisions keep every entry a minor, a polynomial; nothing is brought to a fraction
+    before the end. Sines below a fraction bar would be multiplied by their conjugates at every
+    step, which squares its length each time.
+
+    Parameters
+    ----------
+    field : ExactField
+    W : list of m wrenches of n elements
+    A : (m, m) list of elements
+        W^T C W.
+    n, limit : int
+        Size of a wrench; most terms that an entry may have on the way.
+
+    Raises
+    ------
+    FormulaTooLargeError
+        When an entry would have more.
+    """
+    m = len(W)
+    plain = [_without_roots(field, w) for w in W]
+    A = [[A[i][j] * plain[i][1] * plain[j][1] for j in range(m)] for i in range(m)]
+    D = common_denominator(field, [x for row in A for x in row])
+    upper = {(i, j): over(A[i][j], D) for i in range(m) for j in range(i, m)}
+    upper |= {(i, m + j): plain[i][0][j].num for i in range(m) for j in range(n)}
+    M = ExactMatrix.of_upper(field, m + n, upper, field.ring.constant(1))
+    wrenches, met = [], []
+    left = list(range(m))
+    # What is left without energy are stresses that rigid branches give one another.
+    while left := [i for i in left if not M.entries[i][i].is_zero()]:
+        pivot = min(left, key=lambda i: _awkwardness(M, left, i))
+        left.remove(pivot)
+        before = M.denominator
+        unit = sp.eye(m + n)[:, pivot]
+        stage = eliminate_exactly(M, unit, limit)
+        M = stage.after
+        w = [field.fraction(x, field.one.num) for x in stage.u[m:]]
+        factors = [field.fraction(stage.mu, D), field.fraction(before, field.one.num)]
+        if all(x.is_zero for x in w):
+            continue  # a stress of a loop in itself, which holds nothing
+        w, own = _conjugate(field, w, factors)
+        wrenches.append(w)
+        met.append(own)
+    K = {}
+    for i in range(n):
+        for j in range(i, n):
+            K[i, j] = _within(field.fraction(-M.entries[m + i][m + j] * D, M.denominator), limit)
+    return ExactLeg(K, wrenches, met)
+
+
+def _awkwardness(M: ExactMatrix, left: list[int], i: int) -> tuple[int, int]:
+    """Order of pivots: coupled to few others, then short; without coupling as they come."""
+    coupled = sum(not M.entries[i][j].is_zero() for j in left if j != i)
+    return coupled, len(M.entries[i][i]) if coupled else 0
+
+
+def _conjugate(
+    field: ExactField, w: list[Element], factors: list[Element]
+) -> tuple[list[Element], tuple[Element, ...]]:
+    """A wrench without a common factor, where its compliance can be multiplied out."""
+    if factors[0].terms * factors[1].terms > _MULTIPLIED_OUT:
+        return w, tuple(factors)
+    w, factor = _without_roots(field, w)
+    return w, (factors[0] * factors[1] * factor * factor,)
+
+
+def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], Element]:
+    """A wrench without the factor that its entries share, such as 1 / L; by what it was scaled."""
+    if all(x.is_zero for x in w):
+        return w, field.one
+    pivot = min((x for x in w if not x.is_zero), key=lambda x: x.terms)
+    ratios = [x if x.is_zero else x / pivot for x in w]
+    common = common_denominator(field, ratios)
+    if not field.has_roots(common):
+        scale = Element(field, common, field.one.den)
+        return [x if x.is_zero else x * scale for x in ratios], scale / pivot
+    # A sum of roots below does not cancel as a common factor: it is taken out as it is.
+    common = common_denominator(field, w)
+    above = [field.reduced(over(x, common)) for x in w]
+    shared = above[0]
+    for polynomial in above[1:]:
+        shared = shared.gcd(polynomial)
+    one = field.one.den
+    plain = [Element(field, polynomial / shared, one) for polynomial in above]
+    return plain, field.fraction(field.reduced(common), shared)
+
+
+def _within(element: Element, limit: int) -> Element:
+    if element.terms > limit:
+        raise FormulaTooLargeError.beyond(limit)
+    return element
+
 
 # Terms of a fraction that is factored: longer ones would take long, and would not be read.
 _FACTORED = 100

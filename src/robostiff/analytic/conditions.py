@@ -19,7 +19,7 @@ from robostiff.kinematics import FormulaPose, place_leg
 from robostiff.model import Leg, with_entries
 from robostiff.record import Entry, Record
 from robostiff.recorded import entry_reader
-from robostiff.recorded.bounds import lower_bound
+from robostiff.recorded.leg import lower_bound
 from robostiff.spatial import exact_number
 
 _CLOSED = sp.Rational(

@@ -1,17 +1,60 @@
-"""A derivation of K_C: where it starts, what each passive joint takes away, and what remains."""
+"""A derivation of K_C: its first matrix, what each passive joint subtracts, and the result."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from robostiff.analytic.unwritten import Written
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
     from robostiff.analytic.exact_matrix import ExactMatrix
+
+
+@dataclass(frozen=True)
+class Unwritten:
+    """A formula in exact arithmetic, and how to write it.
+
+    Attributes
+    ----------
+    write : callable
+        Returns the SymPy expression or matrix.
+    """
+
+    write: Callable[[], Any]
+
+
+class Written:
+    """A field of a frozen dataclass that may be given as `Unwritten`; it is written once.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Answer:
+    ...     value: Written = Written()
+    >>> Answer(Unwritten(lambda: 6 * 7)).value
+    42
+    >>> Answer(42) == Answer(Unwritten(lambda: 6 * 7))
+    True
+    """
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, instance: Any, owner: type) -> Any:
+        if instance is None:
+            # So that dataclass() sees a field without a default.
+            raise AttributeError(self._name)
+        value = instance.__dict__[self._name]
+        if isinstance(value, Unwritten):
+            value = instance.__dict__[self._name] = value.write()
+        return value
+
+    def __set__(self, instance: Any, value: Any) -> None:
+        instance.__dict__[self._name] = value
 
 
 @dataclass(frozen=True)
@@ -55,9 +98,9 @@ class Stage:
     joint: str
     J: sp.ImmutableMatrix
     rule: str
-    u: Written = Written()  # noqa: RUF009
-    mu: Written = Written()  # noqa: RUF009
-    K: Written = Written()  # noqa: RUF009
+    u: Written = Written()
+    mu: Written = Written()
+    K: Written = Written()
     definitions: tuple[Definition, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -93,7 +136,7 @@ class Derivation:
     name: str
     K0: sp.ImmutableMatrix
     stages: tuple[Stage, ...]
-    K: Written = Written()  # noqa: RUF009
+    K: Written = Written()
     definitions: tuple[Definition, ...] = ()
     exact: ExactMatrix | None = field(default=None, compare=False, repr=False)
 

@@ -2,17 +2,196 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.elimination import determinant, null_space
-from robostiff.analytic.factors import factored
+from robostiff.analytic.factors import factored, rational
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.quadratic import quadratic_roots
-from robostiff.analytic.spectrum import Eigenvalue, Eigenvalues, Part, Unsolved
 from robostiff.errors import InputError
 from robostiff.spatial import Space
+
+
+class Part(Enum):
+    """Which part of a stiffness matrix."""
+
+    TRANSLATION = "translation"
+    """Force for translation, rotations held [N/m]."""
+    ROTATION = "rotation"
+    """Moment for rotation, translations held [N m/rad]."""
+    WHOLE = "whole"
+    """All of it; rotations times a length count as translations [N/m]."""
+
+
+@dataclass(frozen=True)
+class Eigenvalue:
+    """An eigenvalue with its eigenvectors.
+
+    Attributes
+    ----------
+    value : sympy.Expr
+    multiplicity : int
+        For general values of the symbols.
+    vectors : tuple of sympy.ImmutableMatrix
+        A basis of its eigenspace, twists of the part (m x 1), not normalised.
+    """
+
+    value: sp.Expr
+    multiplicity: int
+    vectors: tuple[sp.ImmutableMatrix, ...]
+
+
+@dataclass(frozen=True)
+class Unsolved:
+    """An irreducible factor of the characteristic polynomial, of degree 3 or more.
+
+    Attributes
+    ----------
+    factor : sympy.Expr
+        Polynomial in `Eigenvalues.symbol` of which eigenvalues are the zeros.
+    degree, multiplicity : int
+    """
+
+    factor: sp.Expr
+    degree: int
+    multiplicity: int
+
+
+@dataclass(frozen=True)
+class Eigenvalues:
+    """Eigenvalues of a stiffness matrix or of a part of it.
+
+    Attributes
+    ----------
+    values : tuple of Eigenvalue
+        Those that have a closed form: zeros of factors of degree 1 and 2.
+    unsolved : tuple of Unsolved
+        Factors that keep the others.
+    symbol : sympy.Symbol
+        The unknown of the characteristic polynomial.
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> Eigenvalues((), (Unsolved(x**3 - x - 1, 3, 1),), x).answer
+    'no closed form: irreducible factor of degree 3'
+    """
+
+    values: tuple[Eigenvalue, ...]
+    unsolved: tuple[Unsolved, ...]
+    symbol: sp.Symbol
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all eigenvalues have a closed form."""
+        return not self.unsolved
+
+    @property
+    def answer(self) -> str:
+        """In words: how many closed forms there are, and what has none."""
+        found = sum(value.multiplicity for value in self.values)
+        missing = [f"irreducible factor of degree {factor.degree}" for factor in self.unsolved]
+        if not missing:
+            return f"all {found} eigenvalues in closed form"
+        start = f"{found} eigenvalues in closed form; " if found else ""
+        return f"{start}no closed form: {', '.join(missing)}"
+
+
+def quadratic_roots(field: ExactField, polynomial: Any, unknown: sp.Symbol) -> list[sp.Expr]:
+    """Zeros of a polynomial of degree 1 or 2 in an unknown, as short products.
+
+    Parameters
+    ----------
+    field : ExactField
+    polynomial : polynomial of the field
+    unknown : sympy.Symbol
+        One of its generators.
+
+    Returns
+    -------
+    list of SymPy expressions
+        One, or two of which the first has the minus sign.
+
+    Examples
+    --------
+    >>> x, a, b = sp.symbols("x a b")
+    >>> field = ExactField([x, a, b])
+    >>> quadratic_roots(field, field.element(x**2 - 2 * a * x + a**2 - 4 * b).num, x)
+    [a - 2*sqrt(b), a + 2*sqrt(b)]
+    """
+    place = field.generators.index(unknown)
+    c0, c1, c2 = (_coefficient(polynomial, place, power) for power in range(3))
+    if c2.is_zero():
+        return [_quotient(field, -c0, c1)]
+    outside, inside = _root(field, field.reduced(c1 * c1 - 4 * c2 * c0))
+    if inside == 1:
+        return [_quotient(field, -c1 + sign * outside, 2 * c2) for sign in (-1, 1)]
+    # What both parts share stands in front.
+    common = c1.gcd(outside)
+    number, root = inside.as_coeff_Mul()
+    plain, plain_number = _primitive(field, -(c1 / common))
+    other, other_number = _primitive(field, outside / common)
+    other_number *= number
+    shared = sp.gcd(plain_number, other_number) if plain_number != 0 else other_number
+    front = shared * _quotient(field, common, 2 * c2)
+    plain, other = plain_number / shared * plain, other_number / shared * other * root
+    if front.is_Rational:
+        return [sp.expand(front * plain) + sign * front * other for sign in (-1, 1)]
+    return [front * (plain + sign * other) for sign in (-1, 1)]
+
+
+def _primitive(field: ExactField, polynomial: Any) -> tuple[Any, Any]:
+    """A polynomial with whole coefficients that have no common divisor, and what is in front."""
+    if polynomial.is_zero():
+        return sp.Integer(0), sp.Integer(0)
+    number, expression = field.polynomial_expression(polynomial).primitive()
+    return expression, number
+
+
+def _coefficient(polynomial: Any, place: int, power: int) -> Any:
+    """Coefficient of a power of one generator."""
+    kept = {
+        (*powers[:place], 0, *powers[place + 1 :]): number
+        for powers, number in polynomial.terms()
+        if powers[place] == power
+    }
+    return polynomial.context().from_dict(kept)
+
+
+def _root(field: ExactField, radicand: Any) -> tuple[Any, Any]:
+    """Square root as a polynomial outside and a SymPy expression inside the root sign."""
+    one = field.ring.constant(1)
+    if radicand.is_zero():
+        return radicand, sp.Integer(1)
+    constant, powers = radicand.factor()
+    outside, inside = one, one
+    for base, exponent in powers:
+        outside = outside * base ** (int(exponent) // 2)
+        inside = inside * base ** (int(exponent) % 2)
+    number = rational(constant)
+    if number < 0:
+        number, inside = -number, -inside
+    return outside, sp.sqrt(number) * _root_sign(field, inside)
+
+
+def _root_sign(field: ExactField, radicand: Any) -> Any:
+    """Square root of a polynomial; a sine or root of the field where it is the square of one."""
+    for relation in field.relations:
+        quotient, rest = divmod(radicand, relation.square)
+        if rest.is_zero() and quotient.is_constant():
+            number = rational(quotient.leading_coefficient())
+            if number > 0:
+                return sp.sqrt(number) * field.generators[relation.place]
+    return sp.sqrt(factored(field, radicand))
+
+
+def _quotient(field: ExactField, above: Any, below: Any) -> Any:
+    """A fraction as a quotient of products."""
+    fraction = field.fraction(above, below)
+    return factored(field, fraction.num) / factored(field, fraction.den)
 
 
 def eigenvalue_formulas(

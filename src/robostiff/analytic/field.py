@@ -10,8 +10,7 @@ from typing import Any
 import flint
 import sympy as sp
 
-from robostiff.analytic.angles import Angles
-from robostiff.analytic.atoms import atoms_of, is_root, prepare
+from robostiff.analytic.atoms import Angles, atoms_of, is_root, prepare
 from robostiff.analytic.element import Element
 from robostiff.analytic.products import quotient
 from robostiff.analytic.roots import Radicand, Roots, factors_of

@@ -1,8 +1,7 @@
 """Cables that only pull: tensions, their limits, and stiffness with its geometric part."""
 
 from robostiff.cables.elastic_law import axial_stiffness
-from robostiff.cables.nearest_tensions import nearest_tensions
-from robostiff.cables.placement import PlacedCables, place_cables
+from robostiff.cables.nearest_tensions import TensionProblem, nearest_tensions
 from robostiff.cables.status import CableStatus
 from robostiff.cables.stiffness_matrix import (
     elastic_stiffness,
@@ -12,8 +11,12 @@ from robostiff.cables.stiffness_matrix import (
     weight_stiffness,
     wrench_derivative,
 )
-from robostiff.cables.structure_matrix import structure_matrix, weight_wrench
-from robostiff.cables.tension_problem import TensionProblem
+from robostiff.cables.structure_matrix import (
+    PlacedCables,
+    place_cables,
+    structure_matrix,
+    weight_wrench,
+)
 from robostiff.cables.tension_rules import (
     ClosedFormTensions,
     GivenTensions,

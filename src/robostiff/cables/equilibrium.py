@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.cables.placement import PlacedCables
 from robostiff.cables.stiffness_matrix import (
     elastic_stiffness,
     geometric_stiffness,
     weight_stiffness,
     wrench_derivative,
 )
-from robostiff.cables.structure_matrix import structure_matrix, weight_wrench
+from robostiff.cables.structure_matrix import PlacedCables, structure_matrix, weight_wrench
 
 _ITERATIONS = 50
 _SHORTEST_STEP = 1e-4  # of the load, before the path is given up

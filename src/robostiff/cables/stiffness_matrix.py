@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robostiff.cables.placement import PlacedCables
-from robostiff.cables.structure_matrix import structure_matrix
+from robostiff.cables.structure_matrix import PlacedCables, structure_matrix
 from robostiff.spatial import Space, skew
 
 

@@ -8,9 +8,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.cables.nearest_tensions import nearest_tensions
+from robostiff.cables.nearest_tensions import TensionProblem, nearest_tensions
 from robostiff.cables.status import CableStatus
-from robostiff.cables.tension_problem import TensionProblem
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from robostiff.analysis import CableStiffness, deflection, stiffness
 from robostiff.cli import tables
 from robostiff.cli.failure import BAD_STATUS, slips
-from robostiff.cli.network_facts import network_facts
 from robostiff.cli.output import print_data, say
-from robostiff.cli.robot_facts import home_facts, robot_facts, snapshot_facts
+from robostiff.cli.robot_facts import home_facts, network_facts, robot_facts, snapshot_facts
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     Place,

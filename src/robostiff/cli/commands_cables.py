@@ -18,8 +18,12 @@ from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.output import print_data, say
 from robostiff.cli.written_arguments import Place, parameters_from, pose_from, wrench_from
 from robostiff.errors import InputError
-from robostiff.io.results.cables_data import cable_response_data, cable_stiffness_data
-from robostiff.io.results.cables_text import cable_response_text, cable_stiffness_text
+from robostiff.io.results.cables import (
+    cable_response_data,
+    cable_response_text,
+    cable_stiffness_data,
+    cable_stiffness_text,
+)
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.model.cable import CableRobot
 from robostiff.robots import load

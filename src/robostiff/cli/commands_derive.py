@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,13 +12,21 @@ import sympy as sp
 import typer
 
 from robostiff.analytic import (
+    AtCoordinates,
+    AtHome,
+    AtSymbols,
     Closed,
     Derivative,
     FormulaTooLargeError,
+    Part,
     RobotDerivation,
     Steps,
     derive_robot,
     differentiate,
+    eigenvalue_formulas,
+    fixed_point_formula,
+    free_motion_formulas,
+    rank_formula,
 )
 from robostiff.analytic.export import (
     c_function,
@@ -30,17 +38,143 @@ from robostiff.analytic.export import (
     derivation_text,
     python_function,
 )
+from robostiff.analytic.robot_pose import PoseFormula, coordinate_names
 from robostiff.cli.derive_options import FORMATS
-from robostiff.cli.derive_pose import pose_from
-from robostiff.cli.derive_questions import Questions
 from robostiff.cli.output import new_file
 from robostiff.cli.written_arguments import parameters_from
 from robostiff.errors import InputError
 from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.io.suggest import did_you_mean
+from robostiff.io.units import Dimension, parse_quantities
 from robostiff.io.whole_file import whole_file
-from robostiff.model import Robot
+from robostiff.markup import text_of
+from robostiff.model import Motion, Robot
 from robostiff.robots import load
+from robostiff.spatial import Space
+
+
+def pose_from(text: str, robot: Robot) -> PoseFormula:
+    """Read ``home``, ``symbolic``, or coordinates such as ``x=100 mm, gamma=10 deg``.
+
+    Raises
+    ------
+    InputError
+        When it is none of them, or a name is no coordinate of the robot.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> pose_from("x = 100 mm", load("3-rpr"))
+    AtCoordinates(values={'x': 0.1})
+    """
+    word = text.strip()
+    if word == "home":
+        return AtHome()
+    if word == "symbolic":
+        return AtSymbols()
+    names = coordinate_names(robot)
+    values: dict[str, float] = {}
+    for part in word.split(","):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not (name and equals and value):
+            raise InputError(
+                "--pose",
+                got=text,
+                expected="home, symbolic, or coordinates NAME=VALUE with commas between them",
+                hint=f'write --pose "{names[0]}=0.1"' if names else None,
+            )
+        if name not in names:
+            raise InputError(
+                f"--pose, coordinate of {robot.name!r}", got=name, expected=", ".join(names)
+            )
+        if name in values:
+            raise InputError("--pose", got=text, expected=f"one value for {name}")
+        dimension = _dimension(robot, name)
+        (values[name],) = parse_quantities(value, [dimension], [name], f"--pose {name}")
+    return AtCoordinates(values)
+
+
+def _dimension(robot: Robot, name: str) -> Dimension:
+    if name.startswith("q"):
+        freedom = robot.legs[0].chain.freedoms[int(name[1:]) - 1]
+        slides = freedom.motion is Motion.TRANSLATION
+        return Dimension.LENGTH if slides else Dimension.ANGLE
+    return Dimension.LENGTH if name in ("x", "y", "z") else Dimension.ANGLE
+
+
+@dataclass(frozen=True)
+class Questions:
+    """What is asked about a formula."""
+
+    rank: bool
+    free_motions: bool
+    eigenvalues: bool
+
+    @property
+    def any(self) -> bool:
+        """Whether anything is asked."""
+        return self.rank or self.free_motions or self.eigenvalues
+
+    def answered(self, derivation: RobotDerivation) -> str:
+        """The answers, one or more lines each.
+
+        Raises
+        ------
+        InputError
+            When the formula is not in closed form.
+        """
+        if not derivation.is_closed:
+            raise InputError(
+                "questions about a formula",
+                got="named steps",
+                expected="a closed form",
+                hint="ask at home, or write --closed",
+            )
+        lines = [f"{derivation.name}, {derivation.where}"]
+        if self.rank:
+            lines += _rank(derivation.K)
+        if self.free_motions:
+            lines += _free_motions(derivation.K)
+        if self.eigenvalues:
+            lines += _eigenvalues(derivation.K)
+        return text_of(lines) + "\n"
+
+
+def _rank(K: sp.ImmutableMatrix) -> list[str]:
+    found = rank_formula(K)
+    line = f"rank {found.rank} of {K.rows}"
+    if found.exceptions:
+        line += f"; lower where one of these is zero: {_listed(found.exceptions)}"
+    return [line]
+
+
+def _free_motions(K: sp.ImmutableMatrix) -> list[str]:
+    motions = free_motion_formulas(K)
+    if not motions:
+        return ["no free motion"]
+    names = ", ".join(Space.of_size(K.rows).twist_order)
+    lines = [f"free motion ({names}) = ({_listed(t.flat())})" for t in motions]
+    point = fixed_point_formula(K)
+    if point is not None:
+        place = _listed(point.flat())
+        lines.append(f"all of them leave one point at rest, from the reference point: ({place})")
+    return lines
+
+
+def _eigenvalues(K: sp.ImmutableMatrix) -> list[str]:
+    lines = []
+    for part, unit in ((Part.TRANSLATION, "N/m"), (Part.ROTATION, "N m/rad")):
+        found = eigenvalue_formulas(K, part)
+        lines.append(f"stiffness in {part.value} [{unit}]: {found.answer}")
+        for e in found.values:
+            times = f" ({e.multiplicity} times)" if e.multiplicity > 1 else ""
+            lines.append(f"  {sp.sstr(e.value)}{times}")
+    return lines
+
+
+def _listed(expressions: Iterable[Any]) -> str:
+    return ", ".join(map(sp.sstr, expressions))
+
 
 INTERRUPTED = 130
 

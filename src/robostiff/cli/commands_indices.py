@@ -12,8 +12,7 @@ from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.output import print_data, say
 from robostiff.cli.written_arguments import Place, parameters_from, point_from, pose_from
 from robostiff.errors import InputError
-from robostiff.io.results.indices_data import indices_data
-from robostiff.io.results.indices_text import indices_text
+from robostiff.io.results.indices import indices_data, indices_text
 from robostiff.io.results.text import stiffness_text
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.model import Robot, Snapshot

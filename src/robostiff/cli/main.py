@@ -329,8 +329,7 @@ def derive(
     Exit status: 0 for a formula, 2 for bad input or a formula beyond the limit, 130 when
     interrupted.
     """
-    from robostiff.cli.commands_derive import Formula, Sheet, print_formula
-    from robostiff.cli.derive_questions import Questions
+    from robostiff.cli.commands_derive import Formula, Questions, Sheet, print_formula
 
     asked = Formula(pose, symbols, steps, closed, limit, derivative)
     questions = Questions(rank, free_motions, eigenvalues)

@@ -1,13 +1,47 @@
-"""What a robot or a snapshot consists of, as plain data."""
+"""Contents of a robot, a snapshot or a network as plain data."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from robostiff.analysis import RobotStiffness, stiffness
-from robostiff.cli.platform_facts import platform_facts
 from robostiff.model import Actuated, Passive, Robot, Snapshot
 from robostiff.model.in_words import elements_in_words, placed_in_words
+from robostiff.network import Network
+
+
+def network_facts(network: Network) -> dict[str, Any]:
+    """Facts for ``robostiff check``, the stiffness aside."""
+    freedoms = [f for joint in network.joints for f in joint.freedoms]
+    return {
+        "name": network.name,
+        "kind": "network",
+        "title": network.description,
+        "source": "",
+        "space": network.space.name.lower(),
+        "coordinates": [],
+        "legs": [],
+        "bodies": len(network.nodes),
+        "beams": len(network.beams),
+        "springs": len(network.springs),
+        "joints": len(network.joints),
+        "passive_freedoms": sum(f.is_passive for f in freedoms),
+        "elastic_freedoms": sum(f.stiffness is not None for f in freedoms),
+    }
+
+
+def platform_facts(robot: Robot) -> dict[str, Any]:
+    """Nodes, parts, tool, and the node that holds each leg; nothing for a rigid platform."""
+    platform = robot.platform
+    if platform is None:
+        return {}
+    names = [leg.name for leg in robot.legs]
+    return {
+        "nodes": [node.name for node in platform.nodes],
+        "parts": [part.name for part in platform.parts],
+        "tool": platform.tool,
+        "legs": dict(zip(names, robot.holds, strict=True)),
+    }
 
 
 def robot_facts(robot: Robot) -> dict[str, Any]:

@@ -5,8 +5,15 @@ at its base, its local x along it, y and z the principal axes of its cross-secti
 """
 
 from robostiff.elasticity.arbitrary_section import section_from_sectionproperties
-from robostiff.elasticity.beam import beam_compliance, beam_stiffness
-from robostiff.elasticity.beam_theory import BeamTheory, EulerBernoulli, Timoshenko
+from robostiff.elasticity.beam import (
+    BeamSegment,
+    BeamTheory,
+    EulerBernoulli,
+    Timoshenko,
+    beam_compliance,
+    beam_stiffness,
+    tapered_compliance,
+)
 from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
 from robostiff.elasticity.material import MATERIALS, Material, material
 from robostiff.elasticity.section import CrossSection
@@ -22,7 +29,6 @@ from robostiff.elasticity.spring_from_matrix import (
     elasticity_from_stiffness,
     moved,
 )
-from robostiff.elasticity.tapered import BeamSegment, tapered_compliance
 
 __all__ = [
     "MATERIALS",

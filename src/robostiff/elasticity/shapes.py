@@ -1,7 +1,7 @@
 """Cross-sections of the usual shapes: y is the width, z the height, both principal.
 
 Each shape carries Cowper's shear correction factors, which depend weakly on the Poisson ratio of
-the material (see `robostiff.elasticity.shear_factor`): 0.3 unless said otherwise. They matter to
+the material (see `robostiff.elasticity.shapes`): 0.3 unless said otherwise. They matter to
 the Timoshenko theory alone. A, Iy and Iz are exact.
 
 Every dimension may be a formula; numbers beside it then become exact.
@@ -14,15 +14,54 @@ from typing import Any
 
 from robostiff.elasticity._checks import poisson_ratio_of_isotropic, positive_number
 from robostiff.elasticity.section import CrossSection
-from robostiff.elasticity.shear_factor import (
-    box_shear_factor,
-    circle_shear_factor,
-    i_section_shear_factor,
-    rectangle_shear_factor,
-    tube_shear_factor,
-)
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_number, exact_together, is_above, is_formula
+
+
+def circle_shear_factor(nu: float) -> float:
+    """Of a full circle []: ``6 (1 + nu) / (7 + 6 nu)``."""
+    return 6 * (1 + nu) / (7 + 6 * nu)
+
+
+def tube_shear_factor(nu: float, m: float) -> float:
+    """Of a circular tube [], m the ratio of inner to outer diameter.
+
+    ``6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2)``
+    """
+    q = (1 + m * m) ** 2
+    return 6 * (1 + nu) * q / ((7 + 6 * nu) * q + (20 + 12 * nu) * m * m)
+
+
+def rectangle_shear_factor(nu: float) -> float:
+    """Of a full rectangle [], along either side: ``10 (1 + nu) / (12 + 11 nu)``."""
+    return 10 * (1 + nu) / (12 + 11 * nu)
+
+
+def box_shear_factor(nu: float, m: float, n: float) -> float:
+    """Of a thin-walled box [], force along the webs.
+
+    ``10 (1 + nu) (1 + 3m)^2 / (12 + 72m + 150m^2 + 90m^3 + nu (11 + 66m + 135m^2 + 90m^3)
+    + 10 n^2 ((3 + nu) m + 3 m^2))``; m = (area of a flange) / (area of a web), n = width / height,
+    all on centre lines.
+    """
+    flanges = 10 * n * n * ((3 + nu) * m + 3 * m * m)
+    return _thin_walled(nu, m, flanges)
+
+
+def i_section_shear_factor(nu: float, m: float, n: float) -> float:
+    """Of a thin-walled I [], force along the web.
+
+    As the box, with ``30 n^2 (m + m^2) + 5 nu n^2 (8m + 9m^2)`` for its last term;
+    m = (area of both flanges) / (area of the web), n = width / height, all on centre lines.
+    """
+    flanges = 30 * n * n * (m + m * m) + 5 * nu * n * n * (8 * m + 9 * m * m)
+    return _thin_walled(nu, m, flanges)
+
+
+def _thin_walled(nu: float, m: float, flanges: float) -> float:
+    static = 12 + 72 * m + 150 * m**2 + 90 * m**3
+    lateral = 11 + 66 * m + 135 * m**2 + 90 * m**3
+    return 10 * (1 + nu) * (1 + 3 * m) ** 2 / (static + nu * lateral + flanges)
 
 
 def circle(diameter: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:

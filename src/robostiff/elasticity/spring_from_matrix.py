@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robostiff.elasticity._checks import finite_array
-from robostiff.elasticity._formula_matrix import inverse_of_formulas, symmetric_formulas
 from robostiff.elasticity._spring_matrix import (
     COMPLIANCE,
     RANK_TOLERANCE,
@@ -16,7 +15,9 @@ from robostiff.elasticity._spring_matrix import (
     Matrix,
     ScaledSpectrum,
     checked_symmetric,
+    inverse_of_formulas,
     scaled_spectrum,
+    symmetric_formulas,
 )
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError

@@ -11,11 +11,36 @@ import numpy as np
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
 from robostiff.elastostatics.least_energy import least_energy
-from robostiff.elastostatics.scaled_inverse import scaled_inverse
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.elastostatics.tolerance import RankDecision, Tolerance, scaling
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space
+
+
+def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
+    """Symmetric inverse of K, taken where translations and rotations are both lengths.
+
+    Parameters
+    ----------
+    K : (..., n, n) array
+        Regular [N/m, N, N m].
+    length : (...) array
+        Characteristic length [m].
+
+    Returns
+    -------
+    (..., n, n) array
+        [m/N, 1/N, rad/(N m)].
+
+    Examples
+    --------
+    >>> scaled_inverse(np.diag([2.0, 4.0, 8.0]), np.array(0.5)).diagonal()
+    array([0.5  , 0.25 , 0.125])
+    """
+    s = scaling(length, Space.of_size(K.shape[-1]))
+    scale = s[..., :, None] * s[..., None, :]
+    inverse = np.linalg.inv(K / scale)
+    return 0.5 * (inverse + np.swapaxes(inverse, -1, -2)) / scale
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from robostiff.markup.blocks import (
     Tone,
     Words,
 )
-from robostiff.markup.html import element, escaped, listing
-from robostiff.markup.in_html import block_html
+from robostiff.markup.in_html import block_html, element, escaped, listing
 from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
 from robostiff.markup.numbers import (
     number,

@@ -1,10 +1,11 @@
-"""The elements of a leg in a few words each."""
+"""Robots and the elements of their legs in a few words."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from robostiff.markup import Table, block_html, element, escaped
 from robostiff.model.joint import Joint
 from robostiff.model.link import Telescope
 from robostiff.model.parallel_block import ParallelBlock
@@ -12,6 +13,7 @@ from robostiff.model.snapshot import PlacedBlock
 
 if TYPE_CHECKING:
     from robostiff.model.chain import Chain, Element
+    from robostiff.model.robot import Robot
     from robostiff.model.snapshot import PlacedElement, PlacedLeg
 
 
@@ -65,3 +67,20 @@ def _block(name: str, insides: Iterable[Iterable[str]]) -> str:
     """A parallel block; branches that read alike are told once."""
     told = ["[" + ", ".join(words) + "]" for words in insides]
     return f"{name} " + (f"{len(told)} x {told[0]}" if len(set(told)) == 1 else " | ".join(told))
+
+
+def robot_html(robot: Robot) -> str:
+    """What a robot is: title, source, symbols, and the elements of its legs."""
+    title = f": {escaped(robot.title)}" if robot.title else ""
+    parts = [element("p", element("b", escaped(robot.name)) + title)]
+    if robot.symbols:
+        names = ", ".join(map(str, robot.symbols))
+        parts.append(element("p", f"symbols: {escaped(names)}"))
+    rows = [[leg.name, ", ".join(elements_in_words(leg.chain))] for leg in robot.legs]
+    parts.append(block_html(Table(["leg", "from base to platform"], rows)))
+    if robot.coordinates:
+        free = " ".join(coordinate.value for coordinate in robot.coordinates)
+        parts.append(element("p", f"free coordinates: {free}"))
+    if robot.source:
+        parts.append(element("p", element("small", escaped(robot.source))))
+    return element("div", "".join(parts), class_="robostiff-robot")

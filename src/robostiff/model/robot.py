@@ -15,7 +15,7 @@ from robostiff.model.chain import Chain
 from robostiff.model.checks import vector3
 from robostiff.model.entries import formulas
 from robostiff.model.flexible_platform import FlexiblePlatform
-from robostiff.model.in_html import robot_html
+from robostiff.model.in_words import robot_html
 from robostiff.model.symbols import free_symbols, in_floats, numeric, substitute
 from robostiff.spatial import Frame, Space
 

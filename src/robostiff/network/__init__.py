@@ -4,7 +4,6 @@ Matrix structural analysis: loops inside legs, flexible platforms, bridges betwe
 taken from the forms of K_C, so that a network is also a check of them (`network_of_snapshot`).
 """
 
-from robostiff.network.beam_matrix import beam_stiffness_12
 from robostiff.network.compliance import compliance_between
 from robostiff.network.condensation import NetworkStiffness, condense
 from robostiff.network.elements import (
@@ -13,6 +12,7 @@ from robostiff.network.elements import (
     Node,
     SpringElement,
     beam_between,
+    beam_stiffness_12,
 )
 from robostiff.network.energy import energy_stiffness
 from robostiff.network.internal_loads import InternalLoads, internal_loads, loads_under

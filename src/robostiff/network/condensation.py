@@ -11,8 +11,7 @@ from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.network.equations import equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
-from robostiff.network.redundancy import redundancy
-from robostiff.network.redundant_freedoms import redundant_freedoms
+from robostiff.network.redundancy import redundancy, redundant_freedoms
 from robostiff.network.saddle_point import SETTLED, saddle_point_system
 
 _DEFAULT_TOLERANCE = Tolerance()

@@ -8,8 +8,7 @@ from scipy.linalg import qr, solve_triangular
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import NoAnswerError
 from robostiff.kinematics import freedom_twist
-from robostiff.network.beam_matrix import beam_stiffness_12
-from robostiff.network.elements import BeamElement, JointElement, SpringElement
+from robostiff.network.elements import BeamElement, JointElement, SpringElement, beam_stiffness_12
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.network import Network
 from robostiff.spatial import block_rotation

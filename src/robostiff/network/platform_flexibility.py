@@ -14,8 +14,7 @@ from robostiff.network.elements import Node, SpringElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import Mobility, mobility
 from robostiff.network.network import Network
-from robostiff.network.redundancy import redundancy
-from robostiff.network.redundant_freedoms import freedom_rates
+from robostiff.network.redundancy import freedom_rates, redundancy
 from robostiff.network.saddle_point import SETTLED, saddle_point_system
 from robostiff.spatial import Space
 

@@ -10,9 +10,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
-from robostiff.network.block_entries import BlockEntries
 from robostiff.network.equations import Equations
-from robostiff.network.mobility import Mobility
+from robostiff.network.mobility import BlockEntries, Mobility
 from robostiff.network.redundancy import Redundancy
 
 _REFINEMENTS = 2

@@ -10,12 +10,11 @@ from robostiff.model import Robot, Snapshot
 from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
 from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_axes
 from robostiff.plot.geometry.legs import extent
-from robostiff.plot.geometry.surface import ellipsoid_mesh
+from robostiff.plot.geometry.surfaces import ellipsoid_mesh
 from robostiff.plot.picture import Category, Face, Item, Mesh, Path, Scene, Weight
-from robostiff.plot.posture import snapshot_at
+from robostiff.plot.posture import single_stiffness, snapshot_at
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane
-from robostiff.plot.single import single_stiffness
 
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis
 _OPEN = 1.6  # of the longest limited semi-axis: how far a free direction is shown

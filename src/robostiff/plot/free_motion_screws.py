@@ -10,9 +10,8 @@ from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.geometry.screw_line import screw_line
 from robostiff.plot.picture import Arrow, Category, Item, Marks, Path, Scene, Shape, Tone, Weight
-from robostiff.plot.posture import snapshot_at
+from robostiff.plot.posture import single_stiffness, snapshot_at
 from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane, turning_arrow
-from robostiff.plot.single import single_stiffness
 
 _ALONG = 1e-9
 _PART = 0.3  # of the robot: half an axis

@@ -10,8 +10,8 @@ from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import scaling
 from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
 from robostiff.plot.picture import ColourScale, Matrix, QuarterUnit, Ramp
+from robostiff.plot.posture import single_stiffness
 from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.single import single_stiffness
 
 _ZERO = 1e-12  # of the largest entry, rotations told as lengths: rounding
 _DECADES = 4  # below the largest entry, at which the shade fades out

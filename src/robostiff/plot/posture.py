@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from robostiff.analysis import RobotStiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture
 from robostiff.model import Robot, Snapshot
@@ -54,3 +55,26 @@ def _single(snapshot: Snapshot, pose: Pose) -> Snapshot:
             hint="write snapshot.one(0)",
         )
     return snapshot
+
+
+def single_stiffness(result: object, what: str) -> RobotStiffness:
+    """The stiffness at one pose; what is none, or of several poses, is refused.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(result, RobotStiffness):
+        raise InputError(
+            f"stiffness for {what}",
+            got=result,
+            expected="what rs.stiffness(robot, pose) returns",
+        )
+    if result.batch_shape:
+        raise InputError(
+            f"stiffness for {what}",
+            got=f"poses of shape {result.batch_shape}",
+            expected="a single pose",
+            hint="write result[0]",
+        )
+    return result

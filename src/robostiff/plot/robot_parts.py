@@ -18,8 +18,8 @@ from robostiff.plot.geometry.legs import (
     joint_marks,
     leg_members,
 )
-from robostiff.plot.geometry.polygon import plate
 from robostiff.plot.geometry.screw_line import screw_line
+from robostiff.plot.geometry.surfaces import plate
 from robostiff.plot.picture import (
     Arrow,
     Category,

@@ -12,8 +12,8 @@ from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
 from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
 from robostiff.plot.picture import Bars, Category, Group, Panel, Series
+from robostiff.plot.posture import single_stiffness
 from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.single import single_stiffness
 
 
 class Measure(Enum):

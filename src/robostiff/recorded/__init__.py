@@ -6,7 +6,7 @@ and the sum over the legs, on recorded entries.
 
 from robostiff.recorded.factor import Factors, factors_of, inverse_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
-from robostiff.recorded.parameters import parameter_samples
+from robostiff.recorded.parameters import entry_reader, parameter_samples, sample_postures
 from robostiff.recorded.principal import eigenvalues
 from robostiff.recorded.robot import (
     SHORT,
@@ -15,8 +15,6 @@ from robostiff.recorded.robot import (
     record_at_joints,
     record_at_pose,
 )
-from robostiff.recorded.samples import sample_postures
-from robostiff.recorded.symbols import entry_reader
 
 __all__ = [
     "SHORT",

@@ -1,7 +1,8 @@
-"""The stiffness of one leg, recorded in the working frame with the shortest record."""
+"""The stiffness of one leg, recorded in its working frame, and bounds of its entries."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.model import PlacedLeg
-from robostiff.record import Entry, Record
-from robostiff.recorded.bounds import lower_bound
+from robostiff.record import Entry, Operation, Record
 from robostiff.recorded.carried import carried_by
 from robostiff.recorded.elimination import Column, Conjugate, made_conjugate, usual_size
 from robostiff.recorded.rigidity import compliance_ratio
@@ -22,6 +22,34 @@ from robostiff.recorded.working_frame import (
     working_frames,
 )
 from robostiff.spatial import Space
+
+
+def lower_bound(record: Record, step: int) -> float:
+    """A number that a step never falls below; minus infinity where its operations do not tell.
+
+    Examples
+    --------
+    >>> record = Record({"x": [3.0]})
+    >>> x = record.input("x")
+    >>> lower_bound(record, (x * x * 2 + 1).step), lower_bound(record, x.step)
+    (1.0, -inf)
+    """
+    operation, a, b = record.operations[step]
+    match operation:
+        case Operation.NUMBER:
+            return float(a)
+        case Operation.SQUARE_ROOT:
+            return 0.0
+        case Operation.ADD:
+            return lower_bound(record, a) + lower_bound(record, b)
+        case Operation.MULTIPLY if a == b:
+            return 0.0
+        case Operation.MULTIPLY:
+            bounds = lower_bound(record, a), lower_bound(record, b)
+            return bounds[0] * bounds[1] if min(bounds) >= 0 else -math.inf
+        case _:
+            return -math.inf
+
 
 # Working frames that are tried in full: those from which the leg looks simplest.
 _PROMISING = 4

@@ -1,15 +1,162 @@
-"""Symbols of a robot as further inputs of its record."""
+"""Symbols of a robot as inputs of its record, and the postures at which it is sampled."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from functools import reduce
+from operator import add, mul
+from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics import PostureFinder, posture_finder
+from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, posture_finder
 from robostiff.model import Robot, with_entries
-from robostiff.record import Entry, Record
-from robostiff.recorded.samples import COUNT, sample_postures
-from robostiff.recorded.symbols import entry_reader
+from robostiff.record import (
+    Entry,
+    Record,
+    arc_cosine,
+    arc_tangent,
+    cosine,
+    reciprocal,
+    sine,
+    square_root,
+)
+
+
+def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
+    """A function that writes SymPy expressions as entries of a record.
+
+    Parameters
+    ----------
+    record : Record
+        Has an input for every symbol.
+    exact : bool
+        Whether SymPy's numbers stay as they are; otherwise they become floats.
+
+    Returns
+    -------
+    callable
+        Takes an expression or a number, and returns an entry or a number.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> R, h = sp.symbols("R h")
+    >>> read = entry_reader(Record({"R": [3.0], "h": [4.0]}), exact=False)
+    >>> read(sp.sqrt(R**2 + h**2) / 2).sample
+    array([2.5])
+    """
+    known: dict[Any, Any] = {}
+
+    def read(expression: Any) -> Any:
+        if not hasattr(expression, "free_symbols"):
+            return expression
+        if expression not in known:
+            known[expression] = _read(expression)
+        return known[expression]
+
+    def _read(expression: Any) -> Any:
+        if expression.is_number:
+            return expression if exact else float(expression)
+        if expression.is_Symbol:
+            return _input(record, expression.name)
+        arguments = [read(argument) for argument in expression.args]
+        if expression.is_Pow:
+            return _power(expression, arguments[0])
+        combine = _FUNCTIONS.get(type(expression).__name__)
+        if combine is None:
+            raise InputError(
+                "formula",
+                got=str(expression),
+                expected="sums, products, powers, square roots, sin, cos, tan and their inverses",
+            )
+        return combine(*arguments)
+
+    return read
+
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "Add": lambda *terms: reduce(add, terms),
+    "Mul": lambda *factors: reduce(mul, factors),
+    "sin": sine,
+    "cos": cosine,
+    "tan": lambda angle: sine(angle) * reciprocal(cosine(angle)),
+    "atan2": arc_tangent,
+    "atan": lambda slope: arc_tangent(slope, 1),
+    "acos": arc_cosine,
+    "asin": lambda y: arc_tangent(y, square_root(1 - y * y)),
+}
+
+
+def _input(record: Record, name: str) -> Any:
+    if name not in record.inputs:
+        raise InputError("symbol", got=name, expected=", ".join(record.inputs) or "none")
+    return record.input(name)
+
+
+def _power(expression: Any, base: Any) -> Any:
+    exponent = expression.exp
+    if exponent.is_Integer:
+        return base ** int(exponent)
+    if exponent.is_Rational and exponent.q == 2:
+        return square_root(base) ** int(exponent.p)
+    raise InputError("power", got=str(expression), expected="a whole or half exponent")
+
+
+COUNT = 5
+_SEED_OF_SAMPLES = 20110
+_SHRINKS = 6
+
+
+def sample_postures(robot: Robot, finder: PostureFinder, seed: int | None = None) -> Posture:
+    """A few postures near home in general position, one a row, that all legs reach.
+
+    Pose coordinates that the robot is free to choose are drawn at random; the others follow from
+    the legs. For a serial arm posed by its joints, joint coordinates are drawn. Another seed gives
+    others than those of the records.
+
+    Raises
+    ------
+    InputError
+        When no neighbourhood of home is reached.
+    """
+    random = np.random.default_rng(_SEED_OF_SAMPLES if seed is None else seed)
+    spread = 0.1
+    for _ in range(_SHRINKS):
+        posture = _drawn(robot, finder, random, spread)
+        reached = np.flatnonzero(posture.reached)
+        if reached.size >= COUNT:
+            return posture_rows(finder, posture, reached[:COUNT])
+        spread *= 0.2
+    raise InputError(
+        f"home pose of {robot.name!r}",
+        got="poses around it that the legs do not reach",
+        expected="a home pose with room around it",
+        hint="free coordinates that the legs fix belong out of `coordinates`",
+    )
+
+
+def posture_rows(finder: PostureFinder, posture: Posture, rows: np.ndarray) -> Posture:
+    """Some rows of a posture."""
+    if finder.robot.is_posed_by_joints:
+        return finder.at_joints(posture.coordinates[0][rows])
+    return finder.find(posture.pose[rows])
+
+
+def _drawn(
+    robot: Robot, finder: PostureFinder, random: np.random.Generator, spread: float
+) -> Posture:
+    if robot.is_posed_by_joints:
+        home = robot.legs[0].chain.home
+        moving = robot.legs[0].chain.free
+        shifts = spread * random.uniform(-3, 3, (3 * COUNT, home.size)) * moving
+        return finder.find(JointCoordinates(home + shifts))
+    chosen = robot.coordinate_places
+    scale = np.where(np.arange(6) < 3, finder.length, 2.0)[chosen]
+    shifts = spread * scale * random.uniform(-1, 1, (3 * COUNT, len(chosen)))
+    return finder.find(finder.home_pose[chosen] + shifts)
+
 
 _SPREAD = 0.02  # of the nominal values
 _SEED = 1911

@@ -20,16 +20,15 @@ from robostiff.kinematics.formula import (
 )
 from robostiff.model import Actuated, Robot
 from robostiff.record import Entry, Operation, Record, least
-from robostiff.recorded.bounds import lower_bound
 from robostiff.recorded.factor import Factors, factors_of
-from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
+from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
     coordinates_at_home,
     parameter_samples,
     sample_coordinates,
+    sample_postures,
     with_inputs,
 )
-from robostiff.recorded.samples import sample_postures
 from robostiff.spatial import Space
 
 # Part of `reach` below which a pose is looked at again, and the squared miss of a leg's end, as a

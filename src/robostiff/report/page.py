@@ -10,8 +10,16 @@ from robostiff.markup import Bullets, Table, Tone, block_html, element, escaped
 from robostiff.plot.extra import plot_extra
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, figures_json
-from robostiff.report.lead import Verdict, report_title, verdict_of
-from robostiff.report.section import Folded, Formula, Part, Section, SideBySide
+from robostiff.report.section import (
+    Folded,
+    Formula,
+    Part,
+    Section,
+    SideBySide,
+    Verdict,
+    report_title,
+    verdict_of,
+)
 from robostiff.report.sections import report_sections
 from robostiff.version import __version__
 

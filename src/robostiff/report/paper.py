@@ -18,8 +18,15 @@ from robostiff.plot.extra import plot_extra
 from robostiff.plot.picture import Picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure
-from robostiff.report.lead import report_title, verdict_of
-from robostiff.report.section import Folded, Formula, Part, Section, SideBySide
+from robostiff.report.section import (
+    Folded,
+    Formula,
+    Part,
+    Section,
+    SideBySide,
+    report_title,
+    verdict_of,
+)
 from robostiff.report.sections import report_sections
 from robostiff.version import __version__
 

@@ -7,19 +7,22 @@ unless a name says otherwise; SI units.
 
 from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import exact_number, is_formula
-from robostiff.spatial.frame import Frame
-from robostiff.spatial.joint_twist import cross, rotation_twist, translation_twist
-from robostiff.spatial.numbers import as_float, as_floats
-from robostiff.spatial.quantities import holds_quantities, in_si, refuse_quantities
-from robostiff.spatial.rotation import block_rotation, rotate_stiffness
-from robostiff.spatial.screw import Screw, screw_of_twist
-from robostiff.spatial.skew import skew
+from robostiff.spatial.frame import Frame, block_rotation, rotate_stiffness
+from robostiff.spatial.quantities import (
+    as_float,
+    as_floats,
+    holds_quantities,
+    in_si,
+    refuse_quantities,
+)
+from robostiff.spatial.screw import Screw, cross, rotation_twist, screw_of_twist, translation_twist
 from robostiff.spatial.space import Space
 from robostiff.spatial.transport import (
     move_compliance,
     move_stiffness,
     move_twist,
     move_wrench,
+    skew,
     twist_transport,
 )
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.analysis.maps.partition import Partition, poses_in_a_block
+from robostiff.analysis.maps.job import Partition, poses_in_a_block
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.errors import InputError
 from tests.analysis.maps.robots import loaded

@@ -12,9 +12,9 @@ from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.analysis.measures import (
     principal_stiffnesses,
     stiffness_indices,
+    symmetric_eigenvalues,
     worst_deflection,
 )
-from robostiff.analysis.principal_values import symmetric_eigenvalues
 from tests.analysis.maps.robots import loaded
 
 # Robot, coordinates, spread about home: regular, free motions, plane, arms, lower mobility.

@@ -3,8 +3,8 @@ import keyword
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.analytic.export.c_words import C_WORDS
-from robostiff.analytic.export.identifiers import Identifiers
+from robostiff.analytic.export.c_code import C_WORDS
+from robostiff.analytic.export.code_printer import Identifiers
 
 
 @given(st.lists(st.text(max_size=8), max_size=12))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import derivation_latex, derivation_markdown
-from robostiff.analytic.export.latex_math import latex_name, latex_words
+from robostiff.analytic.export.latex import latex_name, latex_words
 from tests.analytic.export.derivations import ALL
 
 

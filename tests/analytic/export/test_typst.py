@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import derivation_pdf, derivation_typst
-from robostiff.analytic.export.typst_math import typst_expression, typst_name
+from robostiff.analytic.export.typst import typst_expression, typst_name
 from robostiff.errors import InputError
 from robostiff.markup import typst_text
 from tests.analytic.export.derivations import ALL

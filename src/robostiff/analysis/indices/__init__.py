@@ -10,12 +10,14 @@ from robostiff.analysis.indices.compliance_ratio import Anisotropy, anisotropy
 from robostiff.analysis.indices.condition import ConditionNumber, condition_number
 from robostiff.analysis.indices.directional import (
     DirectionalStiffness,
+    WorstDeflection,
     directional_stiffness,
     stiffness_about_axis,
+    worst_deflection,
 )
+from robostiff.analysis.indices.metric import Eigenstiffness, eigenstiffness
 from robostiff.analysis.indices.overview import IndicesOfPoses, StiffnessIndices, indices
 from robostiff.analysis.indices.principal import PrincipalStiffness, principal_stiffness
-from robostiff.analysis.indices.scaled_eigenvalues import Eigenstiffness, eigenstiffness
 from robostiff.analysis.indices.screws import (
     CompliantAxis,
     Eigenscrews,
@@ -24,7 +26,6 @@ from robostiff.analysis.indices.screws import (
     eigenscrews,
 )
 from robostiff.analysis.indices.work_of_unit_loads import VirtualWork, virtual_work
-from robostiff.analysis.indices.worst import WorstDeflection, worst_deflection
 
 __all__ = [
     "Anisotropy",

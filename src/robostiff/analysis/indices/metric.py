@@ -1,14 +1,19 @@
-"""What makes rotations comparable with displacements: a characteristic length, or a metric."""
+"""A characteristic length or a metric, and the eigenvalues of K in it."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.free_motion import FreeMotion
+from robostiff.analysis.indices.stiffness_parts import eigenparts, stiffness_parts
 from robostiff.analysis.result import RobotStiffness
-from robostiff.elastostatics import scaling
+from robostiff.elastostatics import Status, scaling
 from robostiff.errors import InputError
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, screw_of_twist
 
 _SHORTEST = 1e-30  # [m]; the largest number there may be is its inverse
 
@@ -55,3 +60,92 @@ def checked_metric(metric: ArrayLike, size: int) -> np.ndarray:
             "metric", got=metric, expected=expected, hint="write diag(1, 1, 1, L^2, L^2, L^2)"
         )
     return symmetric
+
+
+@dataclass(frozen=True)
+class Eigenstiffness:
+    """Eigenvalues of K in a metric, and the motions that they belong to.
+
+    Attributes
+    ----------
+    values : (n,) array
+        Ascending [N/m]; exactly zero for free motions.
+    twists : (n, n) array
+        Rows; of unit size in the metric, and conjugate to one another in it and in K.
+    motions : tuple of FreeMotion
+        The same in words; those with a value of zero are free.
+    length : float or None
+        The characteristic length [m]; None where a metric was given.
+    status : Status
+    """
+
+    about: ClassVar[str] = "K x = k M x, with rotations measured in lengths"
+    unit: ClassVar[str] = "N/m"
+    values: np.ndarray
+    twists: np.ndarray
+    motions: tuple[FreeMotion, ...]
+    length: float | None
+    status: Status
+
+
+def eigenstiffness(
+    result: RobotStiffness, *, length: float | None = None, metric: ArrayLike | None = None
+) -> Eigenstiffness:
+    """Eigenvalues k of ``K x = k M x``, M = diag(1, 1, 1, L^2, L^2, L^2) unless another is given.
+
+    The eigenvalues of K itself mean nothing: its entries have four units, and metres rank its
+    directions otherwise than millimetres do. With M they are stiffnesses [N/m], but they depend on
+    M and on the reference point. A metric with a meaning is the inertia of what the platform
+    carries over its mass: then k m is the square of a natural frequency, whatever the point.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+    length : float, optional
+        The characteristic length L [m]; the robot's own at the pose when left out.
+    metric : (n, n) array-like, optional
+        M in place of a length, about the reference point, in world axes.
+
+    Raises
+    ------
+    InputError
+        For a batch, both a length and a metric, or ones that do not measure.
+    NoAnswerError
+        For a pose without a matrix.
+
+    References
+    ----------
+    Length: O. Ma, J. Angeles: Optimum architecture design of platform manipulators. ICAR 1991.
+    Normalisation by an eigenvalue problem that the inertia of the system itself provides:
+    J. Kövecses, S. Ebrahimi: Parameter analysis and normalization for the dynamics and design of
+    multibody systems. Journal of Computational and Nonlinear Dynamics 4, 2009.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> found = eigenstiffness(rs.stiffness(rs.load("gough-stewart-b")), length=0.2)
+    >>> (found.values / 1e6).round(1)
+    array([ 67.6,  67.6, 305. , 462.7, 521.5, 521.5])
+    """
+    parts = stiffness_parts(result)
+    n = parts.space.size
+    if metric is not None and length is not None:
+        raise InputError("length and metric", expected="one of them")
+    if metric is None:
+        L = index_length(result, length)
+        inverse_root = np.diag(1 / length_factors(result, L))
+    else:
+        L = None
+        inverse_root = np.linalg.inv(np.linalg.cholesky(checked_metric(metric, n)))
+    found = eigenparts(inverse_root @ parts.K @ inverse_root.T, parts.rank)
+    twists = found.directions @ inverse_root
+    motions = tuple(_in_words(result, twist) for twist in twists)
+    return Eigenstiffness(found.values, twists, motions, L, parts.status)
+
+
+def _in_words(result: RobotStiffness, twist: np.ndarray) -> FreeMotion:
+    spatial = np.zeros(6)
+    spatial[list(result.space.rows)] = twist
+    own_length = float(result.about_reference.length)
+    return FreeMotion(twist, screw_of_twist(spatial, result.reference_point, own_length))

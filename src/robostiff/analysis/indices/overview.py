@@ -12,14 +12,17 @@ from robostiff.analysis.indices.centres import Centre, centre_of_compliance, cen
 from robostiff.analysis.indices.collinear import CollinearStiffness, collinear_stiffness
 from robostiff.analysis.indices.compliance_ratio import Anisotropy, anisotropy
 from robostiff.analysis.indices.condition import ConditionNumber, condition_number
-from robostiff.analysis.indices.directional import DirectionalStiffness, directional_stiffness
-from robostiff.analysis.indices.metric import index_length
+from robostiff.analysis.indices.directional import (
+    DirectionalStiffness,
+    WorstDeflection,
+    directional_stiffness,
+    worst_deflection,
+)
+from robostiff.analysis.indices.metric import Eigenstiffness, eigenstiffness, index_length
 from robostiff.analysis.indices.principal import PrincipalStiffness, principal_stiffness
-from robostiff.analysis.indices.scaled_eigenvalues import Eigenstiffness, eigenstiffness
 from robostiff.analysis.indices.screws import Eigenscrews, eigenscrews
 from robostiff.analysis.indices.stiffness_parts import stiffness_parts
 from robostiff.analysis.indices.work_of_unit_loads import VirtualWork, virtual_work
-from robostiff.analysis.indices.worst import WorstDeflection, worst_deflection
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
 

@@ -2,12 +2,11 @@
 
 from robostiff.analysis.maps.grid import Axis, Grid
 from robostiff.analysis.maps.map import stiffness_map
-from robostiff.analysis.maps.method import Batched, Compiled
 from robostiff.analysis.maps.pose_list import PoseList
-from robostiff.analysis.maps.progress import Progress
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.random_poses import RandomPoses
-from robostiff.analysis.maps.run import Threads
+from robostiff.analysis.maps.request import Batched, Compiled
+from robostiff.analysis.maps.run import Progress, Threads
 
 __all__ = [
     "Axis",

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.analysis.checked_results import CheckedResults
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
+from robostiff.analysis.guarded_values import CheckedResults
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.variables import Variable

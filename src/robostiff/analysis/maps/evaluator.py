@@ -1,27 +1,125 @@
-"""Who computes a block of poses: the interface, and the batched numeric form behind it."""
+"""Values of a map for a block of poses: the interface, and the batched form behind it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
-from robostiff.analysis.maps.actuator_forces import actuator_forces
-from robostiff.analysis.maps.pose_batch import PoseBatch
+from robostiff.analysis.guarded_values import (
+    compliance_where_answered,
+    origin_to_reference,
+    stiffness_where_answered,
+    twists_under,
+)
+from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.maps.pose_columns import PoseColumns
-from robostiff.analysis.maps.quantities import Quantity
-from robostiff.analysis.maps.quantity_variables import map_variables
+from robostiff.analysis.maps.quantities import Quantity, map_variables
 from robostiff.analysis.maps.variables import Variable
 from robostiff.analysis.measures import (
     principal_stiffnesses,
     stiffness_indices,
     worst_deflection,
 )
+from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import Status
-from robostiff.model import Robot
+from robostiff.kinematics import find_posture, freedom_twist
+from robostiff.model import Actuated, Robot
+from robostiff.spatial import move_wrench
 from robostiff.spatial.batch import empty_batch
+
+
+class PoseBatch:
+    """What the quantities of a map are computed from, each step once.
+
+    Parameters
+    ----------
+    robot : Robot
+    columns : PoseColumns
+    poses : (N, n_coordinates) array
+        [m, rad].
+    """
+
+    def __init__(self, robot: Robot, columns: PoseColumns, poses: np.ndarray) -> None:
+        self.robot = robot
+        self.columns = columns
+        self.poses = poses
+
+    @cached_property
+    def result(self) -> RobotStiffness:
+        """Stiffness at all poses."""
+        return stiffness(self.robot, self.columns.as_pose(self.poses))
+
+    @cached_property
+    def rank(self) -> np.ndarray:
+        """Rank of K (N,); -1 where out of reach."""
+        return self.result.rank
+
+    @cached_property
+    def offset(self) -> np.ndarray:
+        """From where the answer was computed to the reference point (N, 3) or (N, 2) [m]."""
+        return origin_to_reference(self.result)
+
+    @cached_property
+    def K(self) -> np.ndarray:
+        """Stiffness matrices (N, n, n); NaN where there is none."""
+        return stiffness_where_answered(self.result)
+
+    @cached_property
+    def compliance(self) -> np.ndarray:
+        """Compliance matrices (N, n, n); NaN where there is none."""
+        return compliance_where_answered(self.result)
+
+    def moved(self, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Twist of the reference point under a wrench, and where the load drives a free motion.
+
+        The least displacement, where free motions remain that the load does not feel.
+
+        Returns
+        -------
+        twist : (N, n) array
+            [m, rad]; NaN where there is none.
+        unbalanced : (N,) array of bool
+        """
+        return twists_under(self.result, wrench)
+
+
+def actuator_forces(batch: PoseBatch, twist: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+    """Load on each actuator along its coordinate (N, actuators) [N or N m].
+
+    Of what a leg carries an actuator feels the part along its own motion.
+
+    Parameters
+    ----------
+    batch : PoseBatch
+    twist : (N, n) array
+        Of the reference point under the wrench; NaN where there is none.
+    wrench : (n,) array
+        About the reference point.
+    """
+    result = batch.result
+    known = np.isfinite(twist[:, 0])
+    whole = np.broadcast_to(wrench, (len(twist), len(wrench)))
+    loads = leg_loads(result[known], move_wrench(whole, -batch.offset)[known])
+    posture = find_posture(batch.robot, batch.columns.as_pose(batch.poses))
+    rows = list(batch.robot.space.rows)
+    columns = [
+        (i, freedom_twist(freedom, result.origin)[..., rows])
+        for i, leg in enumerate(posture.snapshot.legs)
+        for freedom in leg.freedoms
+        if isinstance(freedom.role, Actuated)
+    ]
+    out = empty_batch((len(twist),), (len(columns),))
+    out[...] = np.nan
+    if loads is not None:
+        for k, (i, column) in enumerate(columns):
+            out[known, k] = np.einsum("...i,...i->...", column[known], loads.wrenches[i])
+    return out
+
 
 # Poses at once: few enough for the cache.
 _CHUNK = 4096

@@ -1,4 +1,4 @@
-"""The work of a map, block by block: poses, selection, evaluation, summary."""
+"""The work of a map, cut into blocks: poses, selection, evaluation, summary."""
 
 from __future__ import annotations
 
@@ -10,12 +10,92 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.analysis.maps.evaluator import Evaluator
-from robostiff.analysis.maps.partition import Partition, poses_in_a_block
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.summary import MapSummary, summarize
 from robostiff.analysis.maps.variables import EXCLUDED, Variable
 from robostiff.errors import InputError
+
+# Small enough for the cache, large enough to hide the cost of a block.
+_BLOCK_BYTES = 8 * 2**20
+
+
+@dataclass(frozen=True)
+class Partition:
+    """Blocks of a map.
+
+    Whole trailing axes, a piece of one axis, single values of those before: such a block is one
+    run of poses in memory and one chunk of every array of a store.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Of the map.
+    block : tuple of int
+        Of a block; the last one along an axis may be shorter.
+
+    Examples
+    --------
+    >>> cut = Partition.of((4, 10, 3), most=12)
+    >>> cut.block, len(cut), cut.slices(1)
+    ((1, 4, 3), 12, (slice(0, 1, None), slice(4, 8, None), slice(0, 3, None)))
+    >>> cut.run(1)
+    (12, 24)
+    """
+
+    shape: tuple[int, ...]
+    block: tuple[int, ...]
+
+    @classmethod
+    def of(cls, shape: tuple[int, ...], most: int) -> Partition:
+        """The fewest blocks of at most so many poses."""
+        block = [1] * len(shape)
+        room = max(most, 1)
+        for k in reversed(range(len(shape))):
+            if shape[k] > room:
+                pieces = -(-shape[k] // room)
+                block[k] = -(-shape[k] // pieces)
+                break
+            block[k] = shape[k]
+            room //= shape[k]
+        return cls(shape, tuple(block))
+
+    @property
+    def pieces(self) -> tuple[int, ...]:
+        """How many blocks lie along each axis."""
+        return tuple(-(-n // b) for n, b in zip(self.shape, self.block, strict=True))
+
+    @property
+    def poses(self) -> int:
+        """How many poses there are."""
+        return math.prod(self.shape)
+
+    def __len__(self) -> int:
+        return math.prod(self.pieces)
+
+    def place(self, index: int) -> tuple[int, ...]:
+        """Which block along each axis."""
+        return tuple(int(i) for i in np.unravel_index(index, self.pieces))
+
+    def slices(self, index: int) -> tuple[slice, ...]:
+        """Where a block lies."""
+        starts = [i * b for i, b in zip(self.place(index), self.block, strict=True)]
+        return tuple(
+            slice(start, min(start + b, n))
+            for start, b, n in zip(starts, self.block, self.shape, strict=True)
+        )
+
+    def run(self, index: int) -> tuple[int, int]:
+        """First pose of a block in memory order, and the first after it."""
+        part = self.slices(index)
+        start = int(np.ravel_multi_index([s.start for s in part], self.shape))
+        return start, start + math.prod(s.stop - s.start for s in part)
+
+
+def poses_in_a_block(bytes_a_pose: int, most: int) -> int:
+    """How many poses make a block of about 8 MiB, and no more than `most`."""
+    return max(1, min(most, _BLOCK_BYTES // max(bytes_a_pose, 1)))
+
 
 Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 """Takes arrays of coordinates by name, one entry a pose; tells which poses to compute."""

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.maps.dataset import MapArrays, open_map
 from robostiff.analysis.maps.extra import maps_extra
 from robostiff.analysis.maps.job import Selection
-from robostiff.analysis.maps.method import Method
 from robostiff.analysis.maps.new_store import (
     already_there,
     check_identity,
@@ -24,10 +23,16 @@ from robostiff.analysis.maps.new_store import (
     create_store,
 )
 from robostiff.analysis.maps.pose_source import PoseSource
-from robostiff.analysis.maps.progress import Progress, followed
 from robostiff.analysis.maps.quantities import Quantity
-from robostiff.analysis.maps.request import MapRequest, check_memory, checked_request
-from robostiff.analysis.maps.run import Threads, dask_client, run_in_threads, run_on_dask
+from robostiff.analysis.maps.request import MapRequest, Method, check_memory, checked_request
+from robostiff.analysis.maps.run import (
+    Progress,
+    Threads,
+    dask_client,
+    followed,
+    run_in_threads,
+    run_on_dask,
+)
 from robostiff.analysis.maps.store import MapStore
 from robostiff.analysis.maps.stored import read_store
 from robostiff.analysis.maps.summary import MapSummary

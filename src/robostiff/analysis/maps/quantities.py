@@ -1,8 +1,14 @@
-"""What to compute at every pose."""
+"""Quantities of a map, and the arrays that each needs."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import Enum
+
+from robostiff.analysis.maps.pose_columns import joint_columns
+from robostiff.analysis.maps.variables import RANK, STATUS, Variable
+from robostiff.errors import InputError
+from robostiff.model import Actuated, Motion, Robot
 
 
 class Quantity(Enum):
@@ -36,3 +42,134 @@ class Quantity(Enum):
     def needs_wrench(self) -> bool:
         """Whether it is about a load."""
         return self in {Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES}
+
+
+def map_variables(robot: Robot, quantities: Iterable[Quantity]) -> tuple[Variable, ...]:
+    """The arrays of a map of a robot, rank and status last.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("3-rpr")
+    >>> [v.name for v in map_variables(robot, [Quantity.PRINCIPAL_STIFFNESS])]
+    ['translational_stiffness', 'rotational_stiffness', 'rank', 'status']
+    """
+    found: list[Variable] = []
+    for quantity in quantities:
+        found += _of(quantity, robot)
+    return (*found, RANK, STATUS)
+
+
+def actuator_labels(robot: Robot) -> tuple[tuple[str, ...], str]:
+    """``leg/joint`` of every actuated freedom, and the unit of their loads."""
+    names, motions = [], set()
+    for leg in robot.legs:
+        columns = joint_columns(leg)
+        for name, role, freedom in zip(
+            columns.names, leg.chain.roles, leg.chain.freedoms, strict=True
+        ):
+            if isinstance(role, Actuated):
+                names.append(f"{leg.name}/{name}")
+                motions.add(freedom.motion)
+    unit = {frozenset({Motion.TRANSLATION}): "N", frozenset({Motion.ROTATION}): "N m"}
+    return tuple(names), unit.get(frozenset(motions), "N or N m")
+
+
+def _of(quantity: Quantity, robot: Robot) -> list[Variable]:
+    space = robot.space
+    d, n = space.translations, space.size
+    twist = space.twist_order
+    match quantity:
+        case Quantity.STIFFNESS:
+            return [
+                Variable(
+                    "K",
+                    ("row", "column"),
+                    (n, n),
+                    "N/m, N/rad, N m/m, N m/rad",
+                    "Cartesian stiffness matrix about the reference point, world axes",
+                    dtype="float64",
+                    labels=(space.wrench_order, twist),
+                    note="units by quarter: force or moment (row) per displacement or rotation",
+                )
+            ]
+        case Quantity.PRINCIPAL_STIFFNESS:
+            return [
+                Variable(
+                    "translational_stiffness",
+                    ("principal_translation",),
+                    (d,),
+                    "N/m",
+                    "eigenvalues of the force-displacement block of K, rotations held; ascending",
+                ),
+                Variable(
+                    "rotational_stiffness",
+                    ("principal_rotation",),
+                    (n - d,),
+                    "N m/rad",
+                    "eigenvalues of the moment-rotation block of K, displacements held; ascending",
+                ),
+            ]
+        case Quantity.WORST_DEFLECTION:
+            return [
+                Variable(
+                    "worst_deflection",
+                    (),
+                    (),
+                    "m/N",
+                    "largest displacement per unit force over all directions, no moment",
+                    note="none where a force can drive a free motion",
+                )
+            ]
+        case Quantity.INDICES:
+            return [
+                Variable("smallest_eigenvalue", (), (), "N/m", "of K scaled to lengths"),
+                Variable("largest_eigenvalue", (), (), "N/m", "of K scaled to lengths"),
+                Variable("isotropy", (), (), "1", "smallest over largest eigenvalue of K, 0 to 1"),
+                Variable(
+                    "log10_determinant",
+                    (),
+                    (),
+                    "1",
+                    "log10 of the determinant of K scaled to N/m",
+                    note="none where K is singular",
+                ),
+            ]
+        case Quantity.DEFLECTION:
+            return [
+                Variable(
+                    "displacement",
+                    ("displacement_axis",),
+                    (d,),
+                    "m",
+                    "displacement of the reference point under the wrench",
+                    labels=(twist[:d],),
+                ),
+                Variable(
+                    "rotation",
+                    ("rotation_axis",),
+                    (n - d,),
+                    "rad",
+                    "rotation of the platform under the wrench",
+                    labels=(twist[d:],),
+                ),
+            ]
+        case Quantity.ACTUATOR_FORCES:
+            names, unit = actuator_labels(robot)
+            if not names:
+                raise InputError(
+                    f"actuator forces of {robot.name!r}",
+                    got="no actuated joint",
+                    expected="at least one",
+                )
+            return [
+                Variable(
+                    "actuator_force",
+                    ("actuator",),
+                    (len(names),),
+                    unit,
+                    "load on the actuator along its coordinate under the wrench",
+                    labels=(names,),
+                    note="the drive holds the opposite",
+                )
+            ]

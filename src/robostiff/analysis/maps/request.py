@@ -1,4 +1,4 @@
-"""What is asked of a map, checked before the first pose is computed."""
+"""The request for a map, checked before the first pose is computed."""
 
 from __future__ import annotations
 
@@ -16,17 +16,38 @@ from robostiff.analysis.maps.evaluator import BatchedEvaluator, Evaluator
 from robostiff.analysis.maps.fingerprint import fingerprint
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
-from robostiff.analysis.maps.method import Batched, Compiled, Method
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource, check_units
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.analysis.stiffness_at_pose import stiffness
+from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_float, as_floats
 from robostiff.version import __version__
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """By the robot's kernel, see `robostiff.compile`; unsafe poses by the batched form.
+
+    Parameters
+    ----------
+    backend : Backend
+    """
+
+    backend: Backend = Backend.BEST
+
+
+@dataclass(frozen=True)
+class Batched:
+    """By the wrench basis form on batches of poses, see `robostiff.stiffness`."""
+
+
+Method = Compiled | Batched
+
 
 _MEMORY_SHARE = 0.8
 _SAMPLED_BLOCKS = 16

@@ -1,10 +1,11 @@
-"""Who runs the blocks of a map: threads of this process, or Dask workers. All give the same."""
+"""Running the blocks of a map by threads or Dask workers, and how far they are."""
 
 from __future__ import annotations
 
 import logging
 import os
 import signal
+import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -20,6 +21,7 @@ from robostiff.errors import InputError, NoAnswerError
 
 if TYPE_CHECKING:
     from distributed import Client
+
 
 # Blocks handed out ahead of those at work, a worker: enough to never wait, few enough to stop soon.
 _AHEAD = 2
@@ -193,3 +195,65 @@ def _processors() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a map is.
+
+    Attributes
+    ----------
+    done, total : int
+        Poses.
+    resumed : int
+        Poses among those done that were there before.
+    seconds : float
+        Since the start.
+    guarded : int
+        Poses given to the batched numeric form so far.
+    """
+
+    done: int
+    total: int
+    resumed: int
+    seconds: float
+    guarded: int
+
+    @property
+    def rate(self) -> float:
+        """Poses a second.
+
+        Examples
+        --------
+        >>> Progress(done=300, total=1000, resumed=100, seconds=2.0, guarded=0).rate
+        100.0
+        """
+        return (self.done - self.resumed) / self.seconds if self.seconds > 0 else 0.0
+
+
+def followed(
+    blocks: Iterable[tuple[int, MapSummary]],
+    before: MapSummary,
+    total: int,
+    progress: Callable[[Progress], None] | None,
+) -> MapSummary:
+    """Run all blocks, tell of each, and sum up.
+
+    Parameters
+    ----------
+    blocks : iterable of (int, MapSummary)
+        Each is computed when it is asked for.
+    before : MapSummary
+        What an earlier run has done.
+    total : int
+        Poses.
+    progress : callable or None
+    """
+    started = time.monotonic()
+    summary = before
+    for _, own in blocks:
+        summary = MapSummary.total((summary, own))
+        if progress is not None:
+            seconds = time.monotonic() - started
+            progress(Progress(summary.poses, total, before.poses, seconds, summary.guarded))
+    return summary

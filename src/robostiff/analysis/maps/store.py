@@ -133,7 +133,7 @@ class MapStore:
         return index, summary
 
     def _is_whole(self, stored: StoredMap, index: int) -> bool:
-        from robostiff.analysis.maps.checked_chunks import is_sound
+        from robostiff.analysis.maps.dataset import is_sound
 
         try:
             return all(

@@ -1,24 +1,190 @@
-"""What an exported derivative says, in order."""
+"""The contents of an exported derivative or robot, in order."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
 from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.derivatives import Derivative, derivative_name
-from robostiff.analytic.export.matrix_names import MatrixName, Names
+from robostiff.analytic.export.entries import MatrixName, Names, operations
 from robostiff.analytic.export.outline import (
+    LONGEST_STAGE,
     Block,
     Equations,
     Heading,
     MatrixEquation,
     Nomenclature,
     Words,
+    WrenchSum,
+    equations,
+    matrix_equation,
+    meaning_of_result,
     outline,
+    stiffness_equation,
+    title_of,
 )
-from robostiff.analytic.export.readable import factored_matrix, readable_matrix
-from robostiff.analytic.export.robot_outline import robot_outline
-from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
+from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.errors import InputError
+from robostiff.spatial import Space
+
+_MEANINGS = {
+    "L": "length of a leg",
+    "d": "unit vector along a leg's rod",
+    "B": "joint of a leg on the platform",
+    "s": "coordinate of a slide",
+}
+
+
+def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
+    """The blocks of the derivation of a robot: its legs, their sum, and the nomenclature.
+
+    Examples
+    --------
+    >>> k = sp.Symbol("k")
+    >>> K = sp.ImmutableMatrix(sp.diag(k, 0, 0))
+    >>> wrench = sp.ImmutableMatrix([1, 0, 0])
+    >>> leg = LegDerivation("rod", ("pin",), (), ("spring",), (wrench,), (1 / k,), K)
+    >>> robot = RobotDerivation("robot", K, (), K, legs=(leg,), where="in the home configuration")
+    >>> [block.text for block in robot_outline(robot) if isinstance(block, Heading)]
+    ['Cartesian stiffness matrix robot', 'Leg 1: rod', 'Sum of the legs']
+    """
+    names = Names(derivation)
+    blocks: list[Block] = [Heading(title_of(derivation), level=1), Words(_summary(derivation))]
+    told = _named(derivation, names)
+    if told.definitions:
+        blocks += [Heading("Names for what recurs"), equations(told.definitions)]
+    words = [_in_words(leg) for leg in derivation.legs]
+    alike = len(words) > 1 and len(set(words)) == 1
+    if alike:
+        blocks += [Heading("The legs"), Words(f"Each of the {len(words)} legs: {words[0]}")]
+    for number, leg in enumerate(told.legs, start=1):
+        blocks.append(Heading(f"Leg {number}: {' '.join(leg.name.split())}"))
+        if not alike:
+            blocks.append(Words(words[number - 1]))
+        blocks += _leg(leg, number)
+    blocks += [Heading("Sum of the legs"), WrenchSum(names.result)]
+    of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
+    rest = [d for d in derivation.definitions if d.symbol not in of_legs]
+    if rest:
+        blocks.append(equations(rest))
+    blocks.append(stiffness_equation(told.K, names.result, names))
+    blocks.append(_nomenclature(derivation, names))
+    return tuple(blocks)
+
+
+@dataclass(frozen=True)
+class _Named:
+    """K and the legs in names for what recurs in them."""
+
+    K: sp.ImmutableMatrix
+    legs: tuple[LegDerivation, ...]
+    definitions: tuple[Definition, ...]
+
+
+def _named(derivation: RobotDerivation, names: Names) -> _Named:
+    """Names for K and the wrenches together, so that a name has one meaning; none in steps."""
+    K, legs = derivation.K, derivation.legs
+    if not derivation.is_closed:
+        return _Named(K, legs, ())
+    upper = [K[i, j] for i in range(K.rows) for j in range(i, K.rows)]
+    columns = [[*w, c] for leg in legs for w, c in zip(leg.wrenches, leg.compliances, strict=True)]
+    every = [*upper, *(entry for column in columns for entry in column)]
+    named = name_combinations(sp.ImmutableMatrix([every]), names.given)
+    entries = iter(named.matrix)
+    written = {(i, j): next(entries) for i in range(K.rows) for j in range(i, K.rows)}
+    found = []
+    for leg in legs:
+        own = [[next(entries) for _ in range(K.rows + 1)] for _ in leg.wrenches]
+        wrenches = tuple(sp.ImmutableMatrix(column[:-1]) for column in own)
+        compliances = tuple(column[-1] for column in own)
+        found.append(replace(leg, wrenches=wrenches, compliances=compliances))
+    matrix = sp.ImmutableMatrix(K.rows, K.rows, lambda i, j: written[min(i, j), max(i, j)])
+    return _Named(matrix, tuple(found), named.definitions)
+
+
+def _summary(derivation: RobotDerivation) -> str:
+    form = "in closed form" if derivation.is_closed else "in named steps"
+    count = len(derivation.legs)
+    legs = "one leg" if count == 1 else f"{count} legs"
+    return (
+        f"Stiffness about the reference point in world axes, {derivation.where}, {form}. Passive "
+        f"joints leave each chain the wrenches w that they transmit, made conjugate to one "
+        f"another; each meets a compliance c. The stiffness is the sum of w w^T / c over {legs}, "
+        "eq. (12)."
+    )
+
+
+def _in_words(leg: LegDerivation) -> str:
+    lines = [f"elastic are {_listed(leg.elastic)}"]
+    lines.append(f"passive are {_listed(leg.joints)}" if leg.joints else "no joint is passive")
+    if leg.redundant:
+        lines.append(f"redundant, as they add no freedom to those before: {_listed(leg.redundant)}")
+    return "; ".join(lines) + "."
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names in a sentence; the freedoms of one joint together."""
+    counts: dict[str, int] = {}
+    for name in names:
+        bare = re.sub(r"\[\d+\]$", "", name)
+        counts[bare] = counts.get(bare, 0) + 1
+    return ", ".join(
+        f"{name} ({count} freedoms)" if count > 1 else name for name, count in counts.items()
+    )
+
+
+def _leg(leg: LegDerivation, number: int) -> list[Block]:
+    """Definitions, then each wrench with the compliance that it meets."""
+    blocks: list[Block] = [equations(leg.definitions)] if leg.definitions else []
+    if not leg.wrenches:
+        return [*blocks, Words("It transmits no wrench.")]
+    several = len(leg.wrenches) > 1
+    for k, (w, c) in enumerate(zip(leg.wrenches, leg.compliances, strict=True), start=1):
+        own = f"{number}_{k}" if several else f"{number}"
+        if operations(sp.ImmutableMatrix([*w, c])) > LONGEST_STAGE:
+            blocks.append(Words(f"w_{own} is too long to be written out."))
+            continue
+        blocks.append(_vector(w, f"w_{own}"))
+        if c != sp.Symbol(f"c_{own}", real=True):
+            blocks.append(Equations(((f"c_{own}", readable(c)),)))
+    return blocks
+
+
+def _vector(column: sp.ImmutableMatrix, name: str) -> MatrixEquation:
+    row = readable_matrix(column).T
+    return matrix_equation(MatrixName(name), row, lambda _, j: f"{name}_{j + 1}")
+
+
+def _nomenclature(derivation: RobotDerivation, names: Names) -> Nomenclature:
+    wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
+    rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
+        ((names.result,), meaning_of_result(derivation)),
+        ((MatrixName("w"),), f"wrench ({wrench}) that a leg transmits"),
+        (("c",), "compliance that it meets"),
+    ]
+    defined = [d.symbol.name for d in derivation.definitions]
+    for letter, meaning in _MEANINGS.items():
+        if any(name.startswith(f"{letter}_") for name in defined):
+            rows.append(((letter,), meaning))
+    pose = tuple(name for name in derivation.coordinates if name in names.given)
+    if pose:
+        rows.append((pose, _of_pose(pose)))
+    given = tuple(name for name in names.given if name not in pose)
+    if given:
+        rows.append((given, "given"))
+    return Nomenclature(tuple(rows))
+
+
+def _of_pose(names: Sequence[str]) -> str:
+    if names[0].startswith("q"):
+        return "coordinates of the joints, in order"
+    return "pose of the platform: its point, and turns about the world's x, then y, then z"
 
 
 def outline_of(derivation: Derivation | Derivative) -> tuple[Block, ...]:

@@ -1,17 +1,237 @@
-"""A derivation as HTML, its formulas in MathML."""
+"""A derivation as HTML, its formulas in MathML.
+
+While they are put together, signs and brackets stand between the elements as plain characters;
+`mathml` turns them into operators.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+import sympy as sp
+from sympy.printing.printer import Printer
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import Display, Row, displays
-from robostiff.analytic.export.mathml_math import MATHML, mathml
-from robostiff.analytic.export.matrix_names import MatrixName
+from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays
+from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import Block, Heading, Nomenclature, Words
+from robostiff.analytic.export.products import printed_product
+from robostiff.analytic.export.symbol_names import GREEK, differential_parts, is_greek, name_parts
+from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.markup import element, escaped
+
+_GREEK = dict(zip(GREEK, "αβγδεζηθικλμνξοπρστυφχψω", strict=True))
+_FUNCTIONS = {"acos": "arccos", "asin": "arcsin", "atan": "arctan", "log": "ln"}
+_TOKEN = re.compile(r"(<[^>]+>)|([^<]+)")
+_LEAF = re.compile(r"<(mi|mn|mo|mtext)\b")
+_TIMES = "<mo>&#8290;</mo>"  # invisible
+_APPLY = "<mo>&#8289;</mo>"  # a function
+
+
+def mathml(written: str) -> str:
+    """Signs and brackets between elements as operators.
+
+    Examples
+    --------
+    >>> mathml("<mi>a</mi> - (<mn>1</mn>)")
+    '<mi>a</mi><mo>−</mo><mo>(</mo><mn>1</mn><mo>)</mo>'
+    """
+    out: list[str] = []
+    inside_leaf = False
+    for tag, text in _TOKEN.findall(written):
+        if tag:
+            out.append(tag)
+            inside_leaf = bool(_LEAF.match(tag))
+        elif inside_leaf:
+            out.append(text)
+        else:
+            signs = (sign.replace("-", "−") for sign in text if not sign.isspace())
+            out += [f"<mo>{sign}</mo>" for sign in signs]
+    return "".join(out)
+
+
+def mathml_name(name: str) -> str:
+    """Name of a symbol with its subscripts.
+
+    Examples
+    --------
+    >>> mathml_name("k_tau")
+    '<msub><mi>k</mi><mi>τ</mi></msub>'
+    """
+    return _subscripted(name, bold=False)
+
+
+def mathml_matrix_name(name: str) -> str:
+    """Name of a matrix or vector, in bold type.
+
+    Examples
+    --------
+    >>> mathml_matrix_name("K_1")
+    '<msub><mi mathvariant="normal" class="matrix">K</mi><mn>1</mn></msub>'
+    """
+    return _subscripted(name, bold=True)
+
+
+def mathml_expression(expression: sp.Expr) -> str:
+    """An expression in MathML, still with plain signs between its elements.
+
+    Examples
+    --------
+    >>> k, a = sp.symbols("k a")
+    >>> mathml(mathml_expression(-k / 3))
+    '<mo>−</mo><mfrac><mrow><mi>k</mi></mrow><mrow><mn>3</mn></mrow></mfrac>'
+    """
+    return _MathMLPrinter().doprint(expression)
+
+
+def _subscripted(name: str, *, bold: bool) -> str:
+    differential = differential_parts(name)
+    if differential is not None:
+        inner, by = differential
+        above = f"<mo>∂</mo>{_subscripted(inner, bold=bold)}"
+        return _fraction(above, f"<mo>∂</mo>{_subscripted(by, bold=False)}")
+    parts = name_parts(name)
+    letter = _word(parts.letter)
+    if bold:
+        letter = f'<mi mathvariant="normal" class="matrix">{escape(parts.letter)}</mi>'
+    if parts.primes:
+        letter = f"<msup>{letter}<mo>{'′' * parts.primes}</mo></msup>"
+    if not parts.subscripts:
+        return letter
+    below = "<mo>,</mo>".join(map(_word, parts.subscripts))
+    below = f"<mrow>{below}</mrow>" if len(parts.subscripts) > 1 else below
+    return f"<msub>{letter}{below}</msub>"
+
+
+def _word(word: str) -> str:
+    if is_greek(word):
+        letter = _GREEK[word.lower()]
+        return f"<mi>{letter if word in _GREEK else letter.upper()}</mi>"
+    if word.isdigit():
+        return f"<mn>{word}</mn>"
+    return f"<mi>{escape(word)}</mi>" if len(word) == 1 else f"<mtext>{escape(word)}</mtext>"
+
+
+def _fraction(above: str, below: str) -> str:
+    return f"<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"
+
+
+def _matrix(rows: list[list[str]]) -> str:
+    cells = ("".join(f"<mtd>{entry}</mtd>" for entry in row) for row in rows)
+    body = "".join(f"<mtr>{row}</mtr>" for row in cells)
+    return f"<mrow><mo>[</mo><mtable>{body}</mtable><mo>]</mo></mrow>"
+
+
+class _MathMLPrinter(Printer):
+    """Expressions of the vocabulary, and other functions by their name."""
+
+    printmethod = "_mathml"
+
+    def emptyPrinter(self, expr: sp.Basic) -> str:
+        if not expr.args:
+            return f"<mtext>{escape(str(expr))}</mtext>"
+        return self._function(expr)
+
+    def _function(self, expr: sp.Basic, power: str = "") -> str:
+        arguments = "<mo>,</mo>".join(self._print(argument) for argument in expr.args)
+        name = function_name(expr)
+        if name == "abs" and not power:
+            return f"<mrow><mo>|</mo>{arguments}<mo>|</mo></mrow>"
+        written = f"<mi>{escape(_FUNCTIONS.get(name or '', name or str(expr.func)))}</mi>"
+        if power:
+            written = f"<msup>{written}{power}</msup>"
+        return f"{written}{_APPLY}<mrow><mo>(</mo>{arguments}<mo>)</mo></mrow>"
+
+    def _print_Symbol(self, expr: sp.Symbol) -> str:
+        return mathml_name(expr.name)
+
+    def _print_Integer(self, expr: sp.Integer) -> str:
+        return f"-<mn>{-expr}</mn>" if expr < 0 else f"<mn>{expr}</mn>"
+
+    def _print_Float(self, expr: sp.Float) -> str:
+        mantissa, _, exponent = sp.sstr(abs(expr), full_prec=False).partition("e")
+        sign = "-" if expr < 0 else ""
+        if not exponent:
+            return f"{sign}<mn>{mantissa}</mn>"
+        power = f"<msup><mn>10</mn><mn>{exponent.replace('-', '−')}</mn></msup>"
+        return f"{sign}<mn>{mantissa}</mn><mo>·</mo>{power}"
+
+    def _print_Rational(self, expr: sp.Rational) -> str:
+        return self._product(expr)
+
+    def _print_NumberSymbol(self, expr: sp.NumberSymbol) -> str:
+        return (
+            f"<mi>{ {'pi': 'π', 'e': 'e'}.get(constant_name(expr) or '', escape(str(expr))) }</mi>"
+        )
+
+    def _print_Add(self, expr: sp.Add) -> str:
+        written = ""
+        for term in expr.as_ordered_terms():
+            text = self._print(term)
+            written += text if not written or text.startswith("-") else f"+{text}"
+        return written
+
+    def _print_Mul(self, expr: sp.Mul) -> str:
+        return self._product(expr)
+
+    def _print_Pow(self, expr: sp.Pow) -> str:
+        base: Any = expr.base
+        exponent: Any = expr.exp
+        if exponent.is_Rational and exponent.is_negative:
+            return self._product(expr)
+        if exponent == sp.Rational(1, 2):
+            return f"<msqrt>{self._print(base)}</msqrt>"
+        power = f"<mrow>{self._print(exponent)}</mrow>"
+        if exponent.is_Rational and not exponent.is_Integer:
+            power = f"<mrow><mn>{exponent.p}</mn><mo>/</mo><mn>{exponent.q}</mn></mrow>"
+        if function_name(base) not in {None, "abs", "exp"} and exponent.is_Integer:
+            return self._function(base, power)
+        bare = self._print(base)
+        plain = base.is_Symbol or (base.is_Integer and base >= 0)
+        inner = bare if plain else f"<mrow><mo>(</mo>{bare}<mo>)</mo></mrow>"
+        return f"<msup>{inner}{power}</msup>"
+
+    def _product(self, expr: sp.Expr) -> str:
+        product = printed_product(expr)
+        above = self._factors(product.above, alone=not product.below)
+        written = _fraction(above, self._factors(product.below)) if product.below else above
+        return f"-{written}" if product.negative else written
+
+    def _factors(self, factors: tuple[sp.Expr, ...], *, alone: bool = False) -> str:
+        if len(factors) == 1 and not alone:
+            return self._print(factors[0])
+        written = ""
+        for factor in factors:
+            text = self._print(factor)
+            if factor.is_Add or text.startswith("-"):
+                text = f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
+            between = "<mo>·</mo>" if text.startswith("<mn>") else _TIMES
+            written += (between if written else "") + text
+        return written or "<mn>1</mn>"
+
+
+MATHML = MathLanguage(
+    breaks=Breaks(
+        mathml_expression,
+        '<mo stretchy="false">(</mo>',
+        '<mo stretchy="false">)</mo>',
+        "<mo>/</mo>",
+        "<msup><mrow></mrow><mrow>{}</mrow></msup>",
+    ),
+    name=mathml_name,
+    matrix_name=mathml_matrix_name,
+    matrix=_matrix,
+    fraction=_fraction,
+    transposed='<msup><mrow></mrow><mi mathvariant="normal">T</mi></msup>',
+    total="<mo>∑</mo>",
+)
+
 
 _ROOM = 95.0
 _PAGE_STYLE = """\

@@ -1,27 +1,113 @@
-"""A derivation as JSON data, and back without loss."""
+"""A derivation and its legs as JSON data, and back without loss."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Protocol
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation, Stage
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import entries, rows, symbols_of
-from robostiff.analytic.export.json_expression import TreeReader, expression_tree
-from robostiff.analytic.export.json_legs import LEG_KEYS, leg_data, leg_from_data, texts
-from robostiff.analytic.export.json_shown import shown
-from robostiff.analytic.export.json_symbols import read_symbols, symbol_data
-from robostiff.analytic.robot_derivation import Condition, RobotDerivation
+from robostiff.analytic.export.json_expression import (
+    TreeReader,
+    expression_tree,
+    read_symbols,
+    shown,
+    symbol_data,
+)
+from robostiff.analytic.robot_derivation import Condition, LegDerivation, RobotDerivation
 from robostiff.errors import InputError
 from robostiff.spatial import Space
+
+LEG_KEYS = (
+    "name",
+    "joints",
+    "redundant",
+    "elastic",
+    "wrenches",
+    "compliances",
+    "K",
+    "definitions",
+)
+
 
 _VERSION = 1
 _ROBOT_KEYS = ("legs", "where", "coordinates", "following", "conditions")
 _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
+
+
+class PartReader(Protocol):
+    """What reads matrices, columns, expressions and definitions of one size."""
+
+    def matrix(self, data: Any) -> sp.ImmutableMatrix:
+        """An (n, n) matrix."""
+        ...
+
+    def column(self, data: Any) -> sp.ImmutableMatrix:
+        """An (n, 1) column."""
+        ...
+
+    def expression(self, data: Any) -> Any:
+        """An expression."""
+        ...
+
+    def definitions(self, data: Any) -> tuple[Definition, ...]:
+        """Definitions in order."""
+        ...
+
+
+def leg_data(
+    leg: LegDerivation, definitions_data: Callable[[Sequence[Definition]], Any]
+) -> dict[str, Any]:
+    """A leg as plain data."""
+    return {
+        "name": leg.name,
+        "joints": list(leg.joints),
+        "redundant": list(leg.redundant),
+        "elastic": list(leg.elastic),
+        "wrenches": [[expression_tree(x) for x in entries(w)] for w in leg.wrenches],
+        "compliances": [expression_tree(c) for c in leg.compliances],
+        "K": None if leg.K is None else [[expression_tree(x) for x in row] for row in rows(leg.K)],
+        "definitions": definitions_data(leg.definitions),
+    }
+
+
+def leg_from_data(data: dict[str, Any], reader: PartReader) -> LegDerivation:
+    """Read a leg, its keys checked before.
+
+    Raises
+    ------
+    InputError
+        When something in it is not what `leg_data` writes.
+    """
+    wrenches = tuple(reader.column(w) for w in _list(data["wrenches"], "wrenches"))
+    compliances = tuple(reader.expression(c) for c in _list(data["compliances"], "compliances"))
+    if len(wrenches) != len(compliances):
+        raise InputError(
+            "compliances of a leg", got=len(compliances), expected=f"one a wrench: {len(wrenches)}"
+        )
+    return LegDerivation(
+        name=texts([data["name"]], "name of a leg")[0],
+        joints=texts(data["joints"], "joints"),
+        redundant=texts(data["redundant"], "redundant joints"),
+        elastic=texts(data["elastic"], "elastic parts"),
+        wrenches=wrenches,
+        compliances=compliances,
+        K=None if data["K"] is None else reader.matrix(data["K"]),
+        definitions=reader.definitions(data["definitions"]),
+    )
+
+
+def texts(data: Any, what: str) -> tuple[str, ...]:
+    """A list of short texts."""
+    found = _list(data, what)
+    for text in found:
+        if not isinstance(text, str) or len(text) > _MOST_CHARACTERS:
+            raise InputError(what, got=shown(text), expected="texts")
+    return tuple(found)
 
 
 def derivation_data(derivation: Derivation) -> dict[str, Any]:

@@ -8,8 +8,7 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import Derivative
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, displays
-from robostiff.analytic.export.latex import aligned_rows, listed_names
-from robostiff.analytic.export.latex_math import LATEX
+from robostiff.analytic.export.latex import LATEX, aligned_rows, listed_names
 from robostiff.analytic.export.outline import Block, Heading, Nomenclature, Words
 
 _ROOM = 70.0

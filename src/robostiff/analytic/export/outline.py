@@ -9,8 +9,7 @@ import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
-from robostiff.analytic.export.entries import operations
-from robostiff.analytic.export.matrix_names import MatrixName, Names
+from robostiff.analytic.export.entries import MatrixName, Names, operations
 from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
 from robostiff.errors import printable
 from robostiff.spatial import Space

@@ -10,9 +10,8 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import Derivative
-from robostiff.analytic.export.code_printer import CodePrinter
+from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
 from robostiff.analytic.export.entries import rows
-from robostiff.analytic.export.identifiers import Identifiers, ascii_identifier
 from robostiff.analytic.export.program import Program, program
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError

@@ -6,10 +6,9 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import Derivative
-from robostiff.analytic.export.breakout import displayed
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.entries import entries, rows
-from robostiff.analytic.export.matrix_names import MatrixName
+from robostiff.analytic.export.displays import displayed
+from robostiff.analytic.export.entries import MatrixName, entries, rows
 from robostiff.analytic.export.outline import (
     Block,
     Equations,

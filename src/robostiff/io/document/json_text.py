@@ -11,8 +11,7 @@ from robostiff.errors import FileError, Location
 from robostiff.io.document.build import Builder
 from robostiff.io.document.document import Mark
 from robostiff.io.document.limits import Limits
-from robostiff.io.document.yaml_errors import line_and_column
-from robostiff.io.document.yaml_text import integer
+from robostiff.io.document.yaml_text import integer, line_and_column
 
 # a string (perhaps not closed), a bracket, a comma, a colon, or a run of anything else
 _PIECE = re.compile(r'"(?:[^"\\]++|\\.)*+(?:"|\\?\Z)|[\[\]{},:]|[^\s"\[\]{},:]++', re.DOTALL)

@@ -11,8 +11,7 @@ from robostiff.errors import InputError
 from robostiff.io.expression import functions
 from robostiff.io.expression.functions import FLOATS, OPERATORS, Mathematics, Refusal
 from robostiff.io.expression.nodes import Call, Chain, Literal, Name, Negative, Node, Power
-from robostiff.io.expression.parser import parse_tree
-from robostiff.io.expression.tokens import error_at
+from robostiff.io.expression.parser import error_at, parse_tree
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import describe, is_quantity, make_quantity
 

@@ -1,16 +1,64 @@
-"""The equality constraints of a MuJoCo model as loops, and as joints that follow others."""
+"""Equality constraints of MuJoCo as loops, and as joints that follow others; frames and names."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, Location
 from robostiff.io.mjcf.compiled import CompiledModel
-from robostiff.io.mjcf.frames import frame_of
-from robostiff.io.mjcf.names import Names
 from robostiff.io.rigid_tree.tree import JointType, Mimic, TreeLoop
 from robostiff.io.suggest import Words
 from robostiff.spatial import Frame
+
+
+def frame_of(position: np.ndarray, quaternion: np.ndarray) -> Frame:
+    """Frame from a position and a quaternion (w, x, y, z).
+
+    Examples
+    --------
+    >>> frame_of(np.zeros(3), np.array([0.0, 0, 0, 1])).R @ [1, 0, 0]
+    array([-1.,  0.,  0.])
+    """
+    w, x, y, z = (float(part) for part in quaternion)
+    return Frame(Rotation.from_quat([x, y, z, w]).as_matrix(), np.array(position, dtype=float))
+
+
+class Names:
+    """A name for every body, site and joint; those without one are numbered.
+
+    Bodies and sites both become links, so that a site called like a body is ``NAME site``.
+
+    Attributes
+    ----------
+    bodies, sites, joints : list of str
+    """
+
+    def __init__(self, model: CompiledModel) -> None:
+        links: set[str] = set()
+        self.bodies = [_name(own, f"body{i}", links) for i, own in enumerate(model.bodies)]
+        self.sites = [
+            _name(own, f"site{i + 1}", links, " site") for i, own in enumerate(model.sites)
+        ]
+        joints: set[str] = set()
+        self.joints = [
+            _name(own, self._unnamed(model, i), joints) for i, own in enumerate(model.joints)
+        ]
+
+    def _unnamed(self, model: CompiledModel, joint: int) -> str:
+        return f"joint of {self.bodies[int(model.jnt_bodyid[joint])]}"
+
+
+def _name(own: str, otherwise: str, taken: set[str], ending: str = "") -> str:
+    wanted = own or otherwise
+    if wanted in taken:
+        wanted += ending
+    name, number = wanted, 2
+    while name in taken:
+        name, number = f"{wanted} {number}", number + 1
+    taken.add(name)
+    return name
+
 
 _CONNECT, _WELD, _JOINT = range(3)
 _SITE = 6  # mjOBJ_SITE

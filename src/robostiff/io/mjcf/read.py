@@ -8,9 +8,7 @@ import numpy as np
 
 from robostiff.errors import Location
 from robostiff.io.mjcf.compiled import CompiledModel, compiled_model
-from robostiff.io.mjcf.frames import frame_of
-from robostiff.io.mjcf.loops import read_equalities
-from robostiff.io.mjcf.names import Names
+from robostiff.io.mjcf.loops import Names, frame_of, read_equalities
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.units import Dimension

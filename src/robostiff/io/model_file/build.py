@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from robostiff.io.document import Document
 from robostiff.io.expression import exact_mathematics
-from robostiff.io.model_file.build_leg import build_legs
+from robostiff.io.model_file.build_chain import build_legs
 from robostiff.io.model_file.build_platform import attached, build_platform, check_platform
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place, top_place

@@ -11,13 +11,13 @@ from robostiff.io.document import Document
 from robostiff.io.model_file.build_copies import named_copies
 from robostiff.io.model_file.geometry import point, transform, vector
 from robostiff.io.model_file.place import Place, top_place
-from robostiff.io.model_file.written_cables import (
+from robostiff.io.model_file.written_robot import (
+    VERSION,
     WrittenCableBody,
     WrittenCableRobot,
     WrittenTensions,
     WrittenWeight,
 )
-from robostiff.io.model_file.written_robot import VERSION
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate

@@ -1,4 +1,4 @@
-"""From a written chain, parallel blocks included, to a chain of the model."""
+"""Chains and legs of the model from those of a file, parallel blocks and copies included."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from robostiff.io.model_file.build_link import (
     build_spring,
     build_telescope,
 )
+from robostiff.io.model_file.build_platform import build_attachment
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
@@ -28,7 +29,9 @@ from robostiff.io.model_file.written_elements import (
     WrittenSpring,
     WrittenTelescope,
 )
-from robostiff.model import Branch, Chain, Element, ParallelBlock, parallelogram
+from robostiff.io.model_file.written_robot import WrittenLeg, WrittenLegBody, WrittenPattern
+from robostiff.io.suggest import Words
+from robostiff.model import Branch, Chain, Elbow, Element, Leg, ParallelBlock, parallelogram
 
 _MOST_PARTS = 1000
 _MOST_ELEMENTS = 200
@@ -144,3 +147,36 @@ def _element_names(place: Place, chain: list[WrittenElement]) -> list[str]:
             name = f"{element.type}{count[element.type]}"
         names.append(name)
     return names
+
+
+MOST_LEGS = 200
+
+
+def build_legs(
+    place: Place, written: list[WrittenLeg | WrittenPattern] | WrittenPattern, stock: Stock
+) -> list[tuple[Place, Leg]]:
+    """The legs that are written at a place, each with its own place."""
+    if isinstance(written, WrittenPattern):
+        parts = [(place, written)]
+    else:
+        parts = [(place / i, part) for i, part in enumerate(written)]
+    built: dict[str, tuple[Place, Leg]] = {}
+    for where, part in parts:
+        for name, named_at, here in named_copies(where, part):
+            if name in built:
+                raise named_at.error("name of a leg", got=name, expected="each name once")
+            if len(built) == MOST_LEGS:
+                raise here.error(
+                    "legs", got=Words(f"more than {MOST_LEGS}"), expected=f"at most {MOST_LEGS}"
+                )
+            built[name] = here, build_leg(here, part, name, stock)
+    return list(built.values())
+
+
+def build_leg(place: Place, written: WrittenLegBody, name: str, stock: Stock) -> Leg:
+    """The leg that is written at a place."""
+    chain = build_chain(place / "chain", written.chain, stock)
+    base = transform(place / "base", written.base)
+    attachment, node = build_attachment(place / "platform", written.platform)
+    with (place / "chain").complaints():
+        return Leg(name, base, chain, attachment, Elbow(written.elbow), node)

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from robostiff.io.expression import ParameterError, Parameters
 from robostiff.io.model_file.place import Place
-from robostiff.io.model_file.written_repeat import WrittenCopy, WrittenCount, WrittenRepeat
+from robostiff.io.model_file.written_parts import WrittenCopy, WrittenCount, WrittenRepeat
 from robostiff.io.suggest import Words
 
 

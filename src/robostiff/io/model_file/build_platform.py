@@ -12,7 +12,7 @@ from robostiff.io.model_file.build_link import build_elasticity
 from robostiff.io.model_file.geometry import axes_of, direction, point, rotation, transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock, read_theory
-from robostiff.io.model_file.written_platform import (
+from robostiff.io.model_file.written_elements import (
     WrittenAttachment,
     WrittenMember,
     WrittenPlatform,

@@ -1,4 +1,4 @@
-"""How the elements of a chain are written in a model file."""
+"""Elements of a chain and flexible platforms as written in a model file."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ from robostiff.io.model_file.written_parts import (
     Vector,
     Written,
     WrittenFrame,
+    WrittenRepeat,
     WrittenRotation,
+    list_or_mapping,
+    one_or_pattern,
 )
-from robostiff.io.model_file.written_repeat import WrittenRepeat, list_or_mapping, one_or_pattern
 
 _Six = Annotated[list[Any], MinLen(6), MaxLen(6)]
 _Name = Annotated[str, Field(min_length=1)]
@@ -229,3 +231,53 @@ for _holder in (
     WrittenParallel,
 ):
     _holder.model_rebuild(force=True)
+
+
+_Node = Annotated[str, Field(min_length=1)]
+_Between = Annotated[list[_Node], Field(min_length=2, max_length=2)]
+
+
+class WrittenAttachment(WrittenFrame):
+    """Where a leg meets the platform: a frame of it, or a node of a platform that bends."""
+
+    node: _Node | None = None
+
+
+class WrittenMember(Written):
+    """A rigid member of a platform."""
+
+    name: _Node | None = None
+    between: _Between = Field(description="the two nodes that it connects")
+
+
+class WrittenPlatformBeam(WrittenMember):
+    """A beam of a platform."""
+
+    material: MaterialChoice = Field(description="a name, such as steel")
+    section: SectionChoice = Field(description="a name, or {circle: {diameter: 20 mm}}")
+    y_axis: Direction | None = None
+    theory: Theory = "euler-bernoulli"
+
+
+class WrittenPlatformSpring(WrittenMatrices):
+    """A spring of a platform, of its second node against its first."""
+
+    name: _Node | None = None
+    between: _Between = Field(description="the two nodes that it connects")
+    at: Vector | None = None
+
+
+class WrittenPlatform(Written):
+    """A platform that bends."""
+
+    nodes: Annotated[dict[_Node, Vector], Field(min_length=2)] = Field(
+        description="names and places, such as {hub: [0, 0, 0], rim: [r, 0, 0]}"
+    )
+    beams: list[WrittenPlatformBeam] = Field(default_factory=list)
+    springs: list[WrittenPlatformSpring] = Field(default_factory=list)
+    rigid: list[WrittenMember] = Field(default_factory=list)
+    tool: _Node = Field(description="the node that carries the reference point")
+    legs: dict[str, _Node] = Field(
+        default_factory=dict,
+        description="the node that holds each leg, where the place of its end does not tell",
+    )

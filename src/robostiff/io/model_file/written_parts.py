@@ -1,4 +1,4 @@
-"""How values, frames, materials and cross-sections are written in a model file."""
+"""Heads, copies, values, frames, materials and cross-sections as written in a model file."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pydantic import (
     Discriminator,
     Field,
     PlainValidator,
+    StringConstraints,
     Tag,
     WithJsonSchema,
 )
@@ -165,3 +166,50 @@ SectionChoice = Annotated[
     Discriminator(_name_or_mapping),
 ]
 Theory = Literal["euler-bernoulli", "timoshenko"]
+
+
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+
+
+class WrittenCount(Written):
+    """Numbered copies: the variable is 1, 2, ... and the name has the same number."""
+
+    count: Annotated[int, Field(ge=1, le=1000)] = Field(description="how many copies there are")
+    variable: Text = Field(description="the name of the variable that numbers the copies")
+    name: Text | None = None
+
+
+WrittenCopy = dict[str, Value]
+"""The name of a copy and the values of its variables."""
+
+
+def list_or_mapping(value: Any) -> str:
+    """Which of the two a value is; for several of something, or one with ``repeat``."""
+    return "list" if isinstance(value, list) else "mapping"
+
+
+def one_or_pattern(value: Any) -> str:
+    """Whether a mapping has the key ``repeat``."""
+    return "pattern" if isinstance(value, dict) and "repeat" in value else "one"
+
+
+class WrittenRepeat(Written):
+    """What makes several of one: the copies, and the variables that differ."""
+
+    repeat: Annotated[
+        Annotated[list[WrittenCopy], Tag("list"), Field(min_length=1)]
+        | Annotated[WrittenCount, Tag("mapping")],
+        Discriminator(list_or_mapping),
+    ] = Field(description="a list of copies, such as {name: leg1, phi: 0 deg}, or a count")
+    let: dict[str, Value] = Field(default_factory=dict)
+
+
+class WrittenHead(Written):
+    """What a robot is called, where it comes from, and its parameters."""
+
+    robostiff: Literal[1]
+    name: Text = Field(description="what the robot is called")
+    title: str = ""
+    source: Text = Field(description="where the numbers come from, in a sentence")
+    notes: str = ""
+    parameters: dict[str, Value] = Field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""How robots and legs are written in a model file."""
+"""Robots, legs and cable robots as written in a model file."""
 
 from __future__ import annotations
 
@@ -6,19 +6,21 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from robostiff.io.model_file.written_elements import WrittenElement
-from robostiff.io.model_file.written_head import WrittenHead
+from robostiff.io.model_file.written_elements import (
+    WrittenAttachment,
+    WrittenElement,
+    WrittenPlatform,
+)
 from robostiff.io.model_file.written_parts import (
+    Text,
+    Value,
     Vector,
     Written,
     WrittenFrame,
+    WrittenHead,
     WrittenMaterial,
-    WrittenSection,
-)
-from robostiff.io.model_file.written_platform import WrittenAttachment, WrittenPlatform
-from robostiff.io.model_file.written_repeat import (
-    Text,
     WrittenRepeat,
+    WrittenSection,
     list_or_mapping,
     one_or_pattern,
 )
@@ -71,3 +73,64 @@ class WrittenRobot(WrittenHead):
     reference_point: Vector | None = None
     platform: WrittenPlatform | None = None
     legs: WrittenLegs = Field(description="a list of legs, or one leg with repeat:")
+
+
+class WrittenCableBody(Written):
+    """What a cable and the template of repeated cables have in common."""
+
+    exit: Vector = Field(description="where the cable leaves the base, in the world")
+    platform: Vector = Field(description="where it meets the platform, in the platform frame")
+    EA: Value | None = None
+    guide_length: Value = 0
+    winch_stiffness: Value | None = None
+    least_tension: Value | None = None
+    greatest_tension: Value | None = None
+    tension: Value | None = None
+
+
+class WrittenCable(WrittenCableBody):
+    """One cable."""
+
+    name: Text = Field(description="what the cable is called")
+
+
+class WrittenCablePattern(WrittenCableBody, WrittenRepeat):
+    """A cable, and what differs from copy to copy."""
+
+
+_CableOrPattern = Annotated[
+    Annotated[WrittenCable, Tag("one")] | Annotated[WrittenCablePattern, Tag("pattern")],
+    Discriminator(one_or_pattern),
+]
+
+WrittenCables = Annotated[
+    Annotated[list[_CableOrPattern], Tag("list"), Field(min_length=1)]
+    | Annotated[WrittenCablePattern, Tag("mapping")],
+    Discriminator(list_or_mapping),
+]
+
+
+class WrittenWeight(Written):
+    """A force of constant direction in the world, at a point of the platform."""
+
+    force: Vector
+    at: Vector | None = None
+
+
+class WrittenTensions(Written):
+    """Limits of the tension of every cable that has none of its own, and the aim between them."""
+
+    least: Value = 0
+    greatest: Value | None = None
+    level: Value = 0
+
+
+class WrittenCableRobot(WrittenHead):
+    """A whole model file of a cable robot."""
+
+    planar: bool = False
+    home: WrittenFrame = Field(description="the pose of the platform, such as {at: [0, 0, 2 m]}")
+    reference_point: Vector | None = None
+    weight: WrittenWeight | None = None
+    tensions: WrittenTensions = WrittenTensions()
+    cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")

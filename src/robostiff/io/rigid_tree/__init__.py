@@ -4,8 +4,7 @@
 ``build*`` make linkages of both, ``load`` is the way in.
 """
 
-from robostiff.io.rigid_tree.load import linkage_of_tree, robot_of_tree
-from robostiff.io.rigid_tree.side_file import read_side
+from robostiff.io.rigid_tree.load import linkage_of_tree, read_side, robot_of_tree
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, TreeLoop
 
 __all__ = [

@@ -23,6 +23,7 @@ from robostiff.io.model_file.written_parts import (
     MaterialChoice,
     Pair,
     SectionChoice,
+    Text,
     Theory,
     Value,
     Vector,
@@ -31,7 +32,6 @@ from robostiff.io.model_file.written_parts import (
     WrittenMaterial,
     WrittenSection,
 )
-from robostiff.io.model_file.written_repeat import Text
 
 _LINK = "the name of a link"
 

@@ -8,8 +8,7 @@ from robostiff.io.snapshot.read import (
 )
 from robostiff.io.snapshot.read_graph import network_from_document, read_network
 from robostiff.io.snapshot.schema import network_schema, snapshot_schema
-from robostiff.io.snapshot.write import snapshot_to_data
-from robostiff.io.snapshot.write_graph import network_to_data
+from robostiff.io.snapshot.write import network_to_data, snapshot_to_data
 
 __all__ = [
     "is_graph",

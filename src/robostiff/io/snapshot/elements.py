@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -18,22 +21,68 @@ from robostiff.elasticity import (
     elasticity_from_compliance,
     elasticity_from_stiffness,
 )
-from robostiff.errors import warn_of_slip
+from robostiff.errors import FileError, InputError, warn_of_slip
+from robostiff.io._problem import part
+from robostiff.io.document import Document
 from robostiff.io.plausibility import question
 from robostiff.io.snapshot.format import (
     BeamData,
     BeamPart,
     ElementPart,
+    FreedomPart,
     PassivePart,
     Spring6Data,
     Spring6Part,
     SpringPart,
 )
-from robostiff.io.snapshot.graph_format import FreedomPart
-from robostiff.io.snapshot.place import Place
 from robostiff.io.units import Dimension
 from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedSpring, Role, beam_axes
 from robostiff.model.checks import rotation_matrix, unit_vector
+
+
+@dataclass(frozen=True)
+class Place:
+    """A path in a document."""
+
+    document: Document
+    path: tuple[str | int, ...] = ()
+
+    def at(self, *steps: str | int) -> Place:
+        """A place further down."""
+        return Place(self.document, (*self.path, *steps))
+
+    @property
+    def value(self) -> Any:
+        """What the document says here."""
+        return part(self.document.data, self.path)
+
+    def error(
+        self,
+        subject: str,
+        *,
+        got: Any = None,
+        expected: str | None = None,
+        hint: str | None = None,
+    ) -> FileError:
+        """A complaint about what is here."""
+        location = self.document.location(self.path)
+        return FileError(location, subject, got=got, expected=expected, hint=hint)
+
+    @contextmanager
+    def to_blame(self) -> Iterator[None]:
+        """Any complaint inside becomes one about this place; overflow is left to the checks."""
+        try:
+            with np.errstate(all="ignore"):
+                yield
+        except FileError:
+            raise
+        except InputError as error:
+            # As the file has it, not as it was when it had become an array.
+            got = self.value if isinstance(error.got, (list, np.ndarray)) else error.got
+            raise self.error(
+                error.subject, got=got, expected=error.expected, hint=error.hint
+            ) from None
+
 
 # Part of a beam's length by which the axis of a joint may miss it, with a rigid part between.
 _FAR = 0.5

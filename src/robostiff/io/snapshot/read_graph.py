@@ -9,8 +9,8 @@ from typing import TypeVar
 import numpy as np
 
 from robostiff.io.document import Document, read_document
-from robostiff.io.snapshot.elements import placed_beam, placed_freedom, placed_spring6
-from robostiff.io.snapshot.graph_format import (
+from robostiff.io.snapshot.elements import Place, placed_beam, placed_freedom, placed_spring6
+from robostiff.io.snapshot.format import (
     BeamBetween,
     BetweenPart,
     GraphPart,
@@ -18,7 +18,6 @@ from robostiff.io.snapshot.graph_format import (
     NetworkFile,
     SpringBetween,
 )
-from robostiff.io.snapshot.place import Place
 from robostiff.io.snapshot.read import refuse_twins
 from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.validation import validate

@@ -7,8 +7,7 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from robostiff.io.snapshot.format import FileHead, SnapshotFile
-from robostiff.io.snapshot.graph_format import NetworkFile
+from robostiff.io.snapshot.format import FileHead, NetworkFile, SnapshotFile
 
 
 class _WithoutFieldTitles(GenerateJsonSchema):

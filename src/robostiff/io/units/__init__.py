@@ -5,6 +5,7 @@ from robostiff.io.units.dimension import (
     describe,
     is_bare,
     is_number,
+    parse_quantities,
     same_dimension,
     to_si,
 )
@@ -18,7 +19,6 @@ from robostiff.io.units.registry import (
     make_unit,
     own_quantity,
 )
-from robostiff.io.units.row import parse_quantities
 from robostiff.io.units.text import parse_quantity, read_unit
 
 __all__ = [

@@ -25,9 +25,8 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
     pose_of_end,
 )
-from robostiff.kinematics.closure.rod import Rod, recognise_rod
+from robostiff.kinematics.closure.rod import Rod, SlidingRod, recognise_rod, recognise_sliding_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
-from robostiff.kinematics.closure.sliding_rod import SlidingRod, recognise_sliding_rod
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import Loop, place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn

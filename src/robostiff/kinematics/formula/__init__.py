@@ -1,8 +1,6 @@
 """Legs in the world as formulas on recorded entries: closure and placement without angles."""
 
-from robostiff.kinematics.formula.joints import place_leg_at_joints
 from robostiff.kinematics.formula.place import place_leg
-from robostiff.kinematics.formula.placed import PlacedFormula
-from robostiff.kinematics.formula.pose import FormulaPose
+from robostiff.kinematics.formula.placed import FormulaPose, PlacedFormula, place_leg_at_joints
 
 __all__ = ["FormulaPose", "PlacedFormula", "place_leg", "place_leg_at_joints"]

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.formula.body import Body, direction_across
-from robostiff.kinematics.formula.tidy import size_of, tidied_point
+from robostiff.kinematics.formula.body import Body, direction_across, size_of, tidied_point
 from robostiff.kinematics.frames import Loop, PlacedChain, telescopic_elasticity
-from robostiff.kinematics.turn_of_entries import Turn
+from robostiff.kinematics.turn import Turn
 from robostiff.model import (
     Chain,
     Joint,

@@ -14,17 +14,38 @@ from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.rod import Rod
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
 from robostiff.kinematics.closure.strut import Strut
-from robostiff.kinematics.formula.body import Body, constant_cosine, direction_across
+from robostiff.kinematics.formula.body import (
+    Body,
+    constant_cosine,
+    direction_across,
+    size_of,
+    tidied,
+    tidied_point,
+)
 from robostiff.kinematics.formula.drive import driven_by_crank, driven_by_slide
 from robostiff.kinematics.formula.layout import Layout, Stretch
-from robostiff.kinematics.formula.names import named
-from robostiff.kinematics.formula.placed import PlacedFormula
-from robostiff.kinematics.formula.pose import FormulaPose
+from robostiff.kinematics.formula.placed import FormulaPose, PlacedFormula
 from robostiff.kinematics.formula.rod_ends import PlacedRod, RodEnds, placed_rod
-from robostiff.kinematics.formula.tidy import size_of, tidied, tidied_point
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.model import Actuated, Chain, Leg, Passive, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, is_one, is_zero, square_root
+
+
+def named(value: Any, name: str) -> Any:
+    """The same entry, or vector of entries, with a name; the components get _x, _y and _z.
+
+    Parameters
+    ----------
+    value : Entry, number or (3,) array of them
+    name : str
+    """
+    if isinstance(value, np.ndarray):
+        for component, axis in zip(value, "xyz", strict=True):
+            named(component, f"{name}_{axis}")
+    elif isinstance(value, Entry):
+        value.named(name)
+    return value
+
 
 _VANISHES = 1e-20  # a square beside 1
 

@@ -1,4 +1,4 @@
-"""A leg in the world as formulas."""
+"""A leg in the world as formulas, and legs whose coordinates are inputs."""
 
 from __future__ import annotations
 
@@ -6,8 +6,40 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from robostiff.kinematics.formula.pose import FormulaPose
-from robostiff.model import PlacedLeg
+import numpy as np
+
+from robostiff.kinematics.formula.body import tidied, tidied_point
+from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.turn import turn_by_vector_of_entries
+from robostiff.model import Leg, PlacedLeg, Telescope
+from robostiff.record import Entry
+
+
+@dataclass(frozen=True)
+class FormulaPose:
+    """A pose of the platform in the world.
+
+    Attributes
+    ----------
+    R : (3, 3) array of entries and numbers
+    p : (3,) array of entries and numbers
+        [m].
+    """
+
+    R: np.ndarray
+    p: np.ndarray
+
+    @classmethod
+    def of_coordinates(cls, coordinates: np.ndarray) -> FormulaPose:
+        """The pose of x, y, z and a rotation vector (6,) [m, rad], entries or numbers.
+
+        Examples
+        --------
+        >>> FormulaPose.of_coordinates(np.array([0.5, 0, 0, 0, 0, 0])).p.tolist()
+        [0.5, 0.0, 0.0]
+        """
+        six = np.array(coordinates, dtype=object)
+        return cls(turn_by_vector_of_entries(six[3:]), six[:3])
 
 
 @dataclass(frozen=True)
@@ -37,3 +69,31 @@ class PlacedFormula:
     coordinate: Callable[[int], Any]
     platform: FormulaPose
     losses: tuple[Any, ...] = ()
+
+
+def place_leg_at_joints(leg: Leg, q: np.ndarray) -> PlacedFormula:
+    """Record a leg at recorded coordinates, eq. (5); it has no gap.
+
+    Parameters
+    ----------
+    leg : Leg
+        Of floats or recorded entries.
+    q : (size,) array of entries and numbers
+        Leg coordinates [m, rad].
+    """
+    q = np.array(q, dtype=object)
+    placed = place_chain(leg.chain, q, tidied(leg.base.R), tidied_point(leg.base.p))
+    R = placed.R @ np.array(leg.attachment.R, dtype=object).T
+    lengths = [
+        beam.fixed + beam.share * q[where.start]
+        for element, where in leg.chain.moving
+        if isinstance(element, Telescope)
+        for beam in element.beams
+    ]
+    return PlacedFormula(
+        leg=PlacedLeg(leg.name, placed.elements, placed.p),
+        gap=(),
+        lengths=tuple(length for length in lengths if isinstance(length, Entry)),
+        coordinate=lambda place: q[place],
+        platform=FormulaPose(R, placed.p - R @ np.array(leg.attachment.p, dtype=object)),
+    )

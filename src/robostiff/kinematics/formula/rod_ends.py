@@ -9,10 +9,9 @@ import numpy as np
 
 from robostiff.kinematics.closure.assembly import Mode
 from robostiff.kinematics.closure.skeleton import Cluster
-from robostiff.kinematics.formula.aim import aim, coordinate_axis_along, shortest_turn_of
-from robostiff.kinematics.formula.body import Body, body_of_directions, constant_cosine
-from robostiff.kinematics.formula.tidy import tidied
-from robostiff.kinematics.turn_of_entries import Turn, turn_by_vector_of_entries
+from robostiff.kinematics.formula.body import Body, body_of_directions, constant_cosine, tidied
+from robostiff.kinematics.formula.drive import aim, coordinate_axis_along, shortest_turn_of
+from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
 from robostiff.record import is_zero
 from robostiff.spatial import cross
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
-from robostiff.plot.geometry.isosurface import isosurface
+from robostiff.plot.geometry.surfaces import isosurface
 from robostiff.plot.maps.selection import At, select
 from robostiff.plot.picture import Category, Item, Marks, Mesh, Scene, Shape
 from robostiff.plot.prefix import short

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from robostiff.plot.extra import plot_extra
 from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
-from robostiff.plot.picture.words import with_words
+from robostiff.plot.picture.charts import with_words
 from robostiff.plot.theme import Theme
 
 if TYPE_CHECKING:
@@ -54,15 +54,15 @@ class Matplotlib:
         with plot_extra():
             import matplotlib as mpl
 
-        from robostiff.plot.on_matplotlib import bands, bars, field, matrix, scene
+        from robostiff.plot.on_matplotlib import charts, scene
         from robostiff.plot.on_matplotlib.canvas import Canvas, style
 
         draws = {
             Scene: scene.draw_scene,
-            Matrix: matrix.draw_matrix,
-            Bars: bars.draw_bars,
-            Field: field.draw_field,
-            Bands: bands.draw_bands,
+            Matrix: charts.draw_matrix,
+            Bars: charts.draw_bars,
+            Field: charts.draw_field,
+            Bands: charts.draw_bands,
         }
         palette = self.theme.palette
         settings: Any = style(palette)

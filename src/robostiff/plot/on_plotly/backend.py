@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from robostiff.plot.extra import plot_extra
 from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
-from robostiff.plot.picture.words import with_words
+from robostiff.plot.picture.charts import with_words
 from robostiff.plot.theme import Theme
 
 if TYPE_CHECKING:
@@ -43,14 +43,14 @@ class Plotly:
         with plot_extra():
             import plotly.graph_objects  # noqa: F401
 
-        from robostiff.plot.on_plotly import bands, bars, field, matrix, scene
+        from robostiff.plot.on_plotly import charts, scene
 
         draws = {
             Scene: scene.draw_scene,
-            Matrix: matrix.draw_matrix,
-            Bars: bars.draw_bars,
-            Field: field.draw_field,
-            Bands: bands.draw_bands,
+            Matrix: charts.draw_matrix,
+            Bars: charts.draw_bars,
+            Field: charts.draw_field,
+            Bands: charts.draw_bands,
         }
         # Plotly takes words for HTML.
         return draws[type(picture)](with_words(picture, escape_letters), self.theme.palette)

@@ -1,9 +1,18 @@
 """Pictures as data: what is to be seen, in the units in which it is written, without a backend."""
 
-from robostiff.plot.picture.bands import Bands, Percentile
-from robostiff.plot.picture.bars import Bars, Group, Panel, Series
-from robostiff.plot.picture.field import Cover, Field, Region
-from robostiff.plot.picture.matrix import Matrix, QuarterUnit
+from robostiff.plot.picture.charts import (
+    Bands,
+    Bars,
+    Cover,
+    Field,
+    Group,
+    Matrix,
+    Panel,
+    Percentile,
+    QuarterUnit,
+    Region,
+    Series,
+)
 from robostiff.plot.picture.paint import Axis, Category, ColourScale, Paint, Ramp, Tone
 from robostiff.plot.picture.scene import Arrow, Face, Item, Marks, Mesh, Path, Scene, Shape, Weight
 

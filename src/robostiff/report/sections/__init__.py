@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Section
-from robostiff.report.sections.bending import bending_section
-from robostiff.report.sections.formula import formula_section
 from robostiff.report.sections.map_slices import map_section
-from robostiff.report.sections.matrices import matrices_section
-from robostiff.report.sections.method import method_section
-from robostiff.report.sections.the_robot import robot_section
-from robostiff.report.sections.weakest import weakest_section
+from robostiff.report.sections.results import bending_section, matrices_section, weakest_section
+from robostiff.report.sections.the_robot import formula_section, method_section, robot_section
 
 __all__ = ["report_sections"]
 

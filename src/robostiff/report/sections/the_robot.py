@@ -1,14 +1,18 @@
-"""What the robot is, and how it stands at the pose."""
+"""The robot at the pose, how its stiffness was computed, and the formula."""
 
 from __future__ import annotations
 
-from robostiff.markup import Table, Words
+import platform
+from importlib.metadata import version
+
+from robostiff.markup import Facts, Table, Words, row
 from robostiff.model import Robot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import one_figure
-from robostiff.report.section import Folded, Part, Section, section
+from robostiff.report.section import Folded, Formula, Part, Section, section
+from robostiff.version import __version__
 
 
 def robot_section(contents: ReportContents) -> Section:
@@ -30,3 +34,38 @@ def robot_section(contents: ReportContents) -> Section:
     several = Folded(f"{len(legs)} legs, element by element", (whole,))
     parts.append(whole if len(legs) == 1 else several)
     return section("robot", "The robot", parts)
+
+
+_PACKAGES = ("numpy", "scipy", "sympy")
+
+
+def method_section(contents: ReportContents) -> Section:
+    """Method, point, conventions and versions."""
+    result = contents.stiffness
+    pose = "its own" if result.pose is None else f"[{row(result.pose)}] (m, rad)"
+    packages = ", ".join(f"{name} {version(name)}" for name in _PACKAGES)
+    facts = {
+        "method": f"{result.method.name}: {result.method.equation}",
+        "pose": f"{pose}: x, y, z and rotation vector of the platform",
+        "reference point": f"({row(result.reference_point)}) m",
+        "conventions": "F = K t in world axes; twist: displacement of the reference point, then "
+        "rotation; wrench: force, then moment about the reference point; SI units",
+        "theory": "A. Pashkevich, A. Klimchik, S. Caro, D. Chablat: Cartesian stiffness matrix of "
+        "manipulators with passive joints: analytical approach, 2011",
+        "versions": f"robostiff {__version__}, Python {platform.python_version()}, {packages}",
+    }
+    found = contents.found
+    if found is not None:
+        poses = found.attrs.get("poses", "unknown")
+        facts["map"] = f"{poses} poses, robostiff {found.attrs.get('robostiff_version', 'unknown')}"
+    return section("method", "How it was computed", [Facts(tuple(facts.items()))])
+
+
+def formula_section(contents: ReportContents) -> Section:
+    """The derivation step by step, or why there is none."""
+    derivation = contents.derivation
+    title = "The formula"
+    if derivation is None:
+        return section("formula", title, [Words(f"There is no formula: {contents.no_derivation}.")])
+    words = "How the stiffness matrix comes about in the home configuration, step by step"
+    return section("formula", title, [Folded(words, (Formula(derivation),))])

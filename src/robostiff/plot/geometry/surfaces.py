@@ -1,4 +1,4 @@
-"""The surface on which a quantity has a value, by marching tetrahedra.
+"""Surfaces as triangles: ellipsoids, plates, and isosurfaces by marching tetrahedra.
 
 Each cell of the grid is cut into six tetrahedra around one diagonal; a tetrahedron is crossed by
 one triangle or two. Cells with a corner that has no value are left out: the surface ends there.
@@ -14,6 +14,92 @@ from __future__ import annotations
 from itertools import permutations, product
 
 import numpy as np
+
+_AROUND, _ALONG = 33, 17
+
+
+def ellipsoid_mesh(
+    half_axes: np.ndarray, open_axes: tuple[int, ...] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """Surface of an ellipsoid around the origin.
+
+    Parameters
+    ----------
+    half_axes : (3, 3) array
+        Rows: half axes as vectors. A zero row makes it flat.
+    open_axes : tuple of int
+        Axes without a limit, of which the half axis says how much is shown: one makes a tube, two
+        make a pair of plates.
+
+    Returns
+    -------
+    vertices : (n, 3) array
+    triangles : (m, 3) array of int
+
+    Examples
+    --------
+    >>> vertices, _ = ellipsoid_mesh(np.diag([3.0, 2.0, 1.0]))
+    >>> np.abs(vertices).max(axis=0).round(2).tolist()
+    [3.0, 2.0, 1.0]
+    """
+    closed = [i for i in range(3) if i not in open_axes]
+    angle = np.linspace(0, 2 * np.pi, _AROUND)
+    if len(open_axes) == 1:
+        along = np.linspace(-1, 1, _ALONG)
+        a, b = np.meshgrid(angle, along, indexing="ij")
+        places = [(closed[0], np.cos(a)), (closed[1], np.sin(a)), (open_axes[0], b)]
+    elif len(open_axes) == 2:
+        return _plates(half_axes, closed[0], open_axes)
+    else:
+        a, b = np.meshgrid(angle, np.linspace(0, np.pi, _ALONG), indexing="ij")
+        places = [(0, np.cos(a) * np.sin(b)), (1, np.sin(a) * np.sin(b)), (2, np.cos(b))]
+    vertices = sum(value[..., None] * half_axes[i] for i, value in places)
+    return np.reshape(vertices, (-1, 3)), _grid_triangles(*a.shape)
+
+
+def _plates(
+    half_axes: np.ndarray, closed: int, open_axes: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    u, v = (half_axes[i] for i in open_axes)
+    corners = np.array([-u - v, u - v, u + v, -u + v])
+    plates = np.concatenate([corners + half_axes[closed], corners - half_axes[closed]])
+    one = np.array([[0, 1, 2], [0, 2, 3]])
+    return plates, np.concatenate([one, one + 4])
+
+
+def _grid_triangles(rows: int, columns: int) -> np.ndarray:
+    """Triangles of a grid of points."""
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    lower = np.stack([corner, corner + columns, corner + 1], axis=-1)
+    upper = np.stack([corner + 1, corner + columns, corner + columns + 1], axis=-1)
+    return np.concatenate([lower, upper])
+
+
+_SAME = 1e-6
+
+
+def plate(points: np.ndarray) -> np.ndarray | None:
+    """Points (n, 3) in the order in which they go around; None where they span no area.
+
+    Examples
+    --------
+    >>> plate(np.array([[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0.0]]))[:, :2].tolist()
+    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+    >>> plate(np.zeros((6, 3))) is None
+    True
+    """
+    away = points - points.mean(axis=0)
+    size = np.linalg.norm(away, axis=1).max()
+    values, axes = np.linalg.svd(away, full_matrices=True)[1:]
+    if len(points) < 3 or values[1] <= _SAME * max(values[0], size):
+        return None
+    x, y = axes[:2]
+    if np.cross(x, y)[np.argmax(np.abs(np.cross(x, y)))] < 0:
+        y = -y
+    corners = points[np.argsort(np.arctan2(away @ y, away @ x))]
+    steps = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
+    return corners[steps > _SAME * size]
+
 
 _CORNERS = np.array(list(product((0, 1), repeat=3)))
 

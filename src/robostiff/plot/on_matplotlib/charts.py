@@ -1,0 +1,293 @@
+"""Bars, bands, fields and matrices on Matplotlib."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+
+from robostiff.plot.on_matplotlib.canvas import (
+    SMALL,
+    Canvas,
+    colour_bar,
+    colour_map,
+    legend_below,
+    norm,
+)
+from robostiff.plot.picture import Bands, Bars, Cover, Field, Matrix, Panel
+from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.prefix import short
+from robostiff.plot.region_style import RegionStyle, region_style
+
+_NAMES = 0.5  # inches
+_ROOM = 0.32  # of the longest bar, for what is written behind it
+
+
+def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
+    """Draw bars, a panel above another."""
+    rows = [_rows(panel, picture.is_stacked) for panel in picture.panels]
+    ax = canvas.axes(0.9 + 0.19 * sum(rows) + 0.5 * len(rows))
+    panels = [ax] if len(picture.panels) == 1 else _stacked_axes(ax, rows, canvas.room)
+    handles, labels = [], []
+    for panel, own in zip(picture.panels, panels, strict=True):
+        handles = (_stacked if picture.is_stacked else _grouped)(own, panel, canvas)
+        labels = [series.name for series in panel.series]
+        own.set_xlabel(panel.label)
+        own.set_yticks(range(len(panel.groups)), [group.name for group in panel.groups])
+        own.invert_yaxis()
+        own.tick_params(axis="y", length=0)
+        own.spines[["top", "right"]].set_visible(False)
+        own.grid(True, axis="x")
+        own.set_axisbelow(True)
+    ax.set_title(picture.title)
+    last = panels[-1]
+    legend_below(last, canvas, handles, labels, picture.notes, 0.42)
+    return ax
+
+
+def _rows(panel: Panel, is_stacked: bool) -> int:
+    return len(panel.groups) * (1 if is_stacked else len(panel.series) + 1)
+
+
+def _stacked_axes(ax: Axes, rows: list[int], room: float) -> list[Axes]:
+    """Axes within the axes, top to bottom, with room for the labels beside and between them."""
+    ax.set_axis_off()
+    left = _NAMES / room
+    gap = 3.0
+    whole = sum(rows) + gap * (len(rows) - 1)
+    found, top = [], 1.0
+    for own in rows:
+        found.append(ax.inset_axes((left, top - own / whole, 1 - left, own / whole)))
+        top -= (own + gap) / whole
+    return found
+
+
+def _stacked(ax: Axes, panel: Panel, canvas: Canvas) -> list:
+    start = np.zeros(len(panel.groups))
+    handles = []
+    for series in panel.series:
+        colour = colour_of(series.paint, canvas.palette)
+        places = np.arange(len(panel.groups))
+        handles.append(
+            ax.barh(
+                places,
+                series.values,
+                left=start,
+                height=0.7,
+                color=colour,
+                edgecolor=canvas.palette.ground,
+                linewidth=0.4,
+            )
+        )
+        start = start + series.values
+    for i, group in enumerate(panel.groups):
+        _text(ax, start[i], i, group.note)
+    ax.set_xlim(0, (1 + 0.5 * _ROOM) * (start.max() or 1.0))
+    return handles
+
+
+def _grouped(ax: Axes, panel: Panel, canvas: Canvas) -> list:
+    count = len(panel.series)
+    height = 0.8 / count
+    handles = []
+    for k, series in enumerate(panel.series):
+        places = np.arange(len(panel.groups)) + (k - (count - 1) / 2) * height
+        colour = colour_of(series.paint, canvas.palette)
+        handles.append(ax.barh(places, series.values, height=0.9 * height, color=colour))
+        for place, value, text in zip(places, series.values, series.texts, strict=True):
+            _text(ax, value, place, text)
+    values = np.concatenate([series.values for series in panel.series])
+    size = float(np.abs(values).max()) or 1.0
+    room = _ROOM * (2.0 if canvas.is_narrow else 1.0)
+    low = float(values.min())
+    ax.set_xlim(low - room * size if low < 0 else 0.0, max(float(values.max()), 0.0) + room * size)
+    if low < 0:
+        ax.axvline(0, color=canvas.palette.muted, linewidth=0.8)
+    return handles
+
+
+def _text(ax: Axes, value: float, place: float, text: str) -> None:
+    side = -1 if value < 0 else 1
+    ax.annotate(
+        text,
+        (value, place),
+        (3 * side, 0),
+        textcoords="offset points",
+        ha="left" if side > 0 else "right",
+        va="center",
+        fontsize=SMALL - 0.5,
+    )
+
+
+def cell_edges(values: np.ndarray) -> np.ndarray:
+    """Edges (n + 1,) of cells around values (n,): half-way between them.
+
+    Examples
+    --------
+    >>> cell_edges(np.array([0.0, 1.0, 3.0])).tolist()
+    [-0.5, 0.5, 2.0, 4.0]
+    """
+    middle = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def region_patch(
+    x_edges: np.ndarray, y_edges: np.ndarray, where: np.ndarray, style: RegionStyle
+) -> PathPatch:
+    """Cells (y, x) of a region as one patch, so that its hatching runs through."""
+    rectangles = []
+    for i, row in enumerate(where):
+        ends = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]]).astype(int)))
+        for start, stop in ends.reshape(-1, 2):
+            low, high = y_edges[i], y_edges[i + 1]
+            left, right = x_edges[start], x_edges[stop]
+            corners = [(left, low), (right, low), (right, high), (left, high), (left, low)]
+            rectangles.append(Path(corners, closed=True))
+    return PathPatch(Path.make_compound_path(*rectangles), **patch_look(style))
+
+
+def patch_look(style: RegionStyle) -> dict:
+    """How Matplotlib draws a region."""
+    return {
+        "facecolor": "none" if style.fill is None else style.fill,
+        "edgecolor": style.line,
+        "hatch": style.hatch,
+        "linewidth": 0.0,
+    }
+
+
+_STRIP = (0.0, -0.24, 1.0, 0.18)
+
+
+def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
+    """Draw bands between percentiles, and under them the share of poses without a value."""
+    ax = canvas.axes(canvas.width * (1.15 if canvas.is_narrow else 0.55))
+    palette = canvas.palette
+    colour = palette.categories[0]
+    x = picture.x.values
+    middle = len(picture.percentiles) // 2
+    handles, labels = [], []
+    for i in range(middle):
+        low, high = picture.percentiles[i], picture.percentiles[-1 - i]
+        fill = palette.along((palette.ground, colour), 0.22 + 0.4 * i / max(middle, 1))
+        handles.append(ax.fill_between(x, low.values, high.values, color=fill, linewidth=0))
+        labels.append(f"{low.percent:g} to {high.percent:g} % of the poses with a value")
+    median = picture.percentiles[middle]
+    lone = np.isfinite(median.values)
+    handles += ax.plot(x, median.values, color=colour, marker="." if lone.sum() < 20 else "")
+    labels.append("median")
+    ax.set_ylabel(picture.label)
+    ax.set_title(picture.title)
+    ax.grid(True)
+    ax.set_axisbelow(True)
+    ax.margins(x=0.02)
+    lowest = ax
+    if picture.left_out:
+        lowest = ax.inset_axes(_STRIP, sharex=ax)
+        ax.tick_params(labelbottom=False)
+        start = np.zeros(len(x))
+        for region in picture.left_out:
+            look = patch_look(region_style(region, palette))
+            top = start + 100 * region.where
+            lowest.fill_between(x, start, top, **look)
+            handles.append(Patch(**look))
+            labels.append(f"no value: {region.name}")
+            start = top
+        lowest.set_ylim(0, 100)
+        lowest.set_yticks([0, 100], ["0 %", "100 %"])
+    lowest.set_xlabel(picture.x.label)
+    legend_below(lowest, canvas, handles, labels, picture.notes, 0.42)
+    return ax
+
+
+def draw_field(picture: Field, canvas: Canvas) -> Axes:
+    """Draw values over a plane."""
+    ax = canvas.axes(canvas.width * (0.85 if canvas.is_narrow else 0.62))
+    palette = canvas.palette
+    x_edges, y_edges = cell_edges(picture.x.values), cell_edges(picture.y.values)
+    values = np.ma.masked_invalid(picture.values)
+    shown = ax.pcolormesh(
+        x_edges,
+        y_edges,
+        values,
+        cmap=colour_map(picture.scale, palette),
+        norm=norm(picture.scale),
+        rasterized=True,
+    )
+    handles, labels = [], []
+    for region in picture.regions:
+        style = region_style(region, palette)
+        ax.add_patch(region_patch(x_edges, y_edges, region.where, style))
+        key = style
+        if region.cover is Cover.OVER:  # white lines want a ground in the legend
+            key = RegionStyle(palette.values[3], style.hatch, style.line)
+        handles.append(Patch(**patch_look(key)))
+        labels.append(region.name)
+    if picture.isolines and values.count() and min(values.shape) > 1:
+        lines = ax.contour(
+            picture.x.values,
+            picture.y.values,
+            values,
+            levels=picture.isolines,
+            colors="#ffffff",
+            linewidths=0.9,
+        )
+        around: list[AbstractPathEffect] = [withStroke(linewidth=2.0, foreground="#222222")]
+        lines.set_path_effects(around)
+        for text in ax.clabel(lines, fmt=lambda v: short(v, 4), fontsize=SMALL - 1):
+            text.set_path_effects(around)
+    ax.set_xlim(x_edges[0], x_edges[-1])
+    ax.set_ylim(y_edges[0], y_edges[-1])
+    if picture.x.label.rpartition("[")[2] == picture.y.label.rpartition("[")[2]:
+        ax.set_aspect("equal")
+    ax.set_xlabel(picture.x.label)
+    ax.set_ylabel(picture.y.label)
+    ax.set_title(picture.title)
+    colour_bar(ax, shown, picture.scale)
+    legend_below(ax, canvas, handles, labels, picture.notes, 0.45)
+    return ax
+
+
+def draw_matrix(picture: Matrix, canvas: Canvas) -> Axes:
+    """Draw a matrix with its numbers."""
+    rows, columns = picture.shades.shape
+    ax = canvas.axes(canvas.width * (0.78 if canvas.is_narrow else 0.62))
+    palette = canvas.palette
+    shown = ax.imshow(
+        np.ma.masked_invalid(picture.shades),
+        cmap=colour_map(picture.scale, palette),
+        norm=norm(picture.scale),
+        aspect="auto",
+    )
+    size = 5.8 if canvas.is_narrow else SMALL
+    for (i, j), shade in np.ndenumerate(picture.shades):
+        plain = np.isnan(shade)
+        cell = palette.ground if plain else colour_of(float(shade), palette, picture.scale)
+        ink = palette.muted if plain else palette.on(cell)
+        text = picture.texts[i][j]
+        ax.text(j, i, text, ha="center", va="center", fontsize=size, color=ink)
+    ax.set_xticks(range(columns), picture.columns)
+    ax.set_yticks(range(rows), picture.rows)
+    ax.xaxis.tick_top()
+    ax.tick_params(length=0, pad=2)
+    last = picture.units[-1]
+    ax.axhline(last.rows[0] - 0.5, color=palette.ink, linewidth=0.9)
+    ax.axvline(last.columns[0] - 0.5, color=palette.ink, linewidth=0.9)
+    for unit in picture.units:
+        above = unit.rows[0] == 0
+        ax.annotate(
+            unit.unit,
+            ((sum(unit.columns) - 1) / 2, 1.0 if above else 0.0),
+            (0, 13 if above else -4),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha="center",
+            va="bottom" if above else "top",
+            fontsize=SMALL,
+            color=palette.muted,
+        )
+    ax.set_title(picture.title, pad=26)
+    colour_bar(ax, shown, picture.scale)
+    return ax

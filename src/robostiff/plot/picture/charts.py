@@ -1,0 +1,227 @@
+"""Charts as data: bars, bands, values over a plane, matrices; and the words in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass, replace
+from enum import Enum
+from typing import Any, TypeVar
+
+import numpy as np
+
+from robostiff.errors import printable
+from robostiff.plot.picture.paint import Axis, ColourScale, Paint
+
+
+@dataclass(frozen=True)
+class Series:
+    """One bar in every group.
+
+    Attributes
+    ----------
+    name : str
+    paint : Paint
+    values : (groups,) array
+        NaN where there is no bar.
+    texts : tuple of str
+        Written at each bar; empty for none.
+    """
+
+    name: str
+    paint: Paint
+    values: np.ndarray
+    texts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Group:
+    """The name of a group of bars, and what is said about it."""
+
+    name: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Bars with one unit.
+
+    Attributes
+    ----------
+    label : str
+        Of the axis of values, with its unit.
+    groups : tuple of Group
+    series : tuple of Series
+    """
+
+    label: str
+    groups: tuple[Group, ...]
+    series: tuple[Series, ...]
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Panels of bars.
+
+    Attributes
+    ----------
+    title : str
+    panels : tuple of Panel
+        Of the same series.
+    is_stacked : bool
+        Whether the bars of a group lie one after another.
+    notes : tuple of str
+    """
+
+    title: str
+    panels: tuple[Panel, ...]
+    is_stacked: bool = False
+    notes: tuple[str, ...] = ()
+
+
+class Cover(Enum):
+    """Whether a region has values to be seen."""
+
+    INSTEAD = "instead of values"
+    OVER = "hatched over values"
+
+
+@dataclass(frozen=True)
+class Region:
+    """Poses of which something is to be said.
+
+    Attributes
+    ----------
+    name : str
+    where : array of bool
+        Of the shape of the values.
+    cover : Cover
+    order : int
+        Its own colour and hatching, the same in all pictures.
+    """
+
+    name: str
+    where: np.ndarray
+    cover: Cover
+    order: int
+
+
+@dataclass(frozen=True)
+class Field:
+    """Values over a plane.
+
+    Attributes
+    ----------
+    title : str
+    x, y : Axis
+    values : (y, x) array
+        NaN where a region stands instead.
+    scale : ColourScale
+    regions : tuple of Region
+    isolines : tuple of float
+        Values along which lines are drawn.
+    notes : tuple of str
+    """
+
+    title: str
+    x: Axis
+    y: Axis
+    values: np.ndarray
+    scale: ColourScale
+    regions: tuple[Region, ...] = ()
+    isolines: tuple[float, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Percentile:
+    """Values below which a part of the poses lies: percent, and (n,) values with NaN for none."""
+
+    percent: float
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Percentiles along a coordinate, and the share of poses that they are about.
+
+    Attributes
+    ----------
+    title : str
+    x : Axis
+    label : str
+        Of the values, with their unit.
+    percentiles : tuple of Percentile
+        Ascending, the median in the middle.
+    left_out : tuple of Region
+        ``where`` holds the share of poses, 0 to 1, that have no value for this reason.
+    notes : tuple of str
+    """
+
+    title: str
+    x: Axis
+    label: str
+    percentiles: tuple[Percentile, ...]
+    left_out: tuple[Region, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class QuarterUnit:
+    """The unit of the numbers in a block of rows and columns, last ones excluded."""
+
+    unit: str
+    rows: tuple[int, int]
+    columns: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """A matrix to be read.
+
+    Attributes
+    ----------
+    title : str
+    rows, columns : tuple of str
+        Names.
+    texts : tuple of tuple of str
+        What is written into each cell.
+    shades : (n, m) array
+        On the colour scale; NaN for a plain cell.
+    units : tuple of QuarterUnit
+        Upper blocks first.
+    scale : ColourScale
+    """
+
+    title: str
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    texts: tuple[tuple[str, ...], ...]
+    shades: np.ndarray
+    units: tuple[QuarterUnit, ...]
+    scale: ColourScale
+
+
+Thing = TypeVar("Thing")
+
+
+def with_words(thing: Thing, escape: Callable[[str], str]) -> Thing:
+    """A picture whose words, names of robots and joints among them, mean nothing but themselves.
+
+    Parameters
+    ----------
+    thing : Picture
+        Or a part of one.
+    escape : callable
+        What a backend would take for a formula or for HTML, it takes for letters afterwards.
+    """
+    found: Any = thing
+    if isinstance(thing, str):
+        found = escape(printable(thing, kept="\n"))
+    elif isinstance(thing, tuple):
+        found = tuple(with_words(item, escape) for item in thing)
+    elif is_dataclass(thing) and not isinstance(thing, type | Enum):
+        own: Any = thing
+        found = replace(
+            own, **{f.name: with_words(getattr(own, f.name), escape) for f in fields(own)}
+        )
+    return found

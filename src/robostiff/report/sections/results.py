@@ -1,0 +1,144 @@
+"""Stiffness and compliance, the weakest directions, and the deflection under the load."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robostiff.analysis.indices import StiffnessIndices
+from robostiff.analysis.result_tables import (
+    actuator_table,
+    compliance_matrix,
+    displacement_table,
+    energy_table,
+    free_motion_table,
+    stiffness_matrix,
+)
+from robostiff.elastostatics import Status
+from robostiff.markup import Bullets, Cell, Heading, Number, Table, Tone, Words, number, row
+from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
+from robostiff.plot.energy_bars import energy_picture
+from robostiff.plot.free_motion_screws import free_motions_picture
+from robostiff.plot.posed_robot import robot_picture
+from robostiff.report.contents import ReportContents
+from robostiff.report.figures import one_figure
+from robostiff.report.section import Folded, Part, Section, SideBySide, section
+
+_TITLE = "Stiffness and compliance"
+
+
+def matrices_section(contents: ReportContents) -> Section:
+    """K and C, and what they mean."""
+    result = contents.stiffness
+    parts: list[Part | None] = []
+    if np.all(result.answered):
+        K, C = stiffness_matrix(result), compliance_matrix(result)
+        parts.append(SideBySide((K,) if C is None else (K, C)))
+        if C is None:
+            parts.append(Words("K is singular: there is no compliance matrix."))
+    else:
+        parts.append(Words(f"There is no stiffness matrix: status {result.status}."))
+    if Status.UNREACHABLE in result.status:
+        return section("stiffness", _TITLE, parts)
+    parts.append(Words(f"Rank {int(result.rank)} of {result.space.size}: {_meaning(contents)}."))
+    parts.append(free_motion_table(result))
+    if result.free_motions and contents.snapshot is not None:
+        caption = "What the platform can do without meeting stiffness."
+        picture = free_motions_picture(result, contents.snapshot)
+        parts.append(one_figure("free-motions", caption, picture))
+    lost = tuple(f"redundant passive joint: {name}" for name in result.redundant_joints)
+    parts.append(Bullets(lost) if lost else None)
+    parts.append(Words(f"Rank decided by {result.decision}.", Tone.QUIET))
+    return section("stiffness", _TITLE, parts)
+
+
+def _meaning(contents: ReportContents) -> str:
+    motions = len(contents.stiffness.free_motions)
+    if not motions:
+        return "the platform is held in every direction"
+    moves = "one way" if motions == 1 else f"{motions} ways"
+    return f"the platform is free to move in {moves}"
+
+
+def weakest_section(contents: ReportContents) -> Section | None:
+    """Principal stiffnesses, worst directions and ratios; nothing where there is no matrix."""
+    found = contents.indices
+    if found is None:
+        return None
+    words = Words(
+        "A force that may turn the platform as well meets these stiffnesses along its principal "
+        "directions, and so does a moment that may move it; the first of each is the weakest."
+    )
+    parts: list[Part | None] = [
+        words,
+        Table(["load", "stiffness", "direction"], list(_principal(found))),
+        Table(["", "value"], list(_ratios(found))),
+    ]
+    if found.result.space.translations == 3 and found.result.about_reference.invertible:
+        picture = ellipsoid_picture(found.result, Quality.COMPLIANCE, contents.snapshot)
+        caption = "Displacements under unit forces from all sides (compliance ellipsoid)."
+        parts.append(one_figure("ellipsoid", caption, picture))
+    return section("weakest", "Where it is soft", parts)
+
+
+def _principal(found: StiffnessIndices) -> Iterator[list[Cell]]:
+    principal = found.principal
+    forces = zip(principal.translational, principal.translational_directions, strict=True)
+    moments = zip(principal.rotational, principal.rotational_directions, strict=True)
+    for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
+        for value, direction in pairs:
+            meets = Number(float(value), unit) if value else _free(found)
+            yield [kind, meets, f"({row(np.asarray(direction))})"]
+
+
+def _ratios(found: StiffnessIndices) -> Iterator[list[Cell]]:
+    worst, ratio = found.worst_deflection, found.anisotropy
+    yield ["largest displacement of a unit force", _with_unit(worst.translational, "m/N", found)]
+    yield ["largest rotation of a unit moment", _with_unit(worst.rotational, "rad/(N m)", found)]
+    yield ["largest over smallest displacement", _with_unit(ratio.translational, "", found)]
+    yield [
+        f"condition number, rotations times {number(found.length)} m",
+        _with_unit(found.condition.two_norm, "", found),
+    ]
+    for name, centre in (
+        ("centre of stiffness", found.centre_of_stiffness),
+        ("centre of compliance", found.centre_of_compliance),
+    ):
+        where = "none" if centre.point is None else f"({row(np.asarray(centre.point))}) m"
+        yield [name, where]
+
+
+def _with_unit(value: float | None, unit: str, found: StiffnessIndices) -> Cell:
+    if value is not None:
+        return Number(float(value), unit)
+    return "without limit" if Status.FREE_MOTIONS in found.status else "unknown: no digit holds"
+
+
+def _free(found: StiffnessIndices) -> str:
+    return "free" if Status.FREE_MOTIONS in found.status else "less than rounding"
+
+
+_LOAD = "Under the load"
+
+
+def bending_section(contents: ReportContents) -> Section | None:
+    """Displacement, shares of the elastic energy, loads on actuators; nothing without a load."""
+    bent = contents.deflection
+    if bent is None:
+        return None
+    if not bent.has_answer:
+        words = Words(f"There is no deflection: status {bent.status}.")
+        return section("load", _LOAD, [words, Bullets(tuple(bent.advice), Tone.WARNING)])
+    parts: list[Part | None] = [displacement_table(bent)]
+    if bent.energy > 0 and contents.snapshot is not None:
+        caption = "The robot under the load; colours tell which leg takes up the elastic energy."
+        parts.append(one_figure("deformed", caption, robot_picture(contents.snapshot, bent)))
+        caption = "Who bends: the elastic energy of each leg, part by part."
+        parts.append(one_figure("energy", caption, energy_picture(bent)))
+        every = energy_table(bent, most=len(bent.parts))
+        parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))
+    actuators = actuator_table(bent)
+    if actuators is not None:
+        parts += [Heading("Actuators"), actuators]
+    return section("load", _LOAD, parts)
