@@ -3,9 +3,12 @@
 import subprocess
 import sys
 
+import pytest
+
 from tests.project.shown_output import ROOT
 
 
+@pytest.mark.slow
 def test_all_ways_to_k_agree():
     run = subprocess.run(
         [sys.executable, ROOT / "benchmarks/kernels.py", "--quick"],

@@ -49,15 +49,16 @@ def compiled_with(robot: Robot, backend: Backend) -> CompiledRobot:
     return compile_robot(robot, backend=backend)
 
 
+@pytest.mark.parametrize("part", [8, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ALL_ROBOTS)
-def test_random_and_special_poses(name: str):
+def test_random_and_special_poses(name: str, part: int):
     robot = robot_called(name)
     space, rng = PoseSpace(robot), np.random.default_rng(11)
     rows = [space.near_home(rng), space.drawn(rng, 40, 0.1)]
     if name not in OPEN:
         rows += [space.drawn(rng, 200, size) for size in (0.6, 1.5)]
         rows.append(space.round_values())
-    rows = np.concatenate(rows)[:: 4 if name in SLOW else 1]
+    rows = np.concatenate(rows)[:: 4 * part if name in SLOW else part]
     for backend in BACKENDS:
         compiled = compiled_with(robot, backend)
         assert compiled.verified
@@ -175,6 +176,7 @@ AT_THE_LIMIT = np.array([
 ])  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_legs_closed_by_iteration_at_their_limit_of_reach(backend: Backend):
     robot = tripod("PRS")

@@ -67,7 +67,11 @@ def tracked(poses: np.ndarray, steps: int = 150) -> tuple[np.ndarray, np.ndarray
     return alive, nearest
 
 
-@pytest.mark.parametrize(("size", "seed"), [(0.02, 1), (0.05, 2), (0.08, 3)])
+@pytest.mark.parametrize(
+    ("size", "seed"),
+    [(0.02, 1), pytest.param(0.05, 2, marks=pytest.mark.slow),
+     pytest.param(0.08, 3, marks=pytest.mark.slow)],
+)  # fmt: skip
 def test_parallelograms_of_capaman_do_not_cross(size: float, seed: int) -> None:
     """What is reached has level couplers, and it is what a way in small steps reaches."""
     poses = capaman_poses(60, size, seed)
@@ -87,10 +91,10 @@ def test_parallelograms_of_capaman_do_not_cross(size: float, seed: int) -> None:
 
 def test_another_assembly_mode_is_no_answer() -> None:
     robot = rs.load("capaman")
-    poses = capaman_poses(20, 0.05, 2)
+    poses = capaman_poses(8, 0.05, 2)
     posture = rs.find_posture(robot, poses)
     away = np.flatnonzero(posture.elsewhere)
-    assert 2 <= away.size < 15
+    assert 1 <= away.size < 7
     result = rs.stiffness(robot, poses)
     assert np.all(result.status_codes[away] & int(rs.Status.UNREACHABLE))
     one = rs.stiffness(robot, poses[away[0]])
@@ -105,6 +109,7 @@ def test_another_assembly_mode_is_no_answer() -> None:
     assert np.abs((K - reference) / scale).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_postures_do_not_depend_on_the_poses_beside_them() -> None:
     """Nor does the assembly mode, whether a pose comes alone or beside some out of reach."""
     finder, poses = PostureFinder(rs.load("capaman")), capaman_poses(8, 0.05, 2)

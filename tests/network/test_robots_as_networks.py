@@ -17,28 +17,27 @@ from tests.cases.metric import distance
 from tests.cases.reference_case import NAMES, case, in_metres, in_millimetres
 from tests.robots.test_every_robot import random_poses
 
-POSES = 20
 
-
-def poses_of(robot: Robot) -> Pose:
+def poses_of(robot: Robot, count: int) -> Pose:
     if not robot.is_serial:
-        poses = random_poses(robot.name, PostureFinder(robot), POSES)
+        poses = random_poses(robot.name, PostureFinder(robot), count)
         return poses[:, robot.coordinate_places]
     chain = robot.legs[0].chain
     room = [0.05 if f.motion is Motion.TRANSLATION else 1.0 for f in chain.freedoms]
-    steps = np.random.default_rng(3).uniform(-1, 1, (POSES, chain.size)) * room
+    steps = np.random.default_rng(3).uniform(-1, 1, (count, chain.size)) * room
     return JointCoordinates(chain.home + steps)
 
 
+@pytest.mark.parametrize("count", [2, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", shipped_robots())
-def test_robot_at_twenty_random_poses(name):
+def test_robot_at_random_poses(name, count):
     robot = load(name)
     assert isinstance(robot, Robot)
-    poses = poses_of(robot)
+    poses = poses_of(robot, count)
     expected = stiffness(robot, poses)
     snapshot = PostureFinder(robot).find(poses).snapshot
-    assert len(expected.rank) == POSES
-    for i in range(POSES):
+    assert len(expected.rank) == count
+    for i in range(count):
         result = network_stiffness(network_of_snapshot(snapshot.one(i)), Tolerance())
         size = float(expected[i].about_reference.length)
         assert matrix_distance(result.K, expected[i].K, size) < 1e-9

@@ -47,7 +47,7 @@ def spatial(browser, tmp_path_factory):
     return opened(browser, path)
 
 
-@pytest.mark.parametrize("name", ["planar", "spatial"])
+@pytest.mark.parametrize("name", ["planar", pytest.param("spatial", marks=pytest.mark.slow)])
 def test_every_plot_is_drawn(name, request):
     image = pytest.importorskip("PIL.Image")
     report = request.getfixturevalue(name)

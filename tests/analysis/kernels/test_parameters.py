@@ -67,7 +67,7 @@ def test_guarded_poses_are_computed_with_their_own_values():
         )
 
 
-@pytest.mark.parametrize("by", ["R", "k"])
+@pytest.mark.parametrize("by", [pytest.param("R", marks=pytest.mark.slow), "k"])
 def test_derivatives_by_parameters_are_those_of_the_formula(by):
     robot = model("gough-stewart-b", "R", "r", "k")
     rate = rs.Derivative(rs.StiffnessMatrix(), by)

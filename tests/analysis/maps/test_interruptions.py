@@ -45,7 +45,13 @@ def wait_for_a_block(folder):
     pytest.fail("no block was written")
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT], ids=["kill", "ctrl-c"])
+@pytest.mark.parametrize(
+    "how",
+    [
+        pytest.param(signal.SIGKILL, id="kill", marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, id="ctrl-c"),
+    ],
+)
 def test_what_was_done_is_kept(how, tmp_path, undisturbed):
     process = started(tmp_path)
     wait_for_a_block(tmp_path)

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 PROGRAM = """
 import hashlib, json
 from robostiff.analytic import export
@@ -19,6 +21,7 @@ for derivation in ALL.values():
 """
 
 
+@pytest.mark.slow
 def test_output_does_not_depend_on_the_hash_seed():
     root = Path(__file__).parents[3]
     outputs = set()
