@@ -13,12 +13,13 @@ STAMP := $(VENV)/.installed
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
 CAMPAIGN_ARGS ?=
-.PHONY: help demo test processors campaign lint format docs outputs bench clean
+.PHONY: help demo test slow processors campaign lint format docs outputs bench clean
 .NOTPARALLEL:
 
 help:
 	@echo "make demo    stiffness, free motions and deflection of shipped robots, and a report"
 	@echo "make test    the tests, doctests included (PYTEST_ARGS='-x tests/paper' runs some)"
+	@echo "make slow    the tests that take long: many more poses, long runs, browsers"
 	@echo "make processors  the numerical tests with the arithmetic of other processors"
 	@echo "make campaign  20,000 random robots, mutated files and stores through every way (30 minutes)"
 	@echo "make lint    ruff, pyright and the direction of imports"
@@ -44,6 +45,9 @@ demo: $(STAMP)-demo
 test: $(STAMP)-test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
+slow: $(STAMP)-test
+	$(BIN)/python -m pytest $(PYTEST_ARGS) -q -m slow
+
 # OpenBLAS and NumPy choose their loops by processor, and these round differently.
 NUMERICAL := $(addprefix tests/,paper laws cases elastostatics recorded compiled)
 NO_AVX512 := NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL AVX512_SPR"
@@ -57,7 +61,8 @@ processors: $(STAMP)-test
 	fi; \
 	OPENBLAS_CORETYPE=Prescott $(BIN)/python -m pytest $(PYTEST_ARGS) -q $(NUMERICAL)
 
-campaign: $(STAMP)-test
+campaign: $(STAMP)-test slow
+	$(BIN)/python -m pytest $(PYTEST_ARGS) -q --hypothesis-profile=campaign tests/laws
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.campaign $(CAMPAIGN_ARGS)
 
 lint: $(STAMP)-lint $(STAMP)-test

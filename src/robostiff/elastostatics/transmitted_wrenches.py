@@ -17,7 +17,8 @@ def transmitted_wrenches(
 
     The dual of the recursion (15): all wrenches are transmitted to begin with, and each passive
     joint in turn removes the one that would drive it, by a Householder reflection of the columns of
-    W. A joint that no transmitted wrench drives is redundant and removes nothing.
+    W: the rank of K drops by one a joint, eq. (16). A joint that no transmitted wrench drives is
+    redundant and removes nothing.
 
     Parameters
     ----------
