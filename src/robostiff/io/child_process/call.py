@@ -26,7 +26,8 @@ class ProcessLimits:
     memory : int
         Address space [bytes], where the system can limit it.
     seconds : int
-        Of its processor, where the system can limit it; and three times that by the clock.
+        Of its processor, where the system can limit it; and eight times that by the clock, since other
+        programs may keep it waiting.
     """
 
     memory: int = 2_000_000_000
@@ -73,7 +74,7 @@ def answer_of(
             input=content,
             capture_output=True,
             env=_environment(),
-            timeout=3 * limits.seconds,
+            timeout=8 * limits.seconds,
             check=False,
         )
     except subprocess.TimeoutExpired:
