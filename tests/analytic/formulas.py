@@ -3,7 +3,7 @@
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic import canonical, rotated_formula, sum_of_legs
+from robostiff.analytic import canonical, sum_of_legs
 from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import (
     Actuated,
@@ -14,6 +14,7 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
+from robostiff.spatial import rotate_stiffness
 
 R, r, h, K11 = sp.symbols("R r h K11", positive=True)
 DEGREE = sp.pi / 180
@@ -25,14 +26,14 @@ L_B = sp.sqrt(R**2 - R * r + r**2 + h**2)
 
 def stewart(phi, psi, length):
     """Eq. (22)-(25) from (26): each leg turned to global axes, moved, and summed."""
-    local = sp.diag(K11, 0, 0, 0, 0, 0)
+    local = np.array(sp.diag(K11, 0, 0, 0, 0, 0))
     legs, vectors = [], []
     for phi_i, psi_i in zip(phi, psi, strict=True):
         p, s = phi_i * DEGREE, psi_i * DEGREE
         u = sp.Matrix([r * sp.cos(s) - R * sp.cos(p), r * sp.sin(s) - R * sp.sin(p), h]) / length
         # Any rotation whose first column is u will do: only that column enters.
         frame = sp.Matrix.hstack(u, sp.zeros(3, 2))
-        legs.append(rotated_formula(local, frame))
+        legs.append(rotate_stiffness(local, np.array(frame)))
         vectors.append([-r * sp.cos(s), -r * sp.sin(s), 0])
     return sum_of_legs(legs, vectors, extra=[length])
 

@@ -12,13 +12,13 @@ from robostiff.analytic import (
     Steps,
     canonical,
     derive_chain,
-    moved_formula,
     rank_formula,
     sum_of_legs,
 )
 from robostiff.analytic.export.readable import factored_matrix
 from robostiff.elastostatics import eliminate_joint
 from robostiff.errors import InputError
+from robostiff.spatial import move_stiffness
 from tests.analytic.formulas import CASE_A, CASE_B, K11, L_A, L_B, R, h, printed, r, stewart
 
 L, E, G, A, I, J = sp.symbols("L E G A I J", positive=True)
@@ -163,8 +163,8 @@ def test_common_factor_of_27_reads_as_printed():
 
 
 def test_the_printed_sign_of_13_gives_another_matrix():
-    K = sp.diag(0, K11, 0, 0, 0, 0)
-    right, wrong = moved_formula(K, [h, 0, 0]), moved_formula(K, [-h, 0, 0])
+    K = np.array(sp.diag(0, K11, 0, 0, 0, 0))
+    right, wrong = (move_stiffness(K, np.array([x, 0, 0], dtype=object)) for x in (h, -h))
     assert right[1, 5] == -wrong[1, 5] != 0
 
 

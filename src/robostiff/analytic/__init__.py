@@ -7,6 +7,7 @@ and go out.
 
 from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.closed import canonical
+from robostiff.analytic.closed_sum import sum_of_legs
 from robostiff.analytic.combinations import NamedCombinations, name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
 from robostiff.analytic.derivatives import Derivative, derivative_formula, differentiate
@@ -18,12 +19,6 @@ from robostiff.analytic.eigenvalues import (
     eigenvalue_formulas,
 )
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.parallel import (
-    moved_formula,
-    rotated_formula,
-    skew_formula,
-    sum_of_legs,
-)
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.questions import (
     RankFormula,
@@ -67,11 +62,8 @@ __all__ = [
     "eigenvalue_formulas",
     "fixed_point_formula",
     "free_motion_formulas",
-    "moved_formula",
     "name_combinations",
     "rank_formula",
-    "rotated_formula",
-    "skew_formula",
     "snapshot_formula",
     "sum_of_legs",
 ]

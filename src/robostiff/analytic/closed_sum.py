@@ -1,4 +1,4 @@
-"""The sum of w w^T / c over transmitted wrenches in exact arithmetic, and one leg without roots."""
+"""Sums over legs in exact arithmetic: of w w^T / c over transmitted wrenches, and eq. (12)."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
-from robostiff.analytic.closed import eliminate_exactly
+from robostiff.analytic.closed import canonical, eliminate_exactly
 from robostiff.analytic.element import Element
 from robostiff.analytic.exact_matrix import ExactMatrix, common_denominator, over
 from robostiff.analytic.factors import factored
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.products import FormulaTooLargeError
+from robostiff.errors import InputError
+from robostiff.spatial import move_stiffness
 
 # Terms of a compliance that is multiplied out, to free its wrench of a common factor.
 _MULTIPLIED_OUT = 1000
@@ -214,6 +217,36 @@ def closed_sum(
             tuple(sp.Mul(*(_expression(field, c) for c in factors)) for factors in leg.met)
         )
     return ClosedSum(_matrix(field, total, n), tuple(written), tuple(wrenches), tuple(compliances))
+
+
+def sum_of_legs(
+    K_legs: Sequence[Any], v_leg_end_to_ref: Sequence[Any], extra: Sequence[sp.Expr] = ()
+) -> sp.ImmutableMatrix:
+    """Stiffness of a parallel robot as a canonical formula, eq. (12) with (13) corrected.
+
+    Parameters
+    ----------
+    K_legs : sequence of (6, 6) matrices
+        Stiffness of each leg about its end, global axes.
+    v_leg_end_to_ref : sequence of 3 expressions each
+        From each leg end to the reference point.
+    extra : sequence of SymPy expressions
+        Further expressions whose roots and angles shall be known.
+
+    Raises
+    ------
+    InputError
+        When there are not as many vectors as legs.
+    """
+    if len(K_legs) != len(v_leg_end_to_ref) or not K_legs:
+        raise InputError(
+            "vectors from leg ends", got=len(v_leg_end_to_ref), expected=f"{len(K_legs)}, one a leg"
+        )
+    moved = [
+        move_stiffness(np.array(sp.Matrix(K)), np.array(sp.Matrix(v)).ravel())
+        for K, v in zip(K_legs, v_leg_end_to_ref, strict=True)
+    ]
+    return canonical(sp.Matrix(sum(moved[1:], moved[0])), extra)
 
 
 def _added(fractions: list[Element], entry: Element) -> list[Element]:

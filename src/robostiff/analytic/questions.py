@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from robostiff.analytic.elimination import determinant, echelon, null_space
 from robostiff.analytic.factors import starts_with_minus
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.parallel import skew_formula
-from robostiff.spatial import Space
+from robostiff.spatial import Space, skew
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,8 @@ def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
         if t == 2:
             equations += [[0, -w[0], v[0]], [w[0], 0, v[1]]]
         else:
-            equations += [[*skew_formula(w).row(i), v[i]] for i in range(3)]
+            cross_w = skew(np.array(w, dtype=object))
+            equations += [[*cross_w[i], v[i]] for i in range(3)]
     field = ExactField(entry for equation in equations for entry in equation)
     rows = [[field.element(entry) for entry in equation] for equation in equations]
     points = null_space(field, rows, t + 1)
