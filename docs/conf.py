@@ -57,7 +57,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
 }
 
-# Shapes and units are told in the docstrings; the annotations of arrays would hide the names.
+# Shapes and units are given in the docstrings; the annotations of arrays would hide the names.
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": False}

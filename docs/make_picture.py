@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 
-# Okabe and Ito's colours, which all kinds of colour vision tell apart.
+# Okabe and Ito's colours, which can be distinguished with all kinds of colour vision.
 BLUE, ORANGE, GREEN, GREY, INK = "#0072B2", "#D55E00", "#009E73", "#8C8C8C", "#222222"
 TURN_COLOURS = {"x": ORANGE, "y": GREEN, "z": BLUE}
 
@@ -121,7 +121,7 @@ def draw_arrow_head(axes: Axes3D, tip: np.ndarray, along: np.ndarray, colour: st
 
 
 def draw_matrix(axes: Axes, result: rs.RobotStiffness) -> None:
-    """K as numbers, shaded by its size once rotations are told as lengths."""
+    """K as numbers, shaded by size with rotations multiplied by a length."""
     K = result.K
     s = np.repeat([1.0, float(result.about_reference.length)], 3)
     shade = K / np.outer(s, s)

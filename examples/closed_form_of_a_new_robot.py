@@ -2,8 +2,8 @@
 Closed form of a new robot
 ==========================
 
-**Which formula tells the stiffness of a robot that is in no book?** Three slides,
-tangential to a circle, push a table by rigid rods. Ten lines describe the legs:
+**What is the stiffness of a new robot as a formula?** Three slides, tangential to a circle, push a
+table by rigid rods. Ten lines describe the legs:
 
 .. literalinclude:: ../../examples/three-slides.yaml
    :language: yaml
@@ -24,7 +24,7 @@ model = Path(sys.argv[0]).with_name("three-slides.yaml")  # beside this file
 axes = rs.plot.robot(rs.load(model), backend=rs.plot.Matplotlib(width=rs.plot.Width.HALF))
 
 # %%
-# One line derives the matrix, with all parameters of the file as symbols. Here is its last part:
+# `rs.derive` derives the matrix, with all parameters of the file as symbols. Here is its last part:
 
 derivation = rs.derive(model)
 text = derivation_text(derivation)
@@ -37,11 +37,11 @@ print(text[text.index("K_C = 3") : text.index("Nomenclature")].rstrip())
 #
 #    K_{xx} = \frac{3k}{2}\left(1 + \frac{(R - r)^2}{a^2}\right), \qquad K_{zz} = 3 k r^2 .
 #
-# A formula shows what a table of numbers hides: turning stiffness does not depend on the offset *a*
-# of the slides at all, while sideways stiffness grows without bound as the rods become radial. The
-# drives feel less and less of the load then, as in a toggle press.
+# The rotational stiffness does not depend on the offset *a* of the slides, while the horizontal
+# stiffness grows without bound as the rods become radial: the load on the drives vanishes, as in a
+# toggle press.
 #
-# To trust it, compare it with the numerical way, which knows nothing of it, at other offsets:
+# The comparison with the numerical result at other offsets checks the formula:
 
 offsets = np.linspace(0.02, 0.2, 10)  # m
 numbers = [rs.stiffness(rs.load(model, {"a": float(a)})).K for a in offsets]
@@ -59,7 +59,7 @@ axes.set(xlabel="offset a of the slides [mm]", ylabel="K[Fx, dx] [N/µm]", yscal
 _ = axes.legend()
 
 # %%
-# **Answer:** 1.5 k (1 + (R - r)²/a²) sideways, and 3 k r² in rotation.
+# **Answer:** 1.5 k (1 + (R - r)²/a²) for horizontal forces, and 3 k r² for rotation.
 
 K = rs.stiffness(rs.load(model)).K
 print(f"at a = 80 mm: {K[0, 0] / 1e6:.1f} N/um sideways, {K[2, 2] / 1e3:.0f} kN m/rad")

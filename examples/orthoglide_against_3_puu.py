@@ -2,9 +2,9 @@
 What parallelograms are good for
 ================================
 
-**An Orthoglide has two bars in each leg, side by side in a parallelogram. What would be lost with
-both laid together into one, between two universal joints?** That makes a 3-PRPaR a 3-PUU. Both move
-alike, have the same drives, and weigh the same. :doc:`/orthoglide` tells more about the answer.
+**An Orthoglide has two bars in each leg, in a parallelogram. How much stiffness is lost if both are
+merged into one, between two universal joints?** That makes a 3-PRPaR a 3-PUU. Both have the same
+motion, the same drives and the same mass. :doc:`/orthoglide` explains the answer.
 """
 
 import sys
@@ -21,8 +21,8 @@ here = Path(__file__).parent if "__file__" in globals() else Path.cwd()
 robots = rs.load("orthoglide"), rs.load(here / "orthoglide-3-puu.yaml")
 
 # %%
-# The tool goes along the diagonal x = y = z through the usual workspace, where neither drives nor
-# tool move more than twice as fast as the other.
+# The tool moves along the diagonal x = y = z through the usual workspace, where the ratio of the
+# speeds of drives and tool is between 1/2 and 2.
 
 
 def compared(s):
@@ -51,9 +51,9 @@ for i, at in enumerate(1e3 * s):
     print(f"{at:5.0f} mm{forces[2:]}{torques}{least:9.0f} to {most:3.0f} times")
 
 # %%
-# Bars carry forces along themselves, so with the tool kept from turning, both robots are the same
-# to the last digit. But what keeps it from turning is two bars in one robot, one pulled and one
-# pushed, and a bar that twists in the other.
+# Bars carry axial forces, so with rotations held, both robots are the same up to rounding.
+# Rotations are resisted by two bars in one robot, one in tension and one in compression, and by
+# the torsion of a single bar in the other.
 
 s = np.linspace(-0.12, 0.24, 181)
 along = compared(s)
@@ -74,6 +74,6 @@ if len(sys.argv) > 1:
     figure.savefig(sys.argv[1], dpi=110, metadata={"Software": None})
 
 # %%
-# **Answer:** at the centre nothing against forces, and a factor of 131 against torques. Away from
-# there the lines along the legs miss each other. A force across the diagonal then turns the tool,
-# and the 3-PUU becomes soft against forces too.
+# **Answer:** at the centre nothing against forces, and a factor of 131 against torques. Elsewhere
+# the lines along the legs do not meet. A force across the diagonal then turns the tool, and the
+# 3-PUU becomes soft against forces, too.

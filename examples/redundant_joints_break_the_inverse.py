@@ -2,10 +2,10 @@
 Redundant joints break the inverse
 ==================================
 
-**How stiff is a rod between two ball joints?** EA/L along itself, and not at all otherwise. But the
-rod can spin about its own axis, which the joint at either end allows. Six joint coordinates, five
-freedoms: one is redundant, and the matrix of eq. (7), which the textbook method inverts, is
-singular.
+**How stiff is a rod between two ball joints?** Its stiffness is EA/L along the rod, and zero in all
+other directions. The rod can spin about its own axis by either ball joint: of six joint coordinates
+only five are independent. One joint is redundant, and the matrix of eq. (7), which the textbook
+method inverts, is singular.
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ def rod(angle):
 
 
 def inverted(C, J_q):
-    """Upper left of the inverse of eq. (7), without a look at the rank of the joints."""
+    """Upper left of the inverse of eq. (7), without a check of the rank of the joints."""
     try:
         return np.linalg.inv(np.block([[C, J_q], [J_q.T, np.zeros((6, 6))]]))[:6, :6]
     except np.linalg.LinAlgError:
@@ -39,8 +39,8 @@ def inverted(C, J_q):
 
 
 # %%
-# The rod is turned in steps of half a degree, about an oblique axis. Its stiffness along itself
-# should not notice.
+# The rod is turned in steps of half a degree, about an oblique axis. Its axial stiffness should not
+# change.
 
 angles = np.radians(np.arange(0, 90.1, 0.5))
 rods = [rod(angle) for angle in angles]
@@ -55,8 +55,8 @@ axes.set(xlabel="rod turned by [deg]", ylabel="stiffness along the rod / (EA/L)"
 _ = axes.legend()
 
 # %%
-# Rounding decides what the inverse gives: in some directions NumPy notices that the matrix is
-# singular, and in the others it returns a number without a sign that it means nothing.
+# The result of the inverse depends on rounding: in some directions NumPy raises an error because
+# the matrix is singular, in the others it returns a wrong number without a warning.
 
 found = np.isfinite(theirs)
 wrong = np.abs(theirs[found] - 1) > 0.01
@@ -66,8 +66,8 @@ print(f"robostiff:          {len(angles)} answered, largest error {np.abs(ours -
 print(f"                    rank {answers[7].rank}, status {answers[7].status}")
 
 # %%
-# robostiff finds the wrenches that the joints transmit, here a single one, and lets only them meet
-# the compliance. A joint more or less changes nothing; the status names it, since somebody should
-# know that the rod spins.
+# robostiff finds the wrenches that the joints transmit, here a single one, and uses their
+# compliance alone. A redundant joint does not change the result. It is reported by the status,
+# because the spin of the rod may be unintended.
 #
-# **Answer:** EA/L, in every direction, and a word on the joint that is not needed.
+# **Answer:** EA/L, in every direction, with a status that reports the redundant joint.

@@ -2,8 +2,8 @@
 Stiffer screws or stiffer joints
 ================================
 
-**A hexapod gives way too much under the cutting force. What should be made twice as stiff?** The
-ball screws of its legs, or the bearings of its joints? Two designs are one parameter apart each.
+**A hexapod deflects too much under the cutting force. What should be made twice as stiff?** The
+ball screws of its legs, or the bearings of its joints? Each design changes one parameter.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ now = rs.deflection(rs.load("hexapod"), pose, load)
 print(f"now: {1e6 * np.linalg.norm(now.twist[:3]):.1f} um")
 
 # %%
-# Ask first who bends. The elastic energy of each part is its share in the deflection along the
+# The elastic energy of each part, as a share of the total, is its share in the deflection along the
 # load:
 
 axes = rs.plot.energy_shares(now)
@@ -29,8 +29,8 @@ for kind, share in shares.items():
     print(f"{kind:9} {share:.0%}")
 
 # %%
-# A part that is twice as stiff bends half as much under the same load. In this hexapod the load on
-# a leg does not depend on stiffness, so that the shares foretell the gain:
+# A part that is twice as stiff deflects half as much under the same load. In this hexapod the load
+# on a leg does not depend on stiffness, so the shares predict the gain:
 
 designs = {
     "screws": rs.load("hexapod", {"k_screw": "240 N/um"}),
@@ -40,12 +40,13 @@ bent = {kind: rs.deflection(robot, pose, load) for kind, robot in designs.items(
 for kind, answer in bent.items():
     print(
         f"stiffer {kind:9} {1e6 * np.linalg.norm(answer.twist[:3]):.1f} um,"
-        f" energy {answer.energy / now.energy - 1:+.1%} (foretold {-shares[kind] / 2:+.1%})"
+        f" energy {answer.energy / now.energy - 1:+.1%} (predicted {-shares[kind] / 2:+.1%})"
     )
 
 # %%
-# Is that so for this load alone? The principal stiffnesses answer for all directions: screws beat
-# bearings by 15 % in each of them, since all legs are alike and nearly of one length.
+# The principal stiffnesses show that this holds for all directions: stiffer screws are better than
+# stiffer bearings by 15 % in each of them, because all legs are equal and nearly of the same
+# length.
 
 stiffness = {kind: rs.stiffness(robot, pose) for kind, robot in designs.items()}
 axes = rs.plot.comparison(
@@ -53,5 +54,5 @@ axes = rs.plot.comparison(
 )
 
 # %%
-# **Answer:** the screws. They hold 54 % of the energy, so that screws twice as stiff take 27 % of
-# the deflection away, bearings 16 %.
+# **Answer:** the screws. They store 54 % of the energy, so screws that are twice as stiff reduce
+# the deflection by 27 %, bearings by 16 %.

@@ -2,9 +2,9 @@
 Three free rotations of a hexapod
 =================================
 
-**Six legs, six motors, and yet the platform is loose: what can it do?** In case A of the paper
+**Which free motions has a hexapod with similar base and platform?** In case A of the paper
 :cite:p:`pashkevich2011cartesian` base and platform are similar regular hexagons. The text says that
-the platform turns freely about the vertical axis. The matrix says more.
+the platform turns freely about the vertical axis. By its matrix, it has three free rotations.
 """
 
 import numpy as np
@@ -18,29 +18,29 @@ print(f"rank {result.rank} of 6, status {result.status}")
 print(*result.free_motions, sep="\n")
 
 # %%
-# All six legs point at one apex, and forces through a point have no moment about it. So the legs
-# hold the apex and nothing else: the platform turns about it as if on a ball joint.
+# All six legs point at one apex, and forces through a point have no moment about it. The legs
+# therefore hold only the apex: the platform turns about it as on a ball joint.
 
 axes = rs.plot.free_motions(result, within=robot)
 
 # %%
-# With symbols in place of numbers, the point that all free motions leave at rest has a formula. It
-# is seen from the platform:
+# With symbols in place of numbers, the point that all free motions leave at rest has a formula,
+# relative to the reference point of the platform:
 
 K = rs.derive("gough-stewart-a").K
 apex = fixed_point_formula(K)
 print("rank", rank_formula(K).rank, "for all dimensions; apex at", list(apex))
 
 # %%
-# At home the legs carry a vertical load. A horizontal one makes the platform run away, and the
-# answer says that instead of a number:
+# At home the legs carry a vertical load. A horizontal load does work on the free motions; it has no
+# deflection, which the status reports:
 
 print("100 N down:    ", rs.deflection(robot, wrench=[0, 0, -100, 0, 0, 0]).status)
 print("100 N sideways:", rs.deflection(robot, wrench=[100, 0, 0, 0, 0, 0]).status)
 
 # %%
-# Is it only home that is singular? At a thousand poses around it, the rank is 5: one free motion is
-# left everywhere. Pairing the joints, case B, holds the platform.
+# At a thousand poses around home, the rank is 5: one free motion is left at each of them. With
+# joints in pairs, case B, the platform is held.
 
 rng = np.random.default_rng(1)
 poses = rng.uniform(-0.1, 0.1, (1000, 6))
@@ -51,4 +51,4 @@ for name in ("gough-stewart-a", "gough-stewart-b"):
 
 # %%
 # **Answer:** three rotations about the apex, h r/(R - r) = 1.2 m above the platform, and one free
-# motion is left at every other pose.
+# motion at general poses.

@@ -2,9 +2,9 @@
 Where a delta robot is stiff
 ============================
 
-**A delta robot shall press parts into place as well as pick them. At which height should it
-press?** It gives way by so many micrometres a newton, in the direction where that is worst. A map
-asks for this number at many poses; here in the vertical plane through one of the three arms.
+**A delta robot is to press parts into place as well as pick them. At which height should it
+press?** The worst deflection is the largest displacement for a force of 1 N in any direction. A map
+computes it at many poses, here in the vertical plane through one of the three arms.
 """
 
 import robostiff as rs
@@ -19,8 +19,8 @@ axes = rs.plot.map_slice(
 )
 
 # %%
-# Hatched poses are out of reach: they have no stiffness, and no colour. Lower down the platform
-# gives way more: through steep rods, a small turn of the motors becomes a larger motion sideways.
+# Hatched poses are out of reach: they have no stiffness, and no colour. At lower poses the platform
+# deflects more: with steep rods, a small rotation of the motors causes a larger horizontal motion.
 
 for z in (-0.5, -0.6, -0.7, -0.8, -0.9):
     level = worst.sel(z=z, method="nearest")
@@ -28,7 +28,7 @@ for z in (-0.5, -0.6, -0.7, -0.8, -0.9):
     print(f"z = {z:.1f} m: {centre:4.1f} um/N in the middle, at most {edge:4.1f} within 400 mm")
 
 # %%
-# Which part of the robot gives way? Push at mid-height, down and sideways:
+# The elastic energy shows which part deflects under a force downwards and a force sideways:
 
 for way, wrench in {"down": [0, 0, -100, 0, 0, 0], "sideways": [100, 0, 0, 0, 0, 0]}.items():
     bent = rs.deflection(robot, [0, 0, -0.7, 0, 0, 0], wrench)
@@ -40,6 +40,6 @@ for way, wrench in {"down": [0, 0, -100, 0, 0, 0], "sideways": [100, 0, 0, 0, 0,
     print(f"100 N {way:8}: {size:.0f} um, {shares[most]:.0%} of the energy in the {most}s")
 
 # %%
-# **Answer:** as high as it reaches. At 500 mm below the base the middle gives way by 2.4 µm/N, at
-# 900 mm by 11.4, and in both directions it is the motors with their gears that should be made
-# stiffer, not the rods.
+# **Answer:** as high as it reaches. In the middle the worst deflection is 2.4 µm/N at 500 mm below
+# the base, and 11.4 µm/N at 900 mm. For both forces, the motors with their gears store most of the
+# energy and should be made stiffer.

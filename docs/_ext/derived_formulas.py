@@ -46,7 +46,7 @@ class Derived(SphinxDirective):
             raise self.error(f"no part {missing[0]!r} in {name}; there are {', '.join(parts)}")
         lines: list[str] = []
         for heading in wanted:
-            # A heading of one part alone would tell what the text around it says.
+            # The heading of a single part would repeat the text around it.
             lines += ([f"**{heading}**", ""] if len(wanted) > 1 else []) + parts[heading]
         container = nodes.container(classes=["derived"])
         self.state.nested_parse(StringList(lines, source=name), self.content_offset, container)
