@@ -70,7 +70,7 @@ def programs(draw: st.DrawFn) -> Program:
 
 
 def evaluated(code: ArrayCode | MachineCode, inputs: np.ndarray) -> np.ndarray:
-    outputs = np.full((len(code.program.outputs), inputs.shape[1]), np.nan)
+    outputs = np.full((code.rows, inputs.shape[1]), np.nan)
     code.evaluate(inputs, outputs)
     return outputs
 

@@ -38,7 +38,12 @@ from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.record import Entry
-from robostiff.recorded import RecordedRobot, record_at_joints, record_at_pose
+from robostiff.recorded import (
+    RecordedRobot,
+    record_at_joints,
+    record_at_pose,
+    record_closure,
+)
 from robostiff.spatial.batch import empty_batch
 
 # Poses at once: their rows of results stay in the cache until they are written to their places. A
@@ -87,9 +92,10 @@ class CompiledRobot:
     robot : Robot
         Its symbols are the parameters of the kernel.
     kernel : Kernel
-    takes_joints : bool
-        Whether the inputs of the kernel are leg coordinates; platform poses are then closed by
-        iteration before.
+        Takes pose coordinates; those of the legs for an arm posed by its joints, and where the
+        closure of the legs has no record: poses are then closed by iteration before.
+    joint_kernel : Kernel or None
+        Takes leg coordinates: of an arm, or it is the kernel itself.
     rank : int
         At a general pose.
     status : Status
@@ -101,7 +107,7 @@ class CompiledRobot:
 
     robot: Robot
     kernel: Kernel
-    takes_joints: bool
+    joint_kernel: Kernel | None
     rank: int
     status: Status
     verified: bool
@@ -113,6 +119,11 @@ class CompiledRobot:
             f"<CompiledRobot {self.robot.name!r}: {names} at {inputs}, "
             f"{self.kernel.operations} operations>"
         )
+
+    @property
+    def takes_joints(self) -> bool:
+        """Whether it answers at coordinates of legs."""
+        return self.joint_kernel is not None
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -176,14 +187,14 @@ class CompiledRobot:
             When the poses or the parameters do not fit the robot.
         """
         told, _, _ = self._inputs_of(pose, parameters)
-        yield from self._checked(told, slice(0, len(told.missed)))
+        yield from self._checked(self._kernel_for(pose), told, slice(0, len(told.missed)))
 
     def _attempt(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
     ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues]:
         threads = whole_threads(threads)
         told, given, parameter_values = self._inputs_of(pose, parameters)
-        count = len(told.missed)
+        kernel, count = self._kernel_for(pose), len(told.missed)
         answer = CompiledAnswer(
             values={
                 output.name: empty_batch((count,), output.shape(self.robot.space))
@@ -195,7 +206,7 @@ class CompiledRobot:
         )
 
         def fill(part: slice) -> None:
-            for where, found in self._checked(told, part):
+            for where, found in self._checked(kernel, told, part):
                 for name, values in answer.values.items():
                     unpack(found.rows[name], values[where])
                 answer.status_codes[where] = found.status_codes
@@ -216,25 +227,27 @@ class CompiledRobot:
     def _inputs_of(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None
     ) -> tuple[InputRows, np.ndarray, ParameterValues]:
-        given = self._inputs.checked(pose)
+        inputs = _inputs_of(self.robot, self._kernel_for(pose), self.joint_kernel)
+        given = inputs.checked(pose)
         values = ParameterValues.of(self.robot, parameters, len(given))
-        return self._inputs.rows(pose, given, values), given, values
+        return inputs.rows(pose, given, values), given, values
 
-    def _checked(self, told: InputRows, part: slice) -> Iterator[tuple[slice, CheckedResults]]:
+    def _kernel_for(self, pose: Pose) -> Kernel:
+        by_joints = self.joint_kernel if isinstance(pose, JointCoordinates) else None
+        return by_joints or self.kernel
+
+    def _checked(
+        self, kernel: Kernel, told: InputRows, part: slice
+    ) -> Iterator[tuple[slice, CheckedResults]]:
         general = AtGeneralPoses(self.rank, self.status, self.verified)
-        buffer = np.empty((self.kernel.rows, min(_CHUNK, part.stop - part.start)))
+        buffer = np.empty((kernel.rows, min(_CHUNK, part.stop - part.start)))
         for start in range(part.start, part.stop, _CHUNK):
             where = slice(start, min(start + _CHUNK, part.stop))
             count = where.stop - where.start
             room = buffer if count == buffer.shape[1] else np.empty((len(buffer), count))
-            results = self.kernel.evaluate(told.rows[:, where], room)
+            results = kernel.evaluate(told.rows[:, where], room)
             missed, loose = told.missed[where], told.loose[where]
-            yield where, checked_results(self.kernel, results, missed, loose, general)
-
-    @property
-    def _inputs(self) -> KernelInputs:
-        joints = len(self.kernel.inputs) - len(self.robot.symbols) if self.takes_joints else 0
-        return KernelInputs(self.robot, joints)
+            yield where, checked_results(kernel, results, missed, loose, general)
 
     def _compute_again(
         self, robot: Robot, pose: Pose, rows: np.ndarray, answer: CompiledAnswer
@@ -319,14 +332,19 @@ def compile_robot(
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
     robot = _within_its_space(robot)
     finder = posture_finder(robot.numeric)
-    recorded, takes_joints = _recorded(robot, finder)
+    recorded = _recorded(robot, finder)
     for output in outputs:
-        _check_derivative(output, robot, takes_joints)
+        _check_derivative(output, robot, recorded)
     kernel = kernel_of(recorded, outputs, backend)
-    compiled = CompiledRobot(
-        robot, kernel, takes_joints, recorded.factors.rank, recorded.status, verified=True
-    )
-    return replace(compiled, verified=is_trusted(recorded, compiled._inputs, finder))
+    joint_kernel = None
+    if recorded.joints and recorded.closure is None:
+        joint_kernel = kernel
+    elif recorded.closure is not None and robot.is_serial:
+        joint_kernel = kernel_of(replace(recorded, closure=None), outputs, backend)
+    inputs = _inputs_of(robot, kernel, joint_kernel)
+    verified = is_trusted(recorded, inputs, finder)
+    rank, status = recorded.factors.rank, recorded.status
+    return CompiledRobot(robot, kernel, joint_kernel, rank, status, verified)
 
 
 def _within_its_space(robot: Robot) -> Robot:
@@ -355,9 +373,9 @@ def _checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
     return tuple(outputs)
 
 
-def _check_derivative(output: Output, robot: Robot, takes_joints: bool) -> None:
-    """Raise where the inputs of the kernel cannot change one at a time."""
-    if isinstance(output, Derivative) and takes_joints and not robot.is_posed_by_joints:
+def _check_derivative(output: Output, robot: Robot, recorded: RecordedRobot) -> None:
+    """Raise where the inputs of the record cannot change one at a time."""
+    if isinstance(output, Derivative) and recorded.joints and not robot.is_posed_by_joints:
         raise InputError(
             f"derivative by {output.by}",
             got=f"{robot.name!r}, whose legs are closed by iteration",
@@ -366,14 +384,22 @@ def _check_derivative(output: Output, robot: Robot, takes_joints: bool) -> None:
         )
 
 
-def _recorded(robot: Robot, finder: PostureFinder) -> tuple[RecordedRobot, bool]:
-    """The robot's record, and whether its inputs are the coordinates of the legs."""
+def _recorded(robot: Robot, finder: PostureFinder) -> RecordedRobot:
+    """The robot's record, at its poses if it can be."""
     by_joints = robot.is_posed_by_joints
     if not by_joints and all(s.closed_form is not None for s in finder.solvers):
         recorded = record_at_pose(robot, finder)
         if not _misses(recorded):
-            return recorded, False
-    return record_at_joints(robot, finder), True
+            return recorded
+    recorded = record_at_joints(robot, finder)
+    if by_joints:
+        return recorded
+    return replace(recorded, closure=record_closure(robot, finder, recorded.joints))
+
+
+def _inputs_of(robot: Robot, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
+    joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
+    return KernelInputs(robot, joints)
 
 
 def _misses(recorded: RecordedRobot) -> bool:

@@ -23,7 +23,7 @@ from robostiff.compiled import (
 )
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
-from robostiff.recorded import SHORT
+from robostiff.recorded import CLOSED, SHORT
 from robostiff.spatial import Space, move_stiffness, move_twist, move_wrench
 from robostiff.spatial.batch import empty_batch
 
@@ -101,17 +101,18 @@ def checked_results(
         stop = start + rows_of(output.shape(kernel.space))
         rows[output.name] = results[start:stop]
         start = stop
-    checks = dict(zip(kernel.checks, results[start:], strict=True))
+    checks = _checks(kernel, results)
     status = np.full(results.shape[1], int(general.status), dtype=np.uint8)
     rank = np.full(results.shape[1], general.rank, dtype=np.int8)
     if "limits" in checks:
         beyond = checks["limits"] < 0
         if beyond.any():
             status[beyond] |= np.uint8(Status.BEYOND_LIMITS)
-    guarded = _unsafe(checks, results.shape[1], general) | loose
+    closed = closes(kernel, results)
+    guarded = _unsafe(checks, results.shape[1], general) | loose | ~closed
     out_of_reach = missed
     if "reach" in checks:
-        out_of_reach = out_of_reach | (checks["reach"] < _OUT_OF_REACH)
+        out_of_reach = out_of_reach | (closed & (checks["reach"] < _OUT_OF_REACH))
     lost = bool(out_of_reach.any())
     if lost:
         status[out_of_reach], rank[out_of_reach] = int(Status.UNREACHABLE), -1
@@ -125,6 +126,20 @@ def checked_results(
                 if isinstance(output, Derivative):
                     rows[output.name][:, meet] = np.nan
     return CheckedResults(rows, status, rank, guarded)
+
+
+def closes(kernel: Kernel, results: np.ndarray) -> np.ndarray:
+    """Where the recorded closure arrives, in the assembly mode of home (N,)."""
+    checks = _checks(kernel, results)
+    if "open" not in checks:
+        return np.ones(results.shape[1], dtype=bool)
+    return (checks["open"] < CLOSED) & (checks["mode"] > 0)
+
+
+def _checks(kernel: Kernel, results: np.ndarray) -> dict[str, np.ndarray]:
+    """The rows of checks, which follow those of the outputs."""
+    start = kernel.rows - len(kernel.checks)
+    return dict(zip(kernel.checks, results[start:], strict=True))
 
 
 def _unsafe(checks: Mapping[str, np.ndarray], count: int, general: AtGeneralPoses) -> np.ndarray:

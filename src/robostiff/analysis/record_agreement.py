@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results
+from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results, closes
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
@@ -35,8 +35,8 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
     Returns
     -------
     bool
-        False where generic poses are ill-conditioned, or the record gives something else where it
-        is unsafe. Then no pose of the robot is left to it.
+        False where generic poses are ill-conditioned, the recorded closure arrives at none, or the
+        record gives something else where it is unsafe. Then no pose of the robot is left to it.
 
     Raises
     ------
@@ -57,8 +57,10 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
         pose = JointCoordinates(given) if by_joints else given
         rows = inputs.rows(pose, given, values)
         results = kernel.evaluate(rows.rows)
+        met = closes(kernel, results) & ~rows.missed
         found = checked_results(kernel, results, rows.missed, rows.loose, general)
-        for other, own in values.groups(~rows.missed):
+        trusted &= bool(met.any())
+        for other, own in values.groups(met):
             part = JointCoordinates(given[own]) if by_joints else given[own]
             result = stiffness(other, part)
             decided = ~(found.guarded[own] | _doubtful(result))

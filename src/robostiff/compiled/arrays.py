@@ -29,6 +29,16 @@ class ArrayCode:
 
     program: Program
 
+    @property
+    def operations(self) -> int:
+        """Number of operations a pose takes."""
+        return self.program.operations
+
+    @property
+    def rows(self) -> int:
+        """Number of results."""
+        return len(self.program.outputs)
+
     def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
         n = inputs.shape[1]

@@ -11,12 +11,16 @@ from functools import reduce
 import numpy as np
 
 from robostiff.compiled.arrays import ArrayCode
+from robostiff.compiled.iterated import IteratedCode
 from robostiff.compiled.machine import MachineCode, machine_code_is_available
 from robostiff.compiled.outputs import Derivative, Output
 from robostiff.errors import InputError
 from robostiff.record import Entry, Program, least
 from robostiff.recorded import RecordedRobot
 from robostiff.spatial import Space
+
+# Operations up to which Newton steps are written out; beyond, compilers take their time.
+_LONGEST = 8000
 
 
 class Backend(Enum):
@@ -64,9 +68,10 @@ class Kernel:
     outputs : tuple of Output
     checks : tuple of str
         See `RecordedRobot.checks`; and ``gap``, the smallest part by which eigenvalues are apart,
-        where their derivatives are asked for.
+        where their derivatives are asked for. With a closure also ``open``, the square of what the
+        legs leave open, and ``mode``, positive in the assembly mode of home.
     space : Space
-    code : MachineCode or ArrayCode
+    code : MachineCode, ArrayCode or IteratedCode
         Its results are the rows of all outputs one after the other, then a row for each check.
     """
 
@@ -74,17 +79,17 @@ class Kernel:
     outputs: tuple[Output, ...]
     checks: tuple[str, ...]
     space: Space
-    code: MachineCode | ArrayCode
+    code: MachineCode | ArrayCode | IteratedCode
 
     @property
     def operations(self) -> int:
-        """Number of operations of the record."""
-        return self.code.program.operations
+        """Number of operations a pose takes."""
+        return self.code.operations
 
     @property
     def rows(self) -> int:
         """Number of rows of results, checks included."""
-        return len(self.code.program.outputs)
+        return self.code.rows
 
     def evaluate(
         self, inputs: np.ndarray, out: np.ndarray | None = None, *, threads: int = 1
@@ -171,24 +176,32 @@ def kernel_of(
     if gaps:
         checked["gap"] = reduce(least, gaps)
     program = Program.of(recorded.record, [*entries, *checked.values()])
+    closure, code = recorded.closure, _code_of(backend)
+    if closure is None:
+        return Kernel(
+            recorded.record.inputs, tuple(outputs), tuple(checked), recorded.space, code(program)
+        )
+    whole = closure.composed(program)
     return Kernel(
-        inputs=recorded.record.inputs,
+        inputs=closure.inputs,
         outputs=tuple(outputs),
-        checks=tuple(checked),
+        checks=(*checked, "open", "mode"),
         space=recorded.space,
-        code=_code(program, backend),
+        code=code(whole)
+        if whole.operations <= _LONGEST
+        else IteratedCode.of(closure, program, code),
     )
 
 
-def _code(program: Program, backend: Backend) -> MachineCode | ArrayCode:
+def _code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:
     if not isinstance(backend, Backend):
         raise InputError(
             "backend", got=backend, expected=", ".join(str(member) for member in Backend)
         )
     if backend is Backend.ARRAYS:
-        return ArrayCode(program)
+        return ArrayCode
     if machine_code_is_available():
-        return MachineCode(program)
+        return MachineCode
     if backend is Backend.MACHINE:
         raise InputError(
             "backend of the kernel",
@@ -202,4 +215,4 @@ def _code(program: Program, backend: Backend) -> MachineCode | ArrayCode:
         NoMachineCodeWarning,
         stacklevel=1,
     )
-    return ArrayCode(program)
+    return ArrayCode

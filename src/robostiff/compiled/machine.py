@@ -27,6 +27,16 @@ class MachineCode:
 
     program: Program
 
+    @property
+    def operations(self) -> int:
+        """Number of operations a pose takes."""
+        return self.program.operations
+
+    @property
+    def rows(self) -> int:
+        """Number of results."""
+        return len(self.program.outputs)
+
     def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64, rows contiguous."""
         if threads <= 1:

@@ -70,6 +70,8 @@ class PostureFinder:
         self.home_pose = home_coordinates(self.robot)
         #: What was found out about the robot as a whole, by the question.
         self.known: dict[str, tuple[str, ...]] = {}
+        #: Postures drawn around home, by the seed.
+        self.samples: dict[int, Posture] = {}
         self.length = reach(self.robot, self.home_pose)
 
     @cached_property
@@ -145,7 +147,7 @@ class PostureFinder:
             out.
         """
         pose = request.coordinates
-        follow = bool(request.open) and not self._open_stay_at_home
+        follow = bool(request.open) and not self.open_stay_at_home
         # Alone a leg seldom closes where coordinates must follow: that is not looked for far away.
         elsewhere = np.zeros(len(pose), dtype=bool)
         if near is None:
@@ -188,7 +190,7 @@ class PostureFinder:
         return np.any([solver.leaves_drive_open(pose, R) for solver in self.solvers], axis=0)
 
     @cached_property
-    def _open_stay_at_home(self) -> bool:
+    def open_stay_at_home(self) -> bool:
         """Whether the coordinates that the legs decide keep their home values all around home.
 
         Then no other value of them helps where a leg does not reach.

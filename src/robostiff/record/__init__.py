@@ -8,6 +8,7 @@ poses, compiled, differentiated, or read as named steps.
 from robostiff.record.derivative import derivatives
 from robostiff.record.entry import Entry, Number, is_number, is_one, is_zero
 from robostiff.record.functions import (
+    ENTRY_FUNCTIONS,
     arc_cosine,
     arc_tangent,
     cosine,
@@ -21,6 +22,7 @@ from robostiff.record.program import Program, Step
 from robostiff.record.record import NUMPY_FUNCTIONS, OPERATORS, Operation, Record
 
 __all__ = [
+    "ENTRY_FUNCTIONS",
     "NUMPY_FUNCTIONS",
     "OPERATORS",
     "Entry",

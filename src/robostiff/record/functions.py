@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.record.entry import Entry, is_exact, reciprocal_of, step_of
-from robostiff.record.record import Operation
+from robostiff.record.record import OPERATORS, Operation
 
 
 def _entry_by_entry(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -104,6 +104,25 @@ def _root_of_product(x: Entry) -> Any:
         if np.all(root.sample < 0):
             return -root
     return x.apply(Operation.SQUARE_ROOT)
+
+
+def _plain_root(x: Any) -> Any:
+    """sqrt(x) whatever stands below it: the sign of a root at few samples says too little."""
+    return x.apply(Operation.SQUARE_ROOT) if isinstance(x, Entry) else math.sqrt(x)
+
+
+#: The operations on entries and floats, with which a program is written into another record.
+ENTRY_FUNCTIONS: dict[Operation, Callable[..., Any]] = {
+    **OPERATORS,
+    Operation.RECIPROCAL: reciprocal,
+    Operation.SQUARE_ROOT: _plain_root,
+    Operation.SINE: sine,
+    Operation.COSINE: cosine,
+    Operation.ARC_COSINE: arc_cosine,
+    Operation.ARC_TANGENT: arc_tangent,
+    Operation.LEAST: least,
+    Operation.GREATER: greater,
+}
 
 
 def _half() -> Any:

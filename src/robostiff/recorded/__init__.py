@@ -4,6 +4,7 @@ Closure, placement, elimination of the passive joints in the working frame where
 and the sum over the legs, on recorded entries.
 """
 
+from robostiff.recorded.closure import CLOSED, RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of, inverse_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
 from robostiff.recorded.parameters import entry_reader, parameter_samples, sample_postures
@@ -17,9 +18,11 @@ from robostiff.recorded.robot import (
 )
 
 __all__ = [
+    "CLOSED",
     "SHORT",
     "Factors",
     "LegRecorder",
+    "RecordedClosure",
     "RecordedLeg",
     "RecordedRobot",
     "assembled",
@@ -30,6 +33,7 @@ __all__ = [
     "parameter_samples",
     "record_at_joints",
     "record_at_pose",
+    "record_closure",
     "sample_postures",
     "stiffness_entries",
 ]

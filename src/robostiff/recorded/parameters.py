@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import reduce
 from operator import add, mul
 from typing import Any
@@ -121,7 +122,13 @@ def sample_postures(robot: Robot, finder: PostureFinder, seed: int | None = None
     InputError
         When no neighbourhood of home is reached.
     """
-    random = np.random.default_rng(_SEED_OF_SAMPLES if seed is None else seed)
+    seed = _SEED_OF_SAMPLES if seed is None else seed
+    if seed not in finder.samples:
+        finder.samples[seed] = _samples(robot, finder, np.random.default_rng(seed))
+    return finder.samples[seed]
+
+
+def _samples(robot: Robot, finder: PostureFinder, random: np.random.Generator) -> Posture:
     spread = 0.1
     for _ in range(_SHRINKS):
         posture = _drawn(robot, finder, random, spread)
@@ -190,8 +197,24 @@ def with_inputs(robot: Robot, record: Record) -> Robot:
     return with_entries(robot, entry_reader(record, exact=False))
 
 
-def sample_coordinates(robot: Robot, finder: PostureFinder) -> list[np.ndarray]:
-    """Coordinates of each leg (samples, size) at the sample postures, every sample closed anew.
+@dataclass(frozen=True)
+class ClosedSamples:
+    """Closed postures at which a robot is recorded, one a row.
+
+    Attributes
+    ----------
+    pose : (samples, 6) array
+        x, y, z and rotation vector [m, rad].
+    coordinates : list of (samples, size) arrays
+        Of each leg [m, rad].
+    """
+
+    pose: np.ndarray
+    coordinates: list[np.ndarray]
+
+
+def closed_samples(robot: Robot, finder: PostureFinder) -> ClosedSamples:
+    """The sample postures of a robot, each with its own values of the parameters.
 
     Raises
     ------
@@ -201,20 +224,23 @@ def sample_coordinates(robot: Robot, finder: PostureFinder) -> list[np.ndarray]:
     posture = sample_postures(finder.robot, finder)
     values = parameter_samples(robot)
     if not values or robot.is_posed_by_joints:
-        return list(posture.coordinates)
-    rows = []
+        return ClosedSamples(posture.pose, list(posture.coordinates))
+    found = []
     for k in range(COUNT):
         other = robot.substituted({name: float(own[k]) for name, own in values.items()})
-        told = robot.coordinate_places
-        closed = posture_finder(other).find(posture.pose[k : k + 1, told])
+        chosen = robot.coordinate_places
+        closed = posture_finder(other).find(posture.pose[k : k + 1, chosen])
         if not closed.reached.all():
             raise InputError(
                 f"parameters of {robot.name!r}",
                 got=", ".join(values),
                 expected="parameters that may change a little while the legs reach the platform",
             )
-        rows.append(closed.coordinates)
-    return [np.concatenate(own) for own in zip(*rows, strict=True)]
+        found.append(closed)
+    each = zip(*(closed.coordinates for closed in found), strict=True)
+    return ClosedSamples(
+        np.concatenate([closed.pose for closed in found]), [np.concatenate(own) for own in each]
+    )
 
 
 def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Entry]:

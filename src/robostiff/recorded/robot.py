@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from operator import add
 from typing import Any
@@ -20,12 +20,13 @@ from robostiff.kinematics.formula import (
 )
 from robostiff.model import Actuated, Robot
 from robostiff.record import Entry, Operation, Record, least
+from robostiff.recorded.closure import RecordedClosure
 from robostiff.recorded.factor import Factors, factors_of
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
+    closed_samples,
     coordinates_at_home,
     parameter_samples,
-    sample_coordinates,
     sample_postures,
     with_inputs,
 )
@@ -61,6 +62,10 @@ class RecordedRobot:
         Of the closure: large where a leg has two ways that are as good, or a drive is undetermined.
     limits : tuple of entries
         Negative where an actuator is beyond its limits.
+    joints : tuple of str
+        Inputs that are coordinates of the legs; none where pose coordinates are the inputs.
+    closure : RecordedClosure or None
+        From pose coordinates to the coordinates of the legs.
     """
 
     name: str
@@ -72,6 +77,8 @@ class RecordedRobot:
     reach: tuple[Any, ...]
     closure_losses: tuple[Any, ...]
     limits: tuple[Any, ...]
+    joints: tuple[str, ...] = ()
+    closure: RecordedClosure | None = None
 
     @cached_property
     def factors(self) -> Factors:
@@ -146,7 +153,7 @@ def record_at_joints(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     The inputs are named ``leg/0``, ``leg/1`` and so on, or ``q0``, ``q1`` for a serial arm; then
     come the symbols of the robot.
     """
-    samples = sample_coordinates(robot, finder)
+    samples = closed_samples(robot, finder).coordinates
     inputs: dict[str, Any] = {}
     for leg, own in zip(robot.legs, samples, strict=True):
         start = "q" if robot.is_serial else f"{leg.name}/"
@@ -158,7 +165,8 @@ def record_at_joints(robot: Robot, finder: PostureFinder) -> RecordedRobot:
     for leg in robot.legs:
         q = np.array([record.input(next(waiting)) for _ in range(leg.chain.size)], dtype=object)
         placed.append(place_leg_at_joints(leg, q))
-    return assembled(robot, record, placed[0].platform, placed, finder.length)
+    recorded = assembled(robot, record, placed[0].platform, placed, finder.length)
+    return replace(recorded, joints=tuple(inputs))
 
 
 def assembled(

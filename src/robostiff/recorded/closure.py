@@ -1,0 +1,282 @@
+"""The closure of a robot as a record: Newton steps from home, and what tells that they arrived."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.closure.assembly import middle_of_turn
+from robostiff.kinematics.formula import FormulaPose
+from robostiff.kinematics.formula.body import tidied
+from robostiff.model import ALL_COORDINATES, Actuated, Motion, Robot
+from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, least
+from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
+from robostiff.recorded.parameters import (
+    ClosedSamples,
+    closed_samples,
+    parameter_samples,
+    with_inputs,
+)
+
+# Every step is at most half of the one before, or as small as rounding makes it; squares.
+_CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
+# Part of a determinant's size at home below which the careful closure looks at the assembly mode.
+_WATCHED = 0.1
+_FEWEST, _MOST_STEPS = 4, 6
+# Poses that tell how many steps are enough, and how many of them may need more.
+_TRIED, _SEED, _MORE = 512, 29, 1
+#: Square of the gap, as a part of the length and radians, at which legs meet to the last digits.
+CLOSED = 1e-12**2
+# Names of what a step hands to the next, beside the unknowns.
+_LAST, _MARGIN = "size of the last step", "contraction"
+_ENDLESS = 1e300
+
+
+@dataclass(frozen=True)
+class RecordedClosure:
+    """Newton steps of a whole robot, from home to a pose.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        Pose coordinates, then parameters.
+    start : dict of names to floats
+        The unknowns at home: coordinates of the legs, and pose coordinates that they decide.
+    step : Program
+        From inputs, unknowns, and what the last step handed on, to the next unknowns and the same
+        of this step.
+    arrival : Program
+        From the same to the coordinates of all legs in the order of ``joints``, the square of what
+        stays open, and a number that is positive in the assembly mode of home.
+    joints : tuple of str
+    steps : int
+        How many are enough around home.
+    """
+
+    inputs: tuple[str, ...]
+    start: dict[str, float]
+    step: Program
+    arrival: Program
+    joints: tuple[str, ...]
+    steps: int
+
+    @property
+    def state(self) -> dict[str, float]:
+        """What the first step begins with, by name."""
+        return {**self.start, _LAST: _ENDLESS, _MARGIN: 1.0}
+
+    def arrived(self, program: Program) -> Program:
+        """A program of leg coordinates at the end of the steps, as one of inputs and state.
+
+        Its outputs are followed by the square of the gap and by the number that tells the assembly
+        mode.
+        """
+        record = self._empty_record((*self.inputs, *self.state))
+        values = {name: record.input(name) for name in record.inputs}
+        return Program.of(record, self._ended(program, values))
+
+    def composed(self, program: Program) -> Program:
+        """A program of leg coordinates, with the steps from home before it."""
+        record = self._empty_record(self.inputs)
+        values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
+        values |= self.state
+        for _ in range(self.steps):
+            after = self.step.evaluated(values, ENTRY_FUNCTIONS)
+            values |= zip(self.state, after, strict=True)
+        return Program.of(record, self._ended(program, values))
+
+    def _ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
+        *q, gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)
+        at_joints = {**values, **dict(zip(self.joints, q, strict=True))}
+        return [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode]
+
+    def _empty_record(self, names: Sequence[str]) -> Record:
+        # Nothing is decided by samples here: what is alike at home need not be so elsewhere.
+        return Record({name: [self.state.get(name, 0.0)] for name in names})
+
+
+def record_closure(
+    robot: Robot, finder: PostureFinder, joints: Sequence[str]
+) -> RecordedClosure | None:
+    """Record the closure of a robot whose legs are closed by iteration.
+
+    Parameters
+    ----------
+    robot : Robot
+        Its symbols, which have nominal values, are inputs as well.
+    finder : PostureFinder
+        Of the same robot in numbers.
+    joints : sequence of str
+        Names for the coordinates of the legs, one leg after the other.
+
+    Returns
+    -------
+    RecordedClosure or None
+        None where a record does not serve: home is singular, or it leaves coordinates undetermined,
+        so that the way of the iteration chooses them.
+    """
+    guess = _Guess.of(robot, finder, joints)
+    if guess is None:
+        return None
+    step = newton_step(guess.legs, guess.pose, guess.r, guess.open, finder.length)
+    mode = None if step.undetermined else _mode(step)
+    if mode is None:
+        return None
+    record, start = guess.record, guess.start
+    last, margin = record.input(_LAST), record.input(_MARGIN)
+    contraction = least(margin, last * _CONTRACTION + _SMALL_STEP - step.size)
+    after = [record.input(name) + step.steps.get(name, 0) for name in start]
+    for turn in _turns(guess):
+        mode = least(mode, turn)
+    arrival = [*guess.q, step.gap, least(mode, margin)]
+    closure = RecordedClosure(
+        inputs=guess.inputs,
+        start=start,
+        step=Program.of(record, [*after, step.size, contraction]),
+        arrival=Program.of(record, arrival),
+        joints=tuple(joints),
+        steps=_MOST_STEPS,
+    )
+    return replace(closure, steps=_enough(closure, guess))
+
+
+@dataclass(frozen=True)
+class _Guess:
+    """A robot at a guess of its posture, on the entries of a new record."""
+
+    record: Record
+    inputs: tuple[str, ...]
+    samples: dict[str, np.ndarray]
+    start: dict[str, float]
+    robot: Robot
+    legs: tuple[LegAtGuess, ...]
+    pose: FormulaPose
+    r: np.ndarray
+    open: dict[int, str]
+
+    @property
+    def q(self) -> list[Any]:
+        """Coordinates of all legs."""
+        return [x for own in self.legs for x in own.q]
+
+    @classmethod
+    def of(cls, robot: Robot, finder: PostureFinder, joints: Sequence[str]) -> _Guess | None:
+        """None where a parameter turns the platform at home: only closed forms take that."""
+        closed = closed_samples(robot, finder)
+        chosen = robot.coordinate_places
+        names = [coordinate.value for coordinate in ALL_COORDINATES]
+        decided = () if finder.open_stay_at_home else robot.space.rows
+        open_ = {k: names[k] for k in decided if k not in chosen}
+        # The last sample is home: a pivot that vanishes there is none.
+        q = np.concatenate(closed.coordinates, axis=1)
+        q_home = np.concatenate([solver.home for solver in finder.solvers])
+        pose = np.concatenate([closed.pose, finder.home_pose[None]])
+        q = np.concatenate([q, q_home[None]])
+        parameters = _with_nominal(robot, closed)
+        inputs = {names[k]: pose[:, k] for k in chosen} | parameters
+        free = np.concatenate([leg.chain.free for leg in robot.legs])
+        state = {name: pose[:, k] for k, name in open_.items()}
+        state |= {joints[i]: q[:, i] for i in np.flatnonzero(free).tolist()}
+        ones = {name: np.ones(len(pose)) for name in (_LAST, _MARGIN)}
+        record = Record({**inputs, **state, **ones})
+        own = with_inputs(robot, record)
+        six = _coordinates(own, finder)
+        if six is None:
+            return None
+        for k in (*chosen, *open_):
+            six[k] = record.input(names[k])
+        legs, first = [], 0
+        for leg in own.legs:
+            each = joints[first : first + leg.chain.size]
+            at = [
+                record.input(name) if moves else home
+                for name, moves, home in zip(each, leg.chain.free, leg.chain.home, strict=True)
+            ]
+            legs.append(LegAtGuess(leg, each, np.array(at, dtype=object)))
+            first += leg.chain.size
+        coordinates = tidied(np.array(six, dtype=object))
+        return cls(
+            record=record,
+            inputs=tuple(inputs),
+            samples=inputs,
+            start={name: float(values[-1]) for name, values in state.items()},
+            robot=own,
+            legs=tuple(legs),
+            pose=FormulaPose.of_coordinates(coordinates),
+            r=coordinates[3:],
+            open=open_,
+        )
+
+
+def _with_nominal(robot: Robot, closed: ClosedSamples) -> dict[str, np.ndarray]:
+    """Values of the parameters at the samples, the nominal ones last, as at home."""
+    samples = parameter_samples(robot)
+    return {name: np.append(own, float(robot.nominal[name])) for name, own in samples.items()}
+
+
+def _coordinates(robot: Robot, finder: PostureFinder) -> list[Any] | None:
+    """Pose coordinates at home; those of the position may depend on parameters."""
+    six: list[Any] = finder.home_pose.tolist()
+    if robot.home is None or not robot.has_formulas:
+        return six
+    if any(isinstance(x, Entry) for x in robot.home.R.flat):
+        return None
+    return [*robot.home.p.tolist(), *six[3:]]
+
+
+def _mode(step: NewtonStep) -> Any:
+    """Least determinant as a part of its size at home; None where one vanishes or turns there."""
+    parts = []
+    for determinant in step.determinants:
+        *elsewhere, home = determinant.sample.tolist()
+        if not (home and all(value / home > _WATCHED for value in elsewhere)):
+            return None
+        parts.append(determinant * (1 / home))
+    return reduce(least, parts) - _WATCHED if parts else 1.0
+
+
+def _turns(guess: _Guess) -> Iterator[Any]:
+    """Positive where a limited turn is the one that the careful closure reports."""
+    for own in guess.legs:
+        freedoms, roles = own.leg.chain.freedoms, own.leg.chain.roles
+        for i, (freedom, role) in enumerate(zip(freedoms, roles, strict=True)):
+            if freedom.motion is Motion.TRANSLATION or not isinstance(role, Actuated):
+                continue
+            if role.limits is None:
+                continue
+            low, high = role.limits
+            centre = middle_of_turn(_nominal(own.leg.chain.home[i]), role.limits)
+            q = own.q[i]
+            yield math.pi - (q - centre)
+            yield math.pi + (q - centre)
+            if high >= centre + math.pi or low <= centre - math.pi:
+                yield q - low
+                yield high - q
+
+
+def _nominal(value: Any) -> float:
+    return float(value.sample[-1]) if isinstance(value, Entry) else float(value)
+
+
+def _enough(closure: RecordedClosure, guess: _Guess) -> int:
+    """How many steps close nearly all poses that the most steps close."""
+    random = np.random.default_rng(_SEED)
+    values: dict[str, Any] = {}
+    for name, own in guess.samples.items():
+        home = own[-1]
+        values[name] = home + np.max(np.abs(own - home)) * random.uniform(-1, 1, _TRIED)
+    values |= {name: np.full(_TRIED, x) for name, x in closure.state.items()}
+    closed = []
+    with np.errstate(all="ignore"):
+        for taken in range(1, _MOST_STEPS + 1):
+            values |= zip(closure.state, closure.step.evaluated(values), strict=True)
+            if taken >= _FEWEST:
+                *_, gap, mode = closure.arrival.evaluated(values)
+                closed.append(int(np.count_nonzero((gap < CLOSED) & (mode > 0))))
+    return _FEWEST + next(k for k, own in enumerate(closed) if own >= max(closed) - _MORE)

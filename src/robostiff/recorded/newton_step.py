@@ -1,0 +1,270 @@
+"""One Newton step of the closure of a whole robot on recorded entries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics.closure import gaps
+from robostiff.kinematics.formula.body import tidied, tidied_point
+from robostiff.kinematics.formula.placed import FormulaPose
+from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
+from robostiff.kinematics.jacobians import freedom_twist
+from robostiff.model import Joint, JointKind, Leg, Motion, Telescope
+from robostiff.record import Entry, cosine, is_zero, sine, square_root
+from robostiff.recorded.sparse_elimination import Equation, SparseElimination
+from robostiff.spatial import cross, skew
+
+_TINY = 1e-300  # keeps the square root of a vanishing angle regular
+# Largest rate that counts as none: of an entry at closed postures, which are so but for rounding.
+_STILL, _NO_NUMBER = 1e-8, 1e-14
+
+
+@dataclass(frozen=True)
+class LegAtGuess:
+    """A leg of a robot at coordinates that need not close it.
+
+    Attributes
+    ----------
+    leg : Leg
+        Of floats and recorded entries.
+    names : sequence of str
+        Of its coordinates, as unknowns.
+    q : (size,) array of entries and numbers
+        Coordinates [m, rad], locked ones as numbers.
+    """
+
+    leg: Leg
+    names: Sequence[str]
+    q: np.ndarray
+
+    @property
+    def free(self) -> list[str]:
+        """Names of the coordinates that may change."""
+        moving = zip(self.names, self.leg.chain.free, strict=True)
+        return [name for name, moves in moving if moves]
+
+    @property
+    def lengths(self) -> list[Any]:
+        """Lengths of the beams of its telescopes [m]."""
+        return [
+            beam.fixed + beam.share * self.q[place.start]
+            for element, place in self.leg.chain.moving
+            if isinstance(element, Telescope)
+            for beam in element.beams
+        ]
+
+
+@dataclass(frozen=True)
+class NewtonStep:
+    """What one Newton step says of a guess.
+
+    Attributes
+    ----------
+    steps : dict of names to entries or numbers
+        By how much each unknown moves [m, rad].
+    size : entry or number
+        Sum of the squares of all steps, as parts of the length and radians.
+    gap : entry or number
+        Sum of the squares of what the guess leaves open: shifts as parts of the length, and chords
+        of turns.
+    determinants : list of entries
+        Of each leg, and of what couples them; their signs are those of the assembly mode.
+    undetermined : list of str
+        Unknowns that may have any value.
+    """
+
+    steps: dict[str, Any]
+    size: Any
+    gap: Any
+    determinants: list[Any]
+    undetermined: list[str]
+
+
+def newton_step(
+    legs: Sequence[LegAtGuess],
+    pose: FormulaPose,
+    r: np.ndarray,
+    open_: dict[int, str],
+    length: float,
+) -> NewtonStep:
+    """One step towards postures in which all legs meet the platform, and branches one another.
+
+    What stays open is seen from the base of each leg: a shift as a part of the length, and a turn D
+    as vee(D - D^T)/2. Rates are those of closed postures, so that steps converge quadratically. The
+    coordinates of each leg are eliminated first, then what couples the legs.
+
+    Parameters
+    ----------
+    legs : sequence of LegAtGuess
+        Samples must be closed postures: what vanishes at all of them is left out of the rates.
+    pose : FormulaPose
+        Of the platform, at the guess.
+    r : (3,) array of entries and numbers
+        Its rotation vector [rad].
+    open_ : dict of int to str
+        Pose coordinates (x, y, z, rx, ry, rz by number) that the legs decide, and their names.
+    length : float
+        Characteristic length [m].
+    """
+    turning = _rotvec_rate(r) if any(k >= 3 for k in open_) else None
+    elimination = SparseElimination()
+    left: list[Equation] = []
+    squares: list[Any] = []
+    for own in legs:
+        equations: list[Equation] = []
+        for gap, platform in _gaps(own, pose):
+            squares += _squares(gap, length)
+            rates = _rates_of_leg(own, gap, platform.placed, length)
+            if platform.is_end:
+                rates |= _rates_of_pose(own.leg, platform.arm, open_, turning, length)
+            equations += _equations(gap, rates, length)
+        left += elimination.eliminate(equations, own.free)
+    elimination.eliminate(left, open_.values())
+    found = elimination.solution()
+    moved = [x for x in found.values() if not is_zero(x)]
+    return NewtonStep(
+        steps=_in_coordinates(legs, found, open_, length),
+        size=reduce(add, (x * x for x in moved), 0),
+        gap=reduce(add, squares, 0),
+        determinants=[x for x in elimination.determinants() if isinstance(x, Entry)],
+        undetermined=elimination.undetermined,
+    )
+
+
+@dataclass(frozen=True)
+class _End:
+    """Where a gap is: at the platform, or inside a leg."""
+
+    placed: PlacedChain
+    is_end: bool
+    arm: np.ndarray
+
+
+def _gaps(own: LegAtGuess, pose: FormulaPose) -> Iterator[tuple[Loop, _End]]:
+    """What is open in a leg, in its base frame."""
+    leg = own.leg
+    R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
+    arm = R_base.T @ (pose.R @ tidied_point(leg.attachment.p))
+    R_wanted = R_base.T @ pose.R @ tidied(leg.attachment.R)
+    p_wanted = R_base.T @ (pose.p - p_base) + arm
+    here = np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
+    placed = place_chain(leg.chain, own.q, *here)
+    for number, gap in enumerate(gaps(leg, placed, R_wanted, p_wanted)):
+        yield gap, _End(placed, number == 0, arm)
+
+
+def _squares(gap: Loop, length: float) -> list[Any]:
+    """Squares that vanish where a gap is closed, and only there."""
+    shift = (gap.p_wanted - gap.p) * (1 / length)
+    chord = (gap.R_wanted - gap.R).reshape(-1)
+    return [x * x for x in (*shift, *chord) if not is_zero(x)]
+
+
+def _equations(gap: Loop, rates: dict[str, np.ndarray], length: float) -> list[Equation]:
+    """What closes a gap, shifts before turns; rows in which nothing moves are left out."""
+    D = gap.R_wanted @ gap.R.T
+    turn = [(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
+    shift = (gap.p_wanted - gap.p) * (1 / length)
+    found = []
+    for row, right in enumerate((*shift, *turn)):
+        own = {name: column[row] for name, column in rates.items() if _moves(column[row])}
+        if own:
+            found.append(Equation(own, right))
+    return found
+
+
+def _rates_of_leg(
+    own: LegAtGuess, gap: Loop, placed: PlacedChain, length: float
+) -> dict[str, np.ndarray]:
+    """Twists by which the free coordinates of a leg close a gap, in units of the length."""
+    freedoms, free = placed.freedoms, own.leg.chain.free
+    rates: dict[str, np.ndarray] = {}
+    for places, at, sign in ((gap.own, gap.p, 1), (gap.leading, gap.p_wanted, -1)):
+        for i in places:
+            if free[i]:
+                twist = freedom_twist(freedoms[i], at) * sign
+                if freedoms[i].motion is not Motion.TRANSLATION:
+                    twist = _per_turn(twist, length)
+                name = own.names[i]
+                rates[name] = rates[name] + twist if name in rates else twist
+    return rates
+
+
+def _rates_of_pose(
+    leg: Leg, arm: np.ndarray, open_: dict[int, str], turning: np.ndarray | None, length: float
+) -> dict[str, np.ndarray]:
+    """Twists by which open pose coordinates close the gap at the platform."""
+    R_base = tidied(leg.base.R)
+    rates = {}
+    for k, name in open_.items():
+        twist = np.zeros(6, dtype=int).astype(object)
+        if k < 3:
+            twist[:3] = R_base[k]
+        elif turning is not None:
+            w = R_base.T @ turning[:, k - 3]
+            twist[:3], twist[3:] = cross(w, arm), w
+            twist = _per_turn(twist, length)
+        rates[name] = twist * -1
+    return rates
+
+
+def _per_turn(twist: np.ndarray, length: float) -> np.ndarray:
+    """A twist per radian, its shift as a part of the length."""
+    return np.concatenate([twist[:3] * (1 / length), twist[3:]])
+
+
+def _moves(rate: Any) -> bool:
+    if isinstance(rate, Entry):
+        return bool(np.max(np.abs(rate.sample)) > _STILL)
+    return abs(rate) > _NO_NUMBER
+
+
+def _in_coordinates(
+    legs: Sequence[LegAtGuess], found: dict[str, Any], open_: dict[int, str], length: float
+) -> dict[str, Any]:
+    """Steps of the coordinates themselves; a spherical joint turns about the axes before it."""
+    steps = {}
+    for own in legs:
+        freedoms, free = own.leg.chain.freedoms, own.leg.chain.free
+        for element, place in own.leg.chain.moving:
+            names = [own.names[i] for i in range(place.start, place.stop)]
+            if not free[place.start]:
+                continue
+            turn = [found[name] for name in names]
+            if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+                turn = list(_vector_rate(own.q[place]) @ np.array(turn, dtype=object))
+            for name, step, freedom in zip(names, turn, freedoms[place], strict=True):
+                slides = freedom.motion is Motion.TRANSLATION
+                steps[name] = step * length if slides else step
+    for k, name in open_.items():
+        steps[name] = found[name] * length if k < 3 else found[name]
+    return steps
+
+
+def _rotvec_rate(r: np.ndarray) -> np.ndarray:
+    """J_l with w = J_l(r) dr/dt, as `kinematics.turn.rotvec_rate`, of entries."""
+    square = r @ r + _TINY
+    a = square_root(square)
+    s, c = sine(a * 0.5), cosine(a * 0.5)
+    X = skew(r)
+    return np.eye(3, dtype=int) + X * (2 * s * s / square) + X @ X * ((1 - 2 * s * c / a) / square)
+
+
+def _vector_rate(r: np.ndarray) -> np.ndarray:
+    """Inverse of J_l: dr/dt = J_l^-1(r) w, J_l^-1 = I - (r x)/2 + (1 - (a/2) cot(a/2))/a^2 (r x)^2.
+
+    It is regular for a = |r| below a full turn.
+    """
+    square = r @ r + _TINY
+    a = square_root(square)
+    half = a * 0.5
+    X = skew(r)
+    return (
+        np.eye(3, dtype=int) - X * 0.5 + X @ X * ((1 - half * cosine(half) / sine(half)) / square)
+    )
