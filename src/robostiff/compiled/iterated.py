@@ -57,8 +57,9 @@ class IteratedCode:
     def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
         count = inputs.shape[1]
-        share = -(-count // max(1, threads))
-        parts = [slice(start, min(start + share, count)) for start in range(0, count, share or 1)]
+        # Whole chunks for each thread, so that no bit depends on their number.
+        share = max(1, -(-count // (_CHUNK * threads))) * _CHUNK
+        parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
         if len(parts) <= 1:
             self._fill(inputs, outputs, slice(0, count))
             return

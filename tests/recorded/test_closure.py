@@ -1,0 +1,175 @@
+"""Newton steps as a record: where they arrive, and where they say that they do not."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analysis import compiled_robot
+from robostiff.compiled import kernel, machine_code_is_available
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.formula import FormulaPose
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Actuated, Chain, Joint, Leg, Robot, revolute
+from robostiff.record import Program, Record
+from robostiff.recorded import CLOSED, RecordedClosure, record_closure
+from robostiff.recorded.newton_step import LegAtGuess, newton_step
+from robostiff.spatial import Frame
+from tests.generators.kernel_robots import sps_hexapod
+from tests.generators.machines import elbow_arm
+
+MODELS = Path(__file__).parent / "models"
+NAMES = ("3-prs", "t3r1", "us-ups", "tricept", "exechon")
+BACKENDS = [rs.Backend.ARRAYS, *([rs.Backend.MACHINE] if machine_code_is_available() else [])]
+
+
+def robot_called(name: str) -> Robot:
+    path = MODELS / f"{name}.yaml"
+    robot = rs.load(path if path.exists() else name)
+    assert isinstance(robot, Robot)
+    return robot
+
+
+def around_home(robot: Robot, count: int, size: float, seed: int = 1) -> np.ndarray:
+    """Poses whose coordinates differ from home's by up to a part of the length, or radians."""
+    finder, chosen = PostureFinder(robot), robot.coordinate_places
+    step = size * np.where(np.array(chosen) < 3, finder.length, 1.0)
+    random = np.random.default_rng(seed).uniform(-1, 1, (count, len(chosen)))
+    return finder.home_pose[chosen] + step * random
+
+
+def closure_of(robot: Robot) -> RecordedClosure:
+    joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
+    closure = record_closure(robot.numeric, PostureFinder(robot.numeric), joints)
+    assert closure is not None
+    return closure
+
+
+def arrivals(closure: RecordedClosure, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates of all legs (N, m), and where the closure arrives (N,)."""
+    record = Record({name: [0.5] for name in closure.joints})
+    program = closure.composed(Program.of(record, [record.input(x) for x in closure.joints]))
+    with np.errstate(all="ignore"):
+        found = program.evaluated(dict(zip(closure.inputs, poses.T, strict=True)))
+    *q, gap, mode = (np.broadcast_to(x, len(poses)) for x in found)
+    return np.stack(q, axis=-1), (gap < CLOSED) & (mode > 0)
+
+
+def largest_difference(K: np.ndarray, expected: np.ndarray) -> float:
+    size = np.sqrt(np.einsum("nii->ni", expected))
+    return float(np.max(np.abs(K - expected) / (size[:, :, None] * size[:, None, :])))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_coordinates_are_those_of_find_posture(name: str):
+    robot = robot_called(name)
+    closure = closure_of(robot)
+    assert 4 <= closure.steps <= 6
+    poses = around_home(robot, 40, 0.1)
+    q, arrived = arrivals(closure, poses)
+    assert np.mean(arrived) > 0.95
+    posture = rs.find_posture(robot, poses[arrived])
+    assert posture.reached.all()
+    np.testing.assert_allclose(q[arrived], np.hstack(posture.coordinates), atol=1e-11)
+
+
+@pytest.mark.parametrize("name", ["tricept", "exechon", "t3r1"])
+def test_stiffness_from_poses(name: str):
+    robot = robot_called(name)
+    poses = around_home(robot, 30, 0.12)
+    result = rs.stiffness(robot, poses)
+    for backend in BACKENDS:
+        compiled = rs.compile(robot, backend=backend)
+        assert compiled.verified
+        assert not compiled.takes_joints
+        assert compiled.kernel.inputs == tuple(c.value for c in robot.coordinates)
+        answer = compiled.evaluate(poses)
+        assert answer.guarded_share < 0.3
+        np.testing.assert_array_equal(answer.status_codes, result.status_codes)
+        np.testing.assert_array_equal(answer.rank, result.rank)
+        ok = result.answered & ~answer.guarded
+        assert largest_difference(answer.values["K"][ok], result[ok].K) < 1e-9
+
+
+def test_poses_out_of_reach():
+    """Steps arrive nowhere; the careful closure says so. The links reach 0.7 m from the rails."""
+    compiled = rs.compile(robot_called("t3r1"), backend=rs.Backend.ARRAYS)
+    answer = compiled.evaluate(np.array([[0.0, 0, 0, 0.1], [1.5, 0, 0, 0]]))
+    assert answer.guarded.tolist() == [False, True]
+    assert answer.status_codes.tolist() == [0, int(rs.Status.UNREACHABLE)]
+    assert answer.rank.tolist() == [6, -1]
+    assert np.isnan(answer.values["K"][1]).all()
+
+
+def test_a_loop_over_one_step_is_the_same_as_all_steps_written_out(monkeypatch):
+    robot = robot_called("exechon")
+    poses = around_home(robot, 1500, 0.1)
+    monkeypatch.setattr(compiled_robot, "is_trusted", lambda *_: True)
+    whole = rs.compile(robot, backend=rs.Backend.ARRAYS)
+    monkeypatch.setattr(kernel, "_LONGEST", 0)
+    for backend in BACKENDS:
+        loop = rs.compile(robot, backend=backend)
+        assert type(loop.kernel.code) is not type(whole.kernel.code)
+        assert 0.9 < loop.kernel.operations / whole.kernel.operations < 1.5
+        found, expected = loop.attempt(poses), whole.attempt(poses)
+        np.testing.assert_array_equal(found.guarded, expected.guarded)
+        assert largest_difference(found.values["K"], expected.values["K"]) < 1e-11
+        rows = np.ascontiguousarray(poses.T)
+        again = pickle.loads(pickle.dumps(loop.kernel)).evaluate(rows, threads=2)  # noqa: S301
+        np.testing.assert_array_equal(again, loop.kernel.evaluate(rows))
+        assert loop.kernel.evaluate(rows[:, :0]).shape == (loop.kernel.rows, 0)
+
+
+def test_half_a_turn_is_not_closed():
+    """There vee(D - D^T) vanishes, so that a step moves nothing; the chord does not."""
+    here = Frame(np.eye(3), np.zeros(3))
+    leg = Leg("pin", here, Chain((revolute([0, 0, 1], Actuated(1.0)),)), here)
+    record = Record({"q": [0.3, -0.2], "rz": [0.3, -0.2]})
+    q, rz = (np.array([record.input(name)], dtype=object) for name in ("q", "rz"))
+    r = np.array([0, 0, rz[0]], dtype=object)
+    pose = FormulaPose.of_coordinates(np.array([0, 0, 0, *r], dtype=object))
+    step = newton_step([LegAtGuess(leg, ["q"], q)], pose, r, {}, 1.0)
+    program = Program.of(record, [step.size, step.gap])
+    size, gap = program.evaluated({"q": 0.0, "rz": np.pi})
+    assert size < 1e-30
+    assert gap == pytest.approx(8.0)
+    assert program.evaluated({"q": 0.4, "rz": 0.4})[1] < 1e-30
+
+
+def limited_arm() -> Robot:
+    """A serial arm posed by its platform; its first joint is limited to another turn."""
+    arm = elbow_arm()
+    home = rs.find_posture(arm).pose[0]
+    (leg,) = arm.legs
+    first, *others = leg.chain.elements
+    assert isinstance(first, Joint)
+    first = replace(first, role=Actuated(1e5, limits=(1.9 * np.pi, 2.2 * np.pi)))
+    leg = replace(leg, chain=Chain((first, *others)))
+    return replace(arm, legs=(leg,), home=Frame(turn_by_vector(home[3:]), home[:3]))
+
+
+def test_an_arm_takes_poses_and_joint_coordinates():
+    robot = limited_arm()
+    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
+    assert compiled.verified
+    assert compiled.takes_joints
+    poses = around_home(robot, 40, 0.1)
+    result = rs.stiffness(robot, poses)
+    answer = compiled.evaluate(poses)
+    np.testing.assert_array_equal(answer.status_codes, result.status_codes)
+    assert largest_difference(answer.values["K"], result.K) < 1e-9
+    joints = rs.JointCoordinates(np.hstack(list(result.joint_coordinates.values())))
+    by_joints = compiled.evaluate(joints)
+    assert largest_difference(by_joints.values["K"], result.K) < 1e-9
+
+
+def test_a_leg_that_spins_freely_has_no_record():
+    """The way of the iteration chooses the spin, which no step determines."""
+    robot = sps_hexapod()
+    joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
+    assert record_closure(robot, PostureFinder(robot), joints) is None
