@@ -146,34 +146,43 @@ class PostureFinder:
             Coordinates of each leg that choose its posture; the assembly mode of home when left
             out.
         """
-        pose = request.coordinates
-        follow = bool(request.open) and not self.open_stay_at_home
-        # Alone a leg seldom closes where coordinates must follow: that is not looked for far away.
-        elsewhere = np.zeros(len(pose), dtype=bool)
-        if near is None:
-            alone = [solver.solve(pose, request.R, from_afar=not follow) for solver in self.solvers]
-            q = [own for own, _ in alone]
-            elsewhere = np.any([away for _, away in alone], axis=0)
-        else:
+        if request.open and not self.open_stay_at_home:
+            return self._with_open(request, near)
+        q, elsewhere = self._alone(request, near, from_afar=True)
+        return self._posture(request.batch, request.coordinates, request.R, q, elsewhere)
+
+    def _alone(
+        self, request: PoseRequest, near: Sequence[np.ndarray] | None, *, from_afar: bool
+    ) -> tuple[list[np.ndarray], np.ndarray]:
+        """Each leg closed for itself, and where one closes in another assembly mode only."""
+        pose, R = request.coordinates, request.R
+        if near is not None:
             each = zip(self.solvers, near, strict=True)
-            q = [solver.solve_near(own, pose, request.R) for solver, own in each]
-        posture = self._posture(request.batch, pose, request.R, q, elsewhere)
-        missed = ~(posture.reached & posture.meets(_MET))
-        if not follow or not np.any(missed):
-            return posture
+            q = [solver.solve_near(own, pose, R) for solver, own in each]
+            return q, np.zeros(len(pose), dtype=bool)
+        alone = [solver.solve(pose, R, from_afar=from_afar) for solver in self.solvers]
+        return [own for own, _ in alone], np.any([away for _, away in alone], axis=0)
+
+    def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
+        """Posture at poses some coordinates of which the legs decide together."""
         task = NewtonTask(self.robot.legs, request.open, self.length)
-        found = self._followed(task, pose[missed], near)
+        found = self._followed(task, request.coordinates, near)
+        pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
+        # Legs that close at home's other coordinates need no way there, and are the nearest to
+        # given ones. Where they cannot close at all, what each of them lacks there says more than a
+        # compromise between them.
         met = found.closed | found.elsewhere
-        # Where the legs cannot close at all, what each of them lacks at home's other coordinates
-        # says more than a compromise between them.
-        rows = np.flatnonzero(missed)[met]
-        if rows.size == 0:
-            return posture
-        pose = pose.copy()
-        pose[rows], elsewhere[rows] = found.pose[met], found.elsewhere[met]
-        for own, new in zip(q, found.coordinates, strict=True):
-            own[rows] = new[met]
-        return self._posture(request.batch, pose, turn_by_vector(pose[:, 3:]), q, elsewhere)
+        rows = np.flatnonzero(~found.closed | (near is not None))
+        if rows.size:
+            part = PoseRequest((rows.size,), request.coordinates[rows], (), request.R[rows])
+            q, away = self._alone(part, near, from_afar=False)
+            alone = self._posture(part.batch, part.coordinates, part.R, q, away)
+            own = (alone.reached & alone.meets(_MET)) | ~met[rows]
+            pose[rows[own]], elsewhere[rows[own]] = part.coordinates[own], away[own]
+            for kept, new in zip(found.coordinates, q, strict=True):
+                kept[rows[own]] = new[own]
+        R = turn_by_vector(pose[:, 3:])
+        return self._posture(request.batch, pose, R, found.coordinates, elsewhere)
 
     def _followed(
         self, task: NewtonTask, goal: np.ndarray, near: Sequence[np.ndarray] | None
