@@ -45,6 +45,7 @@ from peers.way import PeerMissing, Way
 from timed_rows import Row, kernel_run, timed
 
 import robostiff as rs
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_robot import compile_robot
 from robostiff.compiled import Backend, Checks, StiffnessMatrix, kernel_of
 from robostiff.compiled.machine import machine_code_is_available
@@ -100,7 +101,7 @@ def hexapod_rows(count: int) -> tuple[list[Row], list[str]]:
         return np.array([K[:, i, j] for i, j in PLACES])
 
     def batched() -> np.ndarray:
-        K = rs.stiffness(robot, few).K
+        K = careful_stiffness(robot, few).K
         return np.array([K[:, i, j] for i, j in PLACES])
 
     def lean() -> np.ndarray:
@@ -108,7 +109,7 @@ def hexapod_rows(count: int) -> tuple[list[Row], list[str]]:
         return np.array([K[:, i, j] for i, j in PLACES])
 
     rows.append(Row("rs.compile, as (N, 6, 6) and back", count, whole))
-    rows.append(Row("rs.stiffness, all poses at once", len(few), batched))
+    rows.append(Row("the careful form, all poses at once", len(few), batched))
     rows.append(Row("lean NumPy loop, eq. (7)", len(fewer), lean))
     others, missing = peer_rows(numbers, inputs)
     return [*rows, *others], missing
@@ -128,7 +129,7 @@ def report(rows: list[Row]) -> None:
 
 
 def rs_reference(rows: list[Row]) -> np.ndarray:
-    return next(row.found for row in rows if row.name.startswith("rs.stiffness"))
+    return next(row.found for row in rows if row.name.startswith("the careful form"))
 
 
 def main() -> None:

@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from timed_rows import Row, kernel_run, timed
 
 import robostiff as rs
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_robot import compile_robot
 from robostiff.compiled import Checks, StiffnessMatrix, kernel_of
 from robostiff.kinematics import JointCoordinates, PostureFinder
@@ -81,7 +82,7 @@ def robots_table(count: int, turns: int) -> None:
 
 
 def largest_difference(robot: Robot, finder: PostureFinder, count: int = 200) -> float:
-    """Of K, as a part of sqrt(K_ii K_jj), from `rs.stiffness` at poses that the kernel answers."""
+    """Of K, as a part of sqrt(K_ii K_jj), from the careful form where the kernel answers."""
     rng = np.random.default_rng(0)
     if robot.home is None:
         home = robot.legs[0].chain.home
@@ -91,7 +92,7 @@ def largest_difference(robot: Robot, finder: PostureFinder, count: int = 200) ->
         home = finder.home_pose[[names.index(c) for c in robot.coordinates]]
         pose = home + rng.uniform(-0.05, 0.05, (count, home.size))
     answer = compile_robot(robot).attempt(pose)
-    result = rs.stiffness(robot, pose)
+    result = careful_stiffness(robot, pose)
     own = ~answer.guarded & result.answered
     if not own.any():
         return np.inf

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.analysis import stiffness
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_robot import CompiledRobot
 from robostiff.elastostatics import Status
 from tests.generators.planted_poses import PoseSpace
@@ -40,7 +40,7 @@ def agreement(compiled: CompiledRobot, space: PoseSpace, rows: np.ndarray) -> Ag
     """Compare at rows of free coordinates."""
     pose = space.pose(rows)
     answer = compiled.evaluate(pose)
-    result = stiffness(space.robot, pose)
+    result = careful_stiffness(space.robot, pose)
     answered = (result.status_codes & int(Status.UNREACHABLE | Status.RIGID_DIRECTION)) == 0
     own = answer.values["K"]
     if not np.array_equal(np.isfinite(own).all((-1, -2)), answered):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.guarded_values import (
     AtGeneralPoses,
     CheckedResults,
@@ -22,7 +23,6 @@ from robostiff.analysis.kernel_inputs import (
     with_parameters,
 )
 from robostiff.analysis.record_agreement import is_trusted
-from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.compiled import (
     Backend,
     Derivative,
@@ -252,7 +252,7 @@ class CompiledRobot:
     def _compute_again(
         self, robot: Robot, pose: Pose, rows: np.ndarray, answer: CompiledAnswer
     ) -> None:
-        result = stiffness(robot, pose)
+        result = careful_stiffness(robot, pose)
         answer.status_codes[rows] = result.status_codes
         answer.rank[rows] = result.rank
         for output in self.kernel.outputs:

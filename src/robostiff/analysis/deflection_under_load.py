@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
 from robostiff.analysis.one_pose import require_one_pose
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.analysis.result_tables import deflection_html
-from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture, freedom_twist
@@ -217,7 +217,7 @@ def deflection(
             expected="a Robot or a Snapshot: cables may become slack, and need not stay near",
             hint="write cable_response(robot, pose, load=...)",
         )
-    answer = stiffness(robot, pose, at=at, near=near, tolerance=tolerance)
+    answer = about_point(careful_stiffness(robot, pose, near=near, tolerance=tolerance), at)
     hint = "for many poses multiply the wrench by compliance(robot, poses)"
     require_one_pose("a deflection", answer.batch_shape, hint)
     F = _checked_wrench(wrench, answer.space)

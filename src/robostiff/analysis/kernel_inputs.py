@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform
 
-from robostiff.analysis.stiffness_at_pose import CHUNK
+from robostiff.analysis.careful_form import CHUNK
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.kinematics.pose import coordinate_units, joint_units

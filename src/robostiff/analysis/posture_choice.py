@@ -18,7 +18,9 @@ _QUESTION = "legs whose posture nobody chose"
 
 
 def posture_advice(
-    finder: PostureFinder, posture: Posture, leg_stiffness: Callable[[Snapshot], np.ndarray]
+    finder: PostureFinder,
+    posture_of: Callable[[], Posture],
+    leg_stiffness: Callable[[Snapshot], np.ndarray],
 ) -> tuple[str, ...]:
     """A sentence where nobody chose the posture of a leg, and others have another stiffness.
 
@@ -30,7 +32,8 @@ def posture_advice(
     ----------
     finder : PostureFinder
         Of the robot, which was posed by its platform.
-    posture : Posture
+    posture_of : callable
+        Gives the posture of a robot without home.
     leg_stiffness : callable
         Stiffness (N, n, n) of the one leg of a snapshot.
     """
@@ -39,6 +42,8 @@ def posture_advice(
         if _QUESTION in finder.known:
             return finder.known[_QUESTION]
         posture = finder.find(None)
+    else:
+        posture = posture_of()
     rows = np.flatnonzero(posture.reached)
     if rows.size > _POSES:
         rows = rows[np.linspace(0, rows.size - 1, _POSES, dtype=int)]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results, closes
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.compiled import Backend, StiffnessMatrix, kernel_of, unpack
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.elastostatics.tolerance import scaling
@@ -62,7 +62,7 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
         trusted &= bool(met.any())
         for other, own in values.groups(met):
             part = JointCoordinates(given[own]) if by_joints else given[own]
-            result = stiffness(other, part)
+            result = careful_stiffness(other, part)
             decided = ~(found.guarded[own] | _doubtful(result))
             rows_of_K = found.rows[StiffnessMatrix.name][:, own]
             K = empty_batch((len(own),), result.about_reference.matrix.shape[1:])
@@ -74,7 +74,7 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
                     numbers = np.concatenate([given[pose_of_k], values.rows[:, pose_of_k]])
                     raise DisagreementError(_SUBJECT, distance, _place(robot, numbers))
                 trusted &= not distance
-            trusted &= not np.any(_doubtful(stiffness(other, part, tolerance=_STRICT)))
+            trusted &= not np.any(_doubtful(careful_stiffness(other, part, tolerance=_STRICT)))
     return trusted
 
 

@@ -7,12 +7,20 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result_tables import stiffness_html
 from robostiff.elastostatics import CartesianStiffness, Form, RankDecision, Status
-from robostiff.errors import NoAnswerError
-from robostiff.spatial import Space, move_compliance, move_stiffness, move_twist, move_wrench
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.spatial import (
+    Space,
+    as_floats,
+    move_compliance,
+    move_stiffness,
+    move_twist,
+    move_wrench,
+)
 
 
 @dataclass(frozen=True)
@@ -158,7 +166,7 @@ class RobotStiffness:
     @property
     def advice(self) -> tuple[str, ...]:
         """What to know about this answer, a sentence each."""
-        reason = self.about_reference.reason
+        reason = self._reason
         why = (f"{self.method.name}: {reason}",) if reason else ()
         return (*self.complaints, *why, *self.status.advice)
 
@@ -242,10 +250,40 @@ class RobotStiffness:
         return v if self.space is Space.SPATIAL else v[..., :2]
 
     @property
+    def _reason(self) -> str:
+        """Why the form refused, where it did."""
+        return self.about_reference.reason
+
+    @property
     def _unreachable(self) -> bool:
         return Status.UNREACHABLE in self.status
 
     def _require_answer(self) -> None:
-        if not np.all(self.answered) and self.complaints:
+        if np.all(self.answered):
+            return
+        if self.complaints:
             raise NoAnswerError(f"no stiffness matrix of {self.name!r}: {'; '.join(self.advice)}")
         _ = self.about_reference.K
+
+
+def about_point(result: RobotStiffness, at: ArrayLike | None) -> RobotStiffness:
+    """The same answer about a point of the platform that a user gave; about its own for None.
+
+    Raises
+    ------
+    InputError
+        When it is no point in the world [m], or not one for each pose.
+    """
+    if at is None:
+        return result
+    point = as_floats("point 'at'", at, "three numbers x y z [m]", "m")
+    if point.shape[-1:] != (3,):
+        raise InputError("point 'at'", got=at, expected="three numbers x y z [m]")
+    shape = (*result.batch_shape, 3)
+    try:
+        point = np.broadcast_to(point, shape)
+    except ValueError:
+        raise InputError(
+            "point 'at'", got=point.shape, expected=f"a shape that fits {shape}"
+        ) from None
+    return result.about(point)

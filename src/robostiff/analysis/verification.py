@@ -7,10 +7,10 @@ from enum import Enum
 
 import numpy as np
 
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.one_pose import require_one_pose
 from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import (
     Block,
     Form,
@@ -182,14 +182,16 @@ def verify(
             got=f"cable robot {robot.name!r}",
             expected="a Robot, a Snapshot or a Network: there is one method for cables",
         )
-    reference = stiffness(robot, pose, tolerance=tolerance)
+    reference = careful_stiffness(robot, pose, tolerance=tolerance)
     require_one_pose("a verification", reference.batch_shape)
     if Status.UNREACHABLE in reference.status:
         raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
     if isinstance(robot, Network):
         network, others = robot, ()
     else:
-        others = tuple(stiffness(robot, pose, method=form, tolerance=tolerance) for form in _FORMS)
+        others = tuple(
+            careful_stiffness(robot, pose, method=form, tolerance=tolerance) for form in _FORMS
+        )
         snapshot = (
             robot if isinstance(robot, Snapshot) else find_posture(robot, pose).snapshot.one(0)
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,21 +53,27 @@ class PoseRequest:
         x, y, z and rotation vector; the open ones are those of the home pose.
     open : tuple of int
         Pose coordinates that the legs decide.
-    R : (N, 3, 3) array
-        Rotation of the platform.
+    turned : (N, 3, 3) array or None
+        Rotation of the platform where it was given as a matrix.
     """
 
     batch: tuple[int, ...]
     coordinates: np.ndarray
     open: tuple[int, ...]
-    R: np.ndarray
+    turned: np.ndarray | None = None
 
-    def part(self, rows: slice) -> PoseRequest:
+    @cached_property
+    def R(self) -> np.ndarray:
+        """Rotation of the platform (N, 3, 3)."""
+        return turn_by_vector(self.coordinates[:, 3:]) if self.turned is None else self.turned
+
+    def part(self, rows: slice | np.ndarray) -> PoseRequest:
         """Some of the poses."""
+        turned = self.turned
         return replace(
             self,
             coordinates=poses_side_by_side(self.coordinates[rows], 1),
-            R=poses_side_by_side(self.R[rows], 2),
+            turned=None if turned is None else poses_side_by_side(turned[rows], 2),
         )
 
 
@@ -130,17 +137,19 @@ def platform_pose(robot: Robot, q: np.ndarray) -> RigidTransform:
     return end * leg.attachment.inverse.rigid_transform
 
 
-def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
+def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> PoseRequest:
     """Read a pose: a rigid transform, the coordinates that are free, all six, or none for home.
+
+    The coordinates of home (6,) may be given where they are known.
 
     Raises
     ------
     InputError
         When the numbers are not finite, or as many as the robot has free coordinates, or six.
     """
-    home = home_coordinates(robot)
+    home = home_coordinates(robot) if home is None else home
     if pose is None:
-        return _request((), home[None, :], ())
+        return PoseRequest((), home[None, :], ())
     if isinstance(pose, RigidTransform):
         as_floats(f"pose of {robot.name!r}", pose.as_matrix(), "a rigid transform")
         batch = tuple(int(k) for k in pose.shape)
@@ -172,13 +181,13 @@ def requested_pose(robot: Robot, pose: Pose) -> PoseRequest:
     if rows.shape[-1] == 6:
         _question(robot, rows, home)
         _check_plane(robot, rows, home)
-        return _request(batch, rows, ())
+        return PoseRequest(batch, rows, ())
     coordinates = np.tile(home, (len(rows), 1))
     chosen = robot.coordinate_places
     coordinates[:, chosen] = rows
     _question(robot, coordinates, home)
     open_ = tuple(k for k in robot.space.rows if k not in chosen)
-    return _request(batch, coordinates, open_)
+    return PoseRequest(batch, coordinates, open_)
 
 
 _HINT = "did you mean JointCoordinates([...])? --joints on the command line"
@@ -244,12 +253,6 @@ def _check_plane(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
             expected=f"{kept}, as at home",
             hint="write x y rz alone",
         )
-
-
-def _request(
-    batch: tuple[int, ...], coordinates: np.ndarray, open_: tuple[int, ...]
-) -> PoseRequest:
-    return PoseRequest(batch, coordinates, open_, turn_by_vector(coordinates[:, 3:]))
 
 
 def _six(pose: RigidTransform) -> np.ndarray:

@@ -103,7 +103,7 @@ class PostureFinder:
                 return q
             if pose is None and self.robot.home is None:
                 return chain.home
-        return requested_pose(self.robot, pose)
+        return requested_pose(self.robot, pose, self.home_pose)
 
     def find(self, pose: Pose, near: Near = None) -> Posture:
         """Posture at a pose or a batch of poses, the one nearest to joint coordinates if given.
@@ -218,7 +218,7 @@ class PostureFinder:
         scale[list(self.robot.space.rows)] = 1.0
         scale = (scale * np.where(np.arange(6) < 3, self.length, 1.0))[chosen]
         steps = np.random.default_rng(_SEED).uniform(-_AROUND, _AROUND, (_TRIED, len(chosen)))
-        return requested_pose(self.robot, self.home_pose[chosen] + steps * scale)
+        return requested_pose(self.robot, self.home_pose[chosen] + steps * scale, self.home_pose)
 
     def _posture(
         self,

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.guarded_values import (
     compliance_where_answered,
     origin_to_reference,
@@ -25,7 +26,6 @@ from robostiff.analysis.measures import (
     worst_deflection,
 )
 from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, freedom_twist
 from robostiff.model import Actuated, Robot
@@ -52,7 +52,7 @@ class PoseBatch:
     @cached_property
     def result(self) -> RobotStiffness:
         """Stiffness at all poses."""
-        return stiffness(self.robot, self.columns.as_pose(self.poses))
+        return careful_stiffness(self.robot, self.columns.as_pose(self.poses))
 
     @cached_property
     def rank(self) -> np.ndarray:

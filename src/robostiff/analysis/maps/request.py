@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.maps.compiled_evaluator import CompiledEvaluator
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, Evaluator
 from robostiff.analysis.maps.fingerprint import fingerprint
@@ -20,7 +21,6 @@ from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource, check_units
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.stored import MOST_POSES
-from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot, Snapshot
@@ -219,7 +219,7 @@ def _wrench(
 
 def _length(robot: Robot, given: float | None) -> float:
     if given is None:
-        return float(stiffness(robot).about_reference.length)
+        return float(careful_stiffness(robot).about_reference.length)
     length = as_float("characteristic_length", given, "a length above 0 [m]", "m")
     if not length > 0:
         raise InputError("characteristic_length", got=given, expected="a length above 0 [m]")

@@ -1,0 +1,226 @@
+"""The careful form: K_C of a robot with pivots chosen at each pose, and all that a result holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.posture_choice import posture_advice
+from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.snapshot_stiffness import SnapshotStiffness, solve_snapshot
+from robostiff.elastostatics import CartesianStiffness, Form, Status, Tolerance, WrenchBasis
+from robostiff.errors import InputError
+from robostiff.kinematics import Near, Pose, Posture, PostureFinder, posture_finder
+from robostiff.kinematics.pose import PoseRequest
+from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
+
+DEFAULT_METHOD = WrenchBasis()
+DEFAULT_TOLERANCE = Tolerance()
+#: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
+CHUNK = 4096
+# What a posture has to complain of has one of these.
+_COMPLAINTS = Status.UNREACHABLE | Status.BEYOND_LIMITS | Status.ILL_CONDITIONED
+
+
+@dataclass(frozen=True)
+class AskedPoses:
+    """Poses of a robot, and the way in which its stiffness at them is asked for.
+
+    Attributes
+    ----------
+    finder : PostureFinder
+        Of the robot.
+    request : PoseRequest or (..., size) array
+        The latter are joint coordinates.
+    method : Form
+    near : joint coordinates or None
+    tolerance : Tolerance
+    """
+
+    finder: PostureFinder
+    request: PoseRequest | np.ndarray
+    method: Form = DEFAULT_METHOD
+    near: Near = None
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """Shape of the batch, () for one pose."""
+        request = self.request
+        return request.shape[:-1] if isinstance(request, np.ndarray) else request.batch
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """Pose coordinates (N, 6), or joint coordinates (N, size), one pose a row."""
+        request = self.request
+        if isinstance(request, np.ndarray):
+            return request.reshape(int(np.prod(self.batch, dtype=int)), request.shape[-1])
+        return request.coordinates
+
+    def posture(self, rows: slice | np.ndarray) -> Posture:
+        """The posture at some of the poses."""
+        if isinstance(self.request, np.ndarray):
+            return self.finder.at(self.numbers[rows], self.near)
+        return self.finder.at(self.request.part(rows), self.near)
+
+    def solved(self, rows: np.ndarray) -> RobotStiffness:
+        """The careful form at some of the poses, with the shape of the rows."""
+        parts, flat = [], rows.reshape(-1)
+        for start in range(0, max(flat.size, 1), CHUNK):
+            posture = self.posture(flat[start : start + CHUNK])
+            solved = solve_snapshot(posture.snapshot, self.method, self.tolerance)
+            parts.append((posture, _with_reach(solved, posture)))
+        return _joined(self.finder.robot, parts, rows.shape, self.method)
+
+    def complaints(self, rows: np.ndarray, status: Status) -> tuple[str, ...]:
+        """What is to be said of one pose of that status, or of several, beside their status."""
+        found: tuple[str, ...] = ()
+        flat = rows.reshape(-1)[:CHUNK]
+        if not rows.shape and status & _COMPLAINTS:
+            found = self.posture(flat).complaints
+        if self.near is not None or isinstance(self.request, np.ndarray):
+            return found
+
+        def of_leg(snapshot: Snapshot) -> np.ndarray:
+            return solve_snapshot(snapshot, DEFAULT_METHOD, self.tolerance).legs[0].matrix
+
+        return (*found, *posture_advice(self.finder, lambda: self.posture(flat), of_leg))
+
+
+def careful_stiffness(
+    robot: Robot | Snapshot | Network,
+    pose: Pose = None,
+    *,
+    method: Form = DEFAULT_METHOD,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> RobotStiffness:
+    """As `stiffness`, but never by the record of the robot, and with all that a result holds.
+
+    For what is going to ask for legs, compliance or loads, and for what checks a record.
+    """
+    check_arguments(robot, method, near, tolerance)
+    if isinstance(robot, Robot):
+        finder = posture_finder(robot)
+        asked = AskedPoses(finder, finder.request(pose), method, near, tolerance)
+        rows = np.arange(len(asked.numbers)).reshape(asked.batch)
+        result = asked.solved(rows)
+        return replace(result, complaints=asked.complaints(rows, result.status))
+    if pose is not None:
+        kind = "network" if isinstance(robot, Network) else "snapshot"
+        raise InputError(
+            f"pose of {kind} {robot.name!r}",
+            got=pose,
+            expected=f"none: a {kind} is frozen at its own pose",
+            hint="describe the robot in a model file to move it",
+        )
+    if isinstance(robot, Network):
+        if method != DEFAULT_METHOD:
+            raise InputError(
+                f"method for network {robot.name!r}",
+                got=method.name,
+                expected="none: forms of K_C are of legs, and a network is solved as a whole",
+            )
+        return network_stiffness(robot, tolerance)
+    solved = solve_snapshot(robot, method, tolerance)
+    return RobotStiffness(
+        name=robot.name,
+        pose=None,
+        reference_point=robot.reference_point,
+        about_reference=solved.whole,
+        legs=solved.legs,
+        passive_joint_names=solved.passive_joint_names,
+        method=method,
+        complaints=(),
+        serial_compliance=solved.compliance,
+        origin=solved.origin,
+    )
+
+
+def check_arguments(robot: Any, method: Any, near: Near, tolerance: Any) -> None:
+    """Raise for what `stiffness` does not take.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(robot, Robot | Snapshot | Network | CableRobot):
+        raise InputError(
+            "robot",
+            got=robot,
+            expected="a Robot, a Snapshot, a Network or a CableRobot",
+            hint='write load("hexapod")',
+        )
+    if isinstance(method, type) or not isinstance(method, Form):
+        name = method.__name__ if isinstance(method, type) else "WrenchBasis"
+        raise InputError(
+            "method", got=method, expected="a form of K_C", hint=f"write method={name}()"
+        )
+    if not isinstance(tolerance, Tolerance):
+        raise InputError(
+            "tolerance",
+            got=tolerance,
+            expected="a Tolerance",
+            hint="write tolerance=Tolerance(independence=1e-9)",
+        )
+    if near is not None and not isinstance(robot, Robot):
+        raise InputError(
+            f"near of {robot.name!r}",
+            got=near,
+            expected="none: only a robot of joints and legs has postures to choose from",
+        )
+
+
+def _with_reach(solved: SnapshotStiffness, posture: Posture) -> SnapshotStiffness:
+    """Status of poses out of reach, and of actuators beyond their limits."""
+    whole = solved.whole
+    reached = posture.reached
+    status = np.where(reached, whole.status_codes, np.uint8(Status.UNREACHABLE))
+    beyond = reached & ~posture.within_limits
+    status = status | beyond * np.uint8(Status.BEYOND_LIMITS)
+    status = status | (reached & posture.undetermined) * np.uint8(Status.ILL_CONDITIONED)
+    return replace(solved, whole=whole.with_status(np.asarray(status, dtype=np.uint8)))
+
+
+def _joined(
+    robot: Robot,
+    parts: list[tuple[Posture, SnapshotStiffness]],
+    batch: tuple[int, ...],
+    method: Form,
+) -> RobotStiffness:
+    first = parts[0][1]
+    compliance = None
+    if first.compliance is not None:
+        compliance = _stacked([part.compliance for _, part in parts], batch)
+    return RobotStiffness(
+        name=robot.name,
+        pose=_stacked([posture.pose for posture, _ in parts], batch),
+        reference_point=_stacked([posture.snapshot.reference_point for posture, _ in parts], batch),
+        about_reference=_reshaped([part.whole for _, part in parts], batch),
+        legs=tuple(
+            _reshaped([part.legs[i] for _, part in parts], batch) for i in range(len(first.legs))
+        ),
+        passive_joint_names=first.passive_joint_names,
+        method=method,
+        complaints=(),
+        joint_coordinates={
+            leg.name: _stacked([posture.coordinates[i] for posture, _ in parts], batch)
+            for i, leg in enumerate(robot.legs)
+        },
+        serial_compliance=compliance,
+        origin=_stacked([part.origin for _, part in parts], batch),
+    )
+
+
+def _reshaped(parts: list[CartesianStiffness], batch: tuple[int, ...]) -> CartesianStiffness:
+    return CartesianStiffness.joined(parts).reshaped(batch)
+
+
+def _stacked(parts: list[Any], batch: tuple[int, ...]) -> np.ndarray:
+    whole = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    return whole.reshape(*batch, *whole.shape[1:])

@@ -1,0 +1,258 @@
+"""What `stiffness` answers of a robot of joints and legs: at once, and when more is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.careful_form import AskedPoses
+from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.robot_record import RecordedAnswer
+from robostiff.elastostatics import Status, scaling
+from robostiff.elastostatics.status import WITHOUT_STIFFNESS
+from robostiff.errors import DisagreementError
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.spatial import Space, move_stiffness
+
+_FIELDS = tuple(field.name for field in fields(RobotStiffness))
+# Poses of a batch that are worked out together when they are asked for one by one.
+_BLOCK = 64
+_AGREEMENT = 1e-9
+_FREE = 1e-6  # of the largest size: what rounding leaves of zero
+_SUBJECT = "the record of a robot and the wrench basis form"
+
+
+class Details:
+    """The careful form at the poses of one question, worked out where it is asked for.
+
+    Parameters
+    ----------
+    asked : AskedPoses
+    recorded : RecordedAnswer or None
+        With which it must agree.
+    """
+
+    def __init__(self, asked: AskedPoses, recorded: RecordedAnswer | None) -> None:
+        self.asked = asked
+        self.rows = np.arange(len(asked.numbers)).reshape(asked.batch)
+        self._recorded = recorded
+        self._whole: RobotStiffness | None = None
+        self._blocks: dict[int, RobotStiffness] = {}
+        self._one_by_one = 0
+
+    def at(self, rows: np.ndarray) -> RobotStiffness:
+        """At some of the rows, with their shape."""
+        if rows is self.rows or np.array_equal(rows, self.rows):
+            if self._whole is None:
+                self._whole = self._solved(rows)
+            return self._whole
+        if self._whole is not None:
+            return self._whole[np.unravel_index(rows, self.rows.shape)]
+        if rows.shape:
+            return self._solved(rows)
+        self._one_by_one += 1
+        if self._one_by_one == 1:
+            return self._solved(rows)
+        start = int(rows) // _BLOCK * _BLOCK
+        if start not in self._blocks:
+            stop = min(start + _BLOCK, self.rows.size)
+            self._blocks[start] = self._solved(np.arange(start, stop))
+        return self._blocks[start][int(rows) - start]
+
+    def _solved(self, rows: np.ndarray) -> RobotStiffness:
+        result = self.asked.solved(rows)
+        if self._recorded is not None:
+            flat = rows.reshape(-1)
+            _check_agreement(self.asked, flat, self._recorded.reshaped((-1,))[flat], result)
+        return result
+
+
+class PosedStiffness(RobotStiffness):
+    """K_C of a robot at poses: matrix, rank and status at once, the rest when it is asked for.
+
+    Where the robot's record gives the matrix, all that only the careful form knows (legs, free
+    motions, compliance, joint coordinates) is worked out at the poses of which it is asked. Both
+    must agree.
+
+    Parameters
+    ----------
+    details : Details
+    recorded : RecordedAnswer or None
+        At the rows; without one the careful form answers.
+    rows : array of int
+        Those of the question that this is about.
+    point : (..., 3) array or None
+        Point about which K is given [m]; the robot's own for None.
+    """
+
+    def __init__(
+        self,
+        details: Details,
+        recorded: RecordedAnswer | None,
+        rows: np.ndarray,
+        point: np.ndarray | None = None,
+    ) -> None:
+        own = {"_details": details, "_recorded": recorded, "_rows": rows, "_point": point}
+        asked = details.asked
+        vars(self).update(own, name=asked.finder.robot.name, method=asked.method)
+        if recorded is None:
+            _ = self._careful  # bad input is found now
+
+    @classmethod
+    def of(cls, asked: AskedPoses, recorded: RecordedAnswer | None) -> PosedStiffness:
+        """At all poses of a question."""
+        details = Details(asked, recorded)
+        return cls(details, recorded, details.rows)
+
+    def __getattr__(self, name: str) -> Any:
+        """What the careful form knows, at the first time it is asked for."""
+        if name not in _FIELDS or "_details" not in vars(self):
+            raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
+        match name:
+            case "complaints":
+                value = self._details.asked.complaints(self._rows, self.status)
+            case "pose" if self._pose is not None:
+                value = self._pose
+            case "reference_point":
+                value = self._own_point if self._point is None else self._point
+            case _:
+                value = getattr(self._careful, name)
+        vars(self)[name] = value
+        return value
+
+    @cached_property
+    def _careful(self) -> RobotStiffness:
+        return self._details.at(self._rows)
+
+    @cached_property
+    def _pose(self) -> np.ndarray | None:
+        """Pose coordinates (..., 6) where all of them are given."""
+        request = self._details.asked.request
+        if isinstance(request, np.ndarray) or request.open:
+            return None
+        return request.coordinates[self._rows]
+
+    @cached_property
+    def _own_point(self) -> np.ndarray:
+        """The robot's reference point in the world (..., 3) [m]."""
+        if self._pose is None or "_careful" in vars(self):
+            return self._careful.reference_point
+        given = self._details.asked.request.turned
+        R = turn_by_vector(self._pose[..., 3:]) if given is None else given[self._rows]
+        reference = self._details.asked.finder.robot.reference_point
+        return self._pose[..., :3] + np.einsum("...ij,j->...i", R, reference)
+
+    @property
+    def space(self) -> Space:
+        """Spatial (6 x 6) or planar (3 x 3)."""
+        return self._details.asked.finder.robot.space
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self._rows.shape
+
+    @property
+    def K(self) -> np.ndarray:
+        """Stiffness matrix (..., n, n) [N/m, N, N m] about the reference point.
+
+        Raises
+        ------
+        NoAnswerError
+            When a pose has none.
+        """
+        if self._recorded is None:
+            return super().K
+        self._require_answer()
+        if self._point is None:
+            return self._recorded.K
+        v = (self._point - self._own_point)[..., : self.space.translations]
+        return move_stiffness(self._recorded.K, v) if np.any(v) else self._recorded.K
+
+    @property
+    def rank(self) -> np.ndarray:
+        """How many independent wrenches hold the platform (...); -1 where out of reach."""
+        return super().rank if self._recorded is None else self._recorded.rank
+
+    @property
+    def status(self) -> Status:
+        """Status of a single pose; of a batch, everything that happened at any pose."""
+        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+
+    @property
+    def status_codes(self) -> np.ndarray:
+        """Status of every pose (...) as uint8."""
+        return super().status_codes if self._recorded is None else self._recorded.status_codes
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Where there is a stiffness matrix (...)."""
+        return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
+
+    @property
+    def _reason(self) -> str:
+        return super()._reason if self._recorded is None else ""
+
+    def about(self, point: np.ndarray) -> PosedStiffness:
+        """The same answer about another point of the platform (..., 3), in the world [m]."""
+        point = np.broadcast_to(point, (*self.batch_shape, 3))
+        return PosedStiffness(self._details, self._recorded, self._rows, point)
+
+    def __getitem__(self, index: Any) -> PosedStiffness:
+        """The answer at one pose, or at some poses, of a batch."""
+        return PosedStiffness(
+            self._details,
+            None if self._recorded is None else self._recorded[index],
+            np.asarray(self._rows[index]),
+            None if self._point is None else self._point[index],
+        )
+
+
+def _check_agreement(
+    asked: AskedPoses, rows: np.ndarray, recorded: RecordedAnswer, careful: RobotStiffness
+) -> None:
+    """Raise where the record and the careful form say different things of a pose.
+
+    Raises
+    ------
+    DisagreementError
+    """
+    n = careful.space.size
+    codes, ranks = careful.status_codes.reshape(-1), careful.rank.reshape(-1)
+    wrong = np.flatnonzero(recorded.status_codes != codes)
+    if wrong.size:
+        i = wrong[0]
+        said = Status(int(recorded.status_codes[i])), Status(int(codes[i]))
+        _disagree(asked, rows[i], f"on the status, {said[0]} and {said[1]},")
+    wrong = np.flatnonzero(recorded.rank != ranks)
+    if wrong.size:
+        i = wrong[0]
+        _disagree(asked, rows[i], f"on the rank, {recorded.rank[i]} and {ranks[i]},")
+    answered = np.flatnonzero(careful.answered.reshape(-1))
+    if not answered.size:
+        return
+    K = _matrices(careful).reshape(-1, n, n)[answered]
+    s = scaling(careful.about_reference.length.reshape(-1)[answered], careful.space)
+    # Entries are judged by sqrt(K_ii K_jj), those of free motions not by zero.
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", K), 0.0)) / s
+    size = np.maximum(size, _FREE * np.max(size, axis=-1, keepdims=True)) * s
+    apart = np.abs(recorded.K[answered] - K) / (size[:, :, None] * size[:, None, :])
+    distance = np.max(apart, axis=(-1, -2))
+    if np.max(distance) > _AGREEMENT:
+        i = int(np.argmax(distance))
+        _disagree(asked, rows[answered[i]], float(distance[i]))
+
+
+def _matrices(result: RobotStiffness) -> np.ndarray:
+    """Stiffness about the reference point (..., n, n), also where some poses have none."""
+    v = (result.reference_point - result.origin)[..., : result.space.translations]
+    K = result.about_reference.matrix
+    return move_stiffness(K, v) if np.any(v) else K
+
+
+def _disagree(asked: AskedPoses, row: np.ndarray, distance: float | str) -> None:
+    place = asked.numbers[row].tolist()
+    raise DisagreementError(_SUBJECT, distance, f"{asked.finder.robot.name!r} at {place}")

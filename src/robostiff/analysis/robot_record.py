@@ -1,0 +1,144 @@
+"""The record of a robot, kept with it: made once it pays, and asked for many poses or for one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.careful_form import DEFAULT_METHOD, DEFAULT_TOLERANCE, AskedPoses
+from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
+from robostiff.compiled import Backend, MachineCode, StiffnessMatrix, machine_code_is_available
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import JointCoordinates
+from robostiff.model import Robot
+
+# Under this name a robot keeps its record.
+_KEPT = "_robot_record"
+# Recording takes as long as the careful form at some 6,000 poses of a batch, or in 20 to 30 calls
+# (all shipped robots: 3,000 to 9,000 poses, 10 to 30 calls). It begins when as much was spent.
+_A_CALL = 250  # poses of a batch, which take as long as what a call begins with
+_PAYS = 6_000
+# Machine code is some 0.5 us a pose faster than NumPy, and takes 0.1 s to compile after 0.5 s to
+# load the compiler: below a million poses NumPy is done before.
+_MACHINE_CODE_PAYS = 2**20
+
+
+@dataclass(frozen=True)
+class RecordedAnswer:
+    """Stiffness matrices about the reference point, status and rank at poses.
+
+    Attributes
+    ----------
+    K : (..., n, n) array
+        Meaningful where the status says that there is one.
+    status_codes : (...) array of uint8
+    rank : (...) array of int8
+    """
+
+    K: np.ndarray
+    status_codes: np.ndarray
+    rank: np.ndarray
+
+    def reshaped(self, batch: tuple[int, ...]) -> RecordedAnswer:
+        """The same under another batch shape."""
+        return RecordedAnswer(
+            self.K.reshape(*batch, *self.K.shape[-2:]),
+            self.status_codes.reshape(batch),
+            self.rank.reshape(batch),
+        )
+
+    def __getitem__(self, index: Any) -> RecordedAnswer:
+        return RecordedAnswer(
+            self.K[index], np.asarray(self.status_codes[index]), np.asarray(self.rank[index])
+        )
+
+
+class RobotRecord:
+    """The record of one robot.
+
+    Parameters
+    ----------
+    robot : Robot
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self._asked = self._served = 0
+        self._compiled: CompiledRobot | None = None
+        self._is_tried = False
+
+    def for_poses(self, count: int) -> CompiledRobot | None:
+        """What computes that many poses; None where it does not pay yet, or there is no record."""
+        if not self._is_tried:
+            self._asked += _A_CALL + count
+            if self._asked < _PAYS:
+                return None
+            self._compiled, self._is_tried = _compiled(self.robot), True
+        compiled = self._compiled
+        if compiled is None:
+            return None
+        self._served += count
+        code = compiled.kernel.code
+        pays = self._served > _MACHINE_CODE_PAYS and machine_code_is_available()
+        if pays and not isinstance(code, MachineCode):
+            kernel = replace(compiled.kernel, code=MachineCode(code.program))
+            compiled = self._compiled = replace(compiled, kernel=kernel)
+        return compiled
+
+
+def recorded_answer(robot: Robot, asked: AskedPoses) -> RecordedAnswer | None:
+    """What the record of a robot says of poses; None where the careful form is to be used.
+
+    That is so for other methods, tolerances and postures than a record has, for robots that have
+    none, and until a record pays.
+
+    Raises
+    ------
+    DisagreementError
+        When the record gives something else than the careful form at generic poses.
+    """
+    given = _inputs(robot, asked)
+    if given is None or not len(given):
+        return None
+    known = vars(robot).get(_KEPT)
+    if known is None:
+        known = vars(robot)[_KEPT] = RobotRecord(robot)
+    compiled = known.for_poses(len(given))
+    if compiled is None:
+        return None
+    found = compiled.evaluate(JointCoordinates(given) if robot.is_posed_by_joints else given)
+    answer = RecordedAnswer(found.values[StiffnessMatrix.name], found.status_codes, found.rank)
+    return answer if len(asked.batch) == 1 else answer.reshaped(asked.batch)
+
+
+def _inputs(robot: Robot, asked: AskedPoses) -> np.ndarray | None:
+    """Free coordinates of poses (N, n), where they are asked for as a record gives them."""
+    if (
+        asked.near is not None
+        or asked.method != DEFAULT_METHOD
+        or asked.tolerance != DEFAULT_TOLERANCE
+    ):
+        return None
+    request, numbers = asked.request, asked.numbers
+    if isinstance(request, np.ndarray):
+        return numbers if robot.is_posed_by_joints else None
+    if robot.is_posed_by_joints:
+        return None
+    free = [place for place in robot.coordinate_places if place in robot.space.rows]
+    left = tuple(place for place in robot.space.rows if place not in free)
+    # Where the legs decide the others, those of home are right at home alone.
+    at_home = not request.batch and np.array_equal(numbers[0], asked.finder.home_pose)
+    if not free or not (request.open == left or at_home):
+        return None
+    return numbers if free == list(range(numbers.shape[1])) else numbers[:, free]
+
+
+def _compiled(robot: Robot) -> CompiledRobot | None:
+    """The robot's kernel on NumPy; None where it has none, or one that nothing is left to."""
+    try:
+        compiled = compile_robot(robot.numeric, backend=Backend.ARRAYS)
+    except (InputError, NoAnswerError):
+        return None
+    return compiled if compiled.verified else None

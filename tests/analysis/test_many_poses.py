@@ -1,0 +1,283 @@
+"""Many poses and one: the record of a robot and the careful form say the same, and no more."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analysis import careful_form, compiled_robot, robot_record
+from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.compiled import MachineCode, machine_code_is_available
+from robostiff.elastostatics import CartesianStiffness
+from robostiff.kinematics import posture_finder
+from tests.generators.kernel_robots import thin_legs
+
+# Closed forms, closure by iteration, a loop inside a leg, free motions, a plane, arms by joints.
+ROBOTS = ["hexapod", "3-puu", "3-rps", "delta", "gough-stewart-a", "3-rpr", "six-joint-arm"]
+
+
+@pytest.fixture
+def recorded_at_once(monkeypatch):
+    monkeypatch.setattr(robot_record, "_PAYS", 0)
+
+
+@pytest.fixture
+def asked_of_careful_form(monkeypatch) -> list[int]:
+    """How many poses the careful form was asked for, call by call."""
+    counts = []
+    solve = careful_form.AskedPoses.solved
+
+    def counted(self: Any, rows: np.ndarray) -> Any:
+        counts.append(rows.size)
+        return solve(self, rows)
+
+    monkeypatch.setattr(careful_form.AskedPoses, "solved", counted)
+    return counts
+
+
+def posed(robot: rs.Robot, count: int, spread: float, seed: int = 3) -> Any:
+    """Poses around home, some of them very near to it and some out of reach."""
+    random = np.random.default_rng(seed)
+    near = np.where(np.arange(count) % 5 == 0, 1e-5, 1.0)[:, None]
+    if robot.is_posed_by_joints:
+        home = robot.legs[0].chain.home
+        return rs.JointCoordinates(home + near * random.uniform(-1, 1, (count, home.size)))
+    finder, places = posture_finder(robot), robot.coordinate_places
+    size = np.where(np.array(places) < 3, finder.length, 1.5)
+    shift = near * spread * size * random.uniform(-1, 1, (count, len(places)))
+    return finder.home_pose[places] + shift
+
+
+def row_of(pose: Any, i: int) -> Any:
+    if isinstance(pose, rs.JointCoordinates):
+        return rs.JointCoordinates(np.asarray(pose.values)[i])
+    return pose[i]
+
+
+def assert_same(one: Any, other: Any) -> None:
+    """Equal, numbers within rounding of the largest of them."""
+    if isinstance(one, CartesianStiffness):
+        assert_same(one.matrix[one.answered], other.matrix[other.answered])
+        assert_same(one.status_codes, other.status_codes)
+    elif isinstance(one, tuple):
+        assert len(one) == len(other)
+        for a, b in zip(one, other, strict=True):
+            assert_same(a, b)
+    elif isinstance(one, dict):
+        assert one.keys() == other.keys()
+        for key in one:
+            assert_same(one[key], other[key])
+    elif isinstance(one, np.ndarray) and one.dtype.kind == "f":
+        size = np.max(np.abs(other), initial=1e-9)
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * size)
+    elif isinstance(one, np.ndarray):
+        np.testing.assert_array_equal(one, other)
+    else:
+        assert str(one) == str(other)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("spread", [0.05, 0.6])
+def test_both_ways_say_the_same(name, spread, recorded_at_once):
+    robot: Any = rs.load(name)
+    pose = posed(robot, 40, spread)
+    found, expected = rs.stiffness(robot, pose), careful_stiffness(robot, pose)
+    assert robot_record.RobotRecord is type(vars(robot)["_robot_record"])
+    np.testing.assert_array_equal(found.status_codes, expected.status_codes)
+    np.testing.assert_array_equal(found.rank, expected.rank)
+    np.testing.assert_array_equal(found.answered, expected.answered)
+    known = found.answered
+    assert known.any()
+    assert_same(found[known].K, expected[known].K)
+    for i in range(0, 40, 7):
+        alone = careful_stiffness(robot, row_of(pose, i))
+        assert found[i].status == alone.status
+        assert int(found[i].rank) == int(alone.rank)
+        assert found[i].advice == alone.advice
+
+
+@pytest.mark.parametrize("name", ["hexapod", "3-rps", "six-joint-arm"])
+def test_one_pose_takes_the_record_as_well(name, recorded_at_once, asked_of_careful_form):
+    robot: Any = rs.load(name)
+    pose = row_of(posed(robot, 3, 0.05), 1)
+    rs.stiffness(robot, pose)  # makes the record, which is compared with the careful form
+    asked_of_careful_form.clear()
+    found = rs.stiffness(robot, pose)
+    K, rank, status, shape = found.K, found.rank, found.status, found.batch_shape
+    assert asked_of_careful_form == []
+    alone = careful_stiffness(robot, pose)
+    assert (int(rank), status, shape) == (int(alone.rank), alone.status, ())
+    assert_same(K, alone.K)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_what_else_a_result_holds_is_that_of_the_careful_form(name, recorded_at_once):
+    robot: Any = rs.load(name)
+    pose = posed(robot, 6, 0.05)
+    some = rs.stiffness(robot, pose)[1:5]
+    for found, expected in (
+        (some, careful_stiffness(robot, pose)[1:5]),
+        (some[2], careful_stiffness(robot, row_of(pose, 3))),
+        (rs.stiffness(robot, row_of(pose, 2)), careful_stiffness(robot, row_of(pose, 2))),
+    ):
+        for attribute in (
+            "pose",
+            "reference_point",
+            "about_reference",
+            "legs",
+            "passive_joint_names",
+            "serial_compliance",
+            "origin",
+            "joint_coordinates",
+            "has_compliance",
+            "compliance",
+            "redundant_joints",
+            "leg_stiffness",
+            "space",
+        ):
+            assert_same(getattr(found, attribute), getattr(expected, attribute))
+    for attribute in ("free_motions", "rigid_directions", "decision"):
+        one, other = some[0], careful_stiffness(robot, row_of(pose, 1))
+        assert_same(getattr(one, attribute), getattr(other, attribute))
+    with pytest.raises(AttributeError, match="stiffnesses"):
+        _ = some.stiffnesses
+
+
+def test_a_part_is_worked_out_at_the_poses_of_which_it_is_asked(
+    recorded_at_once, asked_of_careful_form
+):
+    robot: Any = rs.load("hexapod")
+    found = rs.stiffness(robot, posed(robot, 500, 0.05))
+    asked_of_careful_form.clear()
+    _ = found.K, found.rank, found.status, found.status_codes, found.answered, found.advice
+    _ = found.pose, found.reference_point, found.batch_shape, repr(found), found[3:9].K
+    assert asked_of_careful_form == []
+    assert len(found[7].legs) == 6
+    assert asked_of_careful_form == [1]
+    assert found[10:30].compliance is not None
+    assert asked_of_careful_form == [1, 20]
+    for i in range(100, 164):  # one by one they are worked out in blocks
+        assert found[i].about_reference.matrix.shape == (6, 6)
+    assert asked_of_careful_form[2:] == [64, 64]
+    _ = found.legs, found[3].legs, found[50:70].legs
+    assert asked_of_careful_form[4:] == [500]
+
+
+def test_the_record_waits_until_it_pays(asked_of_careful_form):
+    robot: Any = rs.load("3-rpr")
+    poses = posed(robot, 10_000, 0.05)
+    for _ in range(3):
+        rs.stiffness(robot, poses[0])
+    rs.stiffness(robot, poses[:500])
+    assert asked_of_careful_form == [1, 1, 1, 500]
+    rs.stiffness(robot, poses)
+    asked_of_careful_form.clear()
+    one, few = rs.stiffness(robot, poses[0]), rs.stiffness(robot, poses[:30])
+    assert asked_of_careful_form == []
+    assert_same(one.K, few.K[0])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"method": rs.Recursive()},
+        {"tolerance": rs.Tolerance(independence=1e-8)},
+        {"near": [[0.01, 0.3, 0.0]] * 3},
+    ],
+)
+def test_other_questions_take_the_careful_form(options, recorded_at_once, asked_of_careful_form):
+    robot: Any = rs.load("3-rpr")
+    rs.stiffness(robot, posed(robot, 4, 0.05), **options)
+    assert asked_of_careful_form == [4]
+
+
+def test_poses_in_other_ways(recorded_at_once, asked_of_careful_form):
+    robot: Any = rs.load("3-puu")
+    home = rs.stiffness(robot)
+    asked_of_careful_form.clear()
+    assert_same(home.K, rs.stiffness(robot).K)
+    assert asked_of_careful_form == []
+    # All six coordinates fix what the legs would decide.
+    six = rs.stiffness(robot, [0.01, 0, 0.3, 0, 0, 0.1])
+    assert asked_of_careful_form == [1]
+    assert six.status is rs.Status.UNREACHABLE
+    planar: Any = rs.load("3-rpr")
+    pose = posed(planar, 5, 0.05)
+    six_of_plane = np.zeros((5, 6))
+    six_of_plane[:, [0, 1, 5]] = pose
+    assert_same(rs.stiffness(planar, six_of_plane).K, careful_stiffness(planar, pose).K)
+
+
+def test_a_point_and_a_shape_of_the_batch(recorded_at_once):
+    robot: Any = rs.load("hexapod")
+    poses = posed(robot, 6, 0.05).reshape(2, 3, 6)
+    point = np.arange(18.0).reshape(2, 3, 3) / 20
+    found = rs.stiffness(robot, poses, at=point)
+    expected = careful_stiffness(robot, poses).about(point)
+    for one, other in ((found, expected), (found[1], expected[1]), (found[1, 2], expected[1, 2])):
+        assert one.batch_shape == other.batch_shape
+        assert_same(one.K, other.K)
+        assert_same(one.reference_point, other.reference_point)
+        assert_same(one.compliance, other.compliance)
+    again = pickle.loads(pickle.dumps(found))  # noqa: S301
+    assert_same(again.K, found.K)
+    assert_same(again.legs, found.legs)
+
+
+def test_no_pose_is_an_empty_batch(recorded_at_once):
+    found = rs.stiffness(rs.load("hexapod"), np.empty((0, 6)))
+    assert found.K.shape == (0, 6, 6)
+
+
+@pytest.mark.skipif(not machine_code_is_available(), reason="heyoka is not installed")
+def test_machine_code_takes_over_where_it_pays(recorded_at_once, monkeypatch):
+    monkeypatch.setattr(robot_record, "_MACHINE_CODE_PAYS", 150)
+    robot: Any = rs.load("3-rpr")
+    poses = posed(robot, 100, 0.05)
+    first, second = rs.stiffness(robot, poses), rs.stiffness(robot, poses)
+    assert isinstance(vars(robot)["_robot_record"].for_poses(1).kernel.code, MachineCode)
+    np.testing.assert_array_equal(first.status_codes, second.status_codes)
+    assert_same(second.K, first.K)
+
+
+def test_a_wrong_record_is_an_error(recorded_at_once, monkeypatch):
+    """Also where it goes wrong after it was compared at generic poses."""
+    robot: Any = rs.load("gough-stewart-b")
+    poses = posed(robot, 5, 0.05)
+    evaluate = compiled_robot.CompiledRobot.evaluate
+
+    def wrong(self: Any, pose: Any, **options: Any) -> Any:
+        answer = evaluate(self, pose, **options)
+        answer.values["K"][2] *= 1 + 1e-6
+        return answer
+
+    monkeypatch.setattr(compiled_robot.CompiledRobot, "evaluate", wrong)
+    found = rs.stiffness(robot, poses)
+    assert found[1].legs
+    with pytest.raises(rs.DisagreementError, match=r"by 1\.0e-06 for 'gough-stewart-b' at"):
+        _ = found[2].legs
+
+    def other_status(self: Any, pose: Any, **options: Any) -> Any:
+        answer = evaluate(self, pose, **options)
+        codes = answer.status_codes | np.uint8(rs.Status.REDUNDANT_JOINTS)
+        return replace(answer, status_codes=codes)
+
+    monkeypatch.setattr(compiled_robot.CompiledRobot, "evaluate", other_status)
+    with pytest.raises(rs.DisagreementError, match="on the status, redundant-joints and ok"):
+        _ = rs.stiffness(robot, poses).compliance
+
+
+def test_a_robot_without_a_trusted_record_keeps_the_careful_form(
+    recorded_at_once, asked_of_careful_form
+):
+    robot = thin_legs()
+    rs.stiffness(robot)
+    asked_of_careful_form.clear()
+    found = rs.stiffness(robot)
+    assert asked_of_careful_form == [1]
+    assert found.status == careful_stiffness(robot).status
