@@ -25,6 +25,7 @@ _HOMES = {
         "CompiledAnswer",
         "CompiledRobot",
         "Deflection",
+        "DeflectionsOfPoses",
         "RobotStiffness",
         "cable_response",
         "cable_stiffness",

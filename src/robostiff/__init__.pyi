@@ -7,6 +7,7 @@ from robostiff.analysis import CableTensions as CableTensions
 from robostiff.analysis import CompiledAnswer as CompiledAnswer
 from robostiff.analysis import CompiledRobot as CompiledRobot
 from robostiff.analysis import Deflection as Deflection
+from robostiff.analysis import DeflectionsOfPoses as DeflectionsOfPoses
 from robostiff.analysis import RobotStiffness as RobotStiffness
 from robostiff.analysis import cable_response as cable_response
 from robostiff.analysis import cable_stiffness as cable_stiffness

@@ -11,9 +11,9 @@ from robostiff.analysis.deflection_under_load import (
     Deflection,
     JointReaction,
     PartShare,
-    deflection,
 )
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
+from robostiff.analysis.many_deflections import DeflectionsOfPoses, deflection
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import compliance, stiffness
 from robostiff.analysis.verification import Comparison, Outcome, Verification, verify
@@ -27,6 +27,7 @@ __all__ = [
     "CompiledAnswer",
     "CompiledRobot",
     "Deflection",
+    "DeflectionsOfPoses",
     "FreeMotion",
     "JointReaction",
     "Outcome",

@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.flexible_platform import platform_energies
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
-from robostiff.analysis.one_pose import require_one_pose
-from robostiff.analysis.result import RobotStiffness, about_point
+from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.result_tables import deflection_html
-from robostiff.elastostatics import Status, Tolerance
-from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Near, Pose, find_posture, freedom_twist
+from robostiff.elastostatics import Status
+from robostiff.errors import NoAnswerError
+from robostiff.kinematics import freedom_twist
 from robostiff.model import (
     Actuated,
     PlacedBlock,
     PlacedFreedom,
     PlacedLeg,
     PlacedSpring,
-    Robot,
     Snapshot,
 )
-from robostiff.model.cable import CableRobot
 from robostiff.network import Network, loads_under
-from robostiff.spatial import Space, as_floats, move_twist, move_wrench
-
-_DEFAULT_TOLERANCE = Tolerance()
+from robostiff.spatial import Space, move_twist, move_wrench
 
 
 @dataclass(frozen=True)
@@ -168,59 +161,20 @@ class Deflection:
         return (*self.stiffness.advice, *extra.advice)
 
 
-def deflection(
-    robot: Robot | Snapshot | Network,
-    pose: Pose = None,
-    wrench: ArrayLike = (),
-    *,
-    at: ArrayLike | None = None,
-    near: Near = None,
-    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+def deflection_at(
+    answer: RobotStiffness, wrench: np.ndarray, posed: Snapshot | Network | Callable[[], Snapshot]
 ) -> Deflection:
-    """Deflection of the platform under a wrench, and how the parts of the robot share in it.
+    """How a robot gives way at the single pose of an answer.
 
     Parameters
     ----------
-    robot : Robot, Snapshot or Network
-        The parts of a network are told by name; joints of it whose reaction is not determined,
-        because rigid parts brace one another, are left out.
-    pose : RigidTransform, array, JointCoordinates or None
-        One pose, as for `stiffness`.
-    wrench : (6,) array, or (3,) for a planar robot
-        Force [N] and moment [N m] of the environment on the platform, about `at`, world axes.
-    at : (3,) array, optional
-        Point of the platform in the world [m]; the robot's reference point when left out.
-    near : joint coordinates, optional
-        Those that choose the posture, as for `stiffness`.
-    tolerance : Tolerance
-
-    Returns
-    -------
-    Deflection
-
-    Raises
-    ------
-    InputError
-        When the wrench or the pose does not fit, or several poses are given.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> bent = rs.deflection(rs.load("gough-stewart-b"), wrench=[0, 0, -1000, 0, 0, 0])
-    >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
-    (-2.161, 0.167)
+    answer : RobotStiffness
+    wrench : (n,) array
+        About the reference point of the answer [N, N m].
+    posed : Snapshot, Network or callable
+        The robot at the pose, or what places it there.
     """
-    if isinstance(robot, CableRobot):
-        raise InputError(
-            "robot of a deflection",
-            got=f"cable robot {robot.name!r}",
-            expected="a Robot or a Snapshot: cables may become slack, and need not stay near",
-            hint="write cable_response(robot, pose, load=...)",
-        )
-    answer = about_point(careful_stiffness(robot, pose, near=near, tolerance=tolerance), at)
-    hint = "for many poses multiply the wrench by compliance(robot, poses)"
-    require_one_pose("a deflection", answer.batch_shape, hint)
-    F = _checked_wrench(wrench, answer.space)
+    F = wrench
     if Status.UNREACHABLE in answer.status:
         return Deflection(F, answer, answer.status, None)
     to_origin = answer.origin - answer.reference_point
@@ -236,21 +190,22 @@ def deflection(
     parts: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
-    if isinstance(robot, Network):
-        carried = loads_under(robot, F_origin, tolerance)
+    tolerance = answer.about_reference.tolerance
+    if isinstance(posed, Network):
+        carried = loads_under(posed, F_origin, tolerance)
         parts += carried.energies
         reactions += [JointReaction(*told) for told in carried.reactions]
         actuators += [ActuatorLoad(*told) for told in carried.actuators]
     else:
-        posed = _posed(robot, pose, near)
-        for leg, own in zip(posed.legs, leg_wrenches, strict=True):
+        snapshot = posed if isinstance(posed, Snapshot) else posed()
+        for leg, own in zip(snapshot.legs, leg_wrenches, strict=True):
             F_leg = np.zeros(6)
             F_leg[list(answer.space.rows)] = own
             for element, F_element in _carried(leg, F_leg, answer):
                 _add_element(
                     leg.name, element, F_element, answer.origin, parts, reactions, actuators
                 )
-        parts += platform_energies(posed, leg_wrenches, answer.origin, tolerance)
+        parts += platform_energies(snapshot, leg_wrenches, answer.origin, tolerance)
     total = sum(energy for *_, energy in parts)
     shares = [
         PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
@@ -267,12 +222,6 @@ def deflection(
         actuators=tuple(actuators),
         leg_wrenches=tuple(leg_wrenches),
     )
-
-
-def _posed(robot: Robot | Snapshot, pose: Pose, near: Near) -> Snapshot:
-    if isinstance(robot, Snapshot):
-        return robot
-    return find_posture(robot, pose, near=near).snapshot.one(0)
 
 
 def _carried(
@@ -326,12 +275,3 @@ def _add_element(
         parts.append((leg, element.name, 0.5 * load * travel))
     if isinstance(element.role, Actuated):
         actuators.append(ActuatorLoad(leg, element.name, load, travel))
-
-
-def _checked_wrench(wrench: ArrayLike, space: Space) -> np.ndarray:
-    expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
-    F = as_floats("wrench", wrench, expected, space.wrench_units)
-    if F.shape != (space.size,):
-        hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
-        raise InputError("wrench", got=wrench, expected=expected, hint=hint if not F.size else None)
-    return F

@@ -7,14 +7,24 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robostiff.analysis.careful_form import AskedPoses
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.careful_form import (
+    DEFAULT_METHOD,
+    DEFAULT_TOLERANCE,
+    AskedPoses,
+    careful_stiffness,
+    check_arguments,
+)
+from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.analysis.robot_record import RecordedAnswer
-from robostiff.elastostatics import Status, scaling
+from robostiff.elastostatics import Status, Tolerance, scaling
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError
+from robostiff.kinematics import Near, Pose, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
 from robostiff.spatial import Space, move_stiffness
 
 _FIELDS = tuple(field.name for field in fields(RobotStiffness))
@@ -192,6 +202,10 @@ class PosedStiffness(RobotStiffness):
         """Where there is a stiffness matrix (...)."""
         return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
 
+    def snapshot(self) -> Snapshot:
+        """The robot in the world at a single pose."""
+        return self._details.asked.posture(self._rows.reshape(1)).snapshot.one(0)
+
     @property
     def _reason(self) -> str:
         return super()._reason if self._recorded is None else ""
@@ -209,6 +223,23 @@ class PosedStiffness(RobotStiffness):
             np.asarray(self._rows[index]),
             None if self._point is None else self._point[index],
         )
+
+
+def careful_answer(
+    robot: Robot | Snapshot | Network,
+    pose: Pose = None,
+    *,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> RobotStiffness:
+    """As `stiffness`, for questions that need the careful form at all poses anyway."""
+    check_arguments(robot, DEFAULT_METHOD, near, tolerance)
+    if not isinstance(robot, Robot):
+        return about_point(careful_stiffness(robot, pose, tolerance=tolerance), at)
+    finder = posture_finder(robot)
+    asked = AskedPoses(finder, finder.request(pose), DEFAULT_METHOD, near, tolerance)
+    return about_point(PosedStiffness.of(asked, None), at)
 
 
 def _check_agreement(

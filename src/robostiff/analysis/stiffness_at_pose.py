@@ -16,7 +16,7 @@ from robostiff.analysis.careful_form import (
     careful_stiffness,
     check_arguments,
 )
-from robostiff.analysis.posed_stiffness import PosedStiffness
+from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
 from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.analysis.robot_record import recorded_answer
 from robostiff.elastostatics import Form, Tolerance
@@ -123,7 +123,8 @@ def compliance(
 ) -> np.ndarray:
     """Cartesian compliance matrix of a robot, t = C F (..., n, n) [m/N, 1/N, rad/(N m)].
 
-    Parameters as for `stiffness`.
+    Parameters as for `stiffness`, a batch of poses among them. It follows from the wrenches of the
+    legs by least energy; K is not inverted.
 
     Returns
     -------
@@ -147,5 +148,5 @@ def compliance(
     if isinstance(robot, CableRobot):
         check_arguments(robot, DEFAULT_METHOD, near, tolerance)
         return cable_stiffness(robot, pose, at=at, tolerance=tolerance).required_compliance()
-    result = careful_stiffness(robot, pose, near=near, tolerance=tolerance)
-    return about_point(result, at).required_compliance()
+    result = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
+    return result.required_compliance()

@@ -21,7 +21,7 @@ from robostiff.elastostatics import (
     Tolerance,
 )
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Pose, find_posture
+from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network, energy_stiffness, network_of_snapshot
@@ -137,6 +137,7 @@ def verify(
     robot: Robot | Snapshot | Network,
     pose: Pose = None,
     *,
+    near: Near = None,
     agreement: float = _AGREEMENT,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> Verification:
@@ -152,6 +153,8 @@ def verify(
         Of a network only the two methods for networks hold.
     pose : as for `stiffness`
         One pose.
+    near : joint coordinates, optional
+        Those that choose the posture, as for `stiffness`.
     agreement : float
         Distance up to which matrices agree, in units of the largest entry of each block.
     tolerance : Tolerance
@@ -182,7 +185,7 @@ def verify(
             got=f"cable robot {robot.name!r}",
             expected="a Robot, a Snapshot or a Network: there is one method for cables",
         )
-    reference = careful_stiffness(robot, pose, tolerance=tolerance)
+    reference = careful_stiffness(robot, pose, near=near, tolerance=tolerance)
     require_one_pose("a verification", reference.batch_shape)
     if Status.UNREACHABLE in reference.status:
         raise NoAnswerError(f"nothing to verify: {'; '.join(reference.advice)}")
@@ -190,10 +193,13 @@ def verify(
         network, others = robot, ()
     else:
         others = tuple(
-            careful_stiffness(robot, pose, method=form, tolerance=tolerance) for form in _FORMS
+            careful_stiffness(robot, pose, method=form, near=near, tolerance=tolerance)
+            for form in _FORMS
         )
         snapshot = (
-            robot if isinstance(robot, Snapshot) else find_posture(robot, pose).snapshot.one(0)
+            robot
+            if isinstance(robot, Snapshot)
+            else find_posture(robot, pose, near=near).snapshot.one(0)
         )
         network = network_of_snapshot(snapshot)
         others = (*others, network_stiffness(network, tolerance))

@@ -10,7 +10,13 @@ from robostiff.analysis import stiffness
 from robostiff.analysis.indices import indices
 from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.output import print_data, say
-from robostiff.cli.written_arguments import Place, parameters_from, point_from, pose_from
+from robostiff.cli.written_arguments import (
+    Place,
+    near_from,
+    parameters_from,
+    point_from,
+    pose_from,
+)
 from robostiff.errors import InputError
 from robostiff.io.results.indices import indices_data, indices_text
 from robostiff.io.results.text import stiffness_text
@@ -34,7 +40,8 @@ def print_indices(
     L = None
     if length is not None:
         L = parse_quantities(length, [Dimension.LENGTH], ["length"], "--length")[0]
-    result = stiffness(robot, pose_from(robot, place), at=point_from(place))
+    pose, near = pose_from(robot, place), near_from(robot, place)
+    result = stiffness(robot, pose, at=point_from(place), near=near)
     found = indices(result, length=L) if np.all(result.answered) else None
     if as_json:
         print_data(indices_data(result, found))

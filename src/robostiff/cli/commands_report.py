@@ -12,6 +12,7 @@ from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     Place,
     SideFile,
+    near_from,
     parameters_from,
     point_from,
     pose_from,
@@ -58,6 +59,7 @@ def make_report(
         pose_from(robot, place),
         wrench=None if pages.wrench is None else wrench_from(pages.wrench, robot.space),
         at=point_from(place),
+        near=near_from(robot, place),
         found=None if pages.map_file is None else read_map(pages.map_file),
         symbolic=_with_symbols(source, settings),
     )

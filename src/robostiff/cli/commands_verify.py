@@ -12,6 +12,7 @@ from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     Place,
     SideFile,
+    near_from,
     parameters_from,
     pose_from,
 )
@@ -26,7 +27,7 @@ def print_verification(
 ) -> int:
     """Print how far the methods are from one another at a pose; 1 when they disagree."""
     robot = load(source, parameters_from(settings), **side.options)
-    result = verify(robot, pose_from(robot, place))
+    result = verify(robot, pose_from(robot, place), near=near_from(robot, place))
     if as_json:
         print_data(_data(result))
     else:

@@ -154,6 +154,7 @@ def indices(
     robot: RobotArgument,
     pose: PoseOption = None,
     joints: JointsOption = None,
+    near: NearOption = None,
     at: AtOption = None,
     length: Annotated[
         str | None,
@@ -176,7 +177,7 @@ def indices(
     from robostiff.cli.commands_indices import print_indices
     from robostiff.cli.written_arguments import Place
 
-    return print_indices(robot, Place(pose, joints, at), length, set_ or [], json_)
+    return print_indices(robot, Place(pose, joints, at, near), length, set_ or [], json_)
 
 
 @app.command()
@@ -185,6 +186,7 @@ def verify(
     robot: RobotArgument,
     pose: PoseOption = None,
     joints: JointsOption = None,
+    near: NearOption = None,
     side: SideOption = None,
     allow_xacro: XacroOption = False,
     set_: SetOption = None,
@@ -200,7 +202,7 @@ def verify(
     from robostiff.cli.written_arguments import Place, SideFile
 
     described = SideFile(side, allow_xacro)
-    return print_verification(robot, Place(pose, joints, None), set_ or [], json_, described)
+    return print_verification(robot, Place(pose, joints, None, near), set_ or [], json_, described)
 
 
 @app.command()
@@ -210,6 +212,7 @@ def report(
     output: report_options.OutputOption,
     pose: PoseOption = None,
     joints: JointsOption = None,
+    near: NearOption = None,
     at: AtOption = None,
     wrench: report_options.WrenchOption = None,
     map_: report_options.MapOption = None,
@@ -230,7 +233,7 @@ def report(
 
     pages = Pages(wrench, map_, output, pdf, overwrite)
     described = SideFile(side, allow_xacro)
-    return make_report(robot, Place(pose, joints, at), pages, set_ or [], described)
+    return make_report(robot, Place(pose, joints, at, near), pages, set_ or [], described)
 
 
 @app.command("map")

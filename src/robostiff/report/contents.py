@@ -15,7 +15,7 @@ from robostiff.analysis.one_pose import require_one_pose
 from robostiff.analytic import AtHome, FormulaTooLargeError, RobotDerivation, Steps
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Pose, find_posture
+from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.model import Robot, Snapshot
 
 if TYPE_CHECKING:
@@ -66,6 +66,7 @@ def report_contents(
     *,
     wrench: ArrayLike | None = None,
     at: ArrayLike | None = None,
+    near: Near = None,
     found: xarray.Dataset | None = None,
     symbolic: Robot | None = None,
 ) -> ReportContents:
@@ -81,6 +82,8 @@ def report_contents(
         A load [N, N m], about `at`.
     at : (3,) array, optional
         Point about which stiffness and load are told, in the world [m].
+    near : joint coordinates, optional
+        Those that choose the posture, as for `robostiff.stiffness`.
     found : xarray.Dataset, optional
         What ``rs.stiffness_map`` returned for this robot, over a grid.
     symbolic : Robot, optional
@@ -100,7 +103,7 @@ def report_contents(
         )
     _check_map(robot, found)
     numeric = robot.numeric if isinstance(robot, Robot) else robot
-    result = stiffness(numeric, pose, at=at)
+    result = stiffness(numeric, pose, at=at, near=near)
     hint = "make a map of many poses, and give it to the report"
     require_one_pose("a report", result.batch_shape, hint)
     reached = Status.UNREACHABLE not in result.status
@@ -109,19 +112,22 @@ def report_contents(
         snapshot = (
             numeric
             if isinstance(numeric, Snapshot)
-            else find_posture(numeric, pose).snapshot.one(0)
+            else find_posture(numeric, pose, near=near).snapshot.one(0)
         )
     of_pose = None
     if np.all(result.answered):
         with suppress(NoAnswerError):
             of_pose = indices(result)
+    bent = None
+    if wrench is not None:
+        bent = deflection(numeric, pose, wrench, at=at, near=near)
     derivation, why_not = _derivation(robot if symbolic is None else symbolic)
     return ReportContents(
         robot=robot,
         snapshot=snapshot,
         stiffness=result,
         indices=of_pose,
-        deflection=None if wrench is None else deflection(numeric, pose, wrench, at=at),
+        deflection=bent,
         derivation=derivation,
         no_derivation=why_not,
         found=found,

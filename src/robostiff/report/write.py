@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.io.whole_file import whole_file
-from robostiff.kinematics import Pose
+from robostiff.kinematics import Near, Pose
 from robostiff.model import Robot, Snapshot
 from robostiff.report.contents import ReportContents, report_contents
 from robostiff.report.page import report_html
@@ -28,6 +28,7 @@ def write_report(
     *,
     wrench: ArrayLike | None = None,
     at: ArrayLike | None = None,
+    near: Near = None,
     found: xarray.Dataset | None = None,
 ) -> None:
     """Write what there is to say about a robot at a pose: a page of HTML, or a PDF.
@@ -44,6 +45,8 @@ def write_report(
         A load [N, N m] about `at`: adds the deflection and who bends.
     at : (3,) array, optional
         Point about which stiffness and load are told, in the world [m].
+    near : joint coordinates, optional
+        Those that choose the posture, as for `robostiff.stiffness`.
     found : xarray.Dataset, optional
         A map of this robot over a grid: adds slices of the workspace.
 
@@ -60,7 +63,8 @@ def write_report(
         rs.write_report(rs.load("hexapod"), "hexapod.html", wrench=[500, 0, 0, 0, 0, 0])
     """
     checked = report_path(path)
-    save_report(report_contents(robot, pose, wrench=wrench, at=at, found=found), checked)
+    contents = report_contents(robot, pose, wrench=wrench, at=at, near=near, found=found)
+    save_report(contents, checked)
 
 
 def save_report(contents: ReportContents, *paths: str | Path) -> None:

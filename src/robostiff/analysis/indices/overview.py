@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.analysis.indices.centres import Centre, centre_of_compliance, centre_of_stiffness
 from robostiff.analysis.indices.collinear import CollinearStiffness, collinear_stiffness
@@ -23,8 +24,13 @@ from robostiff.analysis.indices.principal import PrincipalStiffness, principal_s
 from robostiff.analysis.indices.screws import Eigenscrews, eigenscrews
 from robostiff.analysis.indices.stiffness_parts import stiffness_parts
 from robostiff.analysis.indices.work_of_unit_loads import VirtualWork, virtual_work
+from robostiff.analysis.posed_stiffness import careful_answer
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
+from robostiff.errors import InputError
+from robostiff.kinematics import Near, Pose
+from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
 
 
 @dataclass(frozen=True)
@@ -111,6 +117,19 @@ class IndicesOfPoses:
             one = self.result[i]
             yield self[i] if one.batch_shape or one.status.has_stiffness else None
 
+    def each(self, index: Callable[[StiffnessIndices], Any]) -> np.ma.MaskedArray:
+        """One number of every pose (...), such as ``lambda one: one.collinear.smallest``.
+
+        Masked where the pose has no indices, which its status explains, or where the index is None.
+        """
+        values = np.ma.masked_all(self.answered.shape)
+        values.data[...] = np.nan  # what is read past the mask is no number
+        for place in np.argwhere(self.answered):
+            value = index(self[tuple(place)])
+            if value is not None:
+                values[tuple(place)] = value
+        return values
+
     def __getitem__(self, index: Any) -> Any:
         """The indices of one pose, or of some poses.
 
@@ -122,13 +141,22 @@ class IndicesOfPoses:
         return indices(self.result[index], length=self.length)
 
 
-def indices(result: RobotStiffness, *, length: float | None = None) -> Any:
+def indices(
+    robot: RobotStiffness | Robot | Snapshot | Network,
+    pose: Pose = None,
+    *,
+    length: float | None = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+) -> Any:
     """All stiffness indices of a robot.
 
     Parameters
     ----------
-    result : RobotStiffness
-        What `stiffness` answers.
+    robot : RobotStiffness, Robot, Snapshot or Network
+        What `stiffness` answers, or what it would be asked of.
+    pose, at, near
+        As for `stiffness`, where a robot is given.
     length : float, optional
         Characteristic length [m]; the robot's own at the pose when left out.
 
@@ -152,7 +180,24 @@ def indices(result: RobotStiffness, *, length: float | None = None) -> Any:
     True
     >>> round(found.collinear.smallest / 1e6, 1)
     67.8
+    >>> line = [[0, 0, 0.7, 0, 0, 0], [0, 0, 0.9, 0, 0, 0]]
+    >>> found = rs.indices(rs.load("gough-stewart-b"), line)
+    >>> found.each(lambda one: one.collinear.smallest / 1e6).round(1)
+    masked_array(data=[80.7, 56.8],
+                 mask=[False, False],
+           fill_value=1e+20)
     """
+    if isinstance(robot, Robot | Snapshot | Network):
+        result = careful_answer(robot, pose, at=at, near=near)
+    elif pose is None and at is None and near is None:
+        result = robot
+    else:
+        raise InputError(
+            "indices",
+            got="a result of stiffness, and a pose, a point or a posture",
+            expected="a result alone: it is of its own poses",
+            hint="write indices(robot, pose, at=..., near=...)",
+        )
     if isinstance(result, RobotStiffness) and result.batch_shape:
         return IndicesOfPoses(result, None if length is None else index_length(result, length))
     space = stiffness_parts(result).space

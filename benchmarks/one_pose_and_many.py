@@ -1,0 +1,117 @@
+"""`rs.stiffness` by the robot's record: at 100,000 poses against its kernel, and at one pose.
+
+The first table is the time of K, rank and status of many poses, from platform poses to matrices
+(N, 6, 6), in one thread, as a multiple of the kernel alone, which writes 21 rows of numbers and its
+checks into given arrays. A robot is asked often before: its record is made, and machine code where
+there is any. The second table is one call at one pose with the robot loaded, K, rank and status.
+Ways are run in turns, and the fastest run of each counts.
+
+    python benchmarks/one_pose_and_many.py            a minute
+    python benchmarks/one_pose_and_many.py --quick    few poses and robots
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["MKL_NUM_THREADS"] = "1"
+
+import argparse
+from typing import Any
+
+import numpy as np
+from timed_rows import Row, kernel_run, timed
+
+import robostiff as rs
+from robostiff.analysis import robot_record
+from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.compiled import machine_code_is_available
+from robostiff.kinematics import posture_finder
+
+GOAL = 3.0
+
+
+def poses_of(robot: Any, count: int) -> Any:
+    """Poses near home, one a row."""
+    random = np.random.default_rng(0)
+    if robot.is_posed_by_joints:
+        home = robot.legs[0].chain.home
+        return rs.JointCoordinates(home + random.uniform(-0.1, 0.1, (count, home.size)))
+    finder, places = posture_finder(robot), robot.coordinate_places
+    size = np.where(np.array(places) < 3, 0.02 * finder.length, 0.02)
+    return finder.home_pose[places] + size * random.uniform(-1, 1, (count, len(places)))
+
+
+def asked(result: rs.RobotStiffness) -> np.ndarray:
+    """What is timed: K, rank and status."""
+    _ = result.rank, result.status_codes
+    return result.K
+
+
+def many(name: str, count: int, turns: int) -> None:
+    backends = [rs.Backend.ARRAYS]
+    backends += [rs.Backend.MACHINE] if machine_code_is_available() else []
+    for backend in backends:
+        many_by(backend, name, count, turns)
+
+
+def many_by(backend: rs.Backend, name: str, count: int, turns: int) -> None:
+    pays = 0 if backend is rs.Backend.MACHINE else np.inf
+    robot_record._MACHINE_CODE_PAYS = pays  # type: ignore[assignment]
+    robot: Any = rs.load(name)
+    poses = poses_of(robot, count)
+    kernel = rs.compile(robot, backend=backend).kernel
+    inputs = np.ascontiguousarray(poses.T)
+    few = poses[: count // 20]
+    rows = [
+        Row("kernel", count, kernel_run(kernel, inputs)),
+        Row("rs.stiffness", count, lambda: asked(rs.stiffness(robot, poses))),
+        Row("careful form", len(few), lambda: asked(careful_stiffness(robot, few))),
+    ]
+    timed(rows, turns)
+    K = rows[2].found
+    apart = np.max(np.abs(rows[1].found[: len(few)] - K)) / np.max(np.abs(K))
+    times = [row.microseconds for row in rows]
+    print(
+        f"{name:18}{backend.value:>10}{times[0]:12.4f}{times[1]:14.4f}{times[2]:14.2f}"
+        f"{times[1] / times[0]:10.1f}{times[2] / times[0]:10.0f}{apart:9.0e}"
+    )
+
+
+def one(name: str, turns: int) -> None:
+    robot: Any = rs.load(name)
+    poses: Any = poses_of(robot, 1)
+    if robot.is_posed_by_joints:
+        pose: Any = rs.JointCoordinates(np.asarray(poses.values)[0])
+    else:
+        pose = poses[0]
+    rows = [
+        Row("careful form", 1, lambda: asked(careful_stiffness(robot, pose))),
+        Row("rs.stiffness", 1, lambda: asked(rs.stiffness(robot, pose))),
+    ]
+    timed(rows, turns)
+    before, now = (row.best for row in rows)
+    print(f"{name:24}{1e3 * before:12.2f}{1e3 * now:14.2f}{before / now:10.1f}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Time of rs.stiffness by the robot's record.")
+    parser.add_argument("--quick", action="store_true", help="few poses and robots")
+    options = parser.parse_args()
+    count, turns = (5_000, 1) if options.quick else (100_000, 5)
+    robot_record._PAYS = 0
+    print(f"{count} poses, K, rank and status, 1 thread, us a pose; goal: {GOAL:g} x the kernel")
+    print(
+        f"{'':18}{'':>10}{'kernel':>12}{'rs.stiffness':>14}{'careful form':>14}"
+        f"{'ratio':>10}{'before':>10}{'K':>9}"
+    )
+    for name in ("hexapod", "3-puu") if options.quick else ("hexapod", "3-puu", "delta"):
+        many(name, count, turns)
+    print("\none pose, K, rank and status, ms a call")
+    print(f"{'':24}{'careful form':>12}{'rs.stiffness':>14}{'ratio':>10}")
+    for name in ("hexapod", "3-prs") if options.quick else rs.shipped_robots():
+        one(name, turns)
+
+
+if __name__ == "__main__":
+    main()

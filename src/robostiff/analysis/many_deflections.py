@@ -1,0 +1,231 @@
+"""Deflection at one pose or at many, each under a load of its own or all under one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.careful_form import DEFAULT_TOLERANCE
+from robostiff.analysis.deflection_under_load import deflection_at
+from robostiff.analysis.leg_loads import LegLoads, leg_loads, loads_known
+from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
+from robostiff.analysis.result import RobotStiffness
+from robostiff.elastostatics import Status, Tolerance
+from robostiff.errors import InputError
+from robostiff.kinematics import Near, Pose
+from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
+from robostiff.spatial import Space, as_floats, move_twist, move_wrench
+
+
+@dataclass(frozen=True, repr=False)
+class DeflectionsOfPoses:
+    """How a robot gives way at a batch of poses; who bends at a pose is worked out when asked for.
+
+    ``found[i]`` is the `Deflection` of one pose, ``found[found.answered]`` are those of some.
+
+    Attributes
+    ----------
+    wrench : (..., n) array
+        The load at each pose about its reference point, world axes [N, N m].
+    stiffness : RobotStiffness
+        What it was computed from.
+    """
+
+    wrench: np.ndarray
+    stiffness: PosedStiffness
+
+    @cached_property
+    def _loads(self) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
+        """Status (...), twists about the origin (..., n), and wrenches of the legs (..., n)."""
+        answer, shape = self.stiffness, self.wrench.shape
+        v = self._to_origin
+        F = move_wrench(self.wrench, v)
+        codes = np.array(answer.status_codes)
+        twist = np.full(shape, np.nan)
+        of_legs = tuple(np.full(shape, np.nan) for _ in answer.legs)
+        known = np.array(loads_known(answer))
+        for rows in self._alike(known):
+            loads = leg_loads(answer[rows], F[rows])
+            if loads is None:
+                known[rows] = False
+                continue
+            _fill(twist, of_legs, codes, rows, loads)
+        lost = ~known & answer.answered
+        codes[lost] |= np.uint8(Status.ILL_CONDITIONED)
+        return codes, twist, of_legs
+
+    def _alike(self, known: np.ndarray) -> Iterator[np.ndarray]:
+        """Poses that can be computed together: all, unless matrices alone are known."""
+        answer = self.stiffness
+        whole = answer.serial_compliance is not None or answer.about_reference.carried is not None
+        if whole and known.any():
+            yield known
+        elif not whole:
+            for place in np.argwhere(known):
+                one = np.zeros_like(known)
+                one[tuple(place)] = True
+                yield one
+
+    @property
+    def _to_origin(self) -> np.ndarray:
+        v = self.stiffness.origin - self.stiffness.reference_point
+        return v if self.stiffness.space is Space.SPATIAL else v[..., :2]
+
+    @property
+    def status_codes(self) -> np.ndarray:
+        """Status of every pose (...) as uint8; ``UNBALANCED`` where a load drives a free motion."""
+        return self._loads[0]
+
+    @property
+    def status(self) -> Status:
+        """Everything that happened at any pose."""
+        return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Which poses have a deflection (...)."""
+        return ~np.isnan(self._loads[1][..., 0])
+
+    @property
+    def twist(self) -> np.ma.MaskedArray:
+        """Displacement of the reference points and rotation of the platform (..., n) [m, rad].
+
+        Masked where there is none, which the status explains. Where free motions remain, the least
+        displacement.
+        """
+        return self._masked(move_twist(self._loads[1], -self._to_origin))
+
+    @property
+    def energy(self) -> np.ma.MaskedArray:
+        """Elastic energy, half of F . t (...) [J]; masked where there is no deflection."""
+        return np.ma.sum(self.wrench * self.twist, axis=-1) / 2
+
+    @property
+    def leg_wrenches(self) -> tuple[np.ma.MaskedArray, ...]:
+        """What each leg carries about ``stiffness.origin``, world axes (..., n) [N, N m]."""
+        return tuple(self._masked(own) for own in self._loads[2])
+
+    def _masked(self, values: np.ndarray) -> np.ma.MaskedArray:
+        mask = np.broadcast_to(~self.answered[..., None], values.shape)
+        return np.ma.MaskedArray(values, mask)
+
+    def __repr__(self) -> str:
+        poses, known = self.answered.size, int(np.count_nonzero(self.answered))
+        return f"<DeflectionsOfPoses of {self.stiffness.name!r}, {poses} poses, {known} answered>"
+
+    def __len__(self) -> int:
+        return len(self.wrench)
+
+    def __iter__(self) -> Iterator[Any]:
+        """One pose after the other, or one row of a larger batch."""
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, index: Any) -> Any:
+        """The deflection at one pose, with all that bends, or at some poses."""
+        some = self.stiffness[index]
+        if some.batch_shape:
+            return replace(self, wrench=self.wrench[index], stiffness=some)
+        return deflection_at(some, self.wrench[index], some.snapshot)
+
+
+def deflection(
+    robot: Robot | Snapshot | Network,
+    pose: Pose = None,
+    wrench: ArrayLike = (),
+    *,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> Any:
+    """Deflection of the platform under a wrench, and how the parts of the robot share in it.
+
+    Parameters
+    ----------
+    robot : Robot, Snapshot or Network
+        The parts of a network are told by name; joints of it whose reaction is not determined,
+        because rigid parts brace one another, are left out.
+    pose : RigidTransform, array, JointCoordinates or None
+        One pose or a batch, as for `stiffness`.
+    wrench : (6,) or (..., 6) array, or (3,) or (..., 3) for a planar robot
+        Force [N] and moment [N m] of the environment on the platform, about `at`, world axes; one
+        for all poses, or one a pose.
+    at : (3,) or (..., 3) array, optional
+        Point of the platform in the world [m]; the robot's reference point when left out.
+    near : joint coordinates, optional
+        Those that choose the posture, as for `stiffness`.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    Deflection or DeflectionsOfPoses
+        The latter of a batch.
+
+    Raises
+    ------
+    InputError
+        When the wrench or the pose does not fit.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("gough-stewart-b")
+    >>> bent = rs.deflection(robot, wrench=[0, 0, -1000, 0, 0, 0])
+    >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
+    (-2.161, 0.167)
+    >>> poses = [[0, 0, 0.8, 0, 0, 0], [0, 0, 9.0, 0, 0, 0], [0.1, 0, 0.8, 0, 0, 0]]
+    >>> bent = rs.deflection(robot, poses, [0, 0, -1000, 0, 0, 0])
+    >>> (1e6 * bent.twist[:, 2]).round(2), bent[2].parts[0].leg
+    (masked_array(data=[-2.16, -2.04, -2.18], ...), 'leg2')
+    """
+    if isinstance(robot, CableRobot):
+        raise InputError(
+            "robot of a deflection",
+            got=f"cable robot {robot.name!r}",
+            expected="a Robot or a Snapshot: cables may become slack, and need not stay near",
+            hint="write cable_response(robot, pose, load=...)",
+        )
+    answer = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
+    F = _checked_wrench(wrench, answer)
+    if isinstance(answer, PosedStiffness):
+        if answer.batch_shape:
+            return DeflectionsOfPoses(F, answer)
+        return deflection_at(answer, F, answer.snapshot)
+    return deflection_at(answer, F, robot)
+
+
+def _fill(
+    twist: np.ndarray,
+    of_legs: tuple[np.ndarray, ...],
+    codes: np.ndarray,
+    rows: np.ndarray,
+    loads: LegLoads,
+) -> None:
+    """Put in what poses carry that are given by a mask (...)."""
+    balanced = np.asarray(loads.balanced)
+    codes[rows] |= np.where(balanced, np.uint8(0), np.uint8(Status.UNBALANCED))
+    held = balanced[..., None]
+    twist[rows] = np.where(held, loads.twist, np.nan)
+    for own, wrench in zip(of_legs, loads.wrenches, strict=True):
+        own[rows] = np.where(held, wrench, np.nan)
+
+
+def _checked_wrench(wrench: ArrayLike, answer: RobotStiffness) -> np.ndarray:
+    """The load at each pose (..., n)."""
+    space, batch = answer.space, answer.batch_shape
+    expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
+    F = as_floats("wrench", wrench, expected, space.wrench_units)
+    if F.ndim > 1 and batch:
+        expected += f", or as many wrenches as poses: {(*batch, space.size)}"
+    elif F.shape == (space.size,):
+        return np.broadcast_to(F, (*batch, space.size))
+    if F.shape == (*batch, space.size):
+        return F
+    hint = "write deflection(robot, pose, wrench) or wrench=[...]: the pose comes first"
+    raise InputError("wrench", got=wrench, expected=expected, hint=None if F.size else hint)
