@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.analysis.careful_form import DEFAULT_METHOD, DEFAULT_TOLERANCE, AskedPoses
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
-from robostiff.compiled import Backend, MachineCode, StiffnessMatrix, machine_code_is_available
+from robostiff.compiled import Backend, StiffnessMatrix, machine_code_is_available
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
@@ -67,7 +67,7 @@ class RobotRecord:
         self.robot = robot
         self._asked = self._served = 0
         self._compiled: CompiledRobot | None = None
-        self._is_tried = False
+        self._is_tried = self._is_machine_code = False
 
     def for_poses(self, count: int) -> CompiledRobot | None:
         """What computes that many poses; None where it does not pay yet, or there is no record."""
@@ -80,10 +80,10 @@ class RobotRecord:
         if compiled is None:
             return None
         self._served += count
-        code = compiled.kernel.code
         pays = self._served > _MACHINE_CODE_PAYS and machine_code_is_available()
-        if pays and not isinstance(code, MachineCode):
-            kernel = replace(compiled.kernel, code=MachineCode(code.program))
+        if pays and not self._is_machine_code:
+            self._is_machine_code = True
+            kernel = compiled.kernel.in_machine_code()
             compiled = self._compiled = replace(compiled, kernel=kernel)
         return compiled
 

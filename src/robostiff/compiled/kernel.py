@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import reduce
 
@@ -130,6 +130,14 @@ class Kernel:
             got = rows.shape if isinstance(rows, np.ndarray) else type(rows).__name__
             raise InputError(subject, got=got, expected=f"an array ({count}, N)")
         return np.ascontiguousarray(rows, dtype=np.float64)
+
+    def in_machine_code(self) -> Kernel:
+        """The same kernel, compiled by heyoka."""
+        code = self.code
+        if isinstance(code, IteratedCode):
+            step, last = MachineCode(code.step.program), MachineCode(code.last.program)
+            return replace(self, code=replace(code, step=step, last=last))
+        return replace(self, code=MachineCode(code.program))
 
 
 def whole_threads(threads: int) -> int:

@@ -26,8 +26,8 @@ class ProcessLimits:
     memory : int
         Address space [bytes], where the system can limit it.
     seconds : int
-        Of its processor, where the system can limit it; and eight times that by the clock, since other
-        programs may keep it waiting.
+        Of its processor, where the system can limit it; and eight times that by the clock, since
+        other programs may keep it waiting.
     """
 
     memory: int = 2_000_000_000
