@@ -10,7 +10,7 @@ import time
 import numpy as np
 
 from robostiff.elasticity import circle, material
-from robostiff.model import Motion, Passive, PlacedFreedom
+from robostiff.model import Passive, PlacedFreedom
 from robostiff.network import JointElement, Network, Node, beam_between, condense
 
 STEEL, BAR = material("steel"), circle(0.02)
@@ -32,8 +32,7 @@ def lattice(cells: int, *, hinged: bool) -> Network:
                 foot = Node(name, start.point)
                 nodes.append(foot)
                 ball = tuple(
-                    PlacedFreedom("ball", Motion.ROTATION, start.point, axis, Passive())
-                    for axis in np.eye(3)
+                    PlacedFreedom(axis, start.point, 0.0, "ball", Passive()) for axis in np.eye(3)
                 )
                 joints.append(JointElement(name, start.name, name, ball))
             beams.append(beam_between(foot, at[neighbour], STEEL, BAR, name=name))

@@ -92,7 +92,7 @@ def common_point(feet: np.ndarray, heads: np.ndarray) -> np.ndarray:
 def draw_free_rotations(axes: Axes3D, result: rs.RobotStiffness) -> None:
     """An arrow about each line that the platform can turn about."""
     for motion in result.free_motions:
-        centre, e = motion.screw.point, motion.screw.direction
+        centre, e = motion.screw.point, motion.screw.axis
         assert motion.screw.is_rotation and centre is not None  # noqa: S101, PT018
         name = "xyz"[int(np.argmax(np.abs(e)))]
         colour = TURN_COLOURS[name]

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.elasticity import beam_compliance
-from robostiff.spatial import block_rotation, rotation_twist
+from robostiff.spatial import Screw, block_rotation
 
 L, section, steel = 0.5, rs.tube(0.030, 0.020), rs.material("steel")
 EA_L = steel.E * section.A / L
@@ -26,7 +26,8 @@ def rod(angle):
     R = Rotation.from_rotvec(angle * OBLIQUE).as_matrix()
     along = R[:, 0]
     turn = block_rotation(R)
-    balls = [rotation_twist(axis, arm) for arm in (L * along, 0 * along) for axis in np.eye(3)]
+    base, tip = np.zeros(3), L * along
+    balls = [Screw(axis, point, 0.0).twist(tip) for point in (base, tip) for axis in np.eye(3)]
     return turn @ beam_compliance(L, steel, section) @ turn.T, np.transpose(balls), along
 
 

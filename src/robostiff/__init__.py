@@ -91,6 +91,7 @@ _HOMES = {
         "TelescopicBeam",
         "beam_link",
         "cylindrical",
+        "helical",
         "planar",
         "prismatic",
         "revolute",

@@ -92,6 +92,7 @@ from robostiff.model import Telescope as Telescope
 from robostiff.model import TelescopicBeam as TelescopicBeam
 from robostiff.model import beam_link as beam_link
 from robostiff.model import cylindrical as cylindrical
+from robostiff.model import helical as helical
 from robostiff.model import planar as planar
 from robostiff.model import prismatic as prismatic
 from robostiff.model import revolute as revolute

@@ -92,11 +92,11 @@ def test_the_screw_is_the_twist(number: int, seed: int):
     for motion in free_motions_in_words(rng.normal(size=(number, 6)), point, 1.0):
         screw = motion.screw
         if screw.point is None:
-            assert np.allclose(motion.twist[:3], screw.direction, atol=1e-9)
+            assert np.allclose(motion.twist[:3], screw.axis, atol=1e-9)
             assert not motion.twist[3:].any()
             continue
         pitch = screw.pitch or 0.0
-        at_line = np.concatenate([pitch * screw.direction, screw.direction])
+        at_line = np.concatenate([pitch * screw.axis, screw.axis])
         assert np.allclose(move_twist(at_line, point - screw.point), motion.twist, atol=1e-6)
 
 

@@ -11,7 +11,6 @@ import robostiff as rs
 from robostiff.elastostatics import Status
 from robostiff.model import (
     Actuated,
-    Motion,
     PlacedBlock,
     PlacedFreedom,
     PlacedLeg,
@@ -49,7 +48,7 @@ def rod_of(leg: PlacedLeg) -> np.ndarray:
     points = [
         e.point
         for e in chain.elements
-        if isinstance(e, PlacedFreedom) and e.is_passive and e.motion is Motion.ROTATION
+        if isinstance(e, PlacedFreedom) and e.is_passive and e.is_rotation
     ]
     return points[-1] - points[0]
 
@@ -59,7 +58,7 @@ def drive_of(leg: PlacedLeg) -> tuple[PlacedFreedom, np.ndarray]:
     (drive,) = (
         e for e in leg.elements if isinstance(e, PlacedFreedom) and isinstance(e.role, Actuated)
     )
-    if drive.motion is Motion.TRANSLATION:
+    if drive.is_translation:
         return drive, drive.axis
     block = next((e for e in leg.elements if isinstance(e, PlacedBlock)), None)
     near = [
@@ -120,7 +119,7 @@ def test_a_robot_in_one_point_is_the_same_about_every_point(reference):
     at = np.array([0.2, -0.1, 0.3])
     C = np.diag([1e-7, 2e-7, 3e-7, 1e-2, 2e-2, 5e-2])
     spring = PlacedSpring("spring", at, np.eye(3), Elasticity(C))
-    joint = PlacedFreedom("joint", Motion.ROTATION, at, np.array([0.0, 0.0, 1.0]), Passive())
+    joint = PlacedFreedom(np.array([0.0, 0.0, 1.0]), at, 0.0, "joint", Passive())
     snapshot = Snapshot("point", (PlacedLeg("leg", (spring, joint), at),), np.array(reference))
     result = rs.stiffness(snapshot)
     there = rs.stiffness(replace(snapshot, reference_point=at))

@@ -7,7 +7,6 @@ from robostiff.analytic import canonical, sum_of_legs
 from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import (
     Actuated,
-    Motion,
     Passive,
     PlacedFreedom,
     PlacedLeg,
@@ -53,7 +52,7 @@ def vector(*entries):
 
 
 def turning(name, point, axis):
-    return PlacedFreedom(name, Motion.ROTATION, point, axis, Passive())
+    return PlacedFreedom(axis, point, 0, name, Passive())
 
 
 def ball(name, point):
@@ -61,7 +60,7 @@ def ball(name, point):
 
 
 def sliding(name, point, axis, k):
-    return PlacedFreedom(name, Motion.TRANSLATION, point, axis, Actuated(k))
+    return PlacedFreedom(axis, point, None, name, Actuated(k))
 
 
 def unit(v):

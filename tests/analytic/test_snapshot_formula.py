@@ -44,7 +44,7 @@ def at_numbers(snapshot, values):
                 if isinstance(role, Actuated):
                     role = Actuated(float(sp.sympify(role.stiffness).evalf(30, subs=values)))
                 elements.append(
-                    PlacedFreedom(e.name, e.motion, number(e.point), number(e.axis), role)
+                    PlacedFreedom(number(e.axis), number(e.point), e.pitch, e.name, role)
                 )
             else:
                 C = Elasticity(number(e.elasticity.compliance))

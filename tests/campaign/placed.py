@@ -12,7 +12,6 @@ from robostiff.elasticity import Elasticity, elasticity_from_stiffness
 from robostiff.model import (
     Actuated,
     Locked,
-    Motion,
     Passive,
     PlacedBlock,
     PlacedElement,
@@ -25,6 +24,7 @@ from robostiff.spatial import Space
 from tests.generators.chains import (
     ball,
     beam_compliance_of,
+    drawn_pitch,
     planar_chain,
     random_rotation,
     snapshot_of,
@@ -81,7 +81,9 @@ def _drives(rng: np.random.Generator) -> Snapshot:
     legs = []
     if kind == 0:  # a serial arm
         joints = int(rng.integers(5, 8))
-        legs.append(PlacedLeg("arm", tuple(_drive(rng, f"j{i}") for i in range(joints)), reference))
+        legs.append(
+            PlacedLeg("arm", tuple(_any_drive(rng, f"j{i}") for i in range(joints)), reference)
+        )
     elif kind == 1:  # six struts, each with its drive alone
         for i in range(6):
             tip = reference + rng.uniform(-0.4, 0.4, 3)
@@ -90,10 +92,10 @@ def _drives(rng: np.random.Generator) -> Snapshot:
         for i in range(3):
             e = rng.normal(size=3)
             turns = [
-                PlacedFreedom(f"t{k}", Motion.ROTATION, rng.uniform(-1, 1, 3), _unit(e), Passive())
+                PlacedFreedom(_unit(e), rng.uniform(-1, 1, 3), 0.0, f"t{k}", Passive())
                 for k in range(2)
             ]
-            elements = [_drive(rng, "drive", Motion.TRANSLATION), *turns]
+            elements = [_drive(rng, "drive", None), *turns]
             legs.append(PlacedLeg(f"leg{i}", tuple(elements), reference))
     return Snapshot("drives", tuple(legs), reference)
 
@@ -110,7 +112,7 @@ def _thin(rng: np.random.Generator) -> Snapshot:
             first = ball(start, random_rotation(rng))[: int(rng.integers(1, 4))]
             last = ball(tip, random_rotation(rng))[: int(rng.integers(1, 4))]
             joints = [
-                PlacedFreedom(f"r{k}", Motion.ROTATION, t.point, _unit(t.axis), Passive())
+                PlacedFreedom(_unit(t.axis), t.point, 0.0, f"r{k}", Passive())
                 for k, t in enumerate((*first, *last))
             ]
         legs.append(PlacedLeg(f"leg{i}", (beam, *joints), tip))
@@ -128,9 +130,9 @@ def _mixed(rng: np.random.Generator) -> Snapshot:
             elements.append(PlacedSpring(f"s{k}", point, turn, partial_spring(rng)))
         for k in range(int(rng.integers(0, 4))):
             role = (Passive(), Passive(), Locked(), Locked(1e5), Actuated(1e4))[rng.integers(5)]
-            motion = Motion.ROTATION if rng.uniform() < 0.75 else Motion.TRANSLATION
+            pitch = drawn_pitch(1 - rng.uniform(), 0.25, 0.45)
             axis, point = _unit(rng.normal(size=3)), rng.uniform(-1, 1, 3)
-            elements.append(PlacedFreedom(f"j{k}", motion, point, axis, role))
+            elements.append(PlacedFreedom(axis, point, pitch, f"j{k}", role))
         order = rng.permutation(len(elements))
         legs.append(PlacedLeg(f"leg{i}", tuple(elements[m] for m in order), reference))
     return Snapshot("mixed", tuple(legs), reference)
@@ -173,20 +175,22 @@ def partial_spring(rng: np.random.Generator) -> Elasticity:
     return elasticity_from_stiffness(np.diag(1 / s) @ (root @ root.T) @ np.diag(1 / s) * 1e10)
 
 
-def _drive(rng: np.random.Generator, name: str, motion: Motion | None = None) -> PlacedFreedom:
-    motion = motion or (Motion.ROTATION if rng.uniform() < 0.7 else Motion.TRANSLATION)
+def _any_drive(rng: np.random.Generator, name: str) -> PlacedFreedom:
+    return _drive(rng, name, drawn_pitch(1 - rng.uniform(), 0.3, 0.5))
+
+
+def _drive(rng: np.random.Generator, name: str, pitch: float | None) -> PlacedFreedom:
     axis = _unit(rng.normal(size=3))
     k = float(10 ** rng.uniform(4, 7))
-    return PlacedFreedom(name, motion, rng.uniform(-1, 1, 3), axis, Actuated(k))
+    return PlacedFreedom(axis, rng.uniform(-1, 1, 3), pitch, name, Actuated(k))
 
 
 def _strut(rng: np.random.Generator, name: str, base: np.ndarray, tip: np.ndarray) -> PlacedLeg:
     turns = (*ball(base, random_rotation(rng))[:2], *ball(tip, random_rotation(rng)))
     joints = [
-        PlacedFreedom(f"r{k}", Motion.ROTATION, t.point, _unit(t.axis), Passive())
-        for k, t in enumerate(turns)
+        PlacedFreedom(_unit(t.axis), t.point, 0.0, f"r{k}", Passive()) for k, t in enumerate(turns)
     ]
-    drive = replace(_drive(rng, "drive", Motion.TRANSLATION), point=base, axis=_unit(tip - base))
+    drive = replace(_drive(rng, "drive", None), point=base, axis=_unit(tip - base))
     return PlacedLeg(name, (*joints[:2], drive, *joints[2:]), tip)
 
 

@@ -22,7 +22,6 @@ from robostiff.model import (
     JointKind,
     Leg,
     Locked,
-    Motion,
     Rigid,
     Robot,
     beam_link,
@@ -91,7 +90,7 @@ def _carried(rng: np.random.Generator, leg: Leg, count: int, size: float) -> Pos
     """Home and poses of a leg's end from its coordinates."""
     base, end = frame_of(leg.base), np.linalg.inv(frame_of(leg.attachment))
     home_q = np.asarray(leg.chain.home, dtype=float)
-    step = np.array([0.2 if f.motion is Motion.TRANSLATION else 1.0 for f in leg.chain.freedoms])
+    step = np.array([0.2 if f.pitch is None else 1.0 for f in leg.chain.freedoms])
     free = leg.chain.free
     shifts = size * step * free * rng.uniform(-1, 1, (count, len(home_q)))
     q = np.vstack([home_q, home_q + shifts])

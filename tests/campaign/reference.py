@@ -18,7 +18,6 @@ from flint import arb, arb_mat, ctx
 from scipy.linalg import null_space
 
 from robostiff.model import (
-    Motion,
     Passive,
     PlacedBlock,
     PlacedFreedom,
@@ -199,14 +198,16 @@ class _Whole:
 
     def _joint(self, chain: _Chain, joint: PlacedFreedom) -> None:
         axis = [arb(float(x)) for x in np.ravel(joint.axis)]
-        if joint.motion is Motion.TRANSLATION:
+        if joint.pitch is None:
             twist = [*axis, arb(0), arb(0), arb(0)]
         else:
             arm = [
                 arb(float(o)) - arb(float(p))
                 for o, p in zip(self.at, np.ravel(joint.point), strict=True)
             ]
-            twist = [*cross(axis, arm), *axis]
+            h = arb(float(joint.pitch))
+            moved = [c + h * e for c, e in zip(cross(axis, arm), axis, strict=True)]
+            twist = [*moved, *axis]
         column = arb_mat(self.n, 1, [twist[row] for row in self.rows])
         if isinstance(joint.role, Passive):
             if any(x != 0 for x in np.ravel(floats(column))):
@@ -351,7 +352,7 @@ def _points(snapshot: Snapshot) -> list[np.ndarray]:
     points = [np.ravel(leg.end) for leg in snapshot.legs]
     for leg in snapshot.legs:
         for part in leg.parts:
-            if isinstance(part, PlacedSpring) or part.motion is Motion.ROTATION:
+            if isinstance(part, PlacedSpring) or part.pitch is not None:
                 points.append(np.ravel(part.point))
     return points
 

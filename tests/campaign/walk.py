@@ -19,7 +19,6 @@ from robostiff.model import (
     Joint,
     JointKind,
     Link,
-    Motion,
     ParallelBlock,
     Rigid,
     Robot,
@@ -69,8 +68,11 @@ def _along(
                 T, place = T @ _rotation(q[:, place : place + 3]), place + 3
             case Joint():
                 for freedom in element.freedoms:
-                    move = _rotation if freedom.motion is Motion.ROTATION else _shift
-                    T = T @ move(freedom.axis * q[:, place, None])
+                    along = freedom.axis * q[:, place, None]
+                    if freedom.pitch is None:
+                        T = T @ _shift(along)
+                    else:
+                        T = T @ _rotation(along) @ _shift(freedom.pitch * along)
                     place += 1
             case ParallelBlock():
                 ends = []

@@ -17,7 +17,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import network_from_document, network_to_data, snapshot_from_document
 from robostiff.io.snapshot.write import snapshot_to_data
-from robostiff.model import Motion, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import energy_stiffness, network_of_snapshot
 from robostiff.spatial import Space
 from tests.campaign.answers import Answer, Judge
@@ -201,7 +201,7 @@ def _bad_company(snapshot: Snapshot, rng: np.random.Generator) -> Any:
     """Beside it one whose joints are all alike, one without compliance, one in a single point."""
 
     def alike(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
-        if isinstance(part, PlacedSpring) or part.motion is Motion.TRANSLATION:
+        if isinstance(part, PlacedSpring) or part.slides:
             return part
         point = snapshot.reference_point.copy()
         return replace(part, axis=np.array([0.0, 0, 1]), point=point)
@@ -221,7 +221,7 @@ def _bad_compliance(snapshot: Snapshot, rng: np.random.Generator) -> Any:
         return Answer("compliance in bad company", None, Status.FORM_DOES_NOT_HOLD)
 
     def alike(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
-        if isinstance(part, PlacedSpring) or part.motion is Motion.TRANSLATION:
+        if isinstance(part, PlacedSpring) or part.slides:
             return part
         return replace(part, axis=np.array([0.0, 0, 1]), point=snapshot.reference_point.copy())
 
@@ -322,9 +322,10 @@ def in_frame(snapshot: Snapshot, R: np.ndarray, shift: np.ndarray, unit: float) 
             )
         role = part.role
         if part.stiffness is not None and unit != 1.0:
-            by = unit if part.motion is Motion.ROTATION else 1 / unit
+            by = unit if part.turns else 1 / unit
             role = replace(role, stiffness=part.stiffness * by)  # pyright: ignore[reportCallIssue]
-        return replace(part, point=place(part.point), axis=R @ part.axis, role=role)
+        pitch = part.pitch and part.pitch * unit
+        return replace(part, point=place(part.point), axis=R @ part.axis, pitch=pitch, role=role)
 
     moved = with_parts(snapshot, one)
 

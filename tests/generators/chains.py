@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from robostiff.elasticity import Elasticity
-from robostiff.model import Motion, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 
 PLANE = [0, 1, 5]
 LENGTH = 0.7  # metres: what a turn weighs beside a shift where a test needs a length
@@ -34,9 +34,12 @@ class Spring:
 
 @dataclass(frozen=True)
 class Turning:
-    """A revolute (R) or prismatic (P) passive joint; the axis need not be a unit vector."""
+    """A passive joint; the axis need not be a unit vector.
 
-    motion: str
+    The pitch [m/rad] is 0 of a revolute joint, None of a prismatic one.
+    """
+
+    pitch: float | None
     point: np.ndarray
     axis: np.ndarray
 
@@ -54,10 +57,10 @@ class FreeChain:
         """J_q about a point."""
         columns = np.zeros((6, len(self.joints)))
         for i, joint in enumerate(self.joints):
-            if joint.motion == "P":
+            if joint.pitch is None:
                 columns[:3, i] = joint.axis
             else:
-                columns[:3, i] = np.cross(joint.axis, at - joint.point)
+                columns[:3, i] = np.cross(joint.axis, at - joint.point) + joint.pitch * joint.axis
                 columns[3:, i] = joint.axis
         return columns[PLANE] if self.planar else columns
 
@@ -106,9 +109,7 @@ class FreeChain:
             for i, s in enumerate(self.springs)
         ]
         joints = [
-            PlacedFreedom(
-                f"joint{i}", Motion(j.motion), j.point, j.axis / np.linalg.norm(j.axis), Passive()
-            )
+            PlacedFreedom(j.axis / np.linalg.norm(j.axis), j.point, j.pitch, f"joint{i}", Passive())
             for i, j in enumerate(self.joints)
         ]
         return PlacedLeg(name, (*springs, *joints), self.end)
@@ -175,14 +176,20 @@ def random_single(rng: np.random.Generator) -> Spring:
 
 
 def random_joint(rng: np.random.Generator) -> Turning:
-    """A revolute joint, or a prismatic one now and then."""
-    motion = "P" if rng.uniform() < 0.25 else "R"
-    return Turning(motion, rng.uniform(-1, 1, 3), rng.normal(size=3))
+    """A revolute joint, or a prismatic or helical one now and then."""
+    return Turning(drawn_pitch(rng.uniform(), 0.25, 0.4), rng.uniform(-1, 1, 3), rng.normal(size=3))
+
+
+def drawn_pitch(drawn: float, slides: float, both: float) -> float | None:
+    """Of a slide with one probability, of a screw up to another, of a turn otherwise [m/rad]."""
+    if drawn < slides:
+        return None
+    return float(4 * (drawn - slides) / (both - slides) - 2) if drawn < both else 0.0
 
 
 def ball(point: np.ndarray, axes: np.ndarray) -> tuple[Turning, ...]:
     """Three turns about a point."""
-    return tuple(Turning("R", point, axis) for axis in axes.T)
+    return tuple(Turning(0.0, point, axis) for axis in axes.T)
 
 
 _MAKERS = {"beam": random_beam, "block": random_block, "single": random_single}
@@ -216,13 +223,13 @@ def chains(
     if arrangement == "repeated" and freedoms:
         again = freedoms[int(rng.integers(number))]
         along = again.point + rng.uniform(0.5, 1.0) * again.axis
-        freedoms = (*freedoms, Turning(again.motion, along, -2.0 * again.axis))
+        freedoms = (*freedoms, Turning(again.pitch, along, -2.0 * again.axis))
     elif arrangement == "two balls":
         p1, p2 = rng.uniform(-1, 1, (2, 3))
         freedoms = (*ball(p1, random_rotation(rng)), *ball(p2, random_rotation(rng)))
     elif arrangement == "parallel":
         axis = rng.normal(size=3)
-        freedoms = tuple(Turning("R", rng.uniform(-1, 1, 3), axis) for _ in range(4))
+        freedoms = tuple(Turning(0.0, rng.uniform(-1, 1, 3), axis) for _ in range(4))
     elif arrangement == "aligned":
         freedoms = tuple(replace(j, axis=np.eye(3)[rng.integers(3)]) for j in freedoms)
     order = rng.permutation(len(freedoms))
@@ -242,7 +249,7 @@ def planar_chain(rng: np.random.Generator, joints: int) -> FreeChain:
         point = np.append(rng.uniform(-1, 1, 2), 0.0)
         slides = rng.uniform() < 0.3
         axis = np.append(rng.normal(size=2), 0.0) if slides else np.array([0, 0, 1.0])
-        freedoms.append(Turning("P" if slides else "R", point, axis))
+        freedoms.append(Turning(None if slides else 0.0, point, axis))
     if freedoms and rng.uniform() < 0.5:
         freedoms.append(freedoms[0])
     end = np.append(rng.uniform(-1, 1, 2), 0.0)

@@ -14,7 +14,6 @@ import numpy as np
 from robostiff.elasticity import Elasticity
 from robostiff.model import (
     Actuated,
-    Motion,
     Passive,
     PlacedElement,
     PlacedFreedom,
@@ -22,6 +21,7 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
+from tests.generators.chains import drawn_pitch
 
 DIGITS = 60
 _ZERO = mp.mpf(10) ** -45
@@ -89,10 +89,11 @@ def _leg(leg: PlacedLeg, at: np.ndarray) -> tuple[mp.matrix, mp.matrix]:
             springs.append((J, mp.matrix(element.elasticity.compliance.tolist())))
             continue
         axis = _vector(element.axis)
-        if element.motion is Motion.TRANSLATION:
+        if element.pitch is None:
             twist = mp.matrix([*axis, 0, 0, 0])
         else:
-            twist = mp.matrix([*_cross(axis, v), *axis])
+            h = mp.mpf(float(element.pitch))
+            twist = mp.matrix([*(_cross(axis, v) + h * axis), *axis])
         if element.is_passive:
             columns.append(twist)
         elif element.stiffness is not None:
@@ -212,18 +213,16 @@ def random_beam(rng: np.random.Generator, slenderness: float, name: str = "beam"
 
 def passive_joint(rng: np.random.Generator, name: str = "joint") -> PlacedFreedom:
     axis = rng.normal(size=3)
-    motion = Motion.TRANSLATION if rng.uniform() < 0.2 else Motion.ROTATION
-    return PlacedFreedom(
-        name, motion, rng.uniform(-1, 1, 3), axis / np.linalg.norm(axis), Passive()
-    )
+    pitch = drawn_pitch(rng.uniform(), 0.2, 0.4)
+    unit = axis / np.linalg.norm(axis)
+    return PlacedFreedom(unit, rng.uniform(-1, 1, 3), pitch, name, Passive())
 
 
 def drive(rng: np.random.Generator, stiffness: float, name: str = "drive") -> PlacedFreedom:
     axis = rng.normal(size=3)
-    motion = Motion.TRANSLATION if rng.uniform() < 0.5 else Motion.ROTATION
-    return PlacedFreedom(
-        name, motion, rng.uniform(-1, 1, 3), axis / np.linalg.norm(axis), Actuated(stiffness)
-    )
+    pitch = drawn_pitch(rng.uniform(), 0.5, 0.7)
+    unit = axis / np.linalg.norm(axis)
+    return PlacedFreedom(unit, rng.uniform(-1, 1, 3), pitch, name, Actuated(stiffness))
 
 
 def robot_of(legs: list[list[PlacedElement]], rng: np.random.Generator) -> Snapshot:

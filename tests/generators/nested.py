@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from robostiff.elasticity import Elasticity
 from robostiff.model import (
-    Motion,
     Passive,
     PlacedBlock,
     PlacedElement,
@@ -49,8 +48,9 @@ def _joint(name: str, rng: np.random.Generator, space: Space) -> PlacedFreedom:
     point, axis = joint.point, joint.axis
     if space is Space.PLANAR:
         point = np.append(point[:2], 0.0)
-        axis = np.append(axis[:2], 0.0) if joint.motion == "P" else np.array([0, 0, 1.0])
-    return PlacedFreedom(name, Motion(joint.motion), point, axis / np.linalg.norm(axis), Passive())
+        axis = np.append(axis[:2], 0.0) if joint.pitch is None else np.array([0, 0, 1.0])
+    pitch = joint.pitch and (joint.pitch if space is Space.SPATIAL else 0.0)
+    return PlacedFreedom(axis / np.linalg.norm(axis), point, pitch, name, Passive())
 
 
 class _Grower:

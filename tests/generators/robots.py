@@ -123,7 +123,7 @@ def _general_leg(rng: np.random.Generator) -> FreeChain:
 
 def _soft_leg(rng: np.random.Generator) -> FreeChain:
     """Fewer springs than six, and turns enough."""
-    joints = tuple(replace(random_joint(rng), motion="R") for _ in range(4))
+    joints = tuple(replace(random_joint(rng), pitch=0.0) for _ in range(4))
     return FreeChain((random_single(rng), random_single(rng)), joints, rng.uniform(-1, 1, 3))
 
 
@@ -149,7 +149,7 @@ def random_robot(rng: np.random.Generator, kind: str, number: int) -> FreeRobot:
         legs = [
             FreeChain(
                 (random_beam(rng),),
-                tuple(Turning("R", rng.uniform(-1, 1, 3), axis) for _ in range(3)),
+                tuple(Turning(0.0, rng.uniform(-1, 1, 3), axis) for _ in range(3)),
                 rng.uniform(-1, 1, 3),
             )
             for _ in range(number + 1)

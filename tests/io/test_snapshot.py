@@ -37,7 +37,6 @@ from robostiff.io.snapshot import (
 from robostiff.model import (
     Actuated,
     Locked,
-    Motion,
     Passive,
     PlacedFreedom,
     PlacedLeg,
@@ -79,7 +78,7 @@ def test_passive_element():
     (leg,) = read(robot(PASSIVE, beam())).legs
     joint = leg.elements[0]
     assert isinstance(joint, PlacedFreedom)
-    assert (joint.name, joint.motion, joint.role) == ("passive1", Motion.ROTATION, Passive())
+    assert (joint.name, joint.pitch, joint.role) == ("passive1", 0.0, Passive())
     assert joint.axis.tolist() == [0, 0, -1]
     assert joint.point.tolist() == [0, 0, 0]
 
@@ -88,7 +87,7 @@ def test_spring_element():
     (leg,) = read(robot(SPRING)).legs
     joint = leg.elements[0]
     assert isinstance(joint, PlacedFreedom)
-    assert (joint.motion, joint.role) == (Motion.TRANSLATION, Actuated(stiffness=2e6))
+    assert (joint.pitch, joint.role) == (None, Actuated(stiffness=2e6))
     np.testing.assert_allclose(joint.axis, [0.6, 0, 0.8])
 
 
@@ -221,8 +220,8 @@ vectors = st.tuples(numbers, numbers, numbers).map(np.array)
 directions = vectors.filter(lambda v: np.linalg.norm(v) > 0.1).map(lambda v: v / np.linalg.norm(v))
 rotations = directions.map(lambda v: Rotation.from_rotvec(2 * v).as_matrix())
 roles = st.sampled_from([Passive(), Actuated(3e5), Locked(2e4), Actuated(None), Locked(None)])
-motions = st.sampled_from(Motion)
-freedoms = st.builds(PlacedFreedom, st.sampled_from("abc"), motions, vectors, directions, roles)
+pitches = st.sampled_from([0.0, None, 0.005, -0.8])
+freedoms = st.builds(PlacedFreedom, directions, vectors, pitches, st.sampled_from("abc"), roles)
 
 
 @st.composite
@@ -276,11 +275,8 @@ def same_element(
     if isinstance(one, PlacedFreedom):
         assert isinstance(two, PlacedFreedom)
         np.testing.assert_allclose(one.axis, two.axis, atol=1e-15)
-        assert (one.motion, one.is_passive, one.stiffness) == (
-            two.motion,
-            two.is_passive,
-            two.stiffness,
-        )
+        assert (one.is_passive, one.stiffness) == (two.is_passive, two.stiffness)
+        assert one.pitch == pytest.approx(two.pitch, rel=1e-15)
         return
     assert isinstance(two, PlacedSpring)
     np.testing.assert_allclose(one.rotation, two.rotation, atol=1e-14)
@@ -335,14 +331,14 @@ def test_a_beam_is_written_by_its_stiffness_and_a_rigid_direction_by_its_complia
 
 
 def test_rigid_joints_are_left_out():
-    rigid = PlacedFreedom("drive", Motion.ROTATION, np.zeros(3), np.eye(3)[0], Actuated())
+    rigid = PlacedFreedom(np.eye(3)[0], np.zeros(3), 0.0, "drive", Actuated())
     snapshot = Snapshot("arm", (PlacedLeg("leg", (rigid, SOFT), np.zeros(3)),), np.zeros(3))
     chain = snapshot_to_data(snapshot)["legs"][0]["chain"]
     assert [element["name"] for element in chain] == ["soft"]
 
 
 def test_a_leg_without_compliance_is_not_written():
-    rigid = PlacedFreedom("drive", Motion.ROTATION, np.zeros(3), np.eye(3)[0], Actuated())
+    rigid = PlacedFreedom(np.eye(3)[0], np.zeros(3), 0.0, "drive", Actuated())
     snapshot = Snapshot("arm", (PlacedLeg("leg", (rigid,), np.zeros(3)),), np.zeros(3))
     with pytest.raises(InputError, match="leg leg without compliance"):
         snapshot_to_data(snapshot)

@@ -11,7 +11,7 @@ from robostiff.kinematics.closure import LegSolver, NewtonTask, leg_solver
 from robostiff.kinematics.closure.rod import Rod, SlidingRod
 from robostiff.kinematics.closure.strut import Strut
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Chain, Joint, JointKind, Motion, PlacedFreedom
+from robostiff.model import Chain, Joint, JointKind, PlacedFreedom
 from tests.generators.legs import (
     PLANAR,
     RODS,
@@ -60,7 +60,7 @@ def reachable(case: LegCase, rng: np.random.Generator, size: float) -> np.ndarra
 def is_plus(case: LegCase, q: np.ndarray) -> bool:
     """Side of the elbow by its description, from where things are in the world."""
     drive, A, B = drive_and_rod(case, q)
-    if drive.motion is Motion.TRANSLATION:
+    if drive.is_translation:
         # the larger of two slides: the rod comes back against the slide
         return bool(drive.axis @ (A - B) > 0)
     return bool(drive.axis @ np.cross(B - drive.point, A - drive.point) > 0)

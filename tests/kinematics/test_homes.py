@@ -16,7 +16,6 @@ from robostiff.model import (
     Joint,
     JointKind,
     Leg,
-    Motion,
     Passive,
     Rigid,
     Robot,
@@ -164,7 +163,7 @@ def angles_and_slides(chain: Chain) -> list[int]:
 
 def angle_is_on_turn_of_home(chain: Chain, q: np.ndarray, place: int) -> np.ndarray:
     """Where a coordinate is less than half a turn from home, or a slide (N,)."""
-    slides = chain.freedoms[place].motion is Motion.TRANSLATION
+    slides = chain.freedoms[place].slides
     return np.full(len(q), True) if slides else np.abs(q[:, place] - chain.home[place]) < 3.1
 
 

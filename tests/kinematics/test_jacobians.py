@@ -18,7 +18,6 @@ from robostiff.model import (
     Actuated,
     Chain,
     Leg,
-    Motion,
     Passive,
     PlacedFreedom,
     PlacedLeg,
@@ -128,7 +127,7 @@ def test_a_column_with_the_arm_reversed_is_caught():
     """The check can fail: d = r x e in place of e x r is seen by the finite differences."""
     e, point, at = np.array([0, 0.6, 0.8]), np.array([0.1, 0.2, 0.3]), np.array([1.0, -1, 0.5])
     wrong = np.concatenate([np.cross(at - point, e), e])
-    freedom = PlacedFreedom("turn", Motion.ROTATION, point, e, Passive())
+    freedom = PlacedFreedom(e, point, 0.0, "turn", Passive())
 
     def frame(step: float) -> AxesAndPoint:
         E = np.cross(np.eye(3), -e).T  # (e x)

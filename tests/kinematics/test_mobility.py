@@ -11,7 +11,7 @@ from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.mobility import fitting_coordinates, platform_mobility
-from robostiff.model import Joint, Link, Motion, Rigid
+from robostiff.model import Joint, Link, Rigid
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame
 
@@ -83,8 +83,7 @@ def resize(robot: rs.Robot, scale: float) -> rs.Robot:
                 elements.append(replace(e, to=scale * np.asarray(e.to)))
             elif isinstance(e, Joint):
                 home = tuple(
-                    scale * q if f.motion is Motion.TRANSLATION else q
-                    for q, f in zip(e.home, e.freedoms, strict=True)
+                    q if f.turns else scale * q for q, f in zip(e.home, e.freedoms, strict=True)
                 )
                 elements.append(replace(e, home=home))
         legs.append(

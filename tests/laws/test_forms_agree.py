@@ -74,7 +74,7 @@ def test_index_rules_on_joints_along_the_axes(chain: FreeChain):
 def test_index_rules_in_the_plane(chain: FreeChain):
     C, J_q = chain.matrices()
     result = chain_stiffness(C, J_q, form=IndexRules())
-    slides = [joint for joint in chain.joints if joint.motion == "P"]
+    slides = [joint for joint in chain.joints if joint.pitch is None]
     if slides:  # all oblique
         # a slide that adds no freedom to those before is passed over, whatever its direction
         if Status.FORM_DOES_NOT_HOLD not in result.status:

@@ -27,7 +27,7 @@ def exact_joint(rng: np.random.Generator) -> Turning:
     """A joint whose column of the Jacobian has no rounding at all; the axis is no unit vector."""
     axis = rng.choice([-2, -1, 1, 2], 3) * rng.integers(0, 2, 3) + np.eye(3)[rng.integers(3)]
     axis = axis if axis.any() else np.array([0, 0, 1])
-    return Turning("P" if rng.uniform() < 0.25 else "R", dyadic(rng), axis.astype(float))
+    return Turning(None if rng.uniform() < 0.25 else 0.0, dyadic(rng), axis.astype(float))
 
 
 def redundant_chain(seed: int) -> FreeChain:
@@ -36,10 +36,10 @@ def redundant_chain(seed: int) -> FreeChain:
     kind = seed % 3
     if kind == 0:  # two balls, and perhaps more
         points = dyadic(rng), dyadic(rng)
-        joints = [Turning("R", point, axis) for point in points for axis in np.eye(3)]
+        joints = [Turning(0.0, point, axis) for point in points for axis in np.eye(3)]
     elif kind == 1:  # parallel axes
         axis = exact_joint(rng).axis
-        joints = [Turning("R", dyadic(rng), axis) for _ in range(5)]
+        joints = [Turning(0.0, dyadic(rng), axis) for _ in range(5)]
     else:
         joints = [exact_joint(rng) for _ in range(int(rng.integers(1, 8)))]
         joints.append(replace(joints[0], axis=-2 * joints[0].axis))
@@ -60,7 +60,7 @@ def few_springs_chain(seed: int) -> FreeChain:
     """Fewer than six springs, and so many turns that no direction is rigid."""
     rng = np.random.default_rng(2000 + seed)
     springs = int(rng.integers(1, 4))
-    joints = tuple(replace(random_joint(rng), motion="R") for _ in range(6 - springs))
+    joints = tuple(replace(random_joint(rng), pitch=0.0) for _ in range(6 - springs))
     singles = tuple(random_single(rng) for _ in range(springs))
     return FreeChain(singles, joints, rng.uniform(-1, 1, 3))
 

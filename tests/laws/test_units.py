@@ -27,7 +27,7 @@ def in_millimetres(C: np.ndarray, chain: FreeChain, per_metre: float) -> tuple[n
     s = np.array([per_metre] * t + [1.0] * (len(C) - t))
     J_q = chain.joint_columns(chain.end)
     # a slide is told per unit of length, a turn per radian
-    slides = np.array([joint.motion == "P" for joint in chain.joints], dtype=bool)
+    slides = np.array([joint.pitch is None for joint in chain.joints], dtype=bool)
     J_other = J_q * s[:, None] / np.where(slides, per_metre, 1.0)
     return C * np.outer(s, s) / per_metre, J_other, s
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.elasticity import CrossSection, Elasticity, material
 from robostiff.io.snapshot import read_network
-from robostiff.model import Actuated, Motion, Passive, PlacedFreedom
+from robostiff.model import Actuated, Passive, PlacedFreedom
 from robostiff.network import (
     BeamElement,
     JointElement,
@@ -39,21 +39,21 @@ def nodes(**points: Any) -> list[Node]:
 
 
 def turning(point: Any, axis: Any, k: float | None = None) -> PlacedFreedom:
-    return _freedom(Motion.ROTATION, point, axis, k)
+    return _freedom(0.0, point, axis, k)
 
 
 def sliding(point: Any, axis: Any, k: float | None = None) -> PlacedFreedom:
-    return _freedom(Motion.TRANSLATION, point, axis, k)
+    return _freedom(None, point, axis, k)
 
 
 def ball(point: Any) -> tuple[PlacedFreedom, ...]:
     return tuple(turning(point, axis) for axis in np.eye(3))
 
 
-def _freedom(motion: Motion, point: Any, axis: Any, k: float | None) -> PlacedFreedom:
+def _freedom(pitch: float | None, point: Any, axis: Any, k: float | None) -> PlacedFreedom:
     unit = np.array(axis, dtype=float) / np.linalg.norm(axis)
     role = Passive() if k is None else Actuated(stiffness=k)
-    return PlacedFreedom("dof", motion, np.array(point, dtype=float), unit, role)
+    return PlacedFreedom(unit, np.array(point, dtype=float), pitch, "dof", role)
 
 
 def chain_of_beams(ends: np.ndarray, pieces: int) -> Network:
@@ -100,8 +100,9 @@ def in_millimetres(network: Network) -> Network:
     def freedom(f: PlacedFreedom) -> PlacedFreedom:
         role = f.role
         if f.stiffness is not None:
-            role = Actuated(f.stiffness * (1e3 if f.motion is Motion.ROTATION else 1e-3))
-        return replace(f, point=1e3 * f.point, role=role)
+            role = Actuated(f.stiffness * (1e3 if f.turns else 1e-3))
+        pitch = None if f.pitch is None else 1e3 * f.pitch
+        return replace(f, point=1e3 * f.point, pitch=pitch, role=role)
 
     def joint(j: JointElement) -> JointElement:
         return replace(j, freedoms=tuple(freedom(f) for f in j.freedoms))

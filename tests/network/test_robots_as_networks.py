@@ -10,7 +10,7 @@ from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
-from robostiff.model import Motion, PlacedLeg, PlacedSpring, Robot, Snapshot
+from robostiff.model import PlacedLeg, PlacedSpring, Robot, Snapshot
 from robostiff.network import energy_stiffness, network_of_snapshot
 from robostiff.robots import load, shipped_robots
 from tests.cases.metric import distance
@@ -23,7 +23,7 @@ def poses_of(robot: Robot, count: int) -> Pose:
         poses = random_poses(robot.name, PostureFinder(robot), count)
         return poses[:, robot.coordinate_places]
     chain = robot.legs[0].chain
-    room = [0.05 if f.motion is Motion.TRANSLATION else 1.0 for f in chain.freedoms]
+    room = [1.0 if f.turns else 0.05 for f in chain.freedoms]
     steps = np.random.default_rng(3).uniform(-1, 1, (count, chain.size)) * room
     return JointCoordinates(chain.home + steps)
 

@@ -1,9 +1,11 @@
-"""Eq. (17): columns of prismatic and revolute joints, by finite differences."""
+"""Eq. (17): columns of prismatic, revolute and helical joints, by finite differences."""
 
 import numpy as np
 import pytest
 
-from robostiff.spatial import rotation_twist, translation_twist
+from robostiff.kinematics import place_chain
+from robostiff.model import Chain, Passive, helical
+from robostiff.spatial import Screw
 from tests.kinematics.finite_differences import AxesAndPoint, twist_rate
 
 
@@ -21,11 +23,30 @@ def test_revolute_joint(seed: int):
 
     by_differences = twist_rate(frame, reference)
     r = reference - centre  # from the joint centre to the reference point
-    assert np.allclose(rotation_twist(e, r), by_differences, rtol=0, atol=1e-9)
-    assert np.allclose(rotation_twist(e, r)[:3], np.cross(e, r), rtol=0, atol=1e-15)
-    assert not np.allclose(rotation_twist(e, -r), by_differences, rtol=0, atol=1e-2)
+    J_rot = Screw(e, centre, 0.0).twist(reference)
+    assert np.allclose(J_rot, by_differences, rtol=0, atol=1e-9)
+    assert np.allclose(J_rot[:3], np.cross(e, r), rtol=0, atol=1e-15)
+    assert not np.allclose([*np.cross(e, -r), *e], by_differences, rtol=0, atol=1e-2)
     # printed twice, J_tran would leave out the lever arm
-    assert not np.allclose(translation_twist(e), by_differences, rtol=0, atol=1e-2)
+    J_tran = Screw(e, centre, None).twist(reference)
+    assert not np.allclose(J_tran, by_differences, rtol=0, atol=1e-2)
+
+
+@pytest.mark.parametrize("pitch", [0.3, -0.0008, 25.0])
+def test_helical_joint(pitch: float):
+    """[e x r + h e; e], with a joint of the model that advances by 2 pi h per turn."""
+    rng = np.random.default_rng(4)
+    axis, centre, reference = rng.normal(size=(3, 3))
+    joint = helical(axis, 2 * np.pi * pitch, Passive())
+
+    def frame(angle: float) -> AxesAndPoint:
+        placed = place_chain(Chain((joint,)), np.array([angle]), np.eye(3), centre)
+        return placed.R, placed.p
+
+    e = axis / np.linalg.norm(axis)
+    expected = [*(np.cross(e, reference - centre) + pitch * e), *e]
+    assert np.allclose(twist_rate(frame, reference), expected, rtol=1e-8, atol=1e-8)
+    assert np.allclose(Screw(e, centre, pitch).twist(reference), expected, rtol=1e-15, atol=1e-15)
 
 
 def test_prismatic_joint():
@@ -35,4 +56,5 @@ def test_prismatic_joint():
         return np.eye(3), slide * e
 
     by_differences = twist_rate(frame, np.array([1.0, 2, 3]))
-    assert np.allclose(translation_twist(e), by_differences, rtol=0, atol=1e-12)
+    J_tran = Screw(e, np.zeros(3), None).twist(np.array([1.0, 2, 3]))
+    assert np.allclose(J_tran, by_differences, rtol=0, atol=1e-12)

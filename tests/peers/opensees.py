@@ -20,7 +20,6 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Tolerance
-from robostiff.model import Motion
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import Mechanism, mobility
@@ -209,8 +208,8 @@ def _add_joint(model: _Model, joint: JointElement) -> None:
     values: list[float | None] = [*_stiff(model)]
     for freedom in joint.freedoms:
         (axis,) = np.flatnonzero(np.abs(axes.T @ freedom.axis) > 1 - _ROUNDING)
-        values[axis + 3 * (freedom.motion is Motion.ROTATION)] = freedom.stiffness
-    at = {tuple(f.point) for f in joint.freedoms if f.motion is Motion.ROTATION}
+        values[axis + 3 * freedom.turns] = freedom.stiffness
+    at = {tuple(f.point) for f in joint.freedoms if f.turns}
     if len(at) > 1:
         raise NotImplementedError(f"axes of joint {joint.name!r} do not meet")
     point = np.array(at.pop()) if at else model.points[joint.a]

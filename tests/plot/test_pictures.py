@@ -198,7 +198,7 @@ def test_free_motions_are_drawn_on_their_screws_with_their_words():
         way = found[str(motion)].points / 1e3  # drawn in millimetres
         assert motion.screw.point is not None
         away = way - motion.screw.point
-        across = away - np.outer(away @ motion.screw.direction, motion.screw.direction)
+        across = away - np.outer(away @ motion.screw.axis, motion.screw.axis)
         radius = np.linalg.norm(across, axis=1)
         assert radius == pytest.approx(np.full(len(radius), radius[0]))
     assert scene.notes == ("rank 3 of 6",)

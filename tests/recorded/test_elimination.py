@@ -13,7 +13,7 @@ from robostiff import InputError
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Status, chain_stiffness
 from robostiff.kinematics import leg_compliance, passive_jacobian
-from robostiff.model import Motion, Passive, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import Passive, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Record
 from robostiff.recorded import LegRecorder, stiffness_entries
 from robostiff.spatial import Space
@@ -134,7 +134,7 @@ def test_springs_with_freedoms_of_their_own():
         "leg",
         (
             PlacedSpring("link", point, R, Elasticity(compliance)),
-            PlacedFreedom("turn", Motion.ROTATION, point, np.array([1.0, 0, 0]), Passive()),
+            PlacedFreedom(np.array([1.0, 0, 0]), point, 0.0, "turn", Passive()),
         ),
         point,
     )

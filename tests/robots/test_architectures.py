@@ -196,7 +196,7 @@ def test_3_upu_with_radial_axes_turns_freely_all_along_its_middle():
         apex = z * 0.5 / (0.5 - 0.2)
         for motion in result.free_motions:
             assert motion.screw.is_rotation
-            assert motion.screw.direction[2] == pytest.approx(0, abs=1e-9)
+            assert motion.screw.axis[2] == pytest.approx(0, abs=1e-9)
             assert motion.screw.point == pytest.approx([0, 0, apex], abs=1e-9)
 
 

@@ -64,7 +64,7 @@ class FreeMotion:
     screw: Screw
 
     def __str__(self) -> str:
-        direction = direction_in_words(self.screw.direction)
+        direction = direction_in_words(self.screw.axis)
         if self.screw.point is None:
             return f"translation along {direction}"
         place = f"{direction} through ({numbers_in_words(self.screw.point)}) m"
@@ -115,7 +115,7 @@ def free_motions_in_words(
     for twist in [*motions, *rotations]:
         screw = screw_of_twist(twist, reference_point, length, _SMALL)
         if screw.is_rotation and common is not None:
-            screw = Screw(screw.direction, reference_point + common, screw.pitch)
+            screw = Screw(screw.axis, reference_point + common, screw.pitch)
         size = 1.0 if screw.is_translation else np.linalg.norm(twist[3:])
         readable.append(FreeMotion(_clean(twist[rows] / size), screw))
     return tuple(readable)

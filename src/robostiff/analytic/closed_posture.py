@@ -24,7 +24,7 @@ from robostiff.analytic.robot_pose import (
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.frames import place_chain
-from robostiff.model import ALL_COORDINATES, Leg, Motion, Robot
+from robostiff.model import ALL_COORDINATES, Leg, Robot
 from robostiff.record import Entry, Record
 from robostiff.spatial import exact_number
 
@@ -177,16 +177,15 @@ def leg_coordinates(
     q = np.empty(len(names), dtype=object)
     left = []
     freedoms = zip(leg.chain.freedoms, leg.chain.home, names, strict=True)
-    for j, (freedom, home, name) in enumerate(freedoms):
-        turns = freedom.motion is Motion.ROTATION
-        near = _KNOWN * (1.0 if turns else length)
+    for j, (screw, home, name) in enumerate(freedoms):
+        near = _KNOWN * (1.0 if screw.turns else length)
         entry = record.input(name)
         of_model = home.sample if isinstance(home, Entry) else float(home)
         closed = entry.sample
         if np.all(np.abs(closed - of_model) <= near):
             q[j] = home
         elif np.ptp(closed) <= near:
-            q[j] = _number(float(np.mean(closed)), near, turns=turns)
+            q[j] = _number(float(np.mean(closed)), near, turns=screw.turns)
         else:
             q[j] = record.settled(entry)
             if isinstance(q[j], Entry) and q[j].step == entry.step:

@@ -26,7 +26,7 @@ from robostiff.kinematics.formula import (
     place_leg,
     place_leg_at_joints,
 )
-from robostiff.model import Leg, Motion, Robot, with_entries
+from robostiff.model import Leg, Robot, with_entries
 from robostiff.record import Entry, Record
 from robostiff.recorded import entry_reader
 from robostiff.spatial import exact_number
@@ -215,9 +215,9 @@ def _joint_coordinates(
     """Coordinates of a serial arm: those that are told, the others at home."""
     told = coordinates or {}
     q = np.array(leg.chain.home, dtype=object)
-    for i, freedom in enumerate(leg.chain.freedoms):
+    for i, screw in enumerate(leg.chain.freedoms):
         value = told.get(f"q{i + 1}", q[i])
-        if freedom.motion is Motion.ROTATION and not isinstance(value, Entry):
+        if screw.turns and not isinstance(value, Entry):
             value = _as_step(exact_angle(value), record)
         q[i] = value
     return q
@@ -243,8 +243,8 @@ def _turning_as_steps(leg: Leg, q: np.ndarray, record: Record) -> np.ndarray:
     """Angles whose cosine is no root of numbers as steps."""
     return np.array(
         [
-            _as_step(x, record) if freedom.motion is Motion.ROTATION else x
-            for x, freedom in zip(q, leg.chain.freedoms, strict=True)
+            _as_step(x, record) if screw.turns else x
+            for x, screw in zip(q, leg.chain.freedoms, strict=True)
         ],
         dtype=object,
     )

@@ -12,7 +12,7 @@ import sympy as sp
 
 from robostiff.errors import InputError
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.model import ALL_COORDINATES, Coordinate, Motion, Robot
+from robostiff.model import ALL_COORDINATES, Coordinate, Robot
 from robostiff.record import cosine, sine
 from robostiff.spatial import exact_number
 
@@ -108,13 +108,10 @@ def coordinate_names(robot: Robot) -> tuple[str, ...]:
 
 
 def _exact(robot: Robot, name: str, value: Any) -> Any:
-    if name in ("x", "y", "z"):
-        return sp.nsimplify(exact_number(value), rational=True)
+    turns = name not in ("x", "y", "z")
     if robot.is_posed_by_joints:
-        freedom = robot.legs[0].chain.freedoms[int(name.removeprefix("q")) - 1]
-        if freedom.motion is Motion.TRANSLATION:
-            return sp.nsimplify(exact_number(value), rational=True)
-    return exact_angle(value)
+        turns = robot.legs[0].chain.freedoms[int(name.removeprefix("q")) - 1].turns
+    return exact_angle(value) if turns else sp.nsimplify(exact_number(value), rational=True)
 
 
 def free_name(name: str, taken: Collection[str]) -> str:

@@ -73,12 +73,12 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
     --------
     A spring along x between two ball joints a length L apart, seen from its end:
 
-    >>> from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedLeg
+    >>> from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg
     >>> k, L = sp.symbols("k L", positive=True)
     >>> tip, x = np.array([L, 0, 0], dtype=object), np.array([1, 0, 0], dtype=object)
-    >>> balls = [PlacedFreedom("ball", Motion.ROTATION, p, e, Passive())
+    >>> balls = [PlacedFreedom(e, p, 0, "ball", Passive())
     ...          for p in (0 * tip, tip) for e in np.eye(3, dtype=int).astype(object)]
-    >>> slide = PlacedFreedom("slide", Motion.TRANSLATION, 0 * tip, x, Actuated(k))
+    >>> slide = PlacedFreedom(x, 0 * tip, None, "slide", Actuated(k))
     >>> rod = Snapshot("rod", (PlacedLeg("rod", (slide, *balls), tip),), tip)
     >>> snapshot_formula(rod).K[0, 0]
     k

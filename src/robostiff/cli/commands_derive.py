@@ -48,7 +48,7 @@ from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.io.whole_file import whole_file
 from robostiff.markup import text_of
-from robostiff.model import Motion, Robot
+from robostiff.model import Robot
 from robostiff.robots import load
 from robostiff.spatial import Space
 
@@ -96,9 +96,8 @@ def pose_from(text: str, robot: Robot) -> PoseFormula:
 
 def _dimension(robot: Robot, name: str) -> Dimension:
     if name.startswith("q"):
-        freedom = robot.legs[0].chain.freedoms[int(name[1:]) - 1]
-        slides = freedom.motion is Motion.TRANSLATION
-        return Dimension.LENGTH if slides else Dimension.ANGLE
+        turns = robot.legs[0].chain.freedoms[int(name[1:]) - 1].turns
+        return Dimension.ANGLE if turns else Dimension.LENGTH
     return Dimension.LENGTH if name in ("x", "y", "z") else Dimension.ANGLE
 
 

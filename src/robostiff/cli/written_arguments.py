@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.kinematics import JointCoordinates, Pose
-from robostiff.model import Coordinate, Motion, Robot, Snapshot
+from robostiff.model import Coordinate, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
@@ -140,9 +140,8 @@ def _leg_coordinates(robot: Robot, text: str, option: str) -> list[float]:
     """Coordinates of all legs, one after the other."""
     dimensions, names = [], []
     for leg in robot.legs:
-        for freedom, name in zip(leg.chain.freedoms, leg.chain.coordinate_names, strict=True):
-            slides = freedom.motion is Motion.TRANSLATION
-            dimensions.append(Dimension.LENGTH if slides else Dimension.ANGLE)
+        for screw, name in zip(leg.chain.freedoms, leg.chain.coordinate_names, strict=True):
+            dimensions.append(Dimension.ANGLE if screw.turns else Dimension.LENGTH)
             names.append(name if robot.is_serial else f"{leg.name}/{name}")
     return parse_quantities(text, dimensions, names, option)
 

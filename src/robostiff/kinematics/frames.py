@@ -15,7 +15,6 @@ from robostiff.model import (
     Joint,
     JointKind,
     Link,
-    Motion,
     ParallelBlock,
     PlacedBlock,
     PlacedFreedom,
@@ -26,7 +25,7 @@ from robostiff.model import (
     Telescope,
     TelescopicBeam,
 )
-from robostiff.spatial import is_formula
+from robostiff.spatial import Screw, is_formula
 from robostiff.spatial.batch import poses_side_by_side, product
 
 
@@ -201,21 +200,21 @@ class _Walk:
 
     def joint(self, joint: Joint, q: np.ndarray) -> None:
         if joint.kind is JointKind.SPHERICAL:
-            for i, freedom in enumerate(joint.freedoms):
-                self.freedom(f"{joint.name}[{i}]", freedom.motion, freedom.axis, joint.role)
+            for i, screw in enumerate(joint.freedoms):
+                self.freedom(f"{joint.name}[{i}]", screw, joint.role)
             self.R = product(self.R, turn_by_vector(q))
             return
-        for i, freedom in enumerate(joint.freedoms):
+        for i, screw in enumerate(joint.freedoms):
             name = joint.name if joint.size == 1 else f"{joint.name}[{i}]"
-            e = self.freedom(name, freedom.motion, freedom.axis, joint.role)
-            if freedom.motion is Motion.ROTATION:
-                turn = turn_about(freedom.axis, q[..., i])
-                self.R = product(self.R, turn)
-            else:
-                self.p = self.p + e * q[..., i, None]
+            e = self.freedom(name, screw, joint.role)
+            if screw.turns:
+                self.R = product(self.R, turn_about(screw.axis, q[..., i]))
+            if screw.slides:
+                self.p = self.p + e * screw.advance(q[..., i, None])
 
     def telescope(self, telescope: Telescope, extension: np.ndarray) -> None:
-        e = self.freedom(telescope.name, Motion.TRANSLATION, telescope.direction, telescope.role)
+        (slide,) = telescope.freedoms
+        e = self.freedom(telescope.name, slide, telescope.role)
         if not telescope.beams:
             self.p = self.p + e * extension[..., None]
         for i, beam in enumerate(telescope.beams):
@@ -230,9 +229,9 @@ class _Walk:
             )
             self.spring(name, telescope.axes, telescopic_elasticity(beam, length))
 
-    def freedom(self, name: str, motion: Motion, axis: np.ndarray, role: Role) -> np.ndarray:
-        e = np.einsum("...ij,j->...i", self.R, axis)
-        self.placed.append(PlacedFreedom(self.prefix + name, motion, self.p, e, role))
+    def freedom(self, name: str, screw: Screw, role: Role) -> np.ndarray:
+        e = np.einsum("...ij,j->...i", self.R, screw.axis)
+        self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.prefix + name, role))
         return e
 
     def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:

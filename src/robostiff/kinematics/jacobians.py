@@ -9,14 +9,8 @@ from jaxtyping import Float
 
 from robostiff.elastostatics.block_diagonal import block_diagonal
 from robostiff.errors import InputError
-from robostiff.model import Motion, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.spatial import (
-    block_rotation,
-    rotation_twist,
-    skew,
-    translation_twist,
-    twist_transport,
-)
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.spatial import block_rotation, skew, twist_transport
 from robostiff.spatial.batch import empty_batch, matrix_of_columns, product, transposed
 
 
@@ -24,10 +18,7 @@ def freedom_twist(
     freedom: PlacedFreedom, at: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 6"]:
     """Twist of the point `at` per unit of a joint coordinate, eq. (17), world axes (..., 6)."""
-    axis = np.broadcast_to(freedom.axis, np.broadcast_shapes(freedom.axis.shape, at.shape))
-    if freedom.motion is Motion.TRANSLATION:
-        return translation_twist(axis)
-    return rotation_twist(axis, np.broadcast_to(at - freedom.point, axis.shape))
+    return freedom.twist(at)
 
 
 def freedom_twists(

@@ -15,7 +15,7 @@ from scipy.spatial.transform import RigidTransform
 from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Motion, Rigid, Robot
+from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Rigid, Robot
 from robostiff.spatial import Space, as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
@@ -119,7 +119,7 @@ def coordinate_units(robot: Robot) -> tuple[str, ...]:
 
 def joint_units(chain: Chain) -> tuple[str, ...]:
     """SI units of the joint coordinates of a chain, m or rad."""
-    return tuple("m" if f.motion is Motion.TRANSLATION else "rad" for f in chain.freedoms)
+    return tuple(screw.unit for screw in chain.freedoms)
 
 
 def home_coordinates(robot: Robot) -> np.ndarray:
@@ -203,10 +203,12 @@ def _may_be_joints(robot: Robot, given: np.ndarray) -> bool:
 
 def question_joints(robot: Robot, q: np.ndarray) -> None:
     """Warn of joint coordinates (..., size) of a serial arm that are probably in other units."""
-    turns = np.array([f.motion is Motion.ROTATION for f in robot.legs[0].chain.freedoms], bool)
-    if q.size and np.max(np.abs(q), where=turns, initial=0.0) > 2 * FULL_TURN:
+    freedoms = robot.legs[0].chain.freedoms
+    rotates = np.array([screw.is_rotation for screw in freedoms], bool)
+    if q.size and np.max(np.abs(q), where=rotates, initial=0.0) > 2 * FULL_TURN:
         warn_of_slip(f"joint coordinates of {robot.name!r}: angles beyond two turns; in degrees?")
-    if q.size and np.max(np.abs(q), where=~turns, initial=0.0) > FARTHEST:
+    advances = [screw.advance(q[..., i]) for i, screw in enumerate(freedoms)]
+    if q.size and np.max(np.abs(advances)) > FARTHEST:
         warn_of_slip(f"joint coordinates of {robot.name!r}: slides beyond {FARTHEST:g} m; in mm?")
 
 
@@ -247,9 +249,7 @@ def _span(leg: Leg) -> float:
             span += float(np.linalg.norm(element.transform.p))
         elif isinstance(element, Link):
             span += float(np.linalg.norm(element.to))
-        elif not isinstance(element, Joint) or any(
-            freedom.motion is not Motion.ROTATION for freedom in element.freedoms
-        ):
+        elif not isinstance(element, Joint) or any(screw.slides for screw in element.freedoms):
             return math.inf
     return span
 

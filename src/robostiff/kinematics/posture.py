@@ -11,7 +11,6 @@ import numpy as np
 from robostiff.model import (
     Actuated,
     Leg,
-    Motion,
     Robot,
     Snapshot,
     Telescope,
@@ -134,8 +133,8 @@ class Posture:
 def _beyond(leg: Leg, place: int, value: float, low: float, high: float) -> str:
     """An actuator beyond its limits, in words."""
     element = next(e for e, where in leg.chain.moving if where.start <= place < where.stop)
-    motion = leg.chain.freedoms[place].motion
-    unit, factor = ("mm", 1e3) if motion is Motion.TRANSLATION else ("deg", np.degrees(1.0))
+    turns = leg.chain.freedoms[place].turns
+    unit, factor = ("deg", np.degrees(1.0)) if turns else ("mm", 1e3)
     return (
         f"{element.name!r} of leg {leg.name!r} is at {factor * value:.5g} {unit}, outside its "
         f"limits {factor * low:.5g} to {factor * high:.5g} {unit}"

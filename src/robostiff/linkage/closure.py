@@ -13,7 +13,7 @@ from robostiff.kinematics.closure import AssemblyMode, Part, nearest
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
 from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
-from robostiff.model import Chain, Joint, JointKind, Locked, Motion, Passive, PlacedFreedom
+from robostiff.model import Chain, Joint, JointKind, Locked, Passive, PlacedFreedom
 from robostiff.spatial import Frame
 
 # As for legs: what a platform counts as reached by.
@@ -294,8 +294,8 @@ class _Loops:
     def _units(self) -> np.ndarray:
         """What a step of 1 means: the length for a slide, a radian for a turn."""
         joints = [c.element for c in self.unknowns if isinstance(c.element, Joint)]
-        motions = [freedom.motion for joint in joints for freedom in joint.freedoms]
-        return np.array([self.length if m is Motion.TRANSLATION else 1.0 for m in motions])
+        freedoms = [screw for joint in joints for screw in joint.freedoms]
+        return np.array([1.0 if screw.turns else self.length for screw in freedoms])
 
 
 def placed_freedoms(connection: Connection, q: np.ndarray, frame_a: Frame) -> list[PlacedFreedom]:

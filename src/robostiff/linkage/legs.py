@@ -15,12 +15,10 @@ from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.model import (
     Chain,
     Element,
-    Freedom,
     Joint,
     JointKind,
     Leg,
     Link,
-    Motion,
     Rigid,
     Robot,
     planar,
@@ -51,24 +49,21 @@ def turned_round(connection: Connection) -> Connection:
 
 def _joint(joint: Joint) -> Joint:
     home = np.array(joint.home, dtype=float)
-    axes = [-freedom.axis for freedom in joint.freedoms]
+    freedoms = tuple(replace(screw, axis=-screw.axis) for screw in joint.freedoms)
     match joint.kind:
         case JointKind.SPHERICAL:
             return replace(joint, home=tuple((-home).tolist()))
         case JointKind.UNIVERSAL:
-            last = home[::-1].tolist()
-            return universal(axes[1], axes[0], joint.role, home=last, name=joint.name)
+            axes, last = [screw.axis for screw in freedoms[::-1]], home[::-1].tolist()
+            return universal(*axes, joint.role, home=last, name=joint.name)
         case JointKind.PLANAR:
             return _planar(joint)
-    freedoms = tuple(
-        Freedom(freedom.motion, axis) for freedom, axis in zip(joint.freedoms, axes, strict=True)
-    )
     return replace(joint, freedoms=freedoms)
 
 
 def _planar(joint: Joint) -> Joint:
     placed = place_chain(Chain((joint,)), np.array(joint.home, dtype=float), np.eye(3), np.zeros(3))
-    slides = [f.axis for f in joint.freedoms if f.motion is Motion.TRANSLATION]
+    slides = [screw.axis for screw in joint.freedoms if not screw.turns]
     normal = joint.freedoms[-1].axis
     back = -(placed.R.T @ placed.p)
     turn = -(normal @ vector_of_turn(placed.R))

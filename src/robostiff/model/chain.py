@@ -10,9 +10,10 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model.checks import coordinate_array
-from robostiff.model.joint import Freedom, Joint, Locked, Motion, Role
+from robostiff.model.joint import Joint, Locked, Role
 from robostiff.model.link import Link, Rigid, Telescope
 from robostiff.model.parallel_block import ParallelBlock
+from robostiff.spatial import Screw
 
 Element = Rigid | Link | Joint | Telescope | ParallelBlock
 
@@ -56,15 +57,9 @@ class Chain:
                     start += branch.chain.size
 
     @property
-    def freedoms(self) -> tuple[Freedom, ...]:
-        """Elementary motion of each coordinate."""
-        freedoms: list[Freedom] = []
-        for element, _ in self.moving:
-            if isinstance(element, Joint):
-                freedoms.extend(element.freedoms)
-            else:
-                freedoms.append(Freedom(Motion.TRANSLATION, element.direction))
-        return tuple(freedoms)
+    def freedoms(self) -> tuple[Screw, ...]:
+        """The unit screw of each coordinate, in the frame made by those before it."""
+        return tuple(screw for element, _ in self.moving for screw in element.freedoms)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:

@@ -158,6 +158,21 @@ def checked_stiffness(subject: str, value: Any) -> None:
         )
 
 
+def nonzero_length(subject: str, value: Any) -> Any:
+    """A finite length per turn of either sign, as a float or a formula."""
+    expected = "a finite length per turn, not zero [m]"
+    refuse_quantities(subject, value, expected)
+    if is_formula(value):
+        fits = is_possible(value) and getattr(value, "is_zero", None) is not True
+    else:
+        fits = np.isfinite(value) and value != 0
+    if not fits:
+        raise InputError(
+            subject, got=value, expected=expected, hint="a joint of no pitch is a revolute joint"
+        )
+    return value if is_formula(value) else float(value)
+
+
 def _no_direction(subject: str, value: Entries) -> InputError:
     return InputError(
         subject, got=value, expected="a direction", hint="a zero vector points nowhere"

@@ -15,17 +15,11 @@ from robostiff.model.checks import (
     axis_across,
     checked_stiffness,
     finite_coordinates,
+    nonzero_length,
     unit_vector,
 )
-from robostiff.spatial import refuse_quantities
+from robostiff.spatial import Screw, full_turn, refuse_quantities
 from robostiff.spatial.formula import Entries
-
-
-class Motion(Enum):
-    """Elementary motion of a joint freedom."""
-
-    ROTATION = "R"
-    TRANSLATION = "P"
 
 
 class JointKind(Enum):
@@ -33,6 +27,7 @@ class JointKind(Enum):
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
+    HELICAL = "helical"
     UNIVERSAL = "universal"
     SPHERICAL = "spherical"
     CYLINDRICAL = "cylindrical"
@@ -90,23 +85,16 @@ Role = Passive | Actuated | Locked
 
 
 @dataclass(frozen=True)
-class Freedom:
-    """An elementary motion about or along an axis, told in the frame made by those before it."""
-
-    motion: Motion
-    axis: np.ndarray
-
-
-@dataclass(frozen=True)
 class Joint:
-    """A joint of a chain; build it with `revolute`, `prismatic`, `universal` and their like.
+    """A joint of a chain; build it with `revolute`, `prismatic`, `helical` and their like.
 
     Attributes
     ----------
     kind : JointKind
-    freedoms : tuple of Freedom
-        In order from base to platform. The three of a spherical joint are the frame axes, and its
-        coordinates are a rotation vector.
+    freedoms : tuple of Screw
+        In order from base to platform, each through the origin of the frame made by those before
+        it. The three of a spherical joint are the frame axes, and its coordinates are a rotation
+        vector.
     role : Passive, Actuated or Locked
     home : tuple of float or formula
         Coordinates in the home configuration [m, rad]; zeros when left out.
@@ -116,7 +104,7 @@ class Joint:
     """
 
     kind: JointKind
-    freedoms: tuple[Freedom, ...]
+    freedoms: tuple[Screw, ...]
     role: Role
     home: tuple[Any, ...] = ()
     name: str = ""
@@ -146,7 +134,7 @@ def revolute(
     >>> revolute([0, 0, 2], Passive()).freedoms[0].axis
     array([0., 0., 1.])
     """
-    freedoms = (Freedom(Motion.ROTATION, unit_vector("axis of the revolute joint", axis)),)
+    freedoms = (_turn(unit_vector("axis of the revolute joint", axis)),)
     return Joint(JointKind.REVOLUTE, freedoms, role, tuple(home), name)
 
 
@@ -154,8 +142,35 @@ def prismatic(
     axis: Entries, role: Role, *, home: Sequence[Any] = (), name: str = "prismatic"
 ) -> Joint:
     """Joint that slides along `axis`."""
-    freedoms = (Freedom(Motion.TRANSLATION, unit_vector("axis of the prismatic joint", axis)),)
+    freedoms = (_slide(unit_vector("axis of the prismatic joint", axis)),)
     return Joint(JointKind.PRISMATIC, freedoms, role, tuple(home), name)
+
+
+def helical(
+    axis: Entries, pitch: Any, role: Role, *, home: Sequence[Any] = (), name: str = "helical"
+) -> Joint:
+    """Joint that turns about `axis` and advances along it, as a nut does on a screw.
+
+    Its coordinate is the angle [rad], of any number of turns. A drive or lock has a stiffness
+    against this angle [N m/rad].
+
+    Parameters
+    ----------
+    axis : (3,) array-like
+    pitch : float or formula
+        Advance along the axis of one full turn [m]: positive for a right-handed screw, negative
+        for a left-handed one. (That of its `Screw` is for one radian.)
+
+    Examples
+    --------
+    >>> (nut,) = helical([0, 0, 1], 0.005, Passive()).freedoms
+    >>> nut.pitch_per_turn
+    0.005
+    """
+    direction = unit_vector("axis of the helical joint", axis)
+    advance = nonzero_length("pitch of the helical joint", pitch)
+    freedoms = (Screw(direction, np.zeros(3), advance / full_turn(advance)),)
+    return Joint(JointKind.HELICAL, freedoms, role, tuple(home), name)
 
 
 def universal(
@@ -175,13 +190,13 @@ def universal(
             got=[np.asarray(axis1).tolist(), np.asarray(axis2).tolist()],
             expected="two directions that are not parallel",
         )
-    freedoms = (Freedom(Motion.ROTATION, first), Freedom(Motion.ROTATION, second))
+    freedoms = (_turn(first), _turn(second))
     return Joint(JointKind.UNIVERSAL, freedoms, role, tuple(home), name)
 
 
 def spherical(role: Role, *, home: Sequence[Any] = (), name: str = "spherical") -> Joint:
     """Joint that turns freely about a point; its coordinates are a rotation vector [rad]."""
-    freedoms = tuple(Freedom(Motion.ROTATION, axis) for axis in np.eye(3))
+    freedoms = tuple(map(_turn, np.eye(3)))
     return Joint(JointKind.SPHERICAL, freedoms, role, tuple(home), name)
 
 
@@ -190,7 +205,7 @@ def cylindrical(
 ) -> Joint:
     """Joint that slides along `axis` and turns about it; coordinates (slide, turn)."""
     direction = unit_vector("axis of the cylindrical joint", axis)
-    freedoms = (Freedom(Motion.TRANSLATION, direction), Freedom(Motion.ROTATION, direction))
+    freedoms = (_slide(direction), _turn(direction))
     return Joint(JointKind.CYLINDRICAL, freedoms, role, tuple(home), name)
 
 
@@ -203,9 +218,13 @@ def planar(normal: Entries, role: Role, *, home: Sequence[Any] = (), name: str =
     n = unit_vector("normal of the planar joint", normal)
     start = axis_across(n)
     first = unit_vector("slide", start - n * (n @ start))
-    freedoms = (
-        Freedom(Motion.TRANSLATION, first),
-        Freedom(Motion.TRANSLATION, np.cross(n, first)),
-        Freedom(Motion.ROTATION, n),
-    )
+    freedoms = (_slide(first), _slide(np.cross(n, first)), _turn(n))
     return Joint(JointKind.PLANAR, freedoms, role, tuple(home), name)
+
+
+def _turn(axis: np.ndarray) -> Screw:
+    return Screw(axis, np.zeros(3), 0.0)
+
+
+def _slide(axis: np.ndarray) -> Screw:
+    return Screw(axis, np.zeros(3), None)

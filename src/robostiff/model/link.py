@@ -16,7 +16,7 @@ from robostiff.elasticity import (
 )
 from robostiff.errors import InputError
 from robostiff.model.joint import Role
-from robostiff.spatial import Frame, refuse_quantities
+from robostiff.spatial import Frame, Screw, refuse_quantities
 from robostiff.spatial.formula import is_above, is_formula, is_possible
 
 
@@ -132,6 +132,11 @@ class Telescope:
                 got=[beam.share for beam in self.beams],
                 expected="shares that add up to 1",
             )
+
+    @property
+    def freedoms(self) -> tuple[Screw]:
+        """Its slide alone, through the origin of the present frame."""
+        return (Screw(self.direction, np.zeros(3), None),)
 
     @property
     def fixed_length(self) -> Any:

@@ -14,32 +14,30 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.model.flexible_platform import PlacedPlatform
-from robostiff.model.joint import Motion, Passive, Role
-from robostiff.spatial import Space
+from robostiff.model.joint import Passive, Role
+from robostiff.spatial import Screw, Space
 
 _ROUNDING = 1e-12  # of a coordinate: closer points are one
 
 
 @dataclass(frozen=True)
-class PlacedFreedom:
-    """An elementary joint in the world.
+class PlacedFreedom(Screw):
+    """A freedom of a joint in the world: a unit screw with a name and a role.
 
     Attributes
     ----------
-    name : str
-        Of the joint, with the number of the freedom where it has several.
-    motion : Motion
-    point : (..., 3) array
-        A point of the axis [m].
     axis : (..., 3) array
         Unit vector.
+    point : (..., 3) array
+        A point of the axis [m].
+    pitch : float, formula or None
+        Advance per turn angle [m/rad]: 0 of a revolute joint, None of a prismatic one.
+    name : str
+        Of the joint, with the number of the freedom where it has several.
     role : Passive, Actuated or Locked
     """
 
     name: str
-    motion: Motion
-    point: np.ndarray
-    axis: np.ndarray
     role: Role
 
     @property
@@ -196,11 +194,7 @@ class Snapshot:
         points = [leg.end for leg in self.legs]
         for leg in self.legs:
             # Where on its axis a slide is drawn means nothing.
-            points += [
-                e.point
-                for e in leg.parts
-                if isinstance(e, PlacedSpring) or e.motion is Motion.ROTATION
-            ]
+            points += [e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.turns]
         furthest = np.max([np.max(np.abs(point), axis=-1) for point in _together(points)], axis=0)
         # From the first point on: a robot that is all in one point gets an exact zero.
         points = [point - points[0] for point in points]

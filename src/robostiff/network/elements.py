@@ -17,7 +17,7 @@ from robostiff.elasticity import (
     beam_compliance,
 )
 from robostiff.errors import InputError
-from robostiff.model import Motion, PlacedFreedom, beam_axes
+from robostiff.model import PlacedFreedom, beam_axes
 from robostiff.model.checks import vector3
 from robostiff.spatial import twist_transport
 
@@ -112,7 +112,7 @@ class JointElement:
     @property
     def point(self) -> np.ndarray | None:
         """Mean of the points about which it turns (3,) [m]; None for slides and welds."""
-        turns = [f.point for f in self.freedoms if f.motion is Motion.ROTATION]
+        turns = [f.point for f in self.freedoms if f.turns]
         return np.mean(turns, axis=0) if turns else None
 
 

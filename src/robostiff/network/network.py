@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model import Motion
 from robostiff.network.elements import (
     BeamElement,
     Element,
@@ -114,7 +113,7 @@ class Network:
             points[spring.b].append(spring.point)
         for joint in self.joints:
             for freedom in joint.freedoms:
-                if freedom.motion is Motion.ROTATION:
+                if freedom.turns:
                     points[joint.a].append(freedom.point)
                     points[joint.b].append(freedom.point)
         return points

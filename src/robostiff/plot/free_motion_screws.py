@@ -99,8 +99,8 @@ def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = Non
 def _is_in_plane(result: RobotStiffness) -> bool:
     """Whether all free motions are seen from above: translations in the plane, turns about z."""
     return all(
-        abs(motion.screw.direction[2]) < _ALONG
+        abs(motion.screw.axis[2]) < _ALONG
         if motion.screw.is_translation
-        else motion.screw.is_rotation and abs(motion.screw.direction[2]) > 1 - _ALONG
+        else motion.screw.is_rotation and abs(motion.screw.axis[2]) > 1 - _ALONG
         for motion in result.free_motions
     )

@@ -241,7 +241,7 @@ def _shape(leg: Any) -> tuple[Any, ...]:
     chain = leg.chain
     kinds = tuple(type(element).__name__ for element in chain.elements)
     joints = zip(chain.freedoms, chain.roles, strict=True)
-    return kinds, tuple((freedom.motion, type(role)) for freedom, role in joints)
+    return kinds, tuple((screw.turns, screw.slides, type(role)) for screw, role in joints)
 
 
 def _as_part(value: Entry) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.model import Motion, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded.elimination import Column, dot
 
@@ -106,9 +106,7 @@ def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame
     """
     yield world
     rotations = [e.rotation for e in leg.springs] or list(_frames_of_joints(leg))
-    points = [
-        e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.motion is Motion.ROTATION
-    ]
+    points = [e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.turns]
     tried: set[tuple[Any, ...]] = set()
     for R in rotations or [world.R]:
         for p in points:
@@ -184,10 +182,13 @@ def cross(a: Any, b: Any) -> Column:
 
 
 def _twist(freedom: PlacedFreedom, axis: Column, p: Column) -> Column:
-    """Column (17) about the frame's origin: (e, 0) for a slide, (p x e, e) for a turn."""
-    if freedom.motion is Motion.TRANSLATION:
+    """Column (17) about the frame's origin, zeros left out of its sums: [p x e + h e; e]."""
+    if not freedom.turns:
         return [*axis, 0, 0, 0]
-    return [*cross(p, axis), *axis]
+    moved = cross(p, axis)
+    if freedom.slides:
+        moved = [m + freedom.pitch * e for m, e in zip(moved, axis, strict=True)]
+    return [*moved, *axis]
 
 
 def _spring_freedom(spring: LocalSpring, twist: np.ndarray) -> Column:

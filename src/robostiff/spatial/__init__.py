@@ -15,7 +15,7 @@ from robostiff.spatial.quantities import (
     in_si,
     refuse_quantities,
 )
-from robostiff.spatial.screw import Screw, cross, rotation_twist, screw_of_twist, translation_twist
+from robostiff.spatial.screw import Screw, cross, full_turn, screw_of_twist
 from robostiff.spatial.space import Space
 from robostiff.spatial.transport import (
     move_compliance,
@@ -36,6 +36,7 @@ __all__ = [
     "compliance_modes",
     "cross",
     "exact_number",
+    "full_turn",
     "holds_quantities",
     "in_si",
     "is_formula",
@@ -45,9 +46,7 @@ __all__ = [
     "move_wrench",
     "refuse_quantities",
     "rotate_stiffness",
-    "rotation_twist",
     "screw_of_twist",
     "skew",
-    "translation_twist",
     "twist_transport",
 ]

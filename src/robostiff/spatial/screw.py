@@ -2,62 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Shaped
 
 from robostiff.errors import InputError
 from robostiff.spatial.batch import empty_batch, vector_of_entries
-
-
-def translation_twist(e: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 6"]:
-    """Column of a prismatic joint, J_tran = [e; 0], eq. (17).
-
-    Parameters
-    ----------
-    e : (..., 3) array
-        Unit vector along the joint axis.
-
-    Returns
-    -------
-    (..., 6) array
-
-    Examples
-    --------
-    >>> translation_twist(np.array([0.0, 0.0, 1.0]))
-    array([0., 0., 1., 0., 0., 0.])
-    """
-    twist = empty_batch(e.shape[:-1], (6,), e.dtype)
-    twist[..., :3], twist[..., 3:] = e, 0
-    return twist
-
-
-def rotation_twist(
-    e: Shaped[np.ndarray, "*#batch 3"], r: Shaped[np.ndarray, "*#batch 3"]
-) -> Shaped[np.ndarray, "*batch 6"]:
-    """Column of a revolute joint, J_rot = [e x r; e], eq. (17), where it is misnamed J_tran.
-
-    Parameters
-    ----------
-    e : (..., 3) array
-        Unit vector along the joint axis.
-    r : (..., 3) array
-        Vector from a point of the axis to the reference point [m].
-
-    Returns
-    -------
-    (..., 6) array
-
-    Examples
-    --------
-    >>> rotation_twist(np.array([0.0, 0.0, 1.0]), np.array([2.0, 0.0, 0.0]))
-    array([0., 2., 0., 0., 0., 1.])
-    """
-    batch = np.broadcast_shapes(e.shape, r.shape)[:-1]
-    twist = empty_batch(batch, (6,), np.result_type(e, r))
-    twist[..., :3], twist[..., 3:] = cross(e, r), e
-    return twist
 
 
 def cross(
@@ -77,32 +30,113 @@ def cross(
 
 @dataclass(frozen=True)
 class Screw:
-    """An instantaneous motion: about and along a line.
+    """A unit screw: a motion about and along a line, such as the freedom of a joint.
+
+    Its coordinate is an angle wherever it turns: of one radian it turns by one, and advances by the
+    pitch. That of a translation is a length.
 
     Attributes
     ----------
-    direction : (3,) array
+    axis : (..., 3) array
         Unit vector along the line (or of the translation).
-    point : (3,) array or None
-        A point of the line [m]; None for a pure translation.
-    pitch : float or None
+    point : (..., 3) array or None
+        A point of the line [m]; of a translation any point, or None.
+    pitch : float, formula or None
         Advance along the line per turn angle [m/rad]: 0 for a pure rotation, None for a pure
         translation.
+
+    Examples
+    --------
+    >>> nut = Screw(np.array([0.0, 0.0, 1.0]), np.zeros(3), 0.002)
+    >>> nut.turns, nut.slides, nut.unit
+    (True, True, 'rad')
     """
 
-    direction: np.ndarray
-    point: np.ndarray | None
-    pitch: float | None
+    axis: np.ndarray
+    point: Any
+    pitch: Any
+
+    @property
+    def turns(self) -> bool:
+        """Whether anything turns: its coordinate is an angle, and the place of its axis matters."""
+        return self.pitch is not None
+
+    @property
+    def slides(self) -> bool:
+        """Whether anything slides along the axis."""
+        return self.pitch is None or self.pitch != 0
 
     @property
     def is_translation(self) -> bool:
         """Whether nothing turns."""
-        return self.pitch is None
+        return not self.turns
 
     @property
     def is_rotation(self) -> bool:
-        """Whether a whole line stays where it is."""
-        return self.pitch == 0.0
+        """Whether a whole line stays where it is; after a full turn all is as before."""
+        return not self.slides
+
+    @property
+    def unit(self) -> str:
+        """SI unit of its coordinate."""
+        return "rad" if self.turns else "m"
+
+    @property
+    def load_unit(self) -> str:
+        """SI unit of the load that does work on its coordinate."""
+        return "N m" if self.turns else "N"
+
+    @property
+    def pitch_per_turn(self) -> Any:
+        """Advance along the line per full turn [m]; None for a pure translation."""
+        return None if self.pitch is None else self.pitch * full_turn(self.pitch)
+
+    def advance(self, coordinate: Any) -> Any:
+        """How far a coordinate [rad or m] slides along the axis [m]."""
+        return coordinate if self.pitch is None else self.pitch * coordinate
+
+    def twist(self, at: Shaped[np.ndarray, "*#batch 3"]) -> Shaped[np.ndarray, "*batch 6"]:
+        """Twist of the point `at` per unit of the coordinate, eq. (17), J = [e x r + h e; e].
+
+        For a rotation that is J_rot = [e x r; e], which the paper misnames J_tran, and for a
+        translation J_tran = [e; 0]; r leads from the point of the axis to `at`.
+
+        Examples
+        --------
+        >>> e, o = np.array([0.0, 0.0, 1.0]), np.zeros(3)
+        >>> Screw(e, o, 0.1).twist(np.array([2.0, 0.0, 0.0]))
+        array([0. , 2. , 0.1, 0. , 0. , 1. ])
+        >>> Screw(e, o, None).twist(np.array([2.0, 0.0, 0.0]))
+        array([0., 0., 1., 0., 0., 0.])
+        """
+        e = np.broadcast_to(self.axis, np.broadcast_shapes(self.axis.shape, at.shape))
+        if self.pitch is None:
+            return _six(e, np.zeros(3, dtype=int) if e.dtype == object else np.zeros(3))
+        moved = cross(e, np.broadcast_to(at - self.point, e.shape))
+        return _six(moved + self.pitch * e if self.slides else moved, e)
+
+
+def full_turn(value: Any) -> Any:
+    """2 pi, exact beside a SymPy formula.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> sp.Symbol("p") / full_turn(sp.Symbol("p"))
+    p/(2*pi)
+    """
+    if not hasattr(value, "xreplace"):
+        return 2.0 * math.pi
+    import sympy as sp
+
+    return 2 * sp.pi
+
+
+def _six(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """A twist (..., 6), poses side by side."""
+    twist = empty_batch(shift.shape[:-1], (6,), np.result_type(shift, turn))
+    twist[..., :3], twist[..., 3:] = shift, turn
+    return twist
 
 
 def screw_of_twist(

@@ -68,7 +68,7 @@ def test_axes_of_eigenscrews_balance_about_the_centres(seed: int):
 
     def lever(screw, centre):
         r = screw.point - centre
-        return r - (r @ screw.direction) * screw.direction
+        return r - (r @ screw.axis) * screw.axis
 
     centre = centre_of_stiffness(result).point
     levers = [w.stiffness * lever(w.screw, centre) for w in found.wrenches]

@@ -33,7 +33,7 @@ def rebuilt(found: Eigenscrews, reference: np.ndarray) -> np.ndarray:
     K = np.zeros((6, 6))
     for wrench in found.wrenches:
         if wrench.screw is not None and wrench.screw.point is not None:
-            f = wrench.screw.direction
+            f = wrench.screw.axis
             w = np.concatenate([f, (wrench.screw.pitch or 0.0) * f])
             w = move_wrench(w, reference - wrench.screw.point)
             K += wrench.stiffness * np.outer(w, w)
@@ -100,9 +100,9 @@ def test_eigenscrews_turn_with_the_robot(seed: int, other: int):
         assert np.isclose(one.stiffness, two.stiffness, rtol=1e-8)
         assert np.isclose(one.screw.pitch, two.screw.pitch, atol=1e-6)
         # lines: the moment of the direction about the origin turns with the rest
-        moment = R @ np.cross(one.screw.point, one.screw.direction)
-        other_moment = np.cross(two.screw.point, two.screw.direction)
-        sign = np.sign(two.screw.direction @ R @ one.screw.direction)
+        moment = R @ np.cross(one.screw.point, one.screw.axis)
+        other_moment = np.cross(two.screw.point, two.screw.axis)
+        sign = np.sign(two.screw.axis @ R @ one.screw.axis)
         assert np.allclose(sign * moment, other_moment, atol=1e-6)
 
 
@@ -111,7 +111,7 @@ def test_eigenscrews_turn_with_the_robot(seed: int, other: int):
 def test_an_eigenwrench_displaces_along_itself_without_turning(seed: int):
     result = random_body(seed)
     for wrench in eigenscrews(result).wrenches:
-        f = wrench.screw.direction
+        f = wrench.screw.axis
         w = np.concatenate([f, wrench.screw.pitch * f])
         w = move_wrench(w, result.reference_point - wrench.screw.point)
         twist = result.required_compliance() @ w
@@ -177,7 +177,7 @@ def test_in_the_plane_all_axes_meet_in_the_elastic_centre(seed: int):
     centre = found.twists[0].screw.point
     for wrench in found.wrenches:
         assert wrench.screw.pitch == 0.0
-        assert np.linalg.norm(np.cross(wrench.screw.direction, centre - wrench.screw.point)) < 1e-7
+        assert np.linalg.norm(np.cross(wrench.screw.axis, centre - wrench.screw.point)) < 1e-7
 
 
 def test_what_is_free_has_stiffness_zero():
@@ -186,7 +186,7 @@ def test_what_is_free_has_stiffness_zero():
     assert all(wrench.stiffness > 0 for wrench in found.wrenches)
     # all legs meet in the apex: so do the axes
     for screw in (wrench.screw for wrench in found.wrenches):
-        assert np.linalg.norm(np.cross(screw.direction, [0, 0, 2] - screw.point)) < 1e-9
+        assert np.linalg.norm(np.cross(screw.axis, [0, 0, 2] - screw.point)) < 1e-9
     assert found.compliant_axes == ()
     assert rs.Status.FREE_MOTIONS in found.status
 

@@ -194,6 +194,6 @@ def _compliant_axes(
 def _same_line(one: Screw, other: Screw, length: float) -> bool:
     if not (one.is_rotation and other.is_rotation) or one.point is None or other.point is None:
         return False
-    parallel = np.linalg.norm(np.cross(one.direction, other.direction)) < _SMALL
-    apart = np.linalg.norm(np.cross(other.point - one.point, one.direction))
+    parallel = np.linalg.norm(np.cross(one.axis, other.axis)) < _SMALL
+    apart = np.linalg.norm(np.cross(other.point - one.point, one.axis))
     return bool(parallel and apart < _SMALL * length)

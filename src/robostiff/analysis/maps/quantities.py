@@ -8,7 +8,7 @@ from enum import Enum
 from robostiff.analysis.maps.pose_columns import joint_columns
 from robostiff.analysis.maps.variables import RANK, STATUS, Variable
 from robostiff.errors import InputError
-from robostiff.model import Actuated, Motion, Robot
+from robostiff.model import Actuated, Robot
 
 
 class Quantity(Enum):
@@ -62,17 +62,16 @@ def map_variables(robot: Robot, quantities: Iterable[Quantity]) -> tuple[Variabl
 
 def actuator_labels(robot: Robot) -> tuple[tuple[str, ...], str]:
     """``leg/joint`` of every actuated freedom, and the unit of their loads."""
-    names, motions = [], set()
+    names, units = [], set()
     for leg in robot.legs:
         columns = joint_columns(leg)
-        for name, role, freedom in zip(
+        for name, role, screw in zip(
             columns.names, leg.chain.roles, leg.chain.freedoms, strict=True
         ):
             if isinstance(role, Actuated):
                 names.append(f"{leg.name}/{name}")
-                motions.add(freedom.motion)
-    unit = {frozenset({Motion.TRANSLATION}): "N", frozenset({Motion.ROTATION}): "N m"}
-    return tuple(names), unit.get(frozenset(motions), "N or N m")
+                units.add(screw.load_unit)
+    return tuple(names), units.pop() if len(units) == 1 else "N or N m"
 
 
 def _of(quantity: Quantity, robot: Robot) -> list[Variable]:

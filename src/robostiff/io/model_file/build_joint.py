@@ -12,6 +12,7 @@ from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_elements import (
     WrittenCylindrical,
     WrittenDrive,
+    WrittenHelical,
     WrittenJoint,
     WrittenOneAxisJoint,
     WrittenPlanar,
@@ -25,6 +26,7 @@ from robostiff.model import (
     Passive,
     Role,
     cylindrical,
+    helical,
     planar,
     prismatic,
     revolute,
@@ -47,6 +49,9 @@ def build_joint(place: Place, written: WrittenJoint, name: str) -> Joint:
         case WrittenOneAxisJoint():
             make = revolute if written.type == "revolute" else prismatic
             construct = partial(make, direction(place / "axis", written.axis))
+        case WrittenHelical():
+            pitch = (place / "pitch").number(written.pitch, Dimension.LENGTH)
+            construct = partial(helical, direction(place / "axis", written.axis), pitch)
         case WrittenUniversal():
             places = [place / "axes" / i for i in range(2)]
             axes = map(direction, places, written.axes)
@@ -67,6 +72,7 @@ def coordinate_dimensions(written: WrittenJoint) -> tuple[Dimension, ...]:
     return {
         "revolute": (turn,),
         "prismatic": (slide,),
+        "helical": (turn,),
         "universal": (turn, turn),
         "spherical": (turn, turn, turn),
         "cylindrical": (slide, turn),

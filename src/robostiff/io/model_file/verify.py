@@ -15,7 +15,7 @@ from robostiff.kinematics.mobility import (
     fitting_coordinates,
     platform_mobility,
 )
-from robostiff.model import Chain, Leg, Motion, Robot
+from robostiff.model import Chain, Leg, Robot
 from robostiff.spatial import Space
 
 _ACROSS = 1e-9
@@ -73,7 +73,14 @@ def _check_plane(place: Place, leg: Leg) -> None:
     }
     for element, where in leg.chain.moving:
         for freedom in freedoms[where]:
-            turns = freedom.motion is Motion.ROTATION
+            turns = freedom.turns
+            if turns and freedom.slides:
+                raise (place / "chain" / numbers[id(element)]).error(
+                    f"{element.name} in a planar robot",
+                    got=Words("a helical joint"),
+                    expected="joints that turn about z of the world or slide across it",
+                    hint="planar robots move in the x-y plane; leave planar: out for any other",
+                )
             across, along = np.linalg.norm(freedom.axis[:2]), abs(freedom.axis[2])
             if (across if turns else along) <= _ACROSS:
                 continue

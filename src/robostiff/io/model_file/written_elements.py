@@ -48,6 +48,18 @@ class WrittenOneAxisJoint(WrittenDrive):
     home: Value | None = None
 
 
+class WrittenHelical(WrittenDrive):
+    """Helical joint."""
+
+    type: Literal["helical"]
+    axis: Direction = Field(description="the axis, such as z or [0, 0, 1]")
+    pitch: Value = Field(
+        description="the advance along the axis in one full turn, such as 5 mm; negative for a "
+        "left-handed screw"
+    )
+    home: Value | None = None
+
+
 class WrittenUniversal(WrittenDrive):
     """Universal joint."""
 
@@ -82,7 +94,12 @@ class WrittenPlanar(WrittenDrive):
 
 
 WrittenJoint = (
-    WrittenOneAxisJoint | WrittenUniversal | WrittenSpherical | WrittenCylindrical | WrittenPlanar
+    WrittenOneAxisJoint
+    | WrittenHelical
+    | WrittenUniversal
+    | WrittenSpherical
+    | WrittenCylindrical
+    | WrittenPlanar
 )
 
 
@@ -207,11 +224,7 @@ BranchOrPattern = Annotated[
 ]
 
 WrittenElement = Annotated[
-    WrittenOneAxisJoint
-    | WrittenUniversal
-    | WrittenSpherical
-    | WrittenCylindrical
-    | WrittenPlanar
+    WrittenJoint
     | WrittenRigid
     | WrittenBeam
     | WrittenSpring

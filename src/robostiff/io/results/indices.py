@@ -168,7 +168,7 @@ def _wrench(found: Eigenwrench) -> str:
     screw = found.screw
     if screw is None or screw.point is None:
         return f"translation along {direction_in_words(found.direction)}"
-    line = f"along {direction_in_words(screw.direction)} through ({_place(screw.point)}) m"
+    line = f"along {direction_in_words(screw.axis)} through ({_place(screw.point)}) m"
     if screw.is_rotation:  # of a wrench: a pitch of zero
         return f"force {line}"
     return f"wrench {line}, {1e3 * (screw.pitch or 0.0):.4g} N mm per N"

@@ -17,7 +17,7 @@ from robostiff.io.rigid_tree.choices import check_known
 from robostiff.io.rigid_tree.tree import JointType, RigidTree
 from robostiff.io.rigid_tree.written_side import LinkFrameChoice, WrittenLoop, WrittenSide
 from robostiff.kinematics import place_chain
-from robostiff.model import Chain, Joint, JointKind, Link, Motion, Passive, spherical
+from robostiff.model import Chain, Joint, JointKind, Link, Passive, spherical
 from robostiff.spatial import Frame
 
 
@@ -134,9 +134,9 @@ def _nearest(joint: Joint, motion: Frame) -> tuple[float, ...]:
         return joint.home
     x, y, z, w = turn.as_quat()
     coordinates = []
-    for freedom in joint.freedoms:
-        if freedom.motion is Motion.TRANSLATION:
-            coordinates.append(float(freedom.axis @ motion.p))
+    for screw in joint.freedoms:
+        if screw.turns:
+            coordinates.append(float(2.0 * np.arctan2(screw.axis @ [x, y, z], w)))
         else:
-            coordinates.append(float(2.0 * np.arctan2(freedom.axis @ [x, y, z], w)))
+            coordinates.append(float(screw.axis @ motion.p))
     return tuple(coordinates)

@@ -36,8 +36,9 @@ from robostiff.io.snapshot.format import (
     SpringPart,
 )
 from robostiff.io.units import Dimension
-from robostiff.model import Actuated, Motion, Passive, PlacedFreedom, PlacedSpring, Role, beam_axes
+from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedSpring, Role, beam_axes
 from robostiff.model.checks import rotation_matrix, unit_vector
+from robostiff.spatial import Screw, full_turn
 
 
 @dataclass(frozen=True)
@@ -116,9 +117,16 @@ def placed_freedom(
     """A joint about or along an axis in the world."""
     with place.at("axis").to_blame():
         axis = _direction("axis", element.axis)
-    return PlacedFreedom(
-        name, Motion(element.kind), np.array(element.point, dtype=float), axis, role
-    )
+    pitch = {"R": 0.0, "P": None, "H": (element.pitch or 0.0) / full_turn(element.pitch)}
+    point = np.array(element.point, dtype=float)
+    return PlacedFreedom(axis, point, pitch[element.kind], name, role)
+
+
+def screw_data(screw: Screw) -> dict[str, Any]:
+    """How a file says about or along which axis a joint moves; `placed_freedom` reads it back."""
+    kind = "P" if not screw.turns else "H" if screw.slides else "R"
+    data = {"kind": kind, "point": one_pose(screw.point, 1), "axis": one_pose(screw.axis, 1)}
+    return {**data, "pitch": float(screw.pitch_per_turn)} if kind == "H" else data
 
 
 def placed_beam(element: BeamData, name: str, place: Place) -> PlacedSpring:
@@ -168,7 +176,7 @@ def question_joints(chain: Sequence[ElementPart], place: Place) -> None:
 
 
 def _question_joint(beam: BeamPart, joint: PassivePart | SpringPart, place: Place) -> None:
-    if joint.kind != Motion.ROTATION.value:
+    if joint.kind == "P":
         return
     ends, axis = np.array([beam.start, beam.end]), np.array(joint.axis)
     axis = axis / np.linalg.norm(axis)
@@ -199,3 +207,17 @@ def _direction(subject: str, value: Sequence[float] | np.ndarray) -> np.ndarray:
     vector = np.array(value, dtype=float)
     largest = np.abs(vector).max()
     return unit_vector(subject, vector / largest if 0 < largest < np.inf else value)
+
+
+def one_pose(array: np.ndarray, axes: int) -> list[Any]:
+    """The array as lists, without batch axes."""
+    value = np.asarray(array, dtype=float)
+    shape = value.shape[value.ndim - axes :]
+    if value.size != np.prod(shape):
+        raise InputError(
+            "shape of the batch of poses",
+            got=value.shape[: value.ndim - axes],
+            expected="one pose",
+            hint="a snapshot file holds one pose: write a file for each",
+        )
+    return value.reshape(shape).tolist()

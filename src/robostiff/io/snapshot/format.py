@@ -40,23 +40,54 @@ class Chained(Part):
     note: Informative = None
 
 
-class PassivePart(Chained):
+class ScrewData(Part):
+    """About or along which axis a joint moves."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "oneOf": [
+                {
+                    "properties": {"kind": {"const": "H"}, "pitch": {"type": "number"}},
+                    "required": ["pitch"],
+                },
+                {"properties": {"kind": {"enum": ["R", "P"]}, "pitch": {"type": "null"}}},
+            ]
+        }
+    )
+
+    kind: Literal["R", "P", "H"] = Field(
+        description="R to turn about the axis, P to slide along it, H for both, as a nut on a screw"
+    )
+    point: Point = Field(description="a point of the axis [m]")
+    axis: Vector = Field(description="the direction of the axis, of any length but zero")
+    pitch: Number | None = Field(
+        None,
+        description="of kind H: the advance along the axis in one full turn [m], not zero; "
+        "negative for a left-handed screw",
+    )
+
+    @model_validator(mode="after")
+    def _pitch_of_a_screw(self) -> Self:
+        wanted = (
+            "an advance per turn [m], not zero" if self.kind == "H" else "none, as kind is not H"
+        )
+        if (self.kind == "H") != bool(self.pitch) or (self.kind != "H" and self.pitch is not None):
+            got = Words("none") if self.pitch is None else self.pitch
+            raise InputError(f"pitch of a joint of kind {self.kind}", got=got, expected=wanted)
+        return self
+
+
+class PassivePart(Chained, ScrewData):
     """A joint that turns or slides without resistance."""
 
     type: Literal["passive"]
-    kind: Literal["R", "P"] = Field(description="R to turn about the axis, P to slide along it")
-    point: Point = Field(description="a point of the axis [m]")
-    axis: Vector = Field(description="the direction of the axis, of any length but zero")
 
 
-class SpringPart(Chained):
+class SpringPart(Chained, ScrewData):
     """An actuator, or another joint, that gives way along or about its axis."""
 
     type: Literal["spring"]
-    kind: Literal["R", "P"] = Field(description="R to turn about the axis, P to slide along it")
-    point: Point = Field(description="a point of the axis [m]")
-    axis: Vector = Field(description="the direction of the axis, of any length but zero")
-    k: Positive = Field(description="the stiffness, N m/rad for R and N/m for P")
+    k: Positive = Field(description="the stiffness, N m/rad for R and H, N/m for P")
 
 
 class BeamData(Part):
@@ -221,14 +252,11 @@ class SpringBetween(BetweenPart, Spring6Data):
     """An elastic part given by its 6 x 6 matrix, of node b against node a."""
 
 
-class FreedomPart(Part):
+class FreedomPart(ScrewData):
     """An elementary motion of a joint."""
 
-    kind: Literal["R", "P"] = Field(description="R to turn about the axis, P to slide along it")
-    point: Point = Field(description="a point of the axis [m]")
-    axis: Vector = Field(description="the direction of the axis, of any length but zero")
     k: Positive | None = Field(
-        description="the stiffness, N m/rad for R and N/m for P; null for a passive motion"
+        description="the stiffness, N m/rad for R and H, N/m for P; null for a passive motion"
     )
 
 

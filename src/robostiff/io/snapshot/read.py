@@ -21,7 +21,6 @@ from robostiff.io.snapshot.format import (
 from robostiff.io.validation import validate
 from robostiff.kinematics import spring_compliance
 from robostiff.model import (
-    Motion,
     PlacedBlock,
     PlacedElement,
     PlacedFreedom,
@@ -66,13 +65,19 @@ def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: Place) -> Non
 
 
 def _check_axis(freedom: PlacedFreedom, place: Place) -> None:
-    turns = freedom.motion is Motion.ROTATION
-    wrong = freedom.axis[:2] if turns else freedom.axis[2:]
+    if freedom.turns and freedom.slides:
+        raise place.error(
+            "helical joint of a planar robot",
+            got=place.value,
+            expected="joints that turn about z or slide across it",
+            hint=_SPATIAL,
+        )
+    wrong = freedom.axis[:2] if freedom.turns else freedom.axis[2:]
     if np.abs(wrong).max() > _TOLERANCE:
         raise place.error(
             "axis of a joint of a planar robot",
             got=place.value,
-            expected="an axis along z" if turns else "an axis in the x-y plane",
+            expected="an axis along z" if freedom.turns else "an axis in the x-y plane",
             hint=_SPATIAL,
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 from robostiff.elasticity import Elasticity, elasticity_from_stiffness
 from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.io.snapshot.elements import one_pose, screw_data
 from robostiff.model import (
     PlacedBlock,
     PlacedElement,
@@ -47,8 +48,8 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
 
     Examples
     --------
-    >>> from robostiff.model import Actuated, Motion
-    >>> drive = PlacedFreedom("drive", Motion.TRANSLATION, np.zeros(3), np.eye(3)[2], Actuated(2e6))
+    >>> from robostiff.model import Actuated
+    >>> drive = PlacedFreedom(np.eye(3)[2], np.zeros(3), None, "drive", Actuated(2e6))
     >>> jack = Snapshot("jack", (PlacedLeg("leg", (drive,), np.zeros(3)),), np.zeros(3))
     >>> data = snapshot_to_data(jack)
     >>> data["legs"][0]["chain"][0]["k"]
@@ -67,7 +68,7 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     data["units"] = "SI: m, N, rad"
     if snapshot.space is Space.PLANAR:
         data["planar"] = True
-    data["reference_point"] = _one_pose(snapshot.reference_point, 1)
+    data["reference_point"] = one_pose(snapshot.reference_point, 1)
     names = distinct(leg.name for leg in snapshot.legs)
     data["legs"] = [_leg(leg, name) for leg, name in zip(snapshot.legs, names, strict=True)]
     return data
@@ -91,7 +92,7 @@ def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
         _block(e, n) if isinstance(e, PlacedBlock) else _element(e, n)
         for e, n in zip(elements, names, strict=True)
     ]
-    return {"name": name, "end": _one_pose(leg.end, 1), "chain": chain}
+    return {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
 
 
 def _block(block: PlacedBlock, name: str) -> dict[str, Any]:
@@ -115,23 +116,21 @@ def _element(element: PlacedFreedom | PlacedSpring, name: str) -> dict[str, Any]
         return {
             "type": "spring6",
             "name": name,
-            "point": _one_pose(element.point, 1),
-            "rotation": _one_pose(element.rotation, 2),
+            "point": one_pose(element.point, 1),
+            "rotation": one_pose(element.rotation, 2),
             **matrix_data(element.elasticity, name),
         }
     data = {
         "type": "passive" if element.is_passive else "spring",
         "name": name,
-        "kind": element.motion.value,
-        "point": _one_pose(element.point, 1),
-        "axis": _one_pose(element.axis, 1),
+        **screw_data(element),
     }
     return data if element.is_passive else {**data, "k": element.stiffness}
 
 
 def matrix_data(elasticity: Elasticity, name: str) -> dict[str, Any]:
     """The stiffness of a spring if it says all there is to say, else its compliance."""
-    compliance = _one_pose(elasticity.compliance, 2)
+    compliance = one_pose(elasticity.compliance, 2)
     K = _stiffness(np.array(compliance), elasticity.freedoms)
     if K is not None:
         return {"K": K.tolist()}
@@ -156,20 +155,6 @@ def _stiffness(C: np.ndarray, freedoms: np.ndarray) -> np.ndarray | None:
     size = np.sqrt(np.diagonal(C))
     same = np.all(np.abs(back.compliance - C) <= _READS_BACK * np.outer(size, size))
     return K if same else None
-
-
-def _one_pose(array: np.ndarray, axes: int) -> list[Any]:
-    """The array as lists, without batch axes."""
-    value = np.asarray(array, dtype=float)
-    shape = value.shape[value.ndim - axes :]
-    if value.size != np.prod(shape):
-        raise InputError(
-            "shape of the batch of poses",
-            got=value.shape[: value.ndim - axes],
-            expected="one pose",
-            hint="a snapshot file holds one pose: write a file for each",
-        )
-    return value.reshape(shape).tolist()
 
 
 def distinct(names: Iterable[str]) -> list[str]:
@@ -255,12 +240,7 @@ def _joint(joint: JointElement) -> dict[str, Any]:
 
 
 def _freedom(freedom: PlacedFreedom) -> dict[str, Any]:
-    return {
-        "kind": freedom.motion.value,
-        "point": _plain(freedom.point),
-        "axis": _plain(freedom.axis),
-        "k": freedom.stiffness,
-    }
+    return {**screw_data(freedom), "k": freedom.stiffness}
 
 
 def _named(parts: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Actuated, Chain, Joint, JointKind, Locked, Motion, Telescope
+from robostiff.model import Actuated, Chain, Joint, JointKind, Locked, Telescope
 
 _DIGITS = 9  # to which two distances from home count as equal
 
@@ -119,13 +119,13 @@ def beyond_limits(chain: Chain, q: np.ndarray) -> np.ndarray:
 
 
 def _distances(chain: Chain, q: np.ndarray, near: np.ndarray, length: float) -> np.ndarray:
-    """How far each coordinate is: 1 - cos of an angle, a shift as a part of the length (...)."""
+    """How far each coordinate is: 1 - cos of an angle, an advance as a part of the length (...)."""
     apart = q - near
     found = np.empty(apart.shape)
-    for place, freedom in enumerate(chain.freedoms):
+    for place, screw in enumerate(chain.freedoms):
         own = apart[..., place]
-        slides = freedom.motion is Motion.TRANSLATION
-        found[..., place] = np.abs(own) / length if slides else 1.0 - np.cos(own)
+        shift = np.abs(screw.advance(own)) / length
+        found[..., place] = shift if screw.slides else 1.0 - np.cos(own)
     for place in _balls(chain):
         R, R_near = turn_by_vector(q[..., place]), turn_by_vector(near[place])
         chord = R - R_near
@@ -135,6 +135,8 @@ def _distances(chain: Chain, q: np.ndarray, near: np.ndarray, length: float) -> 
 
 def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray:
     """The same angles, each on the turn within its limits, or else nearest to given coordinates.
+
+    A joint that slides while it turns is elsewhere after a full turn: it keeps its coordinate.
 
     Parameters
     ----------
@@ -146,8 +148,8 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
     """
     balls = list(_balls(chain))
     of_balls = {i for place in balls for i in range(place.start, place.stop)}
-    for i, (freedom, role) in enumerate(zip(chain.freedoms, chain.roles, strict=True)):
-        if freedom.motion is Motion.TRANSLATION or i in of_balls or isinstance(role, Locked):
+    for i, (screw, role) in enumerate(zip(chain.freedoms, chain.roles, strict=True)):
+        if screw.slides or i in of_balls or isinstance(role, Locked):
             continue
         limits = role.limits if isinstance(role, Actuated) else None
         centre = middle_of_turn(near[i], limits)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.kinematics.frames import PlacedChain, place_chain
-from robostiff.model import Branch, Chain, Joint, Locked, Motion, ParallelBlock, Telescope
+from robostiff.model import Branch, Chain, Joint, Locked, ParallelBlock, Telescope
+from robostiff.spatial import Screw
 
 _SAME = 1e-9
 
@@ -54,15 +55,22 @@ def _is_copy(first: Branch, other: Branch) -> bool:
     )
     shifted = [two.p - one.p - shift]
     for f, g in zip(one.freedoms, two.freedoms, strict=True):
-        if f.motion is not g.motion or np.abs(f.axis - g.axis).max() > _SAME:
+        if not _moves_alike(f, g):
             return False
-        if f.motion is Motion.ROTATION:
+        if f.turns:
             apart = g.point - f.point - shift
             shifted.append(apart - f.axis * (f.axis @ apart))
     # The body after the block may be turned against the one before.
     longer = np.linalg.norm(other.end.p - first.end.p) - np.linalg.norm(shift)
     apart = max(abs(longer), *(np.linalg.norm(gap) for gap in shifted))
     return bool(max(turned) <= _SAME and apart <= size)
+
+
+def _moves_alike(one: Screw, other: Screw) -> bool:
+    """Whether two screws have the same direction and pitch, wherever they are."""
+    if one.turns is not other.turns or np.abs(one.axis - other.axis).max() > _SAME:
+        return False
+    return not one.turns or bool(abs(one.pitch - other.pitch) <= _SAME * abs(one.pitch))
 
 
 def _kinds(chain: Chain) -> list[object]:

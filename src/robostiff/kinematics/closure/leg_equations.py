@@ -14,7 +14,7 @@ from robostiff.kinematics.closure.newton import CLOSED, Part, nearest
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
-from robostiff.model import Joint, JointKind, Leg, Motion, Telescope
+from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.spatial import cross
 from robostiff.spatial.batch import product
 
@@ -191,10 +191,9 @@ class NewtonTask:
         """What a step of 1 means for each unknown: the length for a shift, a radian for a turn."""
         steps = []
         for leg in self.legs:
-            motions = [freedom.motion for freedom in leg.chain.freedoms]
             steps += [
-                self.length if motion is Motion.TRANSLATION else 1.0
-                for motion, free in zip(motions, leg.chain.free, strict=True)
+                1.0 if screw.turns else self.length
+                for screw, free in zip(leg.chain.freedoms, leg.chain.free, strict=True)
                 if free
             ]
         steps += [self.length if coordinate < 3 else 1.0 for coordinate in self.open]

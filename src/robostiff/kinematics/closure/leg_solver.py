@@ -30,7 +30,7 @@ from robostiff.kinematics.closure.skeleton import skeleton_of
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import Loop, place_chain
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
-from robostiff.model import Chain, Elbow, Leg, Motion
+from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
 
 ClosedForm = Strut | Rod | SlidingRod
@@ -191,8 +191,8 @@ class LegSolver:
         if self.closed_form is None:
             chain = self.leg.chain
             q = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (_STARTS, chain.size))
-            slides = [freedom.motion is Motion.TRANSLATION for freedom in chain.freedoms]
-            q = np.where(chain.free, q * np.where(slides, self.length, np.pi), chain.home)
+            turns = [screw.turns for screw in chain.freedoms]
+            q = np.where(chain.free, q * np.where(turns, np.pi, self.length), chain.home)
             poses = np.tile(pose, (_STARTS, 1))
             _, (q,) = NewtonTask((self.leg,), (), self.length).close(poses, [q])
             R = turn_by_vector(poses[:, 3:])

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.kinematics.frames import place_chain
-from robostiff.model import Chain, Joint, JointKind, Locked, Motion, PlacedFreedom
+from robostiff.model import Chain, Joint, JointKind, Locked, PlacedFreedom
+from robostiff.spatial import Screw
 
 _ALONG = 1e-6  # sine between axes that count as one
 _ON_AXIS = 1e-9  # sine: rounding
@@ -50,15 +51,16 @@ class Skeleton:
 
     Attributes
     ----------
-    parts : tuple of Cluster or Slide
-        From base to platform.
+    parts : tuple of Cluster, Slide or Screw
+        From base to platform; a freedom that turns and slides at once is a part by itself, which no
+        closed form knows.
     R_end, p_end : arrays
         End frame.
     home : (size,) array
         Home coordinates, which the locked joints keep.
     """
 
-    parts: tuple[Cluster | Slide, ...]
+    parts: tuple[Cluster | Slide | Screw, ...]
     R_end: np.ndarray
     p_end: np.ndarray
     home: np.ndarray
@@ -76,7 +78,7 @@ def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skelet
     """
     placed = place_chain(chain, chain.zero, np.eye(3), np.zeros(3))
     freedoms = placed.freedoms
-    parts: list[Cluster | Slide] = []
+    parts: list[Cluster | Slide | Screw] = []
     for element, where in chain.moving:
         if isinstance(element.role, Locked):
             continue
@@ -92,15 +94,15 @@ def skeleton_of(chain: Chain, *, joined_where_axes_meet: bool = False) -> Skelet
 
 
 def _append(
-    parts: list[Cluster | Slide], freedom: PlacedFreedom, place: int, loosely: bool
+    parts: list[Cluster | Slide | Screw], freedom: PlacedFreedom, place: int, loosely: bool
 ) -> None:
-    if freedom.motion is Motion.TRANSLATION:
-        parts.append(Slide(freedom.axis, place))
+    if freedom.slides:
+        parts.append(freedom if freedom.turns else Slide(freedom.axis, place))
         return
     own = Cluster(freedom.point, (freedom.axis,), (place,), is_ball=False, drawn_at=place)
     last = parts[-1] if parts else None
     meeting = _meeting(last, own, loosely) if isinstance(last, Cluster) else None
-    if last is None or isinstance(last, Slide) or meeting is None:
+    if not isinstance(last, Cluster) or meeting is None:
         parts.append(own)
         return
     axes, places = (*last.axes, freedom.axis), (*last.places, place)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -215,9 +215,7 @@ class Layout:
         body = self.after(place)
         axis = self.ball_axes.get(place)
         axis = body.direction(freedom.axis) if axis is None else axis
-        return PlacedFreedom(
-            freedom.name, freedom.motion, shift.point(body, freedom.point), axis, freedom.role
-        )
+        return replace(freedom, axis=axis, point=shift.point(body, freedom.point))
 
     def _spring(self, spring: PlacedSpring, body: Body, shift: _Shift) -> PlacedSpring:
         return PlacedSpring(

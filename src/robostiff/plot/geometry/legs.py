@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.model import Motion, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedBlock
 from robostiff.plot.geometry.displacement import BodyMotion, LegMotion
 
@@ -168,7 +168,7 @@ class _Walk:
                 yield from self._line(place, _Place(element.point, before), slid, kind)
             # A rail belongs to the body before the slide, wherever the slide is on it.
             here = [_Place(element.point, before)]
-            slid = element.name if element.motion is Motion.TRANSLATION else ""
+            slid = element.name if element.slides else ""
         for place in here:
             kind = MemberKind.SLIDE if slid else MemberKind.RIGID
             yield from self._line(place, _Place(leg.end, motion.bodies[-1]), slid, kind)

@@ -48,7 +48,7 @@ def screw_line(screw: Screw, near: np.ndarray, half_length: float) -> ScrewLine:
     >>> screw_line(turn, np.zeros(3), 0.5).axis.tolist()
     [[1.0, 0.0, -0.5], [1.0, 0.0, 0.5]]
     """
-    e = screw.direction
+    e = screw.axis
     if screw.point is None:
         axis = near + half_length * np.array([-e, e])
         return ScrewLine(axis, np.zeros((0, 3)))
