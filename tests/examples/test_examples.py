@@ -88,8 +88,8 @@ def test_stiffer_screws_gain_more(page: Page):
     for kind, answer in bent.items():
         assert answer.energy / now.energy == pytest.approx(1 - shares[kind] / 2, rel=1e-9)
     assert [round(100 * shares[kind]) for kind in ("screws", "bearings")] == [54, 32]
-    assert page.claims("hold 54 % of the energy, so that screws twice as stiff take 27 % of the")
-    assert page.claims("bearings 16 %")
+    assert page.claims("store 54 % of the energy, so screws that are twice as stiff reduce the")
+    assert page.claims("deflection by 27 %, bearings by 16 %")
     principal = {
         kind: np.linalg.eigvalsh(np.stack([one.K[:3, :3], one.K[3:, 3:]]))
         for kind, one in page.names["stiffness"].items()
@@ -102,7 +102,8 @@ def test_stiffer_screws_gain_more(page: Page):
 def test_delta_robot_is_stiffest_high_up(page: Page):
     middle = [float(found) for found in re.findall(r"([\d.]+) um/N in the middle", page.printed)]
     assert middle == sorted(middle)
-    assert page.claims(f"gives way by {middle[0]} µm/N, at 900 mm by {middle[-1]}")
+    assert page.claims(f"worst deflection is {middle[0]} µm/N at 500 mm below")
+    assert page.claims(f"and {middle[-1]} µm/N at 900 mm")
     assert len(re.findall(r"8\d% of the energy in the motors", page.printed)) == 2
 
 
@@ -120,7 +121,7 @@ def test_zeroing_rows_is_too_stiff_by_four(page: Page):
     right, shortcut = page.names["right"][1, 1], page.names["shortcut"][1, 1]
     assert right == pytest.approx(3 * steel.E * section.Iz / 0.5**3)
     assert shortcut == pytest.approx(4 * right)
-    assert page.claims("158 in place of 40 N/mm")
+    assert page.claims("158 instead of 40 N/mm")
     assert (round(shortcut / 1e3), round(right / 1e3)) == (158, 40)
     np.testing.assert_allclose(page.names["factors"][[0, 2, 5]], [4, 1, 4])
 
@@ -152,6 +153,6 @@ def test_closed_form_is_that_of_the_page(page: Page):
     expected = page.names["sp"].diag(*[3 * k / 2 * (1 + (R - r) ** 2 / a**2)] * 2, 3 * k * r**2)
     assert (K - expected).applyfunc(page.names["sp"].simplify).is_zero_matrix
     assert page.claims(r"\frac{3k}{2}\left(1 + \frac{(R - r)^2}{a^2}\right)")
-    assert page.claims("1.5 k (1 + (R - r)²/a²) sideways, and 3 k r² in rotation")
+    assert page.claims("1.5 k (1 + (R - r)²/a²) for horizontal forces, and 3 k r² for rotation")
     np.testing.assert_allclose(page.names["formula"], page.names["numbers"], rtol=1e-9, atol=1e-3)
     assert page.printed.endswith("at a = 80 mm: 217.5 N/um sideways, 600 kN m/rad\n")
