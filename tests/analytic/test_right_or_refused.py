@@ -98,7 +98,7 @@ def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_on
     robot = bent(tmp_path, rs.ALL_PARAMETERS)
     derivation = rs.derive(robot)
     assert derivation.following
-    assert "the legs decide" in derivation.where
+    assert "the legs determine" in derivation.where
     names = [f"q_ram_{i + 1}" for i in range(3)]
     q = dict(zip(names, rs.find_posture(robot.numeric).coordinates[0][0], strict=True))
     known = {**robot.nominal, **q}

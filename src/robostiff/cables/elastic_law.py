@@ -12,7 +12,7 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
     """Stiffness of every cable in series with its winch, 1/k = l0/EA + 1/k_w (..., m) [N/m].
 
     A cable of unstrained length l0 between winch and platform carries t = EA (l - l0)/l0. With the
-    winch locked, present length, guide and tension tell ``l0 = (l + g - t/k_w) / (1 + t/EA)``. The
+    winch locked, ``l0 = (l + g - t/k_w) / (1 + t/EA)`` of present length, guide and tension. The
     tension is then linear in the length, t = k (l - l_slack), however far the platform moves.
 
     Parameters
@@ -24,7 +24,7 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
     Raises
     ------
     InputError
-        When a winch would give way by more than the length of its cable.
+        When a winch would deflect by more than the length of its cable.
 
     Examples
     --------
@@ -41,17 +41,17 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
         i = int(np.argwhere((unstrained <= 0) & (stretch > 0) & (lengths > 0))[0][-1])
         raise InputError(
             f"tension of cable {robot.cables[i].name!r}",
-            got=f"{np.max(tensions[..., i]):g} N, by which its winch gives way further than the "
-            "cable is long",
+            got=f"{np.max(tensions[..., i]):g} N, by which its winch deflects by more than "
+            "the length of the cable",
             expected="less, or a stiffer winch",
         )
-    # A cable of no length has no matrix anyway; its stiffness must only be finite.
+    # A cable of zero length has no matrix; its stiffness must only be finite.
     compliance = np.where(unstrained > 0, unstrained, 1.0) * stretch + give
     return 1.0 / compliance
 
 
 def _compliances(robot: CableRobot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of every cable: 1/EA, 1/k_w and the guide's length."""
+    """1/EA, 1/k_w and length of the guide of every cable."""
     stretch = [0.0 if cable.EA is None else 1.0 / cable.EA for cable in robot.cables]
     give = [
         0.0 if cable.winch_stiffness is None else 1.0 / cable.winch_stiffness

@@ -1,4 +1,4 @@
-"""Rest of a platform in cables with locked winches, under a load: large displacements, slack."""
+"""Equilibrium of a platform in cables with locked winches: large displacements, slack."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ class Hanging:
 
     @classmethod
     def at_rest(cls, placed: PlacedCables, axial: np.ndarray, tensions: np.ndarray) -> Hanging:
-        """At the first pose, where the cables have given tensions (m,) [N]."""
+        """The platform at the first pose, where the cables have given tensions (m,) [N]."""
         slack = placed.lengths - tensions / axial
         size = float(placed.characteristic_length)
         return cls(placed, axial, slack, size, np.zeros(3), np.eye(3))
 
     @property
     def now(self) -> PlacedCables:
-        """Where the cables run now."""
+        """The cables at the present displacement."""
         origin = self.placed.reference_point
         return replace(
             self.placed,
@@ -115,14 +115,14 @@ class Hanging:
         turn = Rotation.from_rotvec(six[3:]).as_matrix()
         return replace(self, shift=self.shift + six[:3], R=turn @ self.R)
 
-    def settled(self, wrench: np.ndarray) -> Hanging | None:
-        """At rest under a wrench (n,) that keeps its direction, from here on; None without rest.
+    def at_equilibrium(self, wrench: np.ndarray) -> Hanging | None:
+        """The equilibrium under a wrench (n,) of constant direction; None if there is none.
 
-        Newton's method on the balance of forces, with steps that do not enlarge what is missing.
+        Newton's method on the balance of forces, with steps that do not increase the residual.
         """
         state, s = self, self.scale
         missing = (wrench - state.holding) / s
-        # What rounding leaves of forces that cancel.
+        # Rounding of forces that cancel.
         floor = _TOLERANCE * max(
             float(np.abs(wrench / s).max()),
             float(state.tensions.max()),
@@ -152,7 +152,7 @@ class Hanging:
 
 @dataclass(frozen=True)
 class Loading:
-    """A wrench that grows on top of what holds the platform before.
+    """A growing wrench in addition to the wrench that holds the platform at the first pose.
 
     Attributes
     ----------
@@ -164,14 +164,14 @@ class Loading:
     growing: np.ndarray
 
     def rest(self, factor: float, start: Hanging) -> Hanging | None:
-        """At rest under a part of the load, looked for from another state."""
-        return start.settled(self.base + factor * self.growing)
+        """Equilibrium under a part of the load, found from another state."""
+        return start.at_equilibrium(self.base + factor * self.growing)
 
 
 def load_path(
     loading: Loading, start: tuple[float, Hanging], last: float
 ) -> Iterator[tuple[float, Hanging]]:
-    """Stable rests under a growing load: load factors and states, after `start` up to `last`.
+    """Stable equilibria under a growing load: load factors and states, after `start` up to `last`.
 
     The path ends early where the next rest is lost or not stable.
     """
@@ -193,7 +193,7 @@ def load_path(
 def first_slack(
     loading: Loading, before: tuple[float, Hanging], after: tuple[float, Hanging]
 ) -> tuple[float, int] | None:
-    """Load factor at which the first cable becomes slack on a piece of the path, and which."""
+    """Load factor at which the first cable becomes slack on a part of the path, and its number."""
     start = before[1]
     # A cable may be just taut, within rounding.
     margin = _TAUT * float(start.tensions.max())
@@ -203,7 +203,7 @@ def first_slack(
 
     def least(factor: float) -> float:
         found = loading.rest(factor, start)
-        # Where Newton does not reach, the cable is slack already.
+        # If Newton's method finds no equilibrium, the cable is already slack.
         return -1.0 if found is None else float(found.pulls[taut].min()) + margin
 
     if least(before[0]) <= 0:
@@ -219,7 +219,7 @@ def first_slack(
 
 
 def _near(before: Hanging, after: Hanging) -> bool:
-    """Whether two states are a step of a path, and not two ways to rest."""
+    """Whether two states are neighbours on a path, not separate equilibria."""
     turn = Rotation.from_matrix(after.R @ before.R.T).magnitude()
     shift = np.linalg.norm(after.shift - before.shift)
     return bool(turn < 0.3 and shift < 0.1 * before.size)

@@ -33,7 +33,7 @@ class TensionProblem:
 
     @property
     def aim(self) -> np.ndarray:
-        """Tensions of every cable (m,) that would be best [N]."""
+        """Desired tensions of the cables (m,) [N]."""
         if self.level == 0:
             return self.least
         return self.least + self.level * (self.greatest - self.least)
@@ -43,7 +43,7 @@ class TensionProblem:
         return replace(self, W=self.W[poses], F=self.F[poses])
 
     def missing(self, tensions: np.ndarray) -> np.ndarray:
-        """Wrench (N, n) that the tensions leave to others, A^T t + F."""
+        """Wrench (N, n) that the tensions do not balance, A^T t + F."""
         return np.einsum("nij,nj->ni", self.W, tensions) + self.F
 
     def balanced(self, tensions: np.ndarray) -> np.ndarray:
@@ -60,7 +60,7 @@ class TensionProblem:
     def has_solution(self, pose: int) -> bool:
         """Whether any tensions within the limits balance the wrench at a pose, by a linear program.
 
-        The tension of every cable is told in parts of the largest force that occurs.
+        The tension of every cable is scaled by the largest force that occurs.
         """
         bounded = self.greatest[np.isfinite(self.greatest)]
         size = max(
@@ -70,7 +70,7 @@ class TensionProblem:
             (low / size, high / size if np.isfinite(high) else None)
             for low, high in zip(self.least, self.greatest, strict=True)
         ]
-        # Some rows may say the same: they are replaced by independent ones.
+        # Some rows may be dependent: they are replaced by independent ones.
         U, values, _ = np.linalg.svd(self.W[pose])
         rank = int(np.count_nonzero(values > 1e-9))
         held, lost = U[:, :rank], U[:, rank:]
@@ -196,7 +196,7 @@ def _best_length(
     slope_start = np.take_along_axis(slopes, first, axis=-1)[:, 0]
     beyond = np.minimum(first + 1, meets.shape[-1] - 1)
     end = np.take_along_axis(meets, beyond, axis=-1)[:, 0]
-    # Beyond the last break point the slope is linear; two points of it tell how.
+    # Beyond the last break point the slope is linear; two points determine it.
     unit = np.maximum(start, 1.0)
     probe = np.where(np.isfinite(end) & (end > start), end, start + unit)
     fall = slope_start - slope(probe[:, None])[:, 0]

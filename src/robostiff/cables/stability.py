@@ -1,4 +1,4 @@
-"""Rank and stability of a stiffness matrix that is partly elastic, partly of tension."""
+"""Rank and stability of a stiffness matrix with elastic and geometric parts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Stability:
-    """How a platform is held at one pose; columns are displacements in scaled coordinates.
+    """Rank and stability at one pose; columns are displacements in scaled coordinates.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Stability:
     rank : int
         Of the stiffness matrix.
     free : (n, f) array
-        Motions that meet no stiffness.
+        Motions without stiffness.
     unstable : (n, u) array
         Motions that grow by themselves.
     doubtful : bool
@@ -42,7 +42,7 @@ def stability(W: np.ndarray, K: np.ndarray, size: float, tolerance: Tolerance) -
     Tension is a thousandth or less of what stretching resists, so a single scale would take its
     part for rounding. The displacements are split: those in which cables stretch are decided by the
     geometry of unit wrenches, as everywhere; in the others the stiffness left after the first have
-    settled, ``K_nn - K_nh K_hh^-1 K_hn``, is compared with that of the tensions.
+    condensed, ``K_nn - K_nh K_hh^-1 K_hn``, is compared with that of the tensions.
 
     Parameters
     ----------

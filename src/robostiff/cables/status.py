@@ -1,4 +1,4 @@
-"""What can be said of an answer about a cable robot, pose by pose."""
+"""Statuses of results of cable robots, pose by pose."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from robostiff.elastostatics.status import words_of
 
 
 class CableStatus(IntFlag):
-    """What happened at a pose; several may hold at once, and 0 is a plain answer.
+    """Status of a pose; several flags may hold at once, and 0 means that nothing is to be reported.
 
     Examples
     --------
@@ -32,7 +32,7 @@ class CableStatus(IntFlag):
 
     @property
     def is_bad(self) -> bool:
-        """Whether the answer is missing or to be used with care."""
+        """Whether the result is missing or to be used with care."""
         return bool(self & ~(CableStatus.FREE_MOTIONS | CableStatus.SLACK))
 
     @property
@@ -42,7 +42,7 @@ class CableStatus(IntFlag):
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """One sentence of advice for each thing that happened."""
+        """One sentence of advice for each flag."""
         return tuple(_ADVICE[member] for member in type(self) if member & self)
 
     def __str__(self) -> str:
@@ -65,16 +65,17 @@ _ADVICE = {
     ),
     CableStatus.BEYOND_LIMITS: "a cable carries less or more than its tension limits allow",
     CableStatus.UNBALANCED: (
-        "the tensions do not balance weight and wrench, so something else holds the platform: the "
-        "matrix is that of the cables at this pose, and missing_wrench says what is lacking"
+        "the tensions do not balance weight and wrench: the matrix is that of the cables at this "
+        "pose, and missing_wrench is the wrench that is lacking"
     ),
     CableStatus.INFEASIBLE: (
         "no tensions within their limits balance weight and wrench at this pose: cables only pull, "
         "so move the pose into the workspace, lower the least tensions, or raise the greatest"
     ),
     CableStatus.UNSTABLE: (
-        "the platform does not stay at this pose: the tensions push it away faster than the cables "
-        "hold it, see unstable_motions; lower the tension, or attach cables further apart"
+        "the equilibrium at this pose is unstable: the geometric stiffness of the tensions is "
+        "negative and larger than the elastic stiffness, see unstable_motions; lower the tension, "
+        "or attach cables further apart"
     ),
     CableStatus.NO_LENGTH: (
         "an attachment point lies at the exit point of its cable, which has no direction there"
@@ -83,9 +84,9 @@ _ADVICE = {
         "the closed form finds no tensions within the limits, although there may be some: use "
         "NearestTensions, which finds them where they exist"
     ),
-    CableStatus.SLACK: "a cable is slack under the load: it carries nothing until pulled again",
+    CableStatus.SLACK: "a cable is slack under the load: it carries no force until taut again",
     CableStatus.NO_EQUILIBRIUM: (
-        "the platform finds no stable rest on the way to the full load: it moves away at the load "
-        "factor told; support it, or apply less"
+        "there is no stable equilibrium up to the full load: the platform moves away at the "
+        "reported load factor; support it, or apply less"
     ),
 }

@@ -1,6 +1,6 @@
 """Stiffness of tensioned cables and of a weight: second derivatives of the potential energy.
 
-The energy is told in the displacement (d, r) of the platform at the pose: the reference point moves
+The energy is a function of the displacement (d, r) of the platform: the reference point moves
 by d, and the platform turns by the rotation vector r. An attachment b moves by
 ``d + r x b + r x (r x b)/2 + ...``, and the second derivative at zero is symmetric whatever the
 platform carries. Where the cables balance weight and wrench it does not depend on the choice of
@@ -100,7 +100,7 @@ def force_stiffness(force: np.ndarray, arm: np.ndarray, space: Space) -> np.ndar
     Parameters
     ----------
     force, arm : (..., 3) arrays
-        On the platform [N], at a point of it seen from the reference point [m].
+        On the platform [N], at a point given relative to the reference point [m].
     space : Space
 
     Examples

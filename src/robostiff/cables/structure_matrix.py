@@ -19,7 +19,7 @@ class PlacedCables:
     exit_points : (m, 3) array
         Where the cables leave the base [m].
     attachments : (..., m, 3) array
-        Where they meet the platform [m].
+        Attachment points on the platform [m].
     reference_point : (..., 3) array
         About which moments are taken [m].
     weight_force : (3,) array
@@ -54,7 +54,7 @@ class PlacedCables:
 
     @property
     def weight_arm(self) -> np.ndarray:
-        """From the reference point to where the weight acts (..., 3) [m]."""
+        """From the reference point to the point at which the weight acts (..., 3) [m]."""
         return self.weight_point - self.reference_point
 
     @property

@@ -16,11 +16,11 @@ from robostiff.spatial import as_floats
 
 @runtime_checkable
 class TensionRule(Protocol):
-    """How tensions are chosen at a batch of poses."""
+    """A rule that chooses tensions at a batch of poses."""
 
     @property
     def name(self) -> str:
-        """What the rule is called."""
+        """Name of the rule."""
         ...
 
     def choose(self, problem: TensionProblem) -> tuple[np.ndarray, np.ndarray]:
@@ -69,8 +69,8 @@ class GivenTensions:
 class NearestTensions:
     """The tensions within the limits that are nearest to an aim, and balance the wrench.
 
-    They exist wherever any do, and vary continuously with the pose. The aim lies between the least
-    and the greatest tension of each cable by the level, 0 for the least.
+    They exist wherever feasible tensions exist, and vary continuously with the pose. The aim lies
+    between the least and the greatest tension of each cable by the level, 0 for the least.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class NearestTensions:
     name = "nearest"
 
     def choose(self, problem: TensionProblem) -> tuple[np.ndarray, np.ndarray]:
-        """The tensions, and where there are none."""
+        """The tensions, and a status where none exist."""
         tensions, solved, impossible = nearest_tensions(problem)
         status = np.where(impossible, int(CableStatus.INFEASIBLE), 0).astype(np.uint16)
         for i in np.flatnonzero(~solved & ~impossible):
@@ -108,7 +108,7 @@ class ClosedFormTensions:
     name = "closed-form"
 
     def choose(self, problem: TensionProblem) -> tuple[np.ndarray, np.ndarray]:
-        """The tensions, and where the form finds none."""
+        """The tensions, and a status where the form finds none."""
         poses, _, cables = problem.W.shape
         least, greatest = problem.least, problem.greatest
         open_ = np.ones((poses, cables), dtype=bool)
@@ -141,6 +141,6 @@ class ClosedFormTensions:
 
 
 def _failure(problem: TensionProblem, pose: int) -> CableStatus:
-    """Why a rule found no tensions at a pose."""
+    """The status of a pose at which a rule found no tensions."""
     possible = problem.has_solution(pose)
     return CableStatus.RULE_FAILED if possible else CableStatus.INFEASIBLE

@@ -1,4 +1,4 @@
-"""What the commands do, once the command line is understood."""
+"""The commands ``robots``, ``check``, ``stiffness`` and ``deflection``, after parsing."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def list_robots(as_json: bool) -> int:
 def check_robot(
     source: str, settings: Sequence[str], as_json: bool, side: SideFile = NO_SIDE_FILE
 ) -> int:
-    """Print what a robot consists of; reading it is the check."""
+    """Print the parts of a robot; reading the file checks it."""
     doubts: list[str] = []
     with slips(doubts.append):
         robot = load(source, parameters_from(settings), **side.options)

@@ -1,4 +1,4 @@
-"""What ``robostiff cables`` does, and what other commands do for cable robots."""
+"""The command ``cables``, and other commands for cable robots."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def print_cables(
     settings: Sequence[str],
     as_json: bool,
 ) -> int:
-    """Print tensions and stiffness at a pose, and what a load on locked winches does."""
+    """Print tensions and stiffness at a pose, and the response to a load with locked winches."""
     robot = load(source, parameters_from(settings))
     if not isinstance(robot, CableRobot):
         raise InputError(

@@ -1,4 +1,4 @@
-"""What ``robostiff derive`` does, once the command line is understood."""
+"""The command ``derive``, after parsing."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _dimension(robot: Robot, name: str) -> Dimension:
 
 @dataclass(frozen=True)
 class Questions:
-    """What is asked about a formula."""
+    """Properties of a formula to be printed in place of it."""
 
     rank: bool
     free_motions: bool
@@ -111,11 +111,11 @@ class Questions:
 
     @property
     def any(self) -> bool:
-        """Whether anything is asked."""
+        """Whether a property is requested."""
         return self.rank or self.free_motions or self.eigenvalues
 
     def answered(self, derivation: RobotDerivation) -> str:
-        """The answers, one or more lines each.
+        """The properties as text, one or more lines each.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class Questions:
                 "questions about a formula",
                 got="named steps",
                 expected="a closed form",
-                hint="ask at home, or write --closed",
+                hint="take the home pose, or write --closed",
             )
         lines = [f"{derivation.name}, {derivation.where}"]
         if self.rank:
@@ -201,7 +201,7 @@ _SUFFIXES = {
 
 @dataclass(frozen=True)
 class Formula:
-    """Which formula, as written on the command line."""
+    """The formula to derive, as written on the command line."""
 
     pose: str
     symbols: str
@@ -213,7 +213,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class Sheet:
-    """In which language a formula is written, and where to."""
+    """The format and the file of a formula."""
 
     format: str | None
     output: str | None
@@ -223,7 +223,7 @@ class Sheet:
 def print_formula(
     source: str, asked: Formula, sheet: Sheet, questions: Questions, settings: Sequence[str]
 ) -> int:
-    """Derive the stiffness of a robot and write it, or answer questions about it."""
+    """Derive the stiffness of a robot and write it, or print its properties."""
     language, output = _language(sheet)
     form = _form(asked)
     if questions.any and (asked.derivative is not None or language != "text"):
@@ -247,7 +247,7 @@ def print_formula(
             error.subject,
             got=error.got,
             expected=error.expected,
-            hint="ask for named steps with --steps, fewer --symbols, or a larger --limit",
+            hint="write --steps for named steps, fewer --symbols, or a larger --limit",
         ) from None
     except KeyboardInterrupt:
         typer.echo("robostiff: interrupted; named steps, --steps, are quick", err=True)
@@ -287,7 +287,7 @@ def _form(asked: Formula) -> Closed | Steps | None:
 
 
 def _language(sheet: Sheet) -> tuple[str, Path | None]:
-    """The format, and where to write; None for standard output."""
+    """The format, and the file to write; None for standard output."""
     output = None if sheet.output in (None, "-") else Path(sheet.output)
     name = sheet.format
     if name is None:

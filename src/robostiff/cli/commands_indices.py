@@ -1,4 +1,4 @@
-"""What ``robostiff indices`` does."""
+"""The command ``indices``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from robostiff.robots import load
 def print_indices(
     source: str, place: Place, length: str | None, settings: Sequence[str], as_json: bool
 ) -> int:
-    """Print the stiffness indices at a pose; 1 where there is no matrix, or one to take care of."""
+    """Print the stiffness indices at a pose; 1 for a bad status."""
     robot = load(source, parameters_from(settings))
     if not isinstance(robot, Robot | Snapshot | Network):
         raise InputError(

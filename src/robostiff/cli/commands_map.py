@@ -1,4 +1,4 @@
-"""What ``robostiff map`` does, once the command line is understood."""
+"""The command ``map``, after parsing."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Asked:
 
 
 def read_asked_poses(robot: Robot, asked: Asked) -> PoseSource:
-    """Grid, list or random poses, as asked for."""
+    """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
         if asked.axes or asked.joints or asked.random is not None:
             raise InputError(
@@ -137,7 +137,7 @@ def _count(value: float, name: str) -> int:
 
 
 class MapBar:
-    """A bar with rate and remaining time on standard error, where a person looks at it."""
+    """A progress bar with rate and remaining time on standard error, if that is a terminal."""
 
     def __init__(self) -> None:
         self.rate = 0.0
@@ -154,7 +154,7 @@ class MapBar:
         self._task = self._bar.add_task("map", total=None, rate="")
 
     def show(self, done: Done) -> None:
-        """Tell how far the map is."""
+        """Show the progress."""
         self.rate = done.rate
         self._bar.update(
             self._task, total=done.total, completed=done.done, rate=f"{done.rate:.3g} a second"
@@ -179,7 +179,7 @@ _SUFFIXES = ", ".join(_WRITERS)
 
 @dataclass(frozen=True)
 class Run:
-    """Where a map goes and who computes it, as written on the command line."""
+    """Output and processors of a map, as written on the command line."""
 
     output: str
     resume: bool
@@ -198,7 +198,7 @@ def make_map(
     as_json: bool,
     side: SideFile = NO_SIDE_FILE,
 ) -> int:
-    """Compute a map, write it, and sum it up."""
+    """Compute a map, write it, and print a summary."""
     output = _checked_output(run)
     robot = load(source, parameters_from(settings), **side.options)
     if isinstance(robot, CableRobot):
@@ -212,7 +212,7 @@ def make_map(
         raise InputError(
             "robot of a map",
             got=source,
-            expected="a model, which can move",
+            expected="a model, which has a pose for every point of a map",
             hint="a snapshot is frozen at its own pose",
         )
     poses = read_asked_poses(robot, asked)
@@ -284,7 +284,7 @@ def _checked_output(run: Run) -> Path | None:
                 "--overwrite",
                 got=run.output,
                 expected="FILE.nc or FILE.csv: a store is never replaced",
-                hint="remove it yourself, or go on with it by --resume",
+                hint="remove it, or continue it with --resume",
             )
         if not output.absolute().parent.is_dir():
             raise InputError("--output", got=run.output, expected="a store in an existing folder")
@@ -314,7 +314,7 @@ def _how_to_go_on(output: Path | None) -> str:
     if output is not None and output.suffix == ".zarr" and output.exists():
         arguments = [word for word in sys.argv[1:] if word != "--resume"]
         command = shlex.join(["robostiff", *arguments, "--resume"])
-        return f"what is done is safe in {output}; go on with\n  {command}"
+        return f"the finished blocks are stored in {output}; continue with\n  {command}"
     return "nothing was written; with -o FILE.zarr a map can be resumed"
 
 
@@ -354,9 +354,9 @@ def _print_facts(facts: Mapping[str, Any]) -> None:
         lines.append(f"{name}: {low:.5g} to {high:.5g}{shown}")
     if facts["poses_guarded"]:
         share = facts["poses_guarded"] / computed
-        lines.append(f"computed again by the batched form: {100 * share:.3g} %")
+        lines.append(f"recomputed by the batched form: {100 * share:.3g} %")
     say(text_of(lines))
     if facts["poses_a_second"]:
-        # Measured, and therefore not on standard output: the answer is the same every time.
+        # Not on standard output, which is the same every time.
         rate = f"{facts['poses_a_second']:.3g} poses/s"
         typer.echo(f"{facts['seconds']:.3g} s, {rate}", err=True)

@@ -1,4 +1,4 @@
-"""What ``robostiff report`` does."""
+"""The command ``report``."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from robostiff.robots import load
 
 @dataclass(frozen=True)
 class Pages:
-    """What goes into a report besides the pose, and where it is written."""
+    """Contents of a report besides the pose, and its files."""
 
     wrench: str | None
     map_file: str | None
@@ -40,7 +40,7 @@ class Pages:
 def make_report(
     source: str, place: Place, pages: Pages, settings: Sequence[str], side: SideFile = NO_SIDE_FILE
 ) -> int:
-    """Write a report and print where it is; 1 when the pose has a bad status."""
+    """Write a report and print its path; 1 when the pose has a bad status."""
     paths = [report_path(pages.output)]
     if pages.pdf and paths[0].suffix.lower() != ".pdf":
         paths.append(report_path(paths[0].with_suffix(".pdf")))
@@ -52,7 +52,7 @@ def make_report(
             f"report on {source!r}",
             got=type(robot).__name__,
             expected="a robot or a snapshot of legs",
-            hint="robostiff cables tells of cable robots, robostiff verify of networks",
+            hint="write robostiff cables for cable robots, robostiff verify for networks",
         )
     contents = report_contents(
         robot,

@@ -1,4 +1,4 @@
-"""What ``robostiff verify`` does."""
+"""The command ``verify``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from robostiff.version import __version__
 def print_verification(
     source: str, place: Place, settings: Sequence[str], as_json: bool, side: SideFile = NO_SIDE_FILE
 ) -> int:
-    """Print how far the methods are from one another at a pose; 1 when they disagree."""
+    """Print the distances between the methods at a pose; 1 when they disagree."""
     robot = load(source, parameters_from(settings), **side.options)
     result = verify(robot, pose_from(robot, place), near=near_from(robot, place))
     if as_json:

@@ -14,7 +14,7 @@ PoseOption = Annotated[
         "--pose",
         metavar="POSE",
         help="home; symbolic, a general pose in symbols; or coordinates with units, such as "
-        "'x=100 mm, gamma=10 deg' (q1, q2 ... of a serial arm). Those left out stay at home.",
+        "'x=100 mm, gamma=10 deg' (q1, q2 ... of a serial arm). Others stay at home.",
     ),
 ]
 SymbolsOption = Annotated[
@@ -26,10 +26,10 @@ SymbolsOption = Annotated[
     ),
 ]
 StepsOption = Annotated[
-    bool, typer.Option("--steps", help="Named steps, which never explode; away from home always.")
+    bool, typer.Option("--steps", help="Named steps of moderate size; the default away from home.")
 ]
 ClosedOption = Annotated[
-    bool, typer.Option("--closed", help="One expression an entry; at home when left out.")
+    bool, typer.Option("--closed", help="One expression for each entry; the default at home.")
 ]
 LimitOption = Annotated[
     int | None,
@@ -54,14 +54,14 @@ DerivativeOption = Annotated[
     typer.Option("--derivative", metavar="SYMBOL", help="dK by a symbol in place of K."),
 ]
 RankOption = Annotated[
-    bool, typer.Option("--rank", help="Tell the rank of K and where it drops, in place of K.")
+    bool, typer.Option("--rank", help="Print the rank of K and where it drops, in place of K.")
 ]
 FreeMotionsOption = Annotated[
-    bool, typer.Option("--free-motions", help="Tell the free motions, in place of K.")
+    bool, typer.Option("--free-motions", help="Print the free motions, in place of K.")
 ]
 EigenvaluesOption = Annotated[
     bool,
     typer.Option(
-        "--eigenvalues", help="Tell the principal stiffnesses in translation and in rotation."
+        "--eigenvalues", help="Print the principal stiffnesses in translation and in rotation."
     ),
 ]

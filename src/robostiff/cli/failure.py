@@ -1,4 +1,4 @@
-"""How a command ends: its exit status, and errors as one message on standard error."""
+"""Exit status of a command, and errors as one message on standard error."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from robostiff.errors import (
 BAD_STATUS = 1
 BAD_INPUT = 2
 INTERRUPTED = 130
-#: As the shell says of a program that SIGPIPE has ended.
+#: The exit status that a shell reports for a program ended by SIGPIPE.
 NO_READER = 141
 P = ParamSpec("P")
 
 
 @contextmanager
 def slips(show: Callable[[str], object]) -> Iterator[None]:
-    """Hand every warning of a probable slip to a function, once, before it goes on its way."""
+    """Pass every warning of a probable slip to a function, once."""
     seen: set[str] = set()
     with warnings.catch_warnings():
         warnings.simplefilter("always", PlausibilityWarning)
@@ -64,7 +64,7 @@ def reported(command: Callable[P, int]) -> Callable[P, None]:
         except KeyboardInterrupt:
             typer.echo("robostiff: interrupted", err=True)
             status = INTERRUPTED
-        except BrokenPipeError:  # the reader of a pipe has left: nobody wants to hear more
+        except BrokenPipeError:  # the reader of the pipe has closed it
             _write_no_more()
             status = NO_READER
         except UnicodeEncodeError as error:
@@ -75,7 +75,7 @@ def reported(command: Callable[P, int]) -> Callable[P, None]:
                 BAD_INPUT,
             )
         except MemoryError:
-            status = _complain("there is not enough memory for this; ask for less", BAD_INPUT)
+            status = _complain("there is not enough memory; compute less at a time", BAD_INPUT)
         except OSError as error:
             _write_no_more()
             where = f" {str(error.filename)!r}" if error.filename else ""
@@ -91,7 +91,7 @@ def ready_streams() -> None:
     if sys.stdin is None:
         sys.stdin = open(os.devnull, encoding="utf-8")  # noqa: SIM115
     if sys.stdout is None:
-        # Not to be taken by the first file that is opened.
+        # Otherwise the first opened file would take this descriptor.
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
         if sys.stderr is not None:
             _complain("standard output is closed", BAD_INPUT)
@@ -110,7 +110,7 @@ def _warn(message: str) -> None:
 
 
 def _write_no_more() -> None:
-    """What is still in buffers goes nowhere when the program ends, without a second complaint."""
+    """Discard buffered output when the program ends, without a second error message."""
     with suppress(OSError, AttributeError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())

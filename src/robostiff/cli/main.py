@@ -1,4 +1,4 @@
-"""Commands of ``robostiff``; heavy imports happen inside them, so that help answers at once."""
+"""Commands of ``robostiff``; heavy imports happen inside them, so that help is fast."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ from robostiff.version import __version__
 
 app = typer.Typer(
     name="robostiff",
-    help="How stiff is a robot? Cartesian stiffness with elastic links, elastic actuators and "
-    "passive joints.",
+    help="Cartesian stiffness of robots with elastic links, elastic actuators and passive joints.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
@@ -69,7 +68,7 @@ def check(
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
-    """Check a model or snapshot file, and tell what the robot consists of.
+    """Check a model or snapshot file, and list the parts of the robot.
 
     Exit status: 0 when it can be used, 2 when it cannot.
     """
@@ -135,7 +134,7 @@ def deflection(
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
-    """Print how a robot gives way under a load, which parts bend, and what actuators carry.
+    """Print deflection, elastic energy of parts and actuator loads of a robot under a load.
 
     Example: robostiff deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"
 
@@ -161,14 +160,14 @@ def indices(
         typer.Option(
             "--length",
             metavar="LENGTH",
-            help="Characteristic length of the indices that need one [m]; the robot's own at the "
-            "pose when left out.",
+            help="Characteristic length of the indices that need one [m]; by default that of "
+            "the robot at the pose.",
         ),
     ] = None,
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
-    """Print stiffness indices: how stiff, in which directions, about which points and axes.
+    """Print stiffness indices: principal stiffnesses, directions, centres and axes.
 
     Example: robostiff indices hexapod --pose "60 mm 0 0.9 0 10 deg 0" --length "100 mm"
 
@@ -192,7 +191,7 @@ def verify(
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
-    """Compute the stiffness matrix by every method there is, and tell whether they agree.
+    """Compute the stiffness matrix by all methods, and report whether they agree.
 
     Example: robostiff verify gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"
 
@@ -222,7 +221,7 @@ def report(
     allow_xacro: XacroOption = False,
     set_: SetOption = None,
 ) -> int:
-    """Write what there is to say about a robot as one page that opens without a network.
+    """Write all results about a robot as one self-contained HTML page, or as a PDF.
 
     Example: robostiff report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html
 
@@ -317,7 +316,7 @@ def derive(
     free_motions: derive_options.FreeMotionsOption = False,
     eigenvalues: derive_options.EigenvaluesOption = False,
 ) -> int:
-    """Write the stiffness matrix of a robot as a formula: to read, to publish, or to run.
+    """Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python or C.
 
     Examples
     --------

@@ -41,17 +41,17 @@ RandomOption = Annotated[
     typer.Option(
         "--random",
         metavar="COUNT",
-        help="Random poses in place of a grid; --x and the like then hold START and STOP alone.",
+        help="Random poses in place of a grid; --x and the like then hold START and STOP.",
     ),
 ]
-SeedOption = Annotated[int, typer.Option("--seed", metavar="NUMBER", help="Of random poses.")]
+SeedOption = Annotated[int, typer.Option("--seed", metavar="NUMBER", help="Seed of random poses.")]
 QuantityOption = Annotated[
     list[str] | None,
     typer.Option(
         "--quantity",
         metavar="NAME",
         help="stiffness, principal-stiffness (when left out), worst-deflection, indices, "
-        "deflection or actuator-forces; repeatable. Rank and status are always there.",
+        "deflection or actuator-forces; repeatable. Rank and status are always included.",
     ),
 ]
 WrenchOption = Annotated[
@@ -81,7 +81,7 @@ OutputOption = Annotated[
     ),
 ]
 ResumeOption = Annotated[
-    bool, typer.Option("--resume", help="Go on with a map in FILE.zarr that was interrupted.")
+    bool, typer.Option("--resume", help="Continue an interrupted map in FILE.zarr.")
 ]
 WorkersOption = Annotated[
     int | None,

@@ -1,4 +1,4 @@
-"""What commands print and write: words for people, exact text for programs, and new files."""
+"""Output of commands: text for people, JSON for programs, and new files."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from robostiff.errors import InputError, printable
 
 
 def shown(words: str) -> str:
-    """Words for a person: nothing in them commands the terminal, and its encoding has them all."""
+    """Text for a terminal: control characters escaped, and limited to its encoding."""
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     return printable(words).encode(encoding, "backslashreplace").decode(encoding)
 
 
 def say(text: str) -> None:
-    """Print lines for a person."""
+    """Print lines of text."""
     typer.echo("\n".join(map(shown, text.split("\n"))))
 
 
@@ -50,7 +50,7 @@ def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
             option,
             got=str(path),
             expected="a new file",
-            hint="this is no file, and stays as it is: take another name",
+            hint="this is no regular file and is not replaced: take another name",
         )
     if there and not overwrite:
         raise InputError(

@@ -15,7 +15,7 @@ WrenchOption = Annotated[
     typer.Option(
         "--wrench",
         metavar='"fx fy fz mx my mz"',
-        help="A load on the platform: adds the deflection and who bends.",
+        help="A load on the platform: adds the deflection and the elastic energy of parts.",
     ),
 ]
 MapOption = Annotated[

@@ -11,7 +11,7 @@ from robostiff.network import Network
 
 
 def network_facts(network: Network) -> dict[str, Any]:
-    """Facts for ``robostiff check``, the stiffness aside."""
+    """Facts for ``robostiff check``, without the stiffness."""
     freedoms = [f for joint in network.joints for f in joint.freedoms]
     return {
         "name": network.name,

@@ -36,8 +36,8 @@ NearOption = Annotated[
     typer.Option(
         "--near",
         metavar='"q1 q2 ..."',
-        help="Joint coordinates of all legs, one after the other [m, rad]: the posture nearest to "
-        "them is taken. That of home when left out.",
+        help="Joint coordinates of all legs, one after the other [m, rad]: the nearest posture is "
+        "taken. By default that of home.",
     ),
 ]
 AtOption = Annotated[
@@ -61,15 +61,15 @@ SideOption = Annotated[
     typer.Option(
         "--side",
         metavar="FILE",
-        help="What a robot description (URDF, xacro, MJCF) cannot say: stiffnesses, passive "
-        "joints, loops. NAME.stiffness.yaml beside it when left out.",
+        help="Stiffnesses, passive joints and loops of a robot description (URDF, xacro, MJCF). "
+        "By default NAME.stiffness.yaml beside it.",
     ),
 ]
 XacroOption = Annotated[
     bool,
     typer.Option(
         "--allow-xacro",
-        help="Expand a xacro that a side file names, which runs the Python written in it.",
+        help="Expand a xacro that is named in a side file, which runs the Python written in it.",
     ),
 ]
 OverwriteOption = Annotated[

@@ -15,7 +15,7 @@ from rich.text import Text
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.cli.output import shown
 from robostiff.elastostatics import Status
-from robostiff.io.results.text import about, named, shown_loads, shown_twist, told_parts
+from robostiff.io.results.text import about, named, named_parts, shown_loads, shown_twist
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix
 from robostiff.robots import RobotInfo
 
@@ -25,7 +25,7 @@ _BAR = "█"
 
 
 def on_terminal() -> bool:
-    """Whether a person reads standard output, on a screen wide enough for a matrix."""
+    """Whether standard output is a terminal wide enough for a matrix."""
     wide = sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH
     return wide and shown(_BAR) == _BAR
 
@@ -46,7 +46,7 @@ def print_robots(listed: Mapping[str, RobotInfo]) -> None:
 
 
 def print_facts(facts: Mapping[str, Any]) -> None:
-    """What a robot consists of."""
+    """The parts of a robot."""
     console = Console(soft_wrap=True)
     console.print(_text(f"{facts['name']}: {facts['kind']}, {facts['space']}", style="bold"))
     for key in ("title", "source"):
@@ -85,7 +85,7 @@ def print_facts(facts: Mapping[str, Any]) -> None:
 
 
 def print_stiffness(result: RobotStiffness) -> None:
-    """K with its labels, then what it means."""
+    """K with labels, then rank, free motions, redundant joints and decision."""
     console = Console()
     _print_head(console, result, result.status)
     if np.all(result.answered):
@@ -107,7 +107,7 @@ def print_stiffness(result: RobotStiffness) -> None:
 
 
 def print_deflection(result: Deflection) -> None:
-    """The deflection, then who bends and what the actuators carry."""
+    """The deflection, then the elastic energy of parts and the loads of actuators."""
     console, answer = Console(), result.stiffness
     _print_head(console, answer, result.status)
     console.print(
@@ -119,7 +119,7 @@ def print_deflection(result: Deflection) -> None:
         console.print(_text(f"deflection: {words}", style="bold"))
         for motion in answer.free_motions:
             console.print(_text(f"  free: {motion}"))
-        title = f"who bends (elastic energy {result.energy:.4g} J)"
+        title = f"elastic energy {result.energy:.4g} J, by part"
         if result.energy > 0:
             console.print()
             console.print(_text(title, style="italic"))
@@ -158,8 +158,8 @@ def _parts_table(result: Deflection) -> Table:
     table.add_column("share", justify="right")
     table.add_column("part")
     table.add_column("")
-    told, rest = told_parts(result, _MOST_PARTS)
-    for part in told:
+    named_ones, rest = named_parts(result, _MOST_PARTS)
+    for part in named_ones:
         bar = _BAR * round(30 * part.share)
         table.add_row(f"{100 * part.share:.2f} %", _text(f"{part.leg}/{part.part}"), bar)
     if rest:
@@ -177,5 +177,5 @@ def _actuator_table(result: Deflection) -> Table:
 
 
 def _text(words: str, style: str = "") -> Text:
-    """Words in which nothing is markup."""
+    """Text without markup."""
     return Text(shown(words), style=style)

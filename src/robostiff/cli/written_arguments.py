@@ -19,7 +19,7 @@ from robostiff.spatial import Space
 
 @dataclass(frozen=True)
 class Place:
-    """Where the robot stands and about which point, as written on the command line."""
+    """Pose and reference point, as written on the command line."""
 
     pose: str | None
     joints: str | None
@@ -29,14 +29,14 @@ class Place:
 
 @dataclass(frozen=True)
 class SideFile:
-    """The side file of a robot description, and whether one may name a xacro."""
+    """The side file of a robot description, and whether it may name a xacro."""
 
     file: str | None = None
     allow_xacro: bool = False
 
     @property
     def options(self) -> dict[str, Any]:
-        """As `robostiff.load` takes them."""
+        """Keyword arguments of `robostiff.load`."""
         return {"side": self.file, "allow_xacro": self.allow_xacro}
 
 
@@ -67,7 +67,7 @@ _POSE_DIMENSIONS = {
 
 
 def pose_from(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> Pose:
-    """Where the robot stands."""
+    """The pose."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
     if isinstance(robot, Snapshot | Network):
@@ -92,7 +92,7 @@ def pose_from(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> P
 
 
 def _pose_coordinates(robot: Robot | CableRobot, text: str) -> list[float]:
-    """All six coordinates, or the free ones when there are as many numbers as those."""
+    """All six coordinates, or the free ones if their number matches."""
     every = tuple(_POSE_DIMENSIONS)
     if 0 < len(robot.coordinates) < 6:
         try:
@@ -147,7 +147,7 @@ def _leg_coordinates(robot: Robot, text: str, option: str) -> list[float]:
 
 
 def point_from(place: Place) -> list[float] | None:
-    """The point asked for, or None for the robot's own."""
+    """The given point, or None for the robot's own."""
     if place.at is None:
         return None
     return parse_quantities(place.at, [Dimension.LENGTH] * 3, ["x", "y", "z"], "--at")

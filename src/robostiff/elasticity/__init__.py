@@ -1,4 +1,4 @@
-"""Where compliance comes from: materials, cross-sections, beams and springs.
+"""Materials, cross-sections, beams and springs.
 
 Wrenches are (Fx, Fy, Fz, Mx, My, Mz), twists (dx, dy, dz, rx, ry, rz), units SI. A beam is clamped
 at its base, its local x along it, y and z the principal axes of its cross-section.

@@ -1,4 +1,4 @@
-"""What a number must be before it may become an elastic property."""
+"""Checks of numbers that are given as elastic properties."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _A_NUMBER = "a positive finite number"
 
 
 def positive_number(subject: str, value: Any, unit: str, hint: str | None = None) -> Any:
-    """The value as a float, a formula as it is; InputError unless it is real and above zero."""
+    """A positive value: a number as a float, a formula unchanged; InputError otherwise."""
     expected = f"{_A_NUMBER} [{unit}]" if unit else _A_NUMBER
     value = in_si(subject, value, expected, None if " or " in unit else unit)
     if is_formula(value):
@@ -31,7 +31,7 @@ def positive_number(subject: str, value: Any, unit: str, hint: str | None = None
 
 
 def positive_numbers(subject: str, values: Any, unit: str) -> Any:
-    """The values `(...)` as floats; InputError that names the first one not finite and positive.
+    """The values `(...)` as floats; InputError names the first that is not finite and positive.
 
     One formula stays as it is.
     """
@@ -56,7 +56,7 @@ def positive_numbers(subject: str, values: Any, unit: str) -> Any:
 
 
 def poisson_ratio_of_isotropic(value: Any) -> Any:
-    """The value as a float, a formula as it is; InputError unless -1 < value < 0.5."""
+    """A Poisson ratio, -1 < value < 0.5: a number as a float, a formula unchanged."""
     value = in_si("Poisson ratio", value, "a number", "")
     formula = is_formula(value)
     if formula:
@@ -96,7 +96,7 @@ def _is_sympy_float(value: Any) -> bool:
 
 
 def as_array(values: Any) -> np.ndarray:
-    """As NumPy reads them; nested lists of unequal lengths become an array of objects."""
+    """The values as a NumPy array; nested lists of unequal lengths become an array of objects."""
     refuse_quantities("numbers of an elastic part", values, "numbers of SI units")
     try:
         return np.asarray(values)

@@ -15,7 +15,7 @@ Matrix = NDArray[np.float64]
 
 _TWIST, _WRENCH = Space.SPATIAL.twist_order, Space.SPATIAL.wrench_order
 
-# Part of the block scale by which mirror entries may differ: more than rounding and unit
+# Relative difference allowed between symmetric entries: more than rounding and unit
 # conversion leave, less than a slip of the pen makes.
 SYMMETRY_TOLERANCE = 1e-9
 
@@ -26,7 +26,7 @@ RANK_TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class MatrixKind:
-    """Words for one kind of 6x6 matrix."""
+    """Name, units and order of rows and columns of one kind of 6x6 matrix."""
 
     name: str
     rows: tuple[str, ...]
@@ -34,7 +34,7 @@ class MatrixKind:
     unit: str
 
     def entry(self, matrix: Matrix, i: int, j: int) -> str:
-        """One entry in words: ``[Fx, dy] = 3``."""
+        """An entry as text: ``[Fx, dy] = 3``."""
         return f"[{self.rows[i]}, {self.columns[j]}] = {matrix[i, j]:.10g}"
 
 
@@ -44,7 +44,7 @@ COMPLIANCE = MatrixKind("compliance matrix", rows=_TWIST, columns=_WRENCH, unit=
 
 @dataclass(frozen=True)
 class ScaledSpectrum:
-    """Eigenvalues of ``D M D``, where D makes translations and rotations weigh alike.
+    """Eigenvalues of ``D M D``, where D scales rotations to translations.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class ScaledSpectrum:
 
 
 def checked_symmetric(matrix: Any, kind: MatrixKind) -> Matrix:
-    """The matrix as floats (6, 6), exactly symmetric; InputError for anything but rounding."""
+    """The matrix as floats (6, 6), made exactly symmetric; InputError beyond rounding."""
     refuse_quantities(kind.name, matrix, "6x6 numbers of SI units")
     try:
         array = np.asarray(matrix, dtype=np.float64)

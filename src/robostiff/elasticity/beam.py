@@ -19,7 +19,7 @@ from robostiff.spatial.formula import exact_arrays, exact_together
 
 
 class BeamTheory(Protocol):
-    """What a beam theory takes from a cross-section."""
+    """A beam theory: which shear correction factors of a cross-section it uses."""
 
     def shear_factors(self, section: CrossSection) -> tuple[float | None, float | None]:
         """Shear correction factors along y and z []; None where shear does not deform the beam."""
@@ -37,7 +37,7 @@ class EulerBernoulli:
     """
 
     def shear_factors(self, section: CrossSection) -> tuple[None, None]:
-        """None and None, whatever the section."""
+        """None and None for every section."""
         return None, None
 
 
@@ -74,7 +74,7 @@ class Timoshenko:
         return ky, kz
 
 
-#: The theory used unless another is named.
+#: The default theory.
 DEFAULT_THEORY = EulerBernoulli()
 
 

@@ -130,10 +130,10 @@ def cantilever_stiffness(
 
 
 def _plain(value: Any) -> Any:
-    """NumPy numbers as floats (its integers would overflow), anything else as it is."""
+    """NumPy numbers as floats, since its integers overflow; other values unchanged."""
     if isinstance(value, np.ndarray):
         return value if value.dtype == object else value.astype(np.float64)
-    # A Python integer stays: it is exact beside fractions and symbols, and cannot overflow.
+    # A Python integer is kept: it is exact with fractions and symbols, and cannot overflow.
     return float(value) if isinstance(value, (np.floating, np.integer)) else value
 
 

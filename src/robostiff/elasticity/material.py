@@ -1,4 +1,4 @@
-"""Materials: the two moduli that a beam needs, and a short table with sources."""
+"""Materials: Young's modulus and shear modulus, and a table of materials with sources."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cross-section of a beam: six numbers, whatever the shape."""
+"""The cross-section of a beam: its area, second moments, torsion constant and shear factors."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class CrossSection:
     Iz : float
         Second moment ``integral y^2 dA`` [m^4]: bending in the x-y plane.
     J : float
-        Saint-Venant torsion constant [m^4]; the polar moment Iy + Iz for circles and tubes alone.
+        Saint-Venant torsion constant [m^4]; the polar moment Iy + Iz for circles and tubes only.
     shear_factor_y, shear_factor_z : float, optional
         Shear correction factors [] of a force along y and along z: the shear stiffness is
-        ``shear_factor * G * A``. Only the Timoshenko theory asks for them.
+        ``shear_factor * G * A``. Only the Timoshenko theory uses them.
 
     Raises
     ------

@@ -207,7 +207,7 @@ def box(width_y: Any, height_z: Any, wall: Any, *, poisson_ratio: Any = 0.3) -> 
     t = positive_number("wall of the box", wall, "m")
     b, h, t, nu = exact_together(b, h, t, poisson_ratio_of_isotropic(poisson_ratio))
     short, _ = _sides(b, h)
-    for side in (short, b, h):  # of formulas, neither may be known to be the shorter one
+    for side in (short, b, h):  # it may be undecided which of two formulas is the shorter side
         _below("wall of the box", t, side / 2, "half the shorter side")
     inner_b, inner_h = b - 2 * t, h - 2 * t
     middle_b, middle_h = b - t, h - t
@@ -289,7 +289,7 @@ def _rectangle_torsion_constant(b: Any, h: Any) -> Any:
     # exp(-n pi), / n^5 is below 1e-20 from the sixth odd n on.
     if is_formula(short):
         if not long.free_symbols:
-            # zeta(5) and exponentials would be unknowns to exact arithmetic, and tell nobody more.
+            # Exact arithmetic cannot treat zeta(5) and exponentials, so numbers are used.
             return exact_number(_rectangle_torsion_constant(float(b), float(h)))
         import sympy as sp
 
@@ -304,7 +304,7 @@ def _rectangle_torsion_constant(b: Any, h: Any) -> Any:
 
 
 def _sides(b: Any, h: Any) -> tuple[Any, Any]:
-    """The shorter and the longer one."""
+    """The shorter and the longer side."""
     if not (is_formula(b) or is_formula(h)):
         return min(b, h), max(b, h)
     import sympy as sp
@@ -313,7 +313,7 @@ def _sides(b: Any, h: Any) -> tuple[Any, Any]:
 
 
 def _pi_beside(value: Any) -> Any:
-    """The number pi, exact beside a formula."""
+    """The number pi, exact if another value is a formula."""
     if not is_formula(value):
         return math.pi
     import sympy as sp

@@ -1,4 +1,4 @@
-"""Springs: what gives way at one place of a chain, and the directions that meet no stiffness."""
+"""Springs: elastic elements at one place of a chain, with free and rigid directions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from robostiff.spatial.formula import (
 
 @dataclass(frozen=True, eq=False)
 class Elasticity:
-    """How an element gives way, about its own point and in its own axes.
+    """Compliance and freedoms of an element, about its own point and in its own axes.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Elasticity:
     Notes
     -----
     Only shapes are checked here, for matrices that were computed. `elasticity_from_stiffness` and
-    `elasticity_from_compliance` check what somebody wrote down. Both arrays are kept read-only.
+    `elasticity_from_compliance` check their input. Both arrays are kept read-only.
 
     Examples
     --------
@@ -74,7 +74,7 @@ class Elasticity:
 
     @cached_property
     def modes(self) -> NDArray:
-        """Twists by which it gives way (..., 6, 6): a wrench w stores ``|modes^T w|^2 / 2``."""
+        """Twists (..., 6, 6) in columns: a wrench w stores the energy ``|modes^T w|^2 / 2``."""
         return compliance_modes(self.compliance)
 
 
@@ -105,7 +105,7 @@ def actuator_compliance(stiffness: Any) -> Any:
 
 
 def translational_spring(stiffness: Any, axis: Entries) -> Elasticity:
-    """Spring that gives way along one axis and is rigid otherwise: ``C[:3, :3] = u u^T / k``.
+    """Spring that is compliant along one axis and rigid otherwise: ``C[:3, :3] = u u^T / k``.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def translational_spring(stiffness: Any, axis: Entries) -> Elasticity:
 
 
 def rotational_spring(stiffness: Any, axis: Entries) -> Elasticity:
-    """Spring that gives way about one axis through its point: ``C[3:, 3:] = u u^T / k``.
+    """Spring that is compliant about one axis through its point: ``C[3:, 3:] = u u^T / k``.
 
     Parameters
     ----------

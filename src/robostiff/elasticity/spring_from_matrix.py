@@ -43,7 +43,7 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     ------
     InputError
         Not 6x6; not finite; not symmetric beyond 1e-9 of its block; a negative eigenvalue; a lone
-        stiffness too small beside the others to be told from a free direction.
+        stiffness too small beside the others to be distinguished from a free direction.
 
     Notes
     -----
@@ -51,7 +51,7 @@ def elasticity_from_stiffness(stiffness: Any) -> Elasticity:
     characteristic length ``l = sqrt(trace K_rr / trace K_tt)``: those up to 1e-12 of the largest
     are zero. So metres and millimetres decide alike. A singular K gives the pseudo-inverse in this
     metric, ``D (D K D)^+ D``. Another metric would change the compliance by motions along the
-    freedoms only, which no wrench that the spring can carry tells apart.
+    freedoms only, on which no wrench that the spring can carry does work.
 
     Examples
     --------
@@ -118,7 +118,7 @@ def elasticity_from_compliance(compliance: Any) -> Elasticity:
 
 
 def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elasticity:
-    """The same spring, told in the axes and about the point of the element that holds it.
+    """The same spring in the axes and about the point of the element that contains it.
 
     ``C = J B C_spring B^T J^T`` and ``freedoms = J B freedoms_spring``, with ``B = diag(R, R)`` and
     ``J = [[I, -(v x)], [0, I]]``.
@@ -174,7 +174,7 @@ def _from_formulas(K: NDArray) -> Elasticity:
 
 
 def _inverse(K: Matrix) -> Matrix:
-    """Inverse of a regular K, scaled to a unit diagonal so that no unit and no size weighs more."""
+    """Inverse of a regular K, scaled to a unit diagonal so that units and sizes do not matter."""
     scale = 1 / np.sqrt(np.diagonal(K))
     inverse = np.linalg.inv(scale[:, None] * K * scale)
     return np.outer(scale, scale) * (inverse + inverse.T) / 2
@@ -190,14 +190,14 @@ def _refuse_penalty(K: Matrix, spectrum: ScaledSpectrum) -> None:
         raise InputError(
             f"{STIFFNESS.name}, entry {STIFFNESS.entry(K, i, i)} beside "
             f"{STIFFNESS.entry(K, largest, largest)}",
-            expected=f"a ratio above {RANK_TOLERANCE:g}, to tell a soft direction from a free one",
+            expected=f"a ratio above {RANK_TOLERANCE:g}, or 0 for a free direction",
             hint="write 0 for a free direction; for a rigid one give the compliance, with a 0 "
             "there: elasticity_from_compliance(C)",
         )
 
 
 def _leading_rows(basis: Matrix) -> NDArray[np.intp]:
-    """Rows (k,) that tell the columns of a basis (6, k) apart best: pivots of QR on its rows."""
+    """Rows (k,) in which the columns of a basis (6, k) are most independent: pivots of QR."""
     rest = basis
     rows = np.zeros(basis.shape[1], dtype=np.intp)
     for k in range(len(rows)):

@@ -1,6 +1,6 @@
-"""Numbers, tables and matrices as people read them: text, HTML and Typst, nothing of robots.
+"""Numbers, tables and matrices as text, HTML and Typst.
 
-``blocks`` says what there is; ``in_html`` and ``in_typst`` write it.
+``blocks`` defines the blocks; ``in_html`` and ``in_typst`` write them.
 """
 
 from robostiff.markup.blocks import (

@@ -1,4 +1,4 @@
-"""What a page says, piece by piece, whatever it is written in: words, numbers, tables, matrices."""
+"""Blocks of a page, independent of its format: paragraphs, numbers, tables, matrices."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Cell = str | Number
 
 
 class Tone(Enum):
-    """How loudly a paragraph speaks."""
+    """Emphasis of a paragraph."""
 
     PLAIN = "plain"
     QUIET = "quiet"
@@ -53,7 +53,7 @@ class Bullets:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names and what they stand for."""
+    """A list of names and values."""
 
     rows: tuple[tuple[str, str], ...]
 

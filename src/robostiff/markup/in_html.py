@@ -22,7 +22,7 @@ from robostiff.markup.numbers import number_html, shown_matrix
 
 
 def escaped(text: object) -> str:
-    """Text that HTML takes for text.
+    """Text with the special characters of HTML escaped.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def element(tag: str, content: str, **attributes: str) -> str:
 
 
 def listing(items: Iterable[str]) -> str:
-    """A bulleted list of texts; nothing for none.
+    """A bulleted list of texts; empty without texts.
 
     Examples
     --------
@@ -131,7 +131,7 @@ def _data(value: float, shown: float) -> str:
 
 
 def _matrix(block: LabelledMatrix) -> str:
-    """A table with brackets; a dotted line parts translation from rotation."""
+    """A table with brackets; a dotted line separates translation from rotation."""
     n, second = len(block.rows), block.first_rotation
     names = "".join(
         element("th", escaped(name), scope="col", style=_NAME) for name in block.columns

@@ -1,4 +1,4 @@
-"""Blocks in the language of Typst, for paper."""
+"""Blocks as Typst, for PDF."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robostiff.markup.numbers import number, shown_matrix
 
 _SPECIAL = re.compile(r"([\\#*_`$<>@\[\]~=/\"'+.-])")
 
-#: What a document says once, before its first block.
+#: Definitions that a document needs before its first block.
 TYPST_BLOCKS = """\
 #let advice(body) = block(
   width: 100%, fill: rgb("#fff4e0"), stroke: (left: 3pt + rgb("#8a4b00")), inset: 8pt, body,
@@ -68,7 +68,7 @@ def typst_number(value: float) -> str:
 
 
 def block_typst(block: Block) -> str:
-    """A block in Typst; documents say `TYPST_BLOCKS` before.
+    """A block in Typst; documents begin with `TYPST_BLOCKS`.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def _table(block: Table) -> str:
 
 
 def _columns(block: Table) -> str:
-    """Columns as wide as they need, but one that holds sentences."""
+    """Widths of columns: automatic, except for columns that hold sentences."""
     longest = [
         max((len(cell) for cell in column if isinstance(cell, str)), default=0)
         for column in zip(*block.rows, strict=True)

@@ -1,4 +1,4 @@
-"""Numbers with few digits, without what is rounding, and lines of text."""
+"""Numbers with few digits and without rounding errors, and lines of text."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _ROUNDING = 1e-12
 
 
 def text_of(lines: Iterable[str]) -> str:
-    r"""Lines of text; names in them neither break a line nor command a terminal.
+    r"""Lines of text; control characters in names are escaped.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def number_html(value: float) -> str:
 
 
 def row(values: np.ndarray) -> str:
-    """Numbers of a short vector; what is rounding beside metres and radians is zero.
+    """Numbers of a short vector; rounding errors beside metres and radians are shown as zero.
 
     Examples
     --------
@@ -59,7 +59,7 @@ def row(values: np.ndarray) -> str:
 
 
 def shown_matrix(K: np.ndarray) -> np.ndarray:
-    """A semidefinite matrix, entries that are rounding beside their row and column as zero.
+    """A semidefinite matrix; rounding errors beside row and column are shown as zero.
 
     Examples
     --------
@@ -68,13 +68,13 @@ def shown_matrix(K: np.ndarray) -> np.ndarray:
            [0.e+00, 1.e+00]])
     """
     size = np.sqrt(np.maximum(np.abs(np.diag(K)), np.finfo(float).tiny))
-    # A zero diagonal means a zero row: what is left there is rounding against the whole block.
+    # A zero diagonal means a zero row: its entries are rounding beside the whole block.
     size = np.maximum(size, 1e-9 * size.max())
     return np.where(np.abs(K) < 1e-10 * np.outer(size, size), 0.0, K)
 
 
 def shown_vector(values: np.ndarray, first: int) -> np.ndarray:
-    """A twist or wrench, what is rounding beside the others of its kind as zero.
+    """A twist or wrench; rounding errors beside other entries of their kind are shown as zero.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""One page that answers: what the robot is, how stiff, where it gives way, and how that was found.
+"""Reports: robot, stiffness, deflection, workspace, method and formula on one page.
 
 A page of HTML holds everything that it shows, so that it opens years later and without a network.
-``contents`` computes, ``sections`` tells, ``page`` and ``paper`` write: HTML, and Typst for a PDF.
+``contents`` computes, ``sections`` describes, ``page`` and ``paper`` write: HTML, and Typst for
+PDF.
 """
 
 from robostiff.report.contents import ReportContents, report_contents

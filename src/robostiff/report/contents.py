@@ -1,4 +1,4 @@
-"""Everything that a report tells, computed once."""
+"""The results of a report, computed once."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ReportContents:
-    """What a report tells of a robot at a pose.
+    """The results that a report shows for a robot at a pose.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class ReportContents:
 
     @property
     def status(self) -> Status:
-        """Of the stiffness, and of the deflection where there is a load."""
+        """Status of the stiffness and, under a load, of the deflection."""
         bent = self.deflection
         return self.stiffness.status if bent is None else self.stiffness.status | bent.status
 
@@ -70,7 +70,7 @@ def report_contents(
     found: xarray.Dataset | None = None,
     symbolic: Robot | None = None,
 ) -> ReportContents:
-    """Compute what a report tells.
+    """Compute the results of a report.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def report_contents(
     wrench : (6,) array, or (3,) for a planar robot, optional
         A load [N, N m], about `at`.
     at : (3,) array, optional
-        Point about which stiffness and load are told, in the world [m].
+        Point about which stiffness and load are given, in the world [m].
     near : joint coordinates, optional
         Those that choose the posture, as for `robostiff.stiffness`.
     found : xarray.Dataset, optional
@@ -142,7 +142,7 @@ def _check_map(robot: Robot | Snapshot, found: xarray.Dataset | None) -> None:
         raise InputError(
             "map of a report",
             got="a dataset without the name of a robot",
-            expected="what rs.stiffness_map or robostiff map has written",
+            expected="a dataset from rs.stiffness_map or robostiff map",
         )
     if of != robot.name:
         raise InputError("robot of the map", got=str(of), expected=repr(robot.name))
@@ -155,7 +155,7 @@ def _derivation(robot: Robot | Snapshot) -> tuple[RobotDerivation | None, str]:
     if isinstance(robot, Snapshot):
         return None, "a snapshot has no symbols"
     if not robot.symbols:
-        # of numbers alone it would tell no more than the matrix, and exact roots can take hours
+        # without symbols a formula adds nothing to the matrix, and exact roots can take hours
         return None, "all dimensions are numbers; rs.load(..., symbols=...) keeps them as symbols"
     try:
         return derive_robot(robot, AtHome()), ""

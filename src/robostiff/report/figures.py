@@ -1,4 +1,4 @@
-"""Figures of a page: drawn for light and for dark ground, as data that the page's script shows."""
+"""Figures of a page in a light and a dark theme, as data for the script of the page."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robostiff.plot.picture import Picture
 
 @dataclass(frozen=True)
 class Level:
-    """One place of a slider.
+    """One position of a slider.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Figure:
 
     @property
     def data(self) -> dict[str, Any]:
-        """What the script needs: the name, the labels of the levels, each in both themes."""
+        """Data for the script: the name, and each level with its label in both themes."""
         return {
             "name": self.name,
             "start": self.start,

@@ -1,4 +1,4 @@
-"""The sections of a report as one page of HTML that needs nothing else."""
+"""The sections of a report as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from robostiff.version import __version__
 
 
 def report_html(contents: ReportContents) -> str:
-    """A report as one page of HTML: style, script and figures are inside, nothing is fetched.
+    """A report as one HTML page that contains its style, script and figures.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def report_html(contents: ReportContents) -> str:
 
 
 def _lead(verdict: Verdict) -> str:
-    """Status, and what to know before reading on."""
+    """The first paragraph: status and advice."""
     word = element("span", escaped(verdict.status), class_=f"status-{verdict.kind}")
     lead = element("p", f"{escaped(verdict.place)}: status {word}{verdict.rank}.", class_="lead")
     return lead + block_html(Bullets(verdict.advice, Tone.WARNING))
@@ -88,7 +88,7 @@ def _part_html(part: Part) -> str:
 
 
 def _figure_html(figure: Figure) -> str:
-    """Where the script draws it, its slider below."""
+    """The element in which the script draws a figure, with its slider below."""
     parts = [element("div", "", class_="plot", id=f"plot-{figure.name}")]
     if len(figure.levels) > 1:
         slider = (

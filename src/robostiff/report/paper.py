@@ -88,7 +88,7 @@ def report_typst(contents: ReportContents) -> str:
 
 
 def _section(section: Section) -> str:
-    """On pages of its own, which lie on their side, where its matrices are wide."""
+    """A section; on landscape pages of its own if its matrices are wide."""
     written = "\n\n".join([f"= {typst_text(section.title)}", *map(_part, section.parts)])
     is_wide = any(wants_wide_page(formula.derivation) for formula in _formulas(section.parts))
     return f"#page(flipped: true)[\n{written}\n]" if is_wide else written
@@ -117,7 +117,7 @@ def _part(part: Part) -> str:
 
 
 def _figure(figure: Figure) -> str:
-    """What the page of HTML shows first."""
+    """The figure that the HTML page shows first."""
     level = figure.levels[figure.start]
     caption = figure.caption + (f" Here {level.label}." if level.label else "")
     image = f'image(bytes({_quoted(_svg(level.picture))}), format: "svg", width: 100%)'
@@ -129,7 +129,7 @@ def _svg(picture: Picture) -> str:
         import matplotlib as mpl
     figure: Any = Matplotlib().draw(picture).figure
     written = StringIO()
-    # the same names of clips each time
+    # deterministic names of clips
     with mpl.rc_context({"svg.hashsalt": "robostiff"}):
         figure.savefig(written, format="svg", metadata={"Date": None})
     return written.getvalue()

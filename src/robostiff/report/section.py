@@ -1,4 +1,4 @@
-"""Sections of a report, and the paragraph that leads them."""
+"""Sections of a report, and the paragraph before them."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from robostiff.report.figures import Figure
 
 @dataclass(frozen=True)
 class Formula:
-    """A derivation, typeset step by step."""
+    """A block with a derivation, typeset step by step."""
 
     derivation: RobotDerivation
 
 
 @dataclass(frozen=True)
 class Folded:
-    """What is shown when asked for, below a title; on paper it is there at once."""
+    """Blocks that are collapsed below a title; on paper they are shown."""
 
     title: str
     parts: tuple[Block | Formula, ...]
@@ -30,7 +30,7 @@ class Folded:
 
 @dataclass(frozen=True)
 class SideBySide:
-    """Blocks beside each other where there is room."""
+    """Blocks beside each other if there is room."""
 
     blocks: tuple[Block, ...]
 
@@ -67,7 +67,7 @@ def section(anchor: str, title: str, parts: Iterable[Part | None]) -> Section:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How it went.
+    """Place, status and advice of a report.
 
     Attributes
     ----------
@@ -89,19 +89,23 @@ class Verdict:
 
 
 def report_title(contents: ReportContents) -> str:
-    """Name of the robot, and what it is."""
+    """Name and title of the robot."""
     robot = contents.robot
     words = robot.title if isinstance(robot, Robot) else robot.description
     return f"{robot.name}: {words}" if words else robot.name
 
 
 def verdict_of(contents: ReportContents) -> Verdict:
-    """Status of the stiffness, and of the deflection where there is a load, with all advice."""
+    """Status of the stiffness and, under a load, of the deflection, with all advice."""
     result, bent = contents.stiffness, contents.deflection
     status = contents.status
     advice = [*result.advice, *(() if bent is None else bent.advice)]
     reached = Status.UNREACHABLE not in result.status
-    place = "As it stands" if result.pose is None else f"At the pose [{row(result.pose)}] (m, rad)"
+    place = (
+        "At the pose of the snapshot"
+        if result.pose is None
+        else f"At the pose [{row(result.pose)}] (m, rad)"
+    )
     return Verdict(
         place=place,
         status=status,

@@ -31,7 +31,7 @@ def write_report(
     near: Near = None,
     found: xarray.Dataset | None = None,
 ) -> None:
-    """Write what there is to say about a robot at a pose: a page of HTML, or a PDF.
+    """Write a report about a robot at a pose: an HTML page or a PDF.
 
     Parameters
     ----------
@@ -42,9 +42,9 @@ def write_report(
     pose : RigidTransform, array, JointCoordinates or None
         One pose, as for `robostiff.stiffness`.
     wrench : (6,) array, or (3,) for a planar robot, optional
-        A load [N, N m] about `at`: adds the deflection and who bends.
+        A load [N, N m] about `at`: adds the deflection and the elastic energy of each part.
     at : (3,) array, optional
-        Point about which stiffness and load are told, in the world [m].
+        Point about which stiffness and load are given, in the world [m].
     near : joint coordinates, optional
         Those that choose the posture, as for `robostiff.stiffness`.
     found : xarray.Dataset, optional
@@ -68,7 +68,7 @@ def write_report(
 
 
 def save_report(contents: ReportContents, *paths: str | Path) -> None:
-    """Write a report whose contents are known; to all files or, where one is refused, to none.
+    """Write a report whose contents are computed; to all files or, if one is refused, to none.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def report_path(path: str | Path) -> Path:
             "directory of a report",
             got=str(path.parent),
             expected="one that is there",
-            hint=f"make it with mkdir -p {path.parent}",
+            hint=f"create it with mkdir -p {path.parent}",
         )
     return path
 

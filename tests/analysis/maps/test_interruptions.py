@@ -60,7 +60,7 @@ def test_what_was_done_is_kept(how, tmp_path, undisturbed):
     assert out == ""
     if how is signal.SIGINT:
         assert process.returncode == 130
-        assert "go on with\n  robostiff map 3-rpr" in err
+        assert "continue with\n  robostiff map 3-rpr" in err
         assert "--resume" in err
     else:
         assert process.returncode == -signal.SIGKILL

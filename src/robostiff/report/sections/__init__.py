@@ -12,7 +12,7 @@ __all__ = ["report_sections"]
 
 
 def report_sections(contents: ReportContents) -> list[Section]:
-    """The sections in which there is something to tell."""
+    """The sections that have content."""
     sections = (
         robot_section(contents),
         matrices_section(contents),

@@ -19,7 +19,7 @@ from robostiff.report.section import Section, section
 if TYPE_CHECKING:
     import xarray
 
-# Quantities worth a slice, in this order, and the component that is shown of those with several.
+# Quantities that are drawn as slices, in this order, and the component shown of each.
 _SHOWN: Mapping[str, Mapping[str, int]] = {
     "worst_deflection": {},
     "translational_stiffness": {"principal_translation": 0},

@@ -29,7 +29,7 @@ _TITLE = "Stiffness and compliance"
 
 
 def matrices_section(contents: ReportContents) -> Section:
-    """K and C, and what they mean."""
+    """K and C with units, rank, free motions and decision."""
     result = contents.stiffness
     parts: list[Part | None] = []
     if np.all(result.answered):
@@ -44,7 +44,7 @@ def matrices_section(contents: ReportContents) -> Section:
     parts.append(Words(f"Rank {int(result.rank)} of {result.space.size}: {_meaning(contents)}."))
     parts.append(free_motion_table(result))
     if result.free_motions and contents.snapshot is not None:
-        caption = "What the platform can do without meeting stiffness."
+        caption = "Free motions of the platform."
         picture = free_motions_picture(result, contents.snapshot)
         parts.append(one_figure("free-motions", caption, picture))
     lost = tuple(f"redundant passive joint: {name}" for name in result.redundant_joints)
@@ -67,8 +67,8 @@ def weakest_section(contents: ReportContents) -> Section | None:
     if found is None:
         return None
     words = Words(
-        "A force that may turn the platform as well meets these stiffnesses along its principal "
-        "directions, and so does a moment that may move it; the first of each is the weakest."
+        "These are the stiffnesses along principal directions, for forces while the platform is "
+        "free to turn, and for moments while it is free to move; the first of each is the smallest."
     )
     parts: list[Part | None] = [
         words,
@@ -77,7 +77,7 @@ def weakest_section(contents: ReportContents) -> Section | None:
     ]
     if found.result.space.translations == 3 and found.result.about_reference.invertible:
         picture = ellipsoid_picture(found.result, Quality.COMPLIANCE, contents.snapshot)
-        caption = "Displacements under unit forces from all sides (compliance ellipsoid)."
+        caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
         parts.append(one_figure("ellipsoid", caption, picture))
     return section("weakest", "Where it is soft", parts)
 
@@ -112,7 +112,7 @@ def _ratios(found: StiffnessIndices) -> Iterator[list[Cell]]:
 def _with_unit(value: float | None, unit: str, found: StiffnessIndices) -> Cell:
     if value is not None:
         return Number(float(value), unit)
-    return "without limit" if Status.FREE_MOTIONS in found.status else "unknown: no digit holds"
+    return "unlimited" if Status.FREE_MOTIONS in found.status else "unknown: below rounding"
 
 
 def _free(found: StiffnessIndices) -> str:
@@ -132,9 +132,9 @@ def bending_section(contents: ReportContents) -> Section | None:
         return section("load", _LOAD, [words, Bullets(tuple(bent.advice), Tone.WARNING)])
     parts: list[Part | None] = [displacement_table(bent)]
     if bent.energy > 0 and contents.snapshot is not None:
-        caption = "The robot under the load; colours tell which leg takes up the elastic energy."
+        caption = "The robot under the load; colours show the elastic energy of each leg."
         parts.append(one_figure("deformed", caption, robot_picture(contents.snapshot, bent)))
-        caption = "Who bends: the elastic energy of each leg, part by part."
+        caption = "Elastic energy of each leg, part by part."
         parts.append(one_figure("energy", caption, energy_picture(bent)))
         every = energy_table(bent, most=len(bent.parts))
         parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))

@@ -67,5 +67,5 @@ def formula_section(contents: ReportContents) -> Section:
     title = "The formula"
     if derivation is None:
         return section("formula", title, [Words(f"There is no formula: {contents.no_derivation}.")])
-    words = "How the stiffness matrix comes about in the home configuration, step by step"
+    words = "Derivation of the stiffness matrix in the home configuration, step by step"
     return section("formula", title, [Folded(words, (Formula(derivation),))])
