@@ -1,4 +1,4 @@
-"""A derivation against the numerical forms, before it is returned."""
+"""Comparison of a derivation with the numerical forms, before it is returned."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robostiff.model import Robot
 
 #: Largest relative difference of two ways: rounding of either is far below it.
 AGREED = 1e-8
-# Where the numerical form says itself that digits are lost.
+# Limit where the numerical form reports a loss of digits.
 _AGREED_IN_DOUBT = 1e-4
 
 _SETS = 2  # of parameters
@@ -45,7 +45,7 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
     random = np.random.default_rng(_SEED)
     robot = placed.robot
     sets = _SETS if robot.symbols else 1
-    poses = _POSES if any(x.free_symbols for x in (placed.told or {}).values()) else 1
+    poses = _POSES if any(x.free_symbols for x in (placed.given or {}).values()) else 1
     checked = 0
     complaint = ""
     for spread in _SPREADS:
@@ -54,7 +54,7 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
                 places, refusal = _places(placed, random, spread, poses)
             except InputError as error:
                 complaint = str(error)
-                break  # the robot does not exist at other values: nearer to its own
+                break  # the robot does not close at these values: nearer ones are tried
             complaint = refusal or complaint
             for values, K, doubtful in places:
                 _compare(derivation, values, K, placed, doubtful=doubtful)
@@ -78,13 +78,13 @@ _Place = tuple[dict[str, float], np.ndarray, bool]
 def _places(
     placed: PlacedRobot, random: np.random.Generator, spread: float, count: int
 ) -> tuple[list[_Place], str]:
-    """Values of the symbols with the stiffness in numbers there, and why there are none."""
+    """Values of the symbols with the stiffness in numbers there; otherwise the reasons."""
     from robostiff.analysis import stiffness
 
     follows = placed.follows
     sample = follows.sample(random, spread)
     numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
-    if placed.told is None:
+    if placed.given is None:
         wanted: list[Any] = [None]
         each = [values]
     elif follows.pose:
@@ -108,11 +108,11 @@ def _places(
 def _near_home(
     placed: PlacedRobot, finder: PostureFinder, random: np.random.Generator
 ) -> dict[str, float]:
-    """Values of the symbols in the coordinates that are not those of the robot."""
+    """Values near home of the symbols that are not symbols of the robot."""
     at_home = home_values(finder)
     known = {str(symbol) for symbol in placed.robot.symbols}
     values: dict[str, float] = {}
-    for name, expression in (placed.told or {}).items():
+    for name, expression in (placed.given or {}).items():
         if expression.is_Symbol and expression.name not in known:
             size = finder.length if name in ("x", "y", "z") else 1.0
             values[expression.name] = at_home[name] + AROUND * size * random.uniform(-1, 1)
@@ -126,7 +126,7 @@ def _pose(
 ) -> Any:
     if placed.robot.is_posed_by_joints:
         q = np.array(numeric.legs[0].chain.home, dtype=float)
-        for name, expression in (placed.told or {}).items():
+        for name, expression in (placed.given or {}).items():
             q[int(name.removeprefix("q")) - 1] = _number(expression, values)
         return JointCoordinates(q)
     return _platform(placed, finder, values)
@@ -135,8 +135,8 @@ def _pose(
 def _platform(placed: PlacedRobot, finder: PostureFinder, values: Mapping[str, float]) -> Any:
     six = finder.home_pose
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
-    told = {name: _number(x, values) for name, x in (placed.told or {}).items()}
-    pose = platform_pose(home, told)
+    given = {name: _number(x, values) for name, x in (placed.given or {}).items()}
+    pose = platform_pose(home, given)
     R, p = pose.R.astype(float), pose.p.astype(float)
     return RigidTransform.from_components(p, Rotation.from_matrix(R))
 
@@ -162,10 +162,10 @@ def _compare(
     *,
     doubtful: bool,
 ) -> None:
-    told = {symbol: values[symbol.name] for symbol in derivation.symbols}
+    given = {symbol: values[symbol.name] for symbol in derivation.symbols}
     limit = _AGREED_IN_DOUBT if doubtful else AGREED
     where = f"{derivation.name!r} {derivation.where}"
-    check_value(derivation.K, derivation.definitions, told, K, limit, where, placed.length)
+    check_value(derivation.K, derivation.definitions, given, K, limit, where, placed.length)
 
 
 def check_value(

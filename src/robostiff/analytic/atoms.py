@@ -12,7 +12,7 @@ import sympy as sp
 
 @dataclass(frozen=True)
 class Atoms:
-    """What some expressions are made of, each list in a fixed order.
+    """Roots, angles and symbols of some expressions, each list in a fixed order.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Atoms:
 
 
 def prepare(expression: Any) -> Any:
-    """A SymPy expression in the functions that a field knows; floats as exact decimals.
+    """A SymPy expression in the functions of a field; floats as exact decimals.
 
     Examples
     --------
@@ -140,7 +140,7 @@ class Angles:
         return cls(tuple(sorted(independent, key=str)), shares)
 
     def expanded(self, function: Any) -> Any | None:
-        """A sine or cosine in those of the independent angles; None for anything else."""
+        """A sine or cosine in those of the independent angles; None for other expressions."""
         if not isinstance(function, sp.sin | sp.cos):
             return None
         argument: Any = function.args[0]

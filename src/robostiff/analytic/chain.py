@@ -109,7 +109,7 @@ def eliminate_by_name(K: Any, J: Any, stage: int) -> NamedStage:
 
 
 class _Names:
-    """Names for what is worth one: symbols and numbers keep their own."""
+    """Names for intermediate expressions; symbols and numbers need none."""
 
     def __init__(self, stage: int) -> None:
         self.stage = stage
@@ -125,7 +125,7 @@ class _Names:
 
 @dataclass(frozen=True)
 class Closed:
-    """Canonical closed form in the given symbols alone.
+    """Canonical closed form in the given symbols.
 
     Attributes
     ----------
@@ -176,7 +176,7 @@ def derive_chain(
     DisagreementError
         When the formula and the block form differ at random values.
     FormulaTooLargeError
-        When a closed form would exceed its limit; `Steps` always answers.
+        When a closed form would exceed its limit; `Steps` has no limit.
 
     Examples
     --------
@@ -207,7 +207,7 @@ def _in_closed_form(
     K = ExactMatrix.of(
         ExactField({*entries, *(entry for J in columns.values() for entry in J.flat())}), start
     )
-    # Matrices are written when they are first looked at; a redundant joint leaves the one before.
+    # Matrices are written at first use; a redundant joint leaves the matrix unchanged.
     written: Any = start
     stages = []
     for joint, J in columns.items():

@@ -1,4 +1,4 @@
-"""The derivation of a chain at random values: redundant joints, and the block form as a check."""
+"""The derivation of a chain at random values: redundant joints, and a check by the block form."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robostiff.analytic.numeric_value import DIGITS, many_digits_of, values_of
 from robostiff.errors import DisagreementError, InputError
 
 _SETS = 2
-_TRIES = 10  # for values at which everything is a number, and nothing nearly cancels
+_TRIES = 10  # for values at which all expressions are numbers without cancellation
 _SEED = 15
 _ZERO = 1e-30  # of its terms, computed with 60 digits
 _FLOOR = 1e-3
@@ -24,14 +24,14 @@ _CLEAR = 1e-7  # of the largest singular value: what is not zero
 
 
 def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
-    """Which joints take nothing away, decided at random values of the symbols with 60 digits.
+    """Redundant joints, decided at random values of the symbols with 60 digits.
 
     A polynomial that is zero at random values is zero (Schwartz and Zippel).
 
     Raises
     ------
     InputError
-        When K0 is indefinite: a joint meets forces, but no stiffness.
+        When K0 is indefinite: J^T K J = 0 for a joint with K J not zero.
     """
     from mpmath import mp
 
@@ -54,7 +54,7 @@ def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
                 if is_zero and max(abs(x) for x in u) > 1e-15 * size * largest:
                     raise InputError(
                         "stiffness matrix",
-                        got="a joint whose motion meets forces but no stiffness, J^T K J = 0",
+                        got="a joint whose motion causes forces but stores no energy, J^T K J = 0",
                         expected="a positive semidefinite matrix",
                     )
                 here.append(bool(is_zero))
@@ -83,7 +83,7 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
         if expected is None:
             continue
         where = f"chain {derivation.name!r}"
-        # A part of K0 on both sides: where nothing is left of K, rounding is not compared.
+        # A part of K0 is added on both sides: where K vanishes, rounding is not compared.
         expected = expected + _FLOOR * K
         if derivation.exact is None:
             steps, whole = derivation.definitions, derivation.K + K0 * sp.Rational(1, 1000)
@@ -114,7 +114,7 @@ def _random_values(expressions: Sequence[Any]) -> Iterator[dict[Any, float]]:
 
 
 def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:
-    """K - K J (J^T K J)^-1 J^T K, joints that add nothing left out; None where that is unclear."""
+    """K - K J (J^T K J)^-1 J^T K without redundant joints; None where these are undecided."""
     if J.size == 0:
         return K
     KJ = K @ J
@@ -129,7 +129,7 @@ def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:
 
 
 def _exact_value(K: ExactMatrix, values: Mapping[Any, float]) -> np.ndarray:
-    """Polynomials at rational numbers, so that nothing is lost where they cancel."""
+    """Polynomials at rational numbers, so that cancellation loses no digits."""
     from mpmath import mp
 
     with mp.workdps(DIGITS):

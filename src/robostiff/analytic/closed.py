@@ -74,7 +74,7 @@ def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
     FormulaTooLargeError
         Before memory does.
     InputError
-        When K is indefinite: the joint meets forces, but no stiffness.
+        When K is indefinite: J^T K J = 0 while K J is not zero.
     """
     field, N, D = K.field, K.entries, K.denominator
     n = len(N)
@@ -90,7 +90,7 @@ def eliminate_exactly(K: ExactMatrix, J: Any, limit: int) -> ClosedStage:
         if any(not entry.is_zero() for entry in u):
             raise InputError(
                 "stiffness matrix",
-                got="a joint whose motion meets forces but no stiffness, J^T K J = 0",
+                got="a joint whose motion causes forces but stores no energy, J^T K J = 0",
                 expected="a positive semidefinite matrix",
             )
         return ClosedStage(tuple(u), mu, below, K)
@@ -137,7 +137,7 @@ def _sum(field: ExactField, pairs: list[tuple[Any, Any]], limit: int) -> Any:
 def _divided(
     field: ExactField, n: int, upper: dict[tuple[int, int], Any], D: Any, mu: Any
 ) -> ExactMatrix:
-    """Numerators over D mu, with what divides both taken out."""
+    """Numerators over D mu, without common factors."""
     divided = {}
     for place, entry in upper.items():
         divided[place] = entry if D.is_one() else quotient(entry, D)

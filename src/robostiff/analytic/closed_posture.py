@@ -31,7 +31,7 @@ from robostiff.spatial import exact_number
 #: Part of the robot's size, and of an angle in rad, by which poses differ from home.
 AROUND = 0.03
 _TRIES = 12  # of parameters and poses, for one at which all legs close
-_KNOWN = 1e-10  # of the length, and rad: a coordinate is what the model says, or a number
+_KNOWN = 1e-10  # of the length, and rad: a coordinate equals that of the model, or a number
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Sample:
     finder : PostureFinder
     coordinates : dict of names to float
         Those that the legs decide, by the names of their inputs; also, for a general pose, all
-        that tell it.
+        that define it.
     """
 
     values: dict[str, float]
@@ -94,7 +94,7 @@ class Following:
 
     @property
     def any(self) -> bool:
-        """Whether anything follows."""
+        """Whether any coordinate follows."""
         return bool(self.legs or self.pose)
 
     def sample(self, random: np.random.Generator, spread: float) -> Sample:
@@ -129,12 +129,12 @@ class Following:
         return Sample(values, finder, coordinates)
 
     def samples(self, count: int, seed: int, spread: float) -> list[Sample]:
-        """Several of them.
+        """Several samples.
 
         Raises
         ------
         InputError
-            When the legs close at the nominal dimensions alone.
+            When the legs close only at the nominal dimensions.
         """
         random = np.random.default_rng(seed)
         found: list[Sample] = []
@@ -158,7 +158,7 @@ class Following:
 def leg_coordinates(
     leg: Leg, names: tuple[str, ...], record: Record, length: float
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Coordinates of a leg where it closes: as the model has them, numbers, or inputs.
+    """Coordinates of a closed leg: those of the model, numbers, or inputs.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[str, ...]:
 
 
 def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float) -> list[Any]:
-    """Squares of what vanishes where a leg at some coordinates meets the platform at R, p."""
+    """Squares of the gaps between the end of a leg at some coordinates and the platform at R, p."""
     from robostiff.kinematics.closure import gaps
 
     placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)

@@ -76,7 +76,7 @@ def exact_leg(
     M = ExactMatrix.of_upper(field, m + n, upper, field.ring.constant(1))
     wrenches, met = [], []
     left = list(range(m))
-    # What is left without energy are stresses that rigid branches give one another.
+    # The remaining wrenches without energy are internal stresses between rigid branches.
     while left := [i for i in left if not M.entries[i][i].is_zero()]:
         pivot = min(left, key=lambda i: _awkwardness(M, left, i))
         left.remove(pivot)
@@ -87,7 +87,7 @@ def exact_leg(
         w = [field.fraction(x, field.one.num) for x in stage.u[m:]]
         factors = [field.fraction(stage.mu, D), field.fraction(before, field.one.num)]
         if all(x.is_zero for x in w):
-            continue  # a stress of a loop in itself, which holds nothing
+            continue  # an internal stress of a loop, which does not act on the platform
         w, own = _conjugate(field, w, factors)
         wrenches.append(w)
         met.append(own)
@@ -99,7 +99,7 @@ def exact_leg(
 
 
 def _awkwardness(M: ExactMatrix, left: list[int], i: int) -> tuple[int, int]:
-    """Order of pivots: coupled to few others, then short; without coupling as they come."""
+    """Sort key of pivots: coupled to few others first, then short ones."""
     coupled = sum(not M.entries[i][j].is_zero() for j in left if j != i)
     return coupled, len(M.entries[i][i]) if coupled else 0
 
@@ -115,7 +115,7 @@ def _conjugate(
 
 
 def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], Element]:
-    """A wrench without the factor that its entries share, such as 1 / L; by what it was scaled."""
+    """A wrench without the common factor of its entries, such as 1 / L, and that factor."""
     if all(x.is_zero for x in w):
         return w, field.one
     pivot = min((x for x in w if not x.is_zero), key=lambda x: x.terms)
@@ -157,9 +157,9 @@ class ClosedSum:
     legs : tuple of sympy.ImmutableMatrix
         The part of each leg.
     wrenches : tuple of tuples of sympy.ImmutableMatrix
-        Of each leg (n x 1), as long as their entries look simplest.
+        Wrenches of each leg (n x 1), scaled so that their entries are simple.
     compliances : tuple of tuples of sympy.Expr
-        What each of them meets.
+        The compliance of each wrench.
     """
 
     K: sp.ImmutableMatrix
@@ -171,7 +171,7 @@ class ClosedSum:
 def closed_sum(
     legs: Sequence[tuple[Sequence[Sequence[Any]], Sequence[Sequence[Any]]]], n: int, limit: int
 ) -> ClosedSum:
-    """Add up what the wrenches of all legs hold.
+    """Add w w^T / c over the wrenches of all legs.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ class CombinationNames:
         self._roots: dict[Any, Any] = {}
 
     def give(self, base: Any) -> None:
-        """Name a polynomial, in terms of those that have one already."""
+        """Name a polynomial, in terms of named ones."""
         field = self._field
         if starts_with_minus(field.polynomial_expression(base)):
             base = -base
@@ -81,7 +81,7 @@ class CombinationNames:
             ratio = _ratio(polynomial, known)
             if ratio is not None:
                 return ratio * written
-        # Squares first: of two that are as short, (x + y)**2 reads better than L_a**2 + 4*x*y.
+        # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
         candidates = [self._by_squares(polynomial), self._by_names(polynomial)]
         return min(candidates, key=lambda written: int(written.count_ops()))
 
@@ -91,7 +91,7 @@ class CombinationNames:
         return sp.Add(*parts, self._plain(rest))
 
     def _by_names(self, polynomial: Any) -> Any:
-        """What is left when multiples of named polynomials are taken out, one after the other."""
+        """The remainder after multiples of named polynomials are taken out, one after the other."""
         rest, parts = polynomial, []
         for known, written in self._named:
             for power in (2, 1):
@@ -135,7 +135,7 @@ def _without(polynomial: Any, known: Any, written: Any) -> tuple[Any, list[Any]]
 
 
 def _ratio(a: Any, b: Any) -> sp.Expr | None:
-    """The number a / b, where it is one."""
+    """The ratio a / b if it is a number."""
     number = a.leading_coefficient() / b.leading_coefficient()
     return rational(number) if a == b * number else None
 
@@ -150,7 +150,7 @@ def _letter(field: ExactField, base: Any) -> str:
 
 
 def _assumed(expression: Any) -> dict[str, bool]:
-    """What is known of a combination: a positive or at least a real number."""
+    """Assumptions on a combination: a positive or at least a real number."""
     if expression.is_positive:
         return {"positive": True}
     return {"real": True} if expression.is_real else {}
@@ -173,7 +173,7 @@ _MOST_TERMS = 300
 
 @dataclass(frozen=True)
 class NamedCombinations:
-    """A matrix in given symbols and in names for what recurs in it.
+    """A matrix in given symbols and in names for recurring sums.
 
     Attributes
     ----------

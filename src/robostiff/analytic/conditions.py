@@ -1,4 +1,4 @@
-"""What must hold for the formula of a robot: its legs close, and its telescopes have a length."""
+"""Conditions for the formula of a robot: its legs close, and telescopes have positive length."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from robostiff.spatial import exact_number
 
 _CLOSED = sp.Rational(
     1, 10**14
-)  # the square of what counts as closed, a part of the length, or rad
+)  # square of the largest gap of a closed leg, relative to the length, or rad
 _AWAY = 0.05
 _SEED = 5
 
@@ -59,7 +59,7 @@ def _closing(name: str, gap: Sequence[Any], read: ClosedReading) -> list[Conditi
 
 
 def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
-    """That the legs close at the values of the symbols that they decide."""
+    """Conditions that the legs close at the values of the symbols that follow from them."""
     random = np.random.default_rng(_SEED)
     inputs = {}
     for name in placed.record.inputs:
@@ -68,8 +68,8 @@ def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
     record = Record(inputs)
     entry = entry_reader(record, exact=True)
     robot = with_entries(with_entries(placed.robot, exact_number), entry)
-    told = placed.told
-    coordinates = None if told is None else {name: entry(x) for name, x in told.items()}
+    given = placed.given
+    coordinates = None if given is None else {name: entry(x) for name, x in given.items()}
     platform = platform_pose(FormulaPose(*home_frame(robot)), coordinates)
     again = ClosedReading(record, placed.symbols)
     found = []
@@ -94,7 +94,7 @@ def _gap_in_closed_form(
 
 
 def _names(coordinate: Any, placed: PlacedRobot) -> bool:
-    """Whether a coordinate is one that the legs decide."""
+    """Whether a coordinate follows from the legs."""
     if not isinstance(coordinate, Entry):
         return False
     record = placed.record

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Unwritten:
-    """A formula in exact arithmetic, and how to write it.
+    """A formula in exact arithmetic, and a function that writes it.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Unwritten:
 
 
 class Written:
-    """A field of a frozen dataclass that may be given as `Unwritten`; it is written once.
+    """A field of a frozen dataclass that may be given as `Unwritten`; it is written at first use.
 
     Examples
     --------
@@ -88,7 +88,7 @@ class Stage:
     u : sympy.ImmutableMatrix
         (n x 1).
     mu : sympy.Expr
-        0 for a redundant joint, which takes nothing away.
+        0 for a redundant joint, which leaves K unchanged.
     K : sympy.ImmutableMatrix
         Stiffness after the joint (n x n).
     definitions : tuple of Definition
@@ -114,7 +114,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Derivation:
-    """A stiffness matrix as a formula, with the way to it.
+    """A stiffness matrix as a formula, with its derivation.
 
     A closed form writes K in SymPy when it is first looked at.
 

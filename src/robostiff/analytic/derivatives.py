@@ -1,4 +1,4 @@
-"""Derivatives of stiffness formulas: how K changes with a length, an angle, a spring."""
+"""Derivatives of stiffness formulas by lengths, angles and stiffnesses."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Derivative:
 
     @property
     def K(self) -> sp.ImmutableMatrix:
-        """What was differentiated (n x n)."""
+        """The matrix that was differentiated (n x n)."""
         return self.derivation.K
 
     def _repr_html_(self) -> str:

@@ -16,14 +16,14 @@ from robostiff.spatial import Space
 
 
 class Part(Enum):
-    """Which part of a stiffness matrix."""
+    """The part of a stiffness matrix of which eigenvalues are computed."""
 
     TRANSLATION = "translation"
     """Force for translation, rotations held [N/m]."""
     ROTATION = "rotation"
     """Moment for rotation, translations held [N m/rad]."""
     WHOLE = "whole"
-    """All of it; rotations times a length count as translations [N/m]."""
+    """The whole matrix; rotations are multiplied by a length [N/m]."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Eigenvalues:
 
     @property
     def answer(self) -> str:
-        """In words: how many closed forms there are, and what has none."""
+        """A sentence: the number of closed forms, and the factors without one."""
         found = sum(value.multiplicity for value in self.values)
         missing = [f"irreducible factor of degree {factor.degree}" for factor in self.unsolved]
         if not missing:
@@ -129,7 +129,7 @@ def quadratic_roots(field: ExactField, polynomial: Any, unknown: sp.Symbol) -> l
     outside, inside = _root(field, field.reduced(c1 * c1 - 4 * c2 * c0))
     if inside == 1:
         return [_quotient(field, -c1 + sign * outside, 2 * c2) for sign in (-1, 1)]
-    # What both parts share stands in front.
+    # The common factor of both parts is written in front.
     common = c1.gcd(outside)
     number, root = inside.as_coeff_Mul()
     plain, plain_number = _primitive(field, -(c1 / common))
@@ -144,7 +144,7 @@ def quadratic_roots(field: ExactField, polynomial: Any, unknown: sp.Symbol) -> l
 
 
 def _primitive(field: ExactField, polynomial: Any) -> tuple[Any, Any]:
-    """A polynomial with whole coefficients that have no common divisor, and what is in front."""
+    """A polynomial with coprime integer coefficients, and the factor in front."""
     if polynomial.is_zero():
         return sp.Integer(0), sp.Integer(0)
     number, expression = field.polynomial_expression(polynomial).primitive()
@@ -202,7 +202,7 @@ def eigenvalue_formulas(
     The matrix is first split into the smallest blocks that do not act on one another; their
     characteristic polynomials are factored over the rational numbers and the symbols, cosines,
     sines and roots of the entries. A cubic that does not factor is given as it is: Cardano's
-    formula would be no answer.
+    formula would not be useful.
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ def _part_of(K: Any, part: Part, length: Any) -> sp.ImmutableMatrix:
             "eigenvalues of the whole matrix",
             got="translations coupled with rotations, so that units differ",
             expected="a length by which rotations become translations",
-            hint="give length=..., or ask for Part.TRANSLATION or Part.ROTATION",
+            hint="give length=..., or take Part.TRANSLATION or Part.ROTATION",
         )
     return K
 
@@ -314,7 +314,7 @@ def _eigenvectors(M: sp.ImmutableMatrix, value: Any) -> tuple[sp.ImmutableMatrix
 
 
 def _twist(vector: sp.ImmutableMatrix, length: Any) -> sp.ImmutableMatrix:
-    """A vector in which rotations were measured by the length, as a twist."""
+    """A vector with rotations multiplied by the length, as a twist."""
     t = Space.of_size(vector.rows).translations
     entries: list[Any] = [vector[i, 0] for i in range(vector.rows)]
     if not any(entries[t:]):

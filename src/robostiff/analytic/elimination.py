@@ -27,7 +27,7 @@ def echelon(field: ExactField, rows: list[list[Element]]) -> tuple[list[list[Ele
 
 
 def null_space(field: ExactField, rows: list[list[Element]], n: int) -> list[list[Element]]:
-    """Vectors of n elements that all the rows annihilate, each with a 1 in a place of its own."""
+    """Vectors of n elements that all rows annihilate, each with a 1 where the others have a 0."""
     reduced, pivots = echelon(field, rows) if rows else ([], [])
     vectors = []
     for free in (j for j in range(n) if j not in pivots):

@@ -40,7 +40,7 @@ class ExactMatrix:
     def of_upper(
         cls, field: ExactField, n: int, upper: dict[tuple[int, int], Any], denominator: Any
     ) -> ExactMatrix:
-        """From numerators of the upper part by row and column; what is not given is zero."""
+        """From numerators of the upper part by row and column; others are zero."""
         zero = field.ring.constant(0)
         return cls(field, _symmetric(n, upper, zero), denominator)
 
@@ -66,7 +66,7 @@ class ExactMatrix:
         upper: dict[tuple[int, int], Any] = {}
         den, below = self.field.one.den, sp.S.One
         for place, fraction in self.fractions.items():
-            # Most entries stand over one denominator: it is written once.
+            # Most entries have the same denominator: it is written once.
             if fraction.den != den:
                 den, below = fraction.den, written(fraction.den)
             upper[place] = written(fraction.num) / below

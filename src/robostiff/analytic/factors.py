@@ -49,7 +49,7 @@ def product_of(field: ExactField, formula: Any) -> Product:
 
 
 def factored(field: ExactField, polynomial: Any) -> Any:
-    """A polynomial as a product of powers, ``R - r`` rather than ``-R + r`` where it may be.
+    """A polynomial as a product of powers, ``R - r`` rather than ``-R + r`` where possible.
 
     Examples
     --------
@@ -85,7 +85,7 @@ def rational(number: Any) -> Any:
 
 
 def bound_of_terms(expression: Any, most: int) -> int:
-    """Bound for the number of terms after multiplying out, at most one more than asked about.
+    """Bound for the number of terms after multiplying out, at most one more than the limit.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def bound_of_terms(expression: Any, most: int) -> int:
     elif expression.is_Mul:
         terms = math.prod(bound_of_terms(factor, most) for factor in expression.args)
     elif expression.is_Pow and expression.exp.is_Integer:
-        # Any power beyond this one is too much already.
+        # Powers beyond this one exceed the limit.
         terms = bound_of_terms(expression.base, most) ** min(abs(int(expression.exp)), 40)
     elif isinstance(expression, sp.sin | sp.cos | sp.tan):
         angle: Any = expression.args[0]

@@ -17,7 +17,7 @@ from robostiff.analytic.roots import Radicand, Roots, factors_of
 from robostiff.analytic.writing import PolynomialWriter
 from robostiff.errors import InputError
 
-# Terms of a denominator up to which it is seen whether it is zero for want of a sign of a root.
+# Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
 _CHECKED = 50
 
 
@@ -31,7 +31,7 @@ class Relation:
 
 
 class ExactField:
-    """The fractions of polynomials in which a set of SymPy expressions live.
+    """The field of fractions of polynomials that contains a set of SymPy expressions.
 
     Symbols are generators; so are the cosine of each angle, its sine with s^2 = 1 - c^2, and
     square roots with their defining relations. Two elements are equal exactly when they have the
@@ -62,7 +62,7 @@ class ExactField:
         roots = Roots(atoms.roots, _taken_apart)
         self._angles = Angles.of(atoms.angles)
         angles = self._angles.independent
-        # Lexicographic order, relations first: what a root stands for comes after it.
+        # Lexicographic order, relations first: the radicand of a root comes after it.
         self.generators: tuple[sp.Expr, ...] = (
             *roots.squares,
             *(sp.sin(angle) for angle in angles),
@@ -154,7 +154,7 @@ class ExactField:
         return any(degrees[relation.place] for relation in self.relations)
 
     def zeros(self, element: Element) -> Any:
-        """A polynomial that vanishes where an element does: its numerator without false factors.
+        """A polynomial with the zeros of an element: its numerator without spurious factors.
 
         A factor a - b g above a norm a^2 - b^2 g^2 is one over a + b g, and no zero.
         """
@@ -199,7 +199,7 @@ class ExactField:
             raise InputError(
                 "formula",
                 got=f"a division by {self.polynomial_expression(den)}",
-                expected="roots of different signs told apart",
+                expected="roots of known signs",
                 hint="declare symbols, such as Symbol('a', positive=True)",
             )
         # Sines and roots of numbers cancel only where they are brought up.
@@ -268,7 +268,7 @@ class ExactField:
 
 
 def _taken_apart(root: Any) -> Radicand:
-    """Numerator times denominator of what stands under a root, factored where it has no roots."""
+    """Numerator times denominator of a radicand, factored if it contains no roots."""
     field = ExactField([root**2])
     written = field.polynomial_expression
     under = field.element(root**2)

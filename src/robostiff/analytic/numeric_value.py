@@ -1,4 +1,4 @@
-"""Values of formulas: quickly in floats, and with more digits where those do not suffice."""
+"""Values of formulas in floats, and with more digits where floats do not suffice."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def values_of(
     definitions : iterable of Definition
         Steps that the expressions need, in order.
     careful : bool
-        With `DIGITS` digits, for numbers alone; what cancels in floats does not cancel there.
+        With `DIGITS` digits, for numbers only; this avoids cancellation in floats.
 
     Examples
     --------

@@ -17,7 +17,7 @@ PIECE = 2_000_000
 
 
 class FormulaTooLargeError(InputError):
-    """A closed form would exceed the number of terms that were allowed."""
+    """A closed form would exceed the allowed number of terms."""
 
     @classmethod
     def beyond(cls, limit: int) -> FormulaTooLargeError:
@@ -26,7 +26,7 @@ class FormulaTooLargeError(InputError):
             "closed form",
             got=f"an entry of more than {limit} terms on the way",
             expected=f"at most {limit}",
-            hint="nobody reads that: ask for the steps, form=Steps(), or raise Closed(limit=...)",
+            hint="use named steps, form=Steps(), or raise Closed(limit=...)",
         )
 
 

@@ -1,4 +1,4 @@
-"""Questions to a formula: its rank and when it drops, its free motions, its decoupling."""
+"""Rank of a formula and conditions under which it drops, free motions, decoupling."""
 
 from __future__ import annotations
 
@@ -40,9 +40,10 @@ def rank_formula(K: Any) -> RankFormula:
     """Rank of a stiffness formula and the conditions under which it drops.
 
     A positive semidefinite matrix of rank r has a principal minor of size r that is not zero; the
-    rank drops where all of them vanish, so at the zeros of their common factors. Where it drops
-    only because several conditions meet at once is not told. Exceptions are told whether or not
-    the assumptions of the symbols allow them: h = 0 is the limit of flat platforms for h > 0.
+    rank drops where all of them vanish, so at the zeros of their common factors. Points where it
+    drops only because several conditions hold at once are not listed. Exceptions are listed whether
+    or not the assumptions of the symbols allow them: h = 0 is the limit of flat platforms for h >
+    0.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def rank_formula(K: Any) -> RankFormula:
 
 
 def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
-    """Twists that meet no stiffness, as formulas: a basis of the null space in echelon form.
+    """Free motions as formulas: a basis of the null space in echelon form.
 
     Its denominators say where the basis changes its kind: a rotation about an apex at the height
     h r / (R - r) becomes a translation where R = r.

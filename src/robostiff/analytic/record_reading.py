@@ -23,7 +23,7 @@ _FUNCTIONS: dict[Operation, Any] = {
     Operation.ARC_TANGENT: sp.atan2,
 }
 
-# Operations of a number that is written where it is used.
+# Most operations of a number that is written without a name.
 _SHORT = 4
 
 # Operations of a radicand that may be multiplied out to see whether it becomes shorter.
@@ -31,9 +31,9 @@ _MULTIPLIED_OUT = 200
 
 
 class ClosedReading:
-    """Writes entries of a record as expressions of its inputs alone.
+    """Writes entries of a record as expressions of its inputs.
 
-    Where the record decides between two, the way of its samples is taken.
+    Where the record chooses between two entries, the choice of its samples is taken.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class ClosedReading:
         return self._known[value.step]
 
     def written(self, step: int, known: dict[int, Any]) -> sp.Expr:
-        """One step in terms of others that are known."""
+        """One step in terms of the steps before it."""
         operation, a, _ = self.record.operations[step]
         if operation is Operation.INPUT:
             return self.symbols[a]
@@ -84,7 +84,7 @@ class ClosedReading:
 
 
 class StepReading:
-    """Writes entries of a record in named steps: what is used twice, or has a name, is defined.
+    """Writes entries of a record in named steps: entries used twice, or with a name, are defined.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class StepReading:
         steps = record.needed(wanted)
         uses = Counter(wanted)
         for step in steps:
-            # A square uses its argument once, as a reader sees it.
+            # A square counts as one use of its argument.
             uses.update(set(record.arguments(step)))
         reading = ClosedReading(record, symbols)
         given: set[str] = set()
@@ -142,7 +142,7 @@ class StepReading:
 
 
 def _shorter(radicand: sp.Expr) -> sp.Expr:
-    """What stands under a root, multiplied out where that is no longer."""
+    """A radicand, multiplied out where that is not longer."""
     if radicand.count_ops() > _MULTIPLIED_OUT or radicand.has(sp.sin, sp.cos):
         return radicand
     field = ExactField([radicand])
@@ -168,13 +168,13 @@ def written_size(record: Record, results: Iterable[Any]) -> int:
 
 
 def exact(number: Any) -> sp.Expr:
-    """A number as SymPy has it; a float as the decimal that it prints as."""
+    """A number of SymPy; a float as the decimal that it prints as."""
     written = sp.sympify(number)
     return sp.nsimplify(written, rational=True) if written.has(sp.Float) else written
 
 
 def _used(definitions: list[Definition], results: Iterable[sp.Expr]) -> tuple[Definition, ...]:
-    """The definitions that results need: a way that is not taken leaves others without a use."""
+    """The definitions that results need; branches that are not taken leave unused ones."""
     wanted = {symbol for result in results for symbol in result.free_symbols}
     kept = []
     for definition in reversed(definitions):

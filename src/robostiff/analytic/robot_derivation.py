@@ -1,4 +1,4 @@
-"""What the derivation of a robot's stiffness says, leg by leg."""
+"""The derivation of a robot's stiffness, leg by leg."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robostiff.analytic.derivation import Definition, Derivation
 
 @dataclass(frozen=True)
 class LegDerivation:
-    """How a leg holds the platform.
+    """Transmitted wrenches and compliances of a leg.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class LegDerivation:
         The wrenches (n x 1) that its passive joints transmit, about the reference point, world
         axes; conjugate to one another, of any length.
     compliances : tuple of sympy.Expr
-        What each of them meets: K_leg = sum of w w^T / c.
+        Compliance of each wrench: K_leg = sum of w w^T / c.
     K : sympy.ImmutableMatrix or None
         Stiffness (n x n) about the reference point, world axes; None in steps.
     definitions : tuple of Definition
@@ -46,7 +46,7 @@ class LegDerivation:
 
 @dataclass(frozen=True)
 class Condition:
-    """What must hold for a formula to hold.
+    """A condition under which a formula holds.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class RobotDerivation(Derivation):
-    """The stiffness matrix of a robot as a formula, with the way to it through its legs.
+    """The stiffness matrix of a robot as a formula, with the derivation of its legs.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class RobotDerivation(Derivation):
     where : str
         The pose, in words.
     coordinates : tuple of str
-        Names of the symbols that tell the pose.
+        Names of the symbols of the pose.
     following : tuple of str
         Names of the symbols that the legs decide: coordinates of the platform or of joints, which
         are those at which the legs close, and not free to choose.

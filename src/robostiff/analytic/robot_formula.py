@@ -82,10 +82,10 @@ def shared_out(
     return shared
 
 
-# Terms of an entry that a formula nobody asked for may have: found in a second.
+# Most terms of an entry by default: found in a second.
 _READABLE = 500
 
-# Operations of a formula written out for each term that is allowed, before like terms are added.
+# Operations of a written-out formula for each allowed term, before like terms are added.
 _OPERATIONS_A_TERM = 200
 
 
@@ -193,7 +193,7 @@ def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDe
 def _parts(
     placed: PlacedLeg, recorded: RecordedLeg, wrenches: Sequence[Any], compliances: Sequence[Any]
 ) -> dict[str, Any]:
-    """What there is to tell about a leg in both forms."""
+    """Facts about a leg that both forms contain."""
     names = passive_freedoms(placed)
     lost = zip(names, recorded.redundant, strict=True)
     return {
@@ -229,7 +229,7 @@ def _derivation(
 
 
 def _give_names(leg: RecordedLeg, number: int) -> None:
-    """Names for what a reader looks for: wrenches w, compliances c."""
+    """Names for wrenches w and compliances c."""
     several = len(leg.wrenches) > 1
     for k, (w, mu) in enumerate(zip(leg.wrenches, leg.mu, strict=True), start=1):
         own = f"{number}_{k}" if several else f"{number}"

@@ -49,13 +49,13 @@ class PlacedRobot:
     where : str
         The pose, in words.
     coordinates : tuple of str
-        Names of the symbols that tell the pose.
+        Names of the symbols of the pose.
     following : tuple of str
         Names of the symbols, some coordinates among them, whose values the closure of the legs
         decides.
     follows : Following
         How to find them in numbers.
-    told : dict of names to SymPy expressions, or None
+    given : dict of names to SymPy expressions, or None
         Coordinates of the platform, or of a serial arm; None at home.
     closed : dict of leg numbers to arrays of entries and numbers
         Coordinates of the legs that close by iteration.
@@ -76,7 +76,7 @@ class PlacedRobot:
     coordinates: tuple[str, ...]
     following: tuple[str, ...]
     follows: Following
-    told: dict[str, Any] | None
+    given: dict[str, Any] | None
     closed: dict[int, np.ndarray]
     record: Record
     symbols: dict[str, sp.Symbol]
@@ -109,23 +109,23 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         When a symbol has no nominal value, or a leg has no closed form away from home.
     """
     finder = posture_finder(robot.numeric)
-    told = coordinate_expressions(robot, pose)
+    given = coordinate_expressions(robot, pose)
     follows = Following.of(robot, finder, pose)
     if follows.pose:
-        told = {name: sp.Symbol(own, real=True) for name, own in follows.pose.items()}
+        given = {name: sp.Symbol(own, real=True) for name, own in follows.pose.items()}
     symbols = {symbol.name: symbol for symbol in robot.symbols}
-    for expression in (told or {}).values():
+    for expression in (given or {}).values():
         symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
     for names in follows.legs.values():
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
-    if told is not None and not robot.is_posed_by_joints and not follows.pose:
-        _check_reach(robot, finder, told)
-    record = Record(_samples(symbols, told, robot, finder, follows))
+    if given is not None and not robot.is_posed_by_joints and not follows.pose:
+        _check_reach(robot, finder, given)
+    record = Record(_samples(symbols, given, robot, finder, follows))
     read = entry_reader(record, exact=True)
     entries = with_entries(with_entries(robot, exact_number), read)
     coordinates = None
-    if told is not None:
-        coordinates = {name: _as_step(read(value), record) for name, value in told.items()}
+    if given is not None:
+        coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
     following = follows.following
     closed: dict[int, np.ndarray] = {}
     if robot.is_posed_by_joints:
@@ -148,11 +148,11 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     return PlacedRobot(
         robot=robot,
         entries=entries,
-        where=_in_words(told, following),
-        coordinates=tuple(str(v) for v in (told or {}).values() if v.is_Symbol),
+        where=_in_words(given, following),
+        coordinates=tuple(str(v) for v in (given or {}).values() if v.is_Symbol),
         following=following,
         follows=follows,
-        told=told,
+        given=given,
         closed=closed,
         record=record,
         symbols=symbols,
@@ -163,9 +163,9 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     )
 
 
-def _check_reach(robot: Robot, finder: PostureFinder, told: Mapping[str, Any]) -> None:
+def _check_reach(robot: Robot, finder: PostureFinder, given: Mapping[str, Any]) -> None:
     """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
-    values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in told.items()}
+    values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
     at_home = _home_values(finder)
     middle = {str(x): 1.0 for value in values.values() for x in value.free_symbols}
     middle |= {str(x): at_home[name] for name, x in values.items() if x.is_Symbol}
@@ -188,7 +188,7 @@ def _check_reach(robot: Robot, finder: PostureFinder, told: Mapping[str, Any]) -
             got="no pose near home at which all legs meet the platform: " + "; ".join(complaints),
             expected="poses that the legs reach",
             hint="name all coordinates of the pose by AtSymbols(), derive it at home, or leave out "
-            "of `coordinates` what the legs fix",
+            "of `coordinates` those that the legs fix",
         )
     raise InputError(
         f"pose of {robot.name!r}", got="; ".join(complaints), expected="a pose that all legs reach"
@@ -212,11 +212,11 @@ def _platform_at(
 def _joint_coordinates(
     leg: Leg, coordinates: Mapping[str, Any] | None, record: Record
 ) -> np.ndarray:
-    """Coordinates of a serial arm: those that are told, the others at home."""
-    told = coordinates or {}
+    """Coordinates of a serial arm: the given ones, the others at home."""
+    given = coordinates or {}
     q = np.array(leg.chain.home, dtype=object)
     for i, screw in enumerate(leg.chain.freedoms):
-        value = told.get(f"q{i + 1}", q[i])
+        value = given.get(f"q{i + 1}", q[i])
         if screw.turns and not isinstance(value, Entry):
             value = _as_step(exact_angle(value), record)
         q[i] = value
@@ -224,7 +224,7 @@ def _joint_coordinates(
 
 
 def _as_step(value: Any, record: Record) -> Any:
-    """An angle whose cosine is no root of numbers as a step: exact numbers would explode."""
+    """An angle whose cosine is no root of numbers, as a step: its exact numbers are too long."""
     if isinstance(value, Entry) or not sp.cos(value).has(sp.cos, sp.sin):
         return value
     return Entry(record, record.number(value))
@@ -264,7 +264,7 @@ def _closed_leg(leg: Leg, platform: FormulaPose, solver: LegSolver) -> PlacedFor
 
 def _samples(
     symbols: Mapping[str, sp.Symbol],
-    told: Mapping[str, Any] | None,
+    given: Mapping[str, Any] | None,
     robot: Robot,
     finder: PostureFinder,
     follows: Following,
@@ -283,7 +283,9 @@ def _samples(
     random = np.random.default_rng(_SEED)
     at_home = _home_values(finder)
     # A coordinate may be given by a symbol of another name.
-    nominal = {str(value): at_home[name] for name, value in (told or {}).items() if value.is_Symbol}
+    nominal = {
+        str(value): at_home[name] for name, value in (given or {}).items() if value.is_Symbol
+    }
     nominal |= robot.nominal
     samples: dict[str, Any] = {}
     for name in symbols:
@@ -307,11 +309,11 @@ def _home_values(finder: PostureFinder) -> dict[str, float]:
     return {"x": x, "y": y, "z": z, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
 
 
-def _in_words(told: Mapping[str, Any] | None, following: tuple[str, ...]) -> str:
-    if told is None:
+def _in_words(given: Mapping[str, Any] | None, following: tuple[str, ...]) -> str:
+    if given is None:
         where = "in the home configuration"
     else:
         where = "at " + ", ".join(
-            name if str(value) == name else f"{name} = {value}" for name, value in told.items()
+            name if str(value) == name else f"{name} = {value}" for name, value in given.items()
         )
-    return f"{where}, where the legs decide {', '.join(following)}" if following else where
+    return f"{where}, where the legs determine {', '.join(following)}" if following else where

@@ -1,4 +1,4 @@
-"""Where a robot is derived: at home, at a general pose told by symbols, or at given coordinates."""
+"""The pose of a formula: home, a general pose in symbols, or given coordinates."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class AtHome:
 
 @dataclass(frozen=True)
 class AtSymbols:
-    """A general pose: each coordinate that the robot is free to choose is a symbol.
+    """A general pose: each free coordinate of the robot is a symbol.
 
     The point is (x, y, z); the rotation is Rz(gamma) Ry(beta) Rx(alpha), turns about the world's x,
     y and z one after the other. A serial arm has its joint coordinates q1, q2 and so on instead.
@@ -64,7 +64,7 @@ PoseFormula = AtHome | AtSymbols | AtCoordinates
 
 
 def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | None:
-    """The coordinates that tell the pose, as SymPy expressions; None at home.
+    """The given coordinates of the pose, as SymPy expressions; None at home.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def exact_angle(angle: Any) -> Any:
 
 
 def coordinate_names(robot: Robot) -> tuple[str, ...]:
-    """Names of the coordinates that a pose formula of a robot may tell."""
+    """Names of the coordinates that a pose formula of a robot may have."""
     if robot.is_posed_by_joints:
         return tuple(f"q{i + 1}" for i in range(robot.legs[0].chain.size))
     return tuple(SYMBOL_NAMES[c] for c in robot.coordinates)
@@ -115,7 +115,7 @@ def _exact(robot: Robot, name: str, value: Any) -> Any:
 
 
 def free_name(name: str, taken: Collection[str]) -> str:
-    """A coordinate with the name of a parameter gets a P behind it, of the platform."""
+    """A coordinate with the name of a parameter gets the suffix P, for platform."""
     while name in taken:
         name = f"{name}_P"
     return name

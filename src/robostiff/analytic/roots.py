@@ -16,7 +16,7 @@ _LARGEST_PRIME = 100_000
 
 @dataclass(frozen=True)
 class Radicand:
-    """What stands under a root, a fraction n / d, taken apart.
+    """A radicand, a fraction n / d, in factors.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Radicand:
 
     @property
     def sign(self) -> Any:
-        """1 where d is known to be positive, else d: then d sqrt(n / d) is a generator itself."""
+        """1 if d is positive, else d: then d sqrt(n / d) is a generator itself."""
         return 1 if self.below.is_positive else self.below
 
 
@@ -93,16 +93,14 @@ class Roots:
             if power % 2:
                 parts.append(self._generator(factor, radicand))
         if rest == -1:
-            raise InputError(
-                "square root", got=str(radicand.root), expected="a root of something positive"
-            )
+            raise InputError("square root", got=str(radicand.root), expected="a positive radicand")
         if rest != 1:
             unknown = [p for f, p in radicand.factors.items() if not f.is_positive]
             if not any(power % 2 for power in unknown):
                 raise InputError(
                     "square root of a square",
                     got=str(radicand.root),
-                    expected="symbols that tell its sign",
+                    expected="symbols whose assumptions decide its sign",
                     hint="declare them, such as Symbol('a', positive=True), or write the root out",
                 )
             parts.append(self._generator(sp.expand(rest), radicand))

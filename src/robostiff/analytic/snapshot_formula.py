@@ -1,4 +1,4 @@
-"""The stiffness of a whole robot as a formula, from where its joints and springs are."""
+"""The stiffness of a snapshot whose points, axes and springs are formulas."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
         raise InputError(
             f"formula of snapshot {snapshot.name!r}",
             got="a flexible platform",
-            expected="a rigid one: how a platform bends is computed in numbers alone",
+            expected="a rigid one: flexible platforms are computed in numbers only",
         )
     symbols, samples, twin = _sampled(snapshot)
     record = Record(samples)

@@ -44,7 +44,7 @@ class PolynomialWriter:
     def __init__(self, generators: Sequence[Any]) -> None:
         self._generators = tuple(generators)
         self._merges = [not (g.is_Symbol or isinstance(g, sp.sin | sp.cos)) for g in generators]
-        # What products are made of: generators to a power, and coefficients.
+        # The parts of products: generators to a power, and coefficients.
         self._parts: dict[Any, Any] = {_A_PRODUCT: _PRODUCT}
         self._ordered: list[Any] = [_PRODUCT]
         self._ranks: dict[Any, int] = {_A_PRODUCT: 0}

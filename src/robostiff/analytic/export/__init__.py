@@ -1,4 +1,4 @@
-"""Derivations in other languages: to read, to print, to keep, to compute with.
+"""Export of derivations: text, LaTeX, Markdown, HTML, Typst, PDF, JSON, Python and C.
 
 Plain text, LaTeX, Markdown, HTML and Typst (PDF) show how a stiffness matrix came about; JSON data
 keep it without loss; Python and C compute it.

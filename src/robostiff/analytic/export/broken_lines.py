@@ -1,4 +1,4 @@
-"""Long formulas over several lines, by the width that they have when typeset."""
+"""Long formulas on several lines, broken by their typeset width."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _power_width(power: Any) -> float:
 
 @dataclass(frozen=True)
 class Breaks:
-    """What a language for formulas calls the pieces of a broken line.
+    """Brackets and signs of a broken line in a language for formulas.
 
     Attributes
     ----------
@@ -146,9 +146,9 @@ def broken_lines(expression: sp.Expr, language: Breaks, room: float) -> list[str
 
 
 def _pieces(expression: Any, language: Breaks, room: float) -> list[_Piece]:
-    """What must stay together, in order."""
+    """The pieces of an expression that are not broken, in order."""
     width = math_width(expression)
-    # A sum that fits may still be broken, lest half of the line before it stay empty.
+    # A sum that fits is still broken if otherwise half of the line before it stayed empty.
     if isinstance(expression, sp.Add) and width > room / 4:
         return _sum_pieces(expression, language, room)
     if isinstance(expression, sp.Mul | sp.Pow) and width > room:

@@ -44,7 +44,7 @@ _OTHER_MATHEMATICS = """
     M_2_PI M_2_SQRTPI linux unix i386
 """
 
-#: Identifiers that generated C does not use for anything of its own.
+#: Identifiers that generated C must not define.
 C_WORDS: frozenset[str] = frozenset(
     [
         *_KEYWORDS.split(),
@@ -78,7 +78,7 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     Returns
     -------
     str
-        Source that needs the mathematical library alone (``-lm``).
+        Source that needs only the mathematical library (``-lm``).
 
     Raises
     ------

@@ -20,7 +20,7 @@ _HALF = sp.Rational(1, 2)
 
 
 class CodePrinter(ABC):
-    """Writes expressions of the vocabulary with ``+ - * /``; a language adds the rest.
+    """Writes expressions of the vocabulary with ``+ - * /``; subclasses add the rest of a language.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class CodePrinter(ABC):
 
 
 class Identifiers:
-    """Gives out identifiers, none of them twice and none that the language keeps for itself.
+    """Unique identifiers that are not reserved in the language.
 
     Parameters
     ----------

@@ -56,14 +56,14 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     """
     names = Names(derivation)
     blocks: list[Block] = [Heading(title_of(derivation), level=1), Words(_summary(derivation))]
-    told = _named(derivation, names)
-    if told.definitions:
-        blocks += [Heading("Names for what recurs"), equations(told.definitions)]
+    named = _named(derivation, names)
+    if named.definitions:
+        blocks += [Heading("Names for recurring expressions"), equations(named.definitions)]
     words = [_in_words(leg) for leg in derivation.legs]
     alike = len(words) > 1 and len(set(words)) == 1
     if alike:
         blocks += [Heading("The legs"), Words(f"Each of the {len(words)} legs: {words[0]}")]
-    for number, leg in enumerate(told.legs, start=1):
+    for number, leg in enumerate(named.legs, start=1):
         blocks.append(Heading(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
             blocks.append(Words(words[number - 1]))
@@ -73,14 +73,14 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     rest = [d for d in derivation.definitions if d.symbol not in of_legs]
     if rest:
         blocks.append(equations(rest))
-    blocks.append(stiffness_equation(told.K, names.result, names))
+    blocks.append(stiffness_equation(named.K, names.result, names))
     blocks.append(_nomenclature(derivation, names))
     return tuple(blocks)
 
 
 @dataclass(frozen=True)
 class _Named:
-    """K and the legs in names for what recurs in them."""
+    """K and the legs with names for recurring expressions."""
 
     K: sp.ImmutableMatrix
     legs: tuple[LegDerivation, ...]
@@ -115,7 +115,7 @@ def _summary(derivation: RobotDerivation) -> str:
     return (
         f"Stiffness about the reference point in world axes, {derivation.where}, {form}. Passive "
         f"joints leave each chain the wrenches w that they transmit, made conjugate to one "
-        f"another; each meets a compliance c. The stiffness is the sum of w w^T / c over {legs}, "
+        f"another; each has a compliance c. The stiffness is the sum of w w^T / c over {legs}, "
         "eq. (12)."
     )
 
@@ -140,7 +140,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _leg(leg: LegDerivation, number: int) -> list[Block]:
-    """Definitions, then each wrench with the compliance that it meets."""
+    """Definitions, then each wrench with its compliance."""
     blocks: list[Block] = [equations(leg.definitions)] if leg.definitions else []
     if not leg.wrenches:
         return [*blocks, Words("It transmits no wrench.")]
@@ -166,7 +166,7 @@ def _nomenclature(derivation: RobotDerivation, names: Names) -> Nomenclature:
     rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
         ((names.result,), meaning_of_result(derivation)),
         ((MatrixName("w"),), f"wrench ({wrench}) that a leg transmits"),
-        (("c",), "compliance that it meets"),
+        (("c",), "compliance of the leg under this wrench"),
     ]
     defined = [d.symbol.name for d in derivation.definitions]
     for letter, meaning in _MEANINGS.items():

@@ -24,7 +24,7 @@ Measure = Callable[[sp.Basic], float]
 
 @dataclass(frozen=True)
 class Displayed:
-    """A matrix that fits: ``factor * matrix``, with names in it for what is too wide.
+    """A matrix that fits: ``factor * matrix``, with names for entries that are too wide.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ def _columns(matrix: sp.ImmutableMatrix, measure: Measure) -> list[float]:
 
 
 def _limit(columns: list[float], room: float) -> float:
-    """Widest entry for which all columns fit; columns that need less leave their share."""
+    """Widest entry for which all columns fit; narrow columns leave space for the others."""
     columns = sorted(columns)
     for narrower, width in enumerate(columns):
         share = (room - sum(columns[:narrower])) / (len(columns) - narrower)
@@ -114,7 +114,7 @@ _AROUND = 3.0
 
 @dataclass(frozen=True)
 class MathLanguage:
-    """How a language writes mathematics.
+    """Functions that write mathematics in a language.
 
     Attributes
     ----------

@@ -51,7 +51,7 @@ def symbols_of(expressions: Iterable[Any]) -> set[Any]:
 
 
 def operations(matrix: Any) -> int:
-    """How many operations the entries of a matrix take together.
+    """Number of operations of all entries of a matrix.
 
     Examples
     --------
@@ -71,7 +71,7 @@ class MatrixName:
 
 
 class Names:
-    """Names for matrices, vectors and their entries that no given symbol bears.
+    """Names for matrices, vectors and their entries that differ from all given symbols.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class Names:
             matrices += [stage.J, stage.u, stage.K, stage.mu]
         matrices += [d.expression for d in derivation.definitions]
         used = {symbol.name for symbol in symbols_of(matrices)}
-        # The derivation's own names, such as mu_1, u_1_2 and K_1_12, mean what they mean here.
+        # The derivation's own names, such as mu_1, u_1_2 and K_1_12, have the same meaning here.
         self.given = tuple(sorted(used - {d.symbol.name for d in derivation.definitions}))
         self._stages = len(derivation.stages)
         is_symbol = re.fullmatch(r"K(_?[A-Za-z]\w*)?", derivation.name)

@@ -242,7 +242,7 @@ mi.matrix { font-weight: bold; }
 
 
 def derivation_html(derivation: Derivation | Derivative, *, first_heading: int = 1) -> str:
-    """A derivation as a piece of HTML; browsers typeset its formulas without help.
+    """A derivation as a fragment of HTML, with formulas in MathML.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Expressions as small trees of lists, numbers as text: ``["*", ["rat", "1", "2"], ["sym", "L"]]``.
 
-Reading evaluates nothing: a tree either is an expression of the vocabulary or is refused.
+Reading evaluates no text: a tree that is not an expression of the vocabulary is refused.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from robostiff.errors import InputError
 
 
 def shown(data: Any) -> str:
-    """A text or number as it is; of anything else only the kind.
+    """A text or number for an error message; for other data only the kind.
 
     Examples
     --------
@@ -207,7 +207,7 @@ def _too_deep() -> InputError:
     return InputError("expression", expected=f"at most {DEEPEST} operations inside one another")
 
 
-# What may be assumed, the more telling first.
+# Assumptions, the most specific first.
 _ASSUMPTIONS = (
     "positive",
     "negative",
@@ -244,7 +244,7 @@ _MOST_SYMBOLS = 20_000
 
 
 def symbol_data(symbol: sp.Symbol) -> dict[str, Any]:
-    """A symbol as plain data, with as few assumptions as say everything.
+    """A symbol as plain data, with the smallest sufficient set of assumptions.
 
     Raises
     ------
@@ -262,7 +262,7 @@ def symbol_data(symbol: sp.Symbol) -> dict[str, Any]:
         raise InputError("symbol", got=symbol.name, expected=f"1 to {_MOST_CHARACTERS} letters")
     known = symbol.assumptions0
     needed = {name: known[name] for name in reversed(_ASSUMPTIONS) if name in known}
-    # What follows from the rest is left out; what is false goes first.
+    # Assumptions that follow from others are left out; false ones go first.
     for name in sorted(needed, key=lambda name: needed[name]):
         fewer = {other: value for other, value in needed.items() if other != name}
         if sp.Symbol(symbol.name, **fewer) == symbol:
@@ -317,5 +317,5 @@ def _read_symbol(data: Any) -> sp.Symbol:
         raise InputError(
             f"assumptions of {name!r}",
             got=shown(", ".join(assumptions)),
-            expected="some that agree",
+            expected="consistent assumptions",
         ) from None

@@ -40,7 +40,7 @@ _MOST_PARTS = 100_000
 
 
 class PartReader(Protocol):
-    """What reads matrices, columns, expressions and definitions of one size."""
+    """A reader of matrices, columns, expressions and definitions of one size."""
 
     def matrix(self, data: Any) -> sp.ImmutableMatrix:
         """An (n, n) matrix."""
@@ -185,7 +185,7 @@ def derivation_from_data(data: Any) -> Derivation:
     """
     keys = ("robostiff_derivation", "name", "symbols", "K0", "stages", "K", "definitions")
     is_robot = isinstance(data, dict) and "legs" in data
-    if is_robot:  # written before there were any
+    if is_robot:  # absent in older files
         data = {"following": [], "conditions": [], **data}
     fields = _fields(data, "derivation", (*keys, *_ROBOT_KEYS) if is_robot else keys)
     if fields["robostiff_derivation"] != _VERSION or fields["robostiff_derivation"] is True:
@@ -207,7 +207,7 @@ def derivation_from_data(data: Any) -> Derivation:
 
 
 def _of_robot(derivation: Derivation, fields: dict[str, Any], reader: _Reader) -> RobotDerivation:
-    """The same, with the legs."""
+    """The derivation with its legs."""
     legs = [_fields(leg, "leg", LEG_KEYS) for leg in _list(fields["legs"], "legs")]
     return RobotDerivation(
         name=derivation.name,

@@ -1,4 +1,4 @@
-"""What an exported derivation says, in order, whatever the language it is written in."""
+"""The outline of an exported derivation, independent of its format."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class WrenchSum:
 
 @dataclass(frozen=True)
 class Nomenclature:
-    """Names and what they stand for; several names that mean the same are listed together."""
+    """Names and their meanings; several names with the same meaning are listed together."""
 
     rows: tuple[tuple[tuple[MatrixName | str, ...], str], ...]
 
@@ -179,7 +179,7 @@ def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> list[Bl
 
 
 def _result(derivation: Derivation, names: Names) -> list[Block]:
-    """The matrix, below what recurs in it where it is a closed form."""
+    """The matrix; of a closed form also names for recurring expressions, before it."""
     if not derivation.is_closed:
         return [stiffness_equation(derivation.K, names.result, names)]
     named = name_combinations(derivation.K, names.given)
@@ -219,7 +219,7 @@ def _unstaged(derivation: Derivation) -> tuple[list[Definition], list[Definition
 
 
 def meaning_of_result(derivation: Derivation) -> str:
-    """What the stiffness matrix is, in words: point, order and units."""
+    """A sentence about the stiffness matrix: point, order and units."""
     space = Space.of_size(derivation.K.rows)
     wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
     return (
@@ -246,9 +246,9 @@ def _nomenclature(derivation: Derivation, names: Names) -> Nomenclature:
             (listed(lambda i: names.column("J", i)), "twist of a passive joint"),
             (
                 listed(lambda i: names.column("u", i)),
-                "wrench that its unit motion meets, stiffness before the joint times its twist",
+                "reaction to its unit motion, stiffness before the joint times its twist",
             ),
-            (listed(lambda i: names.scalar("mu", i)), "stiffness that its unit motion meets"),
+            (listed(lambda i: names.scalar("mu", i)), "stiffness against its unit motion"),
             (listed(names.stiffness), "stiffness after the joint"),
         ]
     if names.given:

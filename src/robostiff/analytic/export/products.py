@@ -1,4 +1,4 @@
-"""Products as they are printed: sign, what is above the fraction bar, what is below."""
+"""Products as they are printed: sign, numerator and denominator."""
 
 from __future__ import annotations
 

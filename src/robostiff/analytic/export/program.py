@@ -17,9 +17,9 @@ from robostiff.analytic.export.vocabulary import check_vocabulary
 from robostiff.analytic.robot_derivation import Condition, RobotDerivation
 from robostiff.errors import InputError
 
-#: Part of the terms of a denominator that must be left: below, the digits of K are lost.
+#: Smallest ratio of a denominator to its terms: below it, the digits of K are lost.
 SAFE = 1e-6
-#: The same of what stands under a root there.
+#: The same for a radicand in a denominator.
 SAFE_UNDER_ROOT = 1e-12
 
 
@@ -92,7 +92,7 @@ def _sums(
 
 
 def _is_nonnegative(expression: Any, positive: set[Any]) -> bool:
-    """Whether an expression cannot be negative, seen from its form."""
+    """Whether the form of an expression excludes negative values."""
     if expression in positive or expression.is_nonnegative:
         return True
     if expression.is_Add or expression.is_Mul:
@@ -123,14 +123,14 @@ class Assignment:
     is_shared: bool
 
     def renamed(self, names: dict[Any, Any]) -> Assignment:
-        """The same with other symbols."""
+        """The assignment with other symbols."""
         expression: Any = self.expression.xreplace(names)
         return Assignment(names.get(self.symbol, self.symbol), expression, self.is_shared)
 
 
 @dataclass(frozen=True)
 class Program:
-    """What computes a stiffness matrix.
+    """Assignments, guards and conditions that compute a stiffness matrix.
 
     Attributes
     ----------
@@ -225,7 +225,7 @@ def program(derivation: Derivation | Derivative) -> Program:
 def _in_range(
     assignments: tuple[Assignment, ...], results: list[Any]
 ) -> tuple[tuple[Assignment, ...], list[Any]]:
-    """The same with numbers that the machine has: large sums are scaled."""
+    """The program with numbers in the range of doubles: large sums are scaled."""
     if not has_large_numbers([*(a.expression for a in assignments), *results]):
         return assignments, results
     scales: dict[Any, Any] = {}
@@ -241,14 +241,14 @@ def _in_range(
 
 
 def conditions_of(derivation: Derivation | Derivative) -> tuple[Condition, ...]:
-    """What must hold for a formula to hold."""
+    """Conditions under which a formula holds."""
     if isinstance(derivation, Derivative):
         derivation = derivation.derivation
     return derivation.conditions if isinstance(derivation, RobotDerivation) else ()
 
 
 def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:
-    """Symbols t1, t2, ... that nobody uses."""
+    """Unused symbols t1, t2, ..."""
     letter = "t"
     while any(name.startswith(letter) and name[len(letter) :].isdigit() for name in taken):
         letter += "t"
@@ -276,7 +276,7 @@ class _Computation:
             self._assign(symbol, expression, is_shared=False)
 
     def result(self, expression: Any) -> Any:
-        """An expression, everything that it shares with others assigned before."""
+        """An expression, after assignments of its shared subexpressions."""
         waiting = [expression]
         while waiting:
             needed = self._missing(waiting[-1])

@@ -1,4 +1,4 @@
-"""A derivation as a Python function that needs NumPy alone."""
+"""A derivation as a Python function that needs only NumPy."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def python_function(derivation: Derivation | Derivative, name: str = "stiffness"
     Returns
     -------
     str
-        Source that needs NumPy alone. Named intermediates keep their names, what occurs more than
+        Source that needs only NumPy. Named intermediates keep their names, what occurs more than
         once is computed once.
 
     Raises
@@ -173,10 +173,10 @@ def _guard(
 
 
 def where_it_holds(compute: Program) -> str:
-    """In words where a generated function gives no answer."""
+    """A sentence about the arguments for which a generated function gives no answer."""
     words = (
-        "where the formula does not hold: where it divides by what vanishes up to rounding, "
-        "takes the root of a negative number, or K is not finite"
+        "where the formula does not hold: where a denominator vanishes up to rounding, "
+        "a radicand is negative, or K is not finite"
     )
     besides = dict.fromkeys(_plain(own) for own, _ in compute.conditions)
     return words + "".join(f"; unless {own}" for own in besides)
@@ -219,7 +219,7 @@ def _plain(name: str) -> str:
 
 
 class _PythonPrinter(CodePrinter):
-    """NumPy by the name np."""
+    """Printer of NumPy code, with NumPy imported as np."""
 
     def integer(self, value: int) -> str:
         return str(value)

@@ -1,4 +1,4 @@
-"""Formulas as people write them: common factors in front, products where they are shorter."""
+"""Readable formulas: common factors in front, products where they are shorter."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robostiff.analytic.factors import bound_of_terms, factored
 from robostiff.analytic.field import ExactField
 from robostiff.errors import InputError
 
-# Looking for factors is left where it would take seconds.
+# No search for factors where it would take seconds.
 _MOST_OPERATIONS = 600
 _MOST_OPERATIONS_OF_AN_ENTRY = 60
 _MOST_TERMS = 500
@@ -48,7 +48,7 @@ def readable_matrix(M: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
 
 
 def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]:
-    """Common factor of the entries and what is left; 1 where that would not be shorter.
+    """Common factor of the entries and the remaining matrix; 1 where that is not shorter.
 
     Examples
     --------

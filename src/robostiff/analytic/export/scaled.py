@@ -1,4 +1,4 @@
-"""Sums with numbers of very many digits, scaled so that each number is one of the machine's.
+"""Sums with numbers of very many digits, scaled to the range of doubles.
 
 Exact arithmetic on decimals leaves sums such as (a x + b y) / (c x + d y) whose numbers have
 hundreds of digits, though the quotient is of usual size. A sum is divided by a power of ten near
@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy as sp
 
-#: Numbers with more digits are not for the machine: their products leave its range.
+#: Products of numbers with more digits exceed the range of doubles.
 LARGE = sp.Integer(10) ** 50
 
 

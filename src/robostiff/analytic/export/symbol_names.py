@@ -85,7 +85,7 @@ def name_parts(name: str) -> NameParts:
 
 
 def differential_parts(name: str) -> tuple[str, str] | None:
-    """What is differentiated and by what, for names such as dK_1_11_dR; None for any other.
+    """Numerator and denominator of derivative names such as dK_1_11_dR; None for other names.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def is_greek(word: str) -> bool:
 
 
 def _spelled(word: str) -> str:
-    """A Greek character by its English name; anything else as it is."""
+    """A Greek character by its English name; other characters unchanged."""
     if len(word) != 1:
         return word
     if word in _GREEK_CHARACTERS:

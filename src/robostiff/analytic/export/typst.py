@@ -208,13 +208,13 @@ _PREAMBLE = """\
 #show heading: set block(above: 1.5em, below: 0.9em, sticky: true)
 """
 
-#: What a document says once, before the first piece of a derivation.
+#: Definitions that a document needs before the first derivation.
 TYPST_DERIVATIONS = """\
 #set math.mat(column-gap: 1.1em, row-gap: 0.55em)
 #show math.equation.where(block: true): set align(left)
 #show math.equation.where(block: true): set block(breakable: true)
 
-// Whatever is wider than the page is made smaller.
+// Formulas wider than the page are scaled down.
 #let fit(body) = block(inset: (left: 1.5em), layout(page => {
   let width = measure(body).width
   if width > page.width {
@@ -257,14 +257,14 @@ def derivation_typst(derivation: Derivation | Derivative) -> str:
 
 
 def wants_wide_page(derivation: Derivation | Derivative) -> bool:
-    """Whether its matrices want a page on its side: those of space, not those of a plane."""
+    """Whether its matrices need a landscape page: 6 x 6 matrices do, planar ones do not."""
     return derivation.K.rows > 3
 
 
 def derivation_in_typst(
     derivation: Derivation | Derivative, *, first_heading: int = 1, wide: bool | None = None
 ) -> str:
-    """A derivation as a piece of a Typst document that says `TYPST_DERIVATIONS` before.
+    """A derivation as a fragment of a Typst document that begins with `TYPST_DERIVATIONS`.
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def derivation_in_typst(
     first_heading : int
         Level of its title.
     wide : bool, optional
-        Whether the page lies on its side; as `wants_wide_page` says when left out.
+        Whether the page is landscape; `wants_wide_page` by default.
     """
     is_wide = wants_wide_page(derivation) if wide is None else wide
     room = _ROOM_ON_ITS_SIDE if is_wide else _ROOM_UPRIGHT
@@ -305,7 +305,7 @@ def derivation_pdf(derivation: Derivation | Derivative, path: str | Path) -> Non
 
 
 def typst_pdf(source: str) -> bytes:
-    """A Typst document as a PDF, with the fonts that Typst brings along.
+    """A Typst document as a PDF, with the fonts of Typst.
 
     Raises
     ------

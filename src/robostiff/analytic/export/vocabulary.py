@@ -1,4 +1,4 @@
-"""What a formula may be made of where it leaves SymPy."""
+"""The functions and numbers that an exported formula may contain."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _CONSTANT_NAMES = {constant: name for name, constant in CONSTANTS.items()}
 
 
 def function_name(expression: sp.Basic) -> str | None:
-    """Name of the function on top of an expression; None for anything else.
+    """Name of the outermost function of an expression; None for other expressions.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def function_name(expression: sp.Basic) -> str | None:
 
 
 def constant_name(expression: sp.Basic) -> str | None:
-    """Name of a constant; None for anything else.
+    """Name of a constant; None for other expressions.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def is_exponent(number: sp.Basic) -> bool:
 
 
 def check_vocabulary(expressions: Iterable[sp.Basic]) -> None:
-    """Refuse what cannot be written in another language.
+    """Refuse expressions that cannot be written in another language.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def check_vocabulary(expressions: Iterable[sp.Basic]) -> None:
 
 
 def unknown(part: sp.Basic) -> InputError:
-    """The complaint about a part of a formula that has no place in the vocabulary."""
+    """The error for a part of a formula that is not in the vocabulary."""
     allowed = ", ".join(("sums, products, rational powers", *sorted(CONSTANTS, reverse=True)))
     return InputError("formula", got=str(part), expected=f"{allowed}, {', '.join(FUNCTIONS)}")
 

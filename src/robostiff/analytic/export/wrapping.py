@@ -38,7 +38,7 @@ def wrapped_formula(text: str, width: int, first: str = "", rest: str = "    ") 
 
 
 def _tokens(text: str, room: int) -> list[str]:
-    """What stays together: sums are broken between brackets before they are broken inside."""
+    """Pieces that stay together: sums are broken between brackets before they are broken inside."""
     depths = _depths(text)
     places = [m.start() for m in _BEFORE_SIGN_OR_AFTER_COMMA.finditer(text)]
     cuts = [0, len(text)]
