@@ -1,1 +1,1 @@
-"""Reading and writing: documents, units, expressions, model files. Units exist only in here."""
+"""Reading and writing: documents, units, expressions, model files. Units are used only here."""

@@ -1,4 +1,4 @@
-"""One complaint of a file model, in the words and at the path of the document."""
+"""One error of a file model, with the keys and the path of the document."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ Step = str | int
 
 @dataclass(frozen=True)
 class Trace:
-    """Where an error is, and what was allowed there.
+    """Location of an error, and the keys allowed there.
 
     Attributes
     ----------
     path : tuple of str and int
-        In the document: without the labels by which pydantic tells the members of a union apart.
+        In the document: without the labels by which pydantic distinguishes the members of a union.
     annotation : Any
         Type of what should be there; ``Any`` where it is not known.
     metadata : tuple
@@ -91,7 +91,7 @@ def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[A
 
 
 def _spread(metadata: Sequence[Any]) -> Iterator[Any]:
-    """The metadata, with what a ``Field(...)`` holds in place of it."""
+    """The metadata, with every ``Field(...)`` replaced by its contents."""
     for item in metadata:
         yield from item.metadata if isinstance(item, FieldInfo) else (item,)
 
@@ -118,7 +118,7 @@ def keys(model: type[BaseModel]) -> list[str]:
 
 
 def tags(annotation: Any, discriminator: str | None = None) -> Iterator[str]:
-    """The words that tell the members of a union apart."""
+    """The tags that distinguish the members of a union."""
     for member in members(annotation) if is_union(annotation) else (annotation,):
         kind, metadata = plain(member)
         yield from (str(item.tag) for item in metadata if isinstance(item, Tag))
@@ -175,7 +175,7 @@ def _has(data: Any, step: Step) -> bool:
 
 
 class Rank(IntEnum):
-    """Kinds of mistake, the most telling first."""
+    """Kinds of mistake, the most specific first."""
 
     UNKNOWN_KEY = 0
     WRONG_VALUE = 1
@@ -184,7 +184,7 @@ class Rank(IntEnum):
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong, and where.
+    """A mistake and its location.
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ Phrasing = Callable[[Any, Mapping[str, Any], tuple[Any, ...]], Phrase]
 
 
 def shown(value: Any) -> Any:
-    """A value as the words of a file rather than of Python.
+    """A value as it is written in a file.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def _pattern(value: Any, context: Mapping[str, Any], _: tuple[Any, ...]) -> Phra
 
 
 def values(number: int) -> str:
-    """So many values, in words."""
+    """A number of values as text."""
     return f"{number} value{'s' * (number != 1)}"
 
 

@@ -1,4 +1,4 @@
-"""Numbers that can be used but are probably a slip: a warning that asks what was meant."""
+"""Warnings about numbers that are possible but probably wrong."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from robostiff.errors import Location, warn_of_slip
 from robostiff.io.units import Dimension
 from robostiff.kinematics.pose import FARTHEST, FULL_TURN
 
-# Elastic moduli [Pa]: with a unit, and as bare numbers, which are easily meant in another unit.
+# Elastic moduli [Pa]: with a unit, and as bare numbers, which are often in another unit.
 _SOFTEST, _SOFTEST_BARE, _HARDEST = 1e3, 1e6, 1e13
 
 

@@ -11,7 +11,7 @@ _MOST_CANDIDATES = 1000
 
 
 class Words(str):
-    """Text that shows in a message as it is, without quotes.
+    """Text that a message shows without quotes.
 
     Examples
     --------
@@ -26,7 +26,7 @@ class Words(str):
 
 
 def nearest(word: str, allowed: Iterable[str]) -> str | None:
-    """The allowed word that looks most like `word`, or None if none comes near.
+    """The allowed word that is most similar to `word`, or None if none is similar.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def nearest(word: str, allowed: Iterable[str]) -> str | None:
 
 
 def did_you_mean(word: str, allowed: Iterable[str]) -> str | None:
-    """The hint that names the nearest allowed word, or None if none comes near.
+    """The hint that names the nearest allowed word, or None if none is similar.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def did_you_mean(word: str, allowed: Iterable[str]) -> str | None:
 
 
 def listing(words: Sequence[str], limit: int = 60) -> str:
-    """The words in a row, shortened when they are many.
+    """The words as a list in a sentence, shortened when they are many.
 
     Examples
     --------

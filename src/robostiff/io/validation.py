@@ -1,4 +1,4 @@
-"""Reading a document as a pydantic model; complaints with file, line, column and advice."""
+"""Reading a document as a pydantic model; errors with file, line, column and advice."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def validate(model: type[Model], document: Document, at: Sequence[str | int] = (
     Raises
     ------
     FileError
-        At the most telling mistake: an unknown key before a wrong value before a missing key, and
+        At the most specific mistake: an unknown key before a wrong value before a missing key, and
         the deepest of them. An `InputError` of the model's own validators keeps its words.
 
     Examples
@@ -63,7 +63,7 @@ def file_error(
     at: Sequence[str | int] = (),
     data: Any = None,
 ) -> FileError:
-    """The complaint of a model as a complaint about a file.
+    """The validation error of a model as an error in a file.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def file_error(
     Returns
     -------
     FileError
-        Of the most telling mistake; others are counted.
+        For the most specific mistake; others are counted.
     """
     data = part(document.data, at) if data is None else data
     entries = error.errors(include_url=False)
@@ -90,7 +90,7 @@ def file_error(
     same = [found for found in problems if found.path == chief.path and found.rank == chief.rank]
     complaint = _complaint(chief, same, document, at)
     others = {found.path for found in problems} - {chief.path, chief.meant}
-    # A mistake inside one member of a union makes the other members complain of the whole.
+    # A mistake inside one member of a union makes the other members report the whole value.
     others = {path for path in others if path != chief.path[: len(path)]}
     count = len(others) + len(entries) - len(problems)
     return _with_count(complaint, count) if count else complaint
@@ -124,7 +124,7 @@ def _complaint(
 
 
 def _with_count(error: FileError, others: int) -> FileError:
-    """The same complaint, which also says how many more there are."""
+    """The error with the number of further errors."""
     count = f"{others} more error{'s' * (others > 1)}"
     hint = f"{error.hint} (and {count})" if error.hint else f"and {count}"
     return FileError(

@@ -1,4 +1,4 @@
-"""Work over files from elsewhere in a process of its own, with limits on time and memory."""
+"""Reading of untrusted files in a separate process, with limits on time and memory."""
 
 from robostiff.io.child_process.call import ProcessLimits, answer_of
 

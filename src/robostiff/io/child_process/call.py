@@ -1,4 +1,4 @@
-"""Calling a task in a child process, and what went wrong with it in words."""
+"""Calling a task in a child process, and messages about its failures."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def answer_of(
     reader: str,
     limits: ProcessLimits = _LIMITS,
 ) -> dict[str, Any]:
-    """What the function ``answer`` of a script makes of a request.
+    """The answer of the function ``answer`` of a script to a request.
 
     The script runs in a Python of its own. It may read files, but neither write them nor start
     programs nor open connections. Request and answer are JSON.
@@ -94,7 +94,7 @@ def answer_of(
         raise FileError(
             location,
             subject,
-            got=Words(f"a file over which {reader} breaks down: {_last_words(done)}"),
+            got=Words(f"a file at which {reader} fails: {_last_words(done)}"),
             expected=f"one that {reader} can read",
         ) from None
     if "refusal" in answer:
@@ -106,7 +106,7 @@ def answer_of(
 
 
 def _environment() -> dict[str, str]:
-    """As here; modules are found where they are found here, and one thread is enough."""
+    """The environment with the same module paths, and one thread."""
     return {
         **os.environ,
         "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
@@ -119,7 +119,7 @@ def _over_time(location: Location, subject: str, reader: str, limits: ProcessLim
     return FileError(
         location,
         subject,
-        got=Words(f"a file over which {reader} takes more than {limits.seconds} s"),
+        got=Words(f"a file for which {reader} takes more than {limits.seconds} s"),
         expected="a description of bodies and joints, which takes less than one",
     )
 

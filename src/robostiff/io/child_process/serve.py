@@ -11,7 +11,7 @@ import runpy
 import sys
 from typing import Any
 
-# What code from a file may do once the task has imported what it needs.
+# Events that code from a file may cause after the imports of the task.
 _HARMLESS = frozenset(
     (
         "builtins.id",
@@ -38,7 +38,7 @@ def main() -> None:
     """Serve one request."""
     asked = json.load(sys.stdin)
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what libraries print is no part of the answer
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # output of libraries is not part of the answer
     sys.dont_write_bytecode = True
     _limit(asked["memory"], asked["seconds"])
     try:
@@ -48,13 +48,13 @@ def main() -> None:
     except MemoryError:
         answer = {"refusal": f"a file that takes more than {asked['memory']} bytes of memory"}
     except RecursionError:
-        answer = {"refusal": "a file that goes in circles, or too deep"}
+        answer = {"refusal": "a file with circular or too deep nesting"}
     json.dump(answer, answers)
     answers.close()
 
 
 def _limit(memory: int, seconds: int) -> None:
-    """Bounds of the system, where it has them."""
+    """Set limits of the operating system, if it has them."""
     try:
         import resource
     except ImportError:  # Windows: the clock of the caller remains

@@ -1,4 +1,4 @@
-"""YAML and JSON files as plain data, with the place of everything in them."""
+"""YAML and JSON files as plain data, with the location of every value."""
 
 from robostiff.io.document.document import Document
 from robostiff.io.document.limits import Limits

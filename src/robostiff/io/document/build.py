@@ -1,4 +1,4 @@
-"""Building data and places side by side, bounded and without recursion."""
+"""Building data and their locations together, bounded and without recursion."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robostiff.io.document.limits import Limits
 
 @dataclass
 class _Open:
-    """A list or mapping that is still being read, with the key that waits for its value."""
+    """A list or mapping that is being read, with the key of the next value."""
 
     data: Any
     mark: Mark

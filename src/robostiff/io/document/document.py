@@ -1,4 +1,4 @@
-"""Plain data with places."""
+"""Plain data with locations."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Document:
-    r"""What a file says, and where.
+    r"""Data of a file, and their locations.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Document:
         return Location(self.file, mark.line, mark.column, written_path(path))
 
     def key_location(self, path: Sequence[str | int]) -> Location:
-        """The place of the key at the end of a path, for complaints about the key itself.
+        """The location of the key at the end of a path, for errors about the key itself.
 
         The place of the value if it has no key, as in a list; of the nearest ancestor if there is
         no such value.

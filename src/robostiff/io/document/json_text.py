@@ -1,4 +1,4 @@
-"""JSON by Python's fast decoder; places are found afterwards, when somebody asks."""
+"""JSON by Python's fast decoder; locations are determined afterwards, when they are needed."""
 
 from __future__ import annotations
 

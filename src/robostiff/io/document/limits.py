@@ -1,4 +1,4 @@
-"""How large a document may be. Files come from strangers: everything is bounded."""
+"""Limits on the size of a document, because files may come from unknown sources."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Limits:
     yaml_marks: int = 20_000
 
     def too_large(self, file: str, size: int | None = None) -> FileError:
-        """The complaint about the size of a file."""
+        """The error for a file that is too large."""
         came = f"{size} bytes" if size is not None else f"more than {self.size} bytes"
         return FileError(
             Location(file), "file too large", got=Words(came), expected=f"at most {self.size} bytes"
         )
 
     def too_deep(self, place: Location) -> FileError:
-        """The complaint about nesting."""
+        """The error for too deep nesting."""
         return FileError(
             place,
             "nesting too deep",
@@ -51,7 +51,7 @@ class Limits:
         )
 
     def too_many(self, place: Location) -> FileError:
-        """The complaint about the number of values."""
+        """The error for too many values."""
         return FileError(
             place,
             "too many values",
@@ -60,7 +60,7 @@ class Limits:
         )
 
     def too_many_keys(self, place: Location) -> FileError:
-        """The complaint about the number of keys in a mapping."""
+        """The error for too many keys in a mapping."""
         return FileError(
             place,
             "too many keys",

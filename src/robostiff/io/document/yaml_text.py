@@ -14,10 +14,10 @@ from robostiff.io.suggest import Words
 
 # part of the parser's words: (what is wrong, what to do, whether the place is where it began)
 _PLAIN_WORDS: tuple[tuple[str, str, str | None, bool], ...] = (
-    (r"character '\\t'", "a tab where YAML wants spaces", "indent with spaces", False),
+    (r"character '\\t'", "a tab where YAML needs spaces", "indent with spaces", False),
     (
         r"mapping values are not allowed",
-        "a colon that does not fit here",
+        "a colon that is not allowed here",
         "check the indentation of this line and the one above, or quote the text",
         False,
     ),
@@ -128,7 +128,7 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
 
 
 def resolve_plain(text: str) -> Any:
-    """What an unquoted YAML scalar means (core schema of YAML 1.2); anything else is text.
+    """The value of an unquoted YAML scalar (core schema of YAML 1.2); otherwise text.
 
     Examples
     --------

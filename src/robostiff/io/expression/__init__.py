@@ -1,7 +1,7 @@
 """Arithmetic over named parameters with units: ``R*cos(phi) + 10 mm``.
 
 An expression is split, parsed and evaluated by the few modules of this folder. Python's own parser
-and evaluator are not involved, so that a model file can compute and nothing else.
+and evaluator are not involved, so a model file can only compute numbers.
 """
 
 from robostiff.io.expression.evaluate import Expression, parse

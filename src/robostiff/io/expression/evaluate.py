@@ -184,7 +184,7 @@ def _written(left: Quantity, operator: str, right: Quantity) -> str:
 
 
 def known_names(names: Mapping[str, object]) -> str:
-    """The defined parameters, in words."""
+    """The defined parameters as text."""
     if not names:
         return "no parameter, as none is defined"
     return f"one of the parameters {listing(list(names))}"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 else:
     Quantity = Unit = object
 
-_MOST_BITS = 4096  # of a fraction: far more than any data, far less than fills the memory
+_MOST_BITS = 4096  # of a fraction: far more than data need, far less than the memory
 
 
 @cache
@@ -60,7 +60,7 @@ def exact_mathematics() -> Mathematics:
 def _number(digits: str, unit: Unit | None) -> Quantity:
     import sympy as sp
 
-    # What no float tells from zero would fill the memory with noughts.
+    # Numbers far below the range of floats would need too much memory.
     value = sp.Rational(digits) if float(digits) else sp.Integer(0)
     return exact_quantity(value, unit)
 

@@ -1,4 +1,4 @@
-"""What operators and functions do to quantities: units here, numbers through one table.
+"""Operators and functions on quantities: their units, and a table of functions on numbers.
 
 Every rule takes quantities apart into magnitude and unit. The magnitudes are combined by a
 `Mathematics`, a table of functions of one kind of magnitude: `FLOATS` now, another table for exact
@@ -149,7 +149,7 @@ def negative(operand: Quantity) -> Quantity:
 
 @dataclass(frozen=True)
 class Rule:
-    """How many arguments a function takes, and the unit of its value.
+    """Number of arguments of a function, and unit of its value.
 
     `unit` gets the arguments and the name of the function, and may refuse.
     """

@@ -39,7 +39,7 @@ class Negative:
 
 @dataclass(frozen=True)
 class Step:
-    """One operator of a chain, and what stands to its right."""
+    """One operator of a chain, and its right operand."""
 
     operator: str
     operand: Node

@@ -35,7 +35,7 @@ _MOST = 4000
 
 
 class ParameterError(InputError):
-    """A parameter that cannot be used; `name` says which."""
+    """A parameter that cannot be used; `name` is its name."""
 
     def __init__(
         self,
@@ -228,7 +228,7 @@ def _short(text: str, limit: int = 70) -> str:
 
 
 def _like(original: Quantity, value: Quantity, name: str, written: object) -> Quantity:
-    """The overriding value with the dimension of the one it replaces."""
+    """The overriding value, checked for the dimension of the replaced value."""
     if is_bare(original):
         return value
     if is_bare(value):

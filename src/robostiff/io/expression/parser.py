@@ -46,7 +46,7 @@ def error_at(
     expected: str,
     hint: str | None = None,
 ) -> InputError:
-    """The complaint about one place of an expression."""
+    """The error for one column of an expression."""
     start = max(0, min(column - 1 - _SHOWN // 2, len(text) - _SHOWN))
     shown = text[start : start + _SHOWN]
     if start > 0:
@@ -80,7 +80,7 @@ def tokens(text: str) -> Iterator[Token]:
         token, end = _token_at(text, start, leading_slash=leading_slash)
         yield token
         is_sign = token.kind in ("+", "-") and previous not in ("number", "name", ")")
-        if not is_sign:  # R/-2/m is no better than R/2/m
+        if not is_sign:  # R/-2/m is as ambiguous as R/2/m
             leading_slash = token.kind not in ("/", "^")
         start, previous = _skip_space(text, end), token.kind
     yield Token("end", "", len(text) + 1)
@@ -180,7 +180,7 @@ class _Parser:
         self.take()
 
     def expression(self, weakest: int) -> Node:
-        """What stands here, with every operator that binds at least as tightly as `weakest`."""
+        """The operand here, with every operator that binds at least as tightly as `weakest`."""
         self.depth += 1
         if self.depth > DEEPEST:
             raise error_at(
@@ -286,5 +286,5 @@ class _Parser:
 
 
 def _counted(number: int) -> str:
-    """A number of arguments in words."""
+    """A number of arguments as text."""
     return f"{number} argument{'' if number == 1 else 's'}"

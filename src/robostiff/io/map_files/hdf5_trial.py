@@ -1,4 +1,4 @@
-"""A program of its own: reads every value of an HDF5 file, within limits, and ends with status 0.
+"""A separate program that reads every value of an HDF5 file, within limits; status 0 on success.
 
 HDF5 may crash, spin or take all memory over a damaged file; what happens here, happens here only.
 """

@@ -94,7 +94,7 @@ def _columns(
 
 
 def _field(heading: str) -> str:
-    """A heading that is one field, and that no spreadsheet takes for a formula.
+    """A heading as a single field that spreadsheets do not interpret as a formula.
 
     Examples
     --------
@@ -113,6 +113,6 @@ def _texts(heading: str, values: np.ndarray) -> list[str]:
         return [words[code] for code in values.tolist()]
     if values.dtype.kind != "f":
         return [str(value) for value in values.tolist()]
-    # As few digits as give the very number back; nine always do for single precision.
+    # As few digits as reproduce the number exactly; nine suffice for single precision.
     written = repr if values.dtype.itemsize == 8 else "{:.9g}".format
     return ["" if math.isnan(value) else written(value) for value in values.tolist()]

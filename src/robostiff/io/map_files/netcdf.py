@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray
 
 _FLAGS = ("flag_masks", "flag_values")
-# Behind the end of HDF5, where other programs do not look: a checksum of all that stands before.
+# After the end of HDF5, which other programs ignore: a checksum of everything before.
 _SEAL = re.compile(rb"\nrobostiff map, sha256 of all before: ([0-9a-f]{64})\n\Z")
 _SEAL_BYTES = len(b"\nrobostiff map, sha256 of all before: \n") + 64
 _SECONDS, _BYTES_A_SECOND = 20, 5_000_000
@@ -47,7 +47,7 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
     written = found.copy()
     written.attrs = {name: value for name, value in found.attrs.items() if value != ""}
     for variable in written.variables.values():
-        # CF wants flags and ranges in the type of their variable.
+        # CF requires flags and ranges in the type of their variable.
         for name in (*_FLAGS, "actual_range"):
             if name in variable.attrs:
                 variable.attrs = {
@@ -59,7 +59,7 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
         name: checked if array.ndim and array.size else {}
         for name, array in written.data_vars.items()
     }
-    # Made in memory: HDF5 does not survive a disk that fills up.
+    # Made in memory, because HDF5 fails badly on a full disk.
     content = written.to_netcdf(engine="h5netcdf", encoding=encoding)
     seal = hashlib.sha256(content).hexdigest()
     with whole_file(path) as begun, begun.open("wb") as file:
@@ -91,12 +91,14 @@ def read_map_netcdf(path: Path) -> xarray.Dataset:
     try:
         with xarray.open_dataset(path, engine="h5netcdf") as found:
             return found.load()
-    except Exception as error:  # whatever HDF5 and xarray make of what robostiff has not written
-        raise _damaged(path, f"what cannot be read ({type(error).__name__}: {error})") from None
+    except Exception as error:  # any failure of HDF5 or xarray at a file of another program
+        raise _damaged(
+            path, f"contents that cannot be read ({type(error).__name__}: {error})"
+        ) from None
 
 
 def check_netcdf() -> None:
-    """Raise when what writes NetCDF is not installed; to be called before the work, not after.
+    """Raise when the packages for NetCDF are not installed; to be called before the computation.
 
     Raises
     ------
@@ -108,7 +110,7 @@ def check_netcdf() -> None:
 
 
 def _seal_holds(path: Path, size: int) -> bool | None:
-    """Whether all bytes are those that were written; None where another program wrote it."""
+    """Whether the checksum is right; None for a file of another program."""
     with path.open("rb") as file:
         content = file.read(8)
         if content != b"\x89HDF\r\n\x1a\n":
@@ -126,7 +128,7 @@ def _seal_holds(path: Path, size: int) -> bool | None:
 
 
 def _try_elsewhere(path: Path, size: int) -> None:
-    """Let a process with limits on memory and time read all of a file."""
+    """Read all of a file in a process with limits on memory and time."""
     seconds = _SECONDS + size // _BYTES_A_SECOND
     program = [sys.executable, "-P", hdf5_trial.__file__, str(path), str(size), str(seconds)]
     try:
@@ -134,11 +136,11 @@ def _try_elsewhere(path: Path, size: int) -> None:
             program, capture_output=True, timeout=2 * seconds, check=False, stdin=subprocess.DEVNULL
         )
     except subprocess.TimeoutExpired:
-        raise _damaged(path, "what HDF5 does not come to an end with") from None
+        raise _damaged(path, "contents that HDF5 cannot read in limited time") from None
     if tried.returncode:
         lines = tried.stderr.decode(errors="replace").strip().splitlines()
         reason = lines[-1] if tried.returncode == 1 and lines else f"status {tried.returncode}"
-        raise _damaged(path, f"what HDF5 cannot read ({reason})")
+        raise _damaged(path, f"contents that HDF5 cannot read ({reason})")
 
 
 def _damaged(path: Path, what: str) -> InputError:

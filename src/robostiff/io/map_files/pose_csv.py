@@ -32,7 +32,7 @@ def read_poses(robot: Robot | Snapshot, path: str | os.PathLike[str]) -> PoseLis
     Parameters
     ----------
     robot : Robot
-        Which tells what its joints measure.
+        The robot, which determines names and units of coordinates.
     path : path
 
     Returns
@@ -55,7 +55,7 @@ def read_poses(robot: Robot | Snapshot, path: str | os.PathLike[str]) -> PoseLis
     <PoseList of 2 poses: x rz>
     """
     if not isinstance(robot, Robot):
-        raise InputError("robot of poses", got=robot, expected="a Robot, which can move")
+        raise InputError("robot of poses", got=robot, expected="a Robot, which has poses")
     name = str(path)
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
@@ -121,7 +121,7 @@ def _columns(robot: Robot, file: str, number: int, header: str, separator: str) 
 
 
 def _dimensions(robot: Robot) -> dict[str, Dimension]:
-    """What each column of poses measures."""
+    """Dimension of each column of poses."""
     found = {name: Dimension.LENGTH if k < 3 else Dimension.ANGLE for k, name in enumerate(SIX)}
     if robot.is_serial:
         joints = joint_columns(robot.legs[0])
@@ -147,7 +147,7 @@ def _factor(place: Location, name: str, unit: str, dimensions: dict[str, Dimensi
 
 
 def _bad_field(file: str, number: int, fields: list[str], columns: list[_Column]) -> FileError:
-    """The complaint about the first field that is no number; there is one."""
+    """The error for the first field that is not a number."""
     bad = next(k for k, field in enumerate(fields) if not _is_number(field))
     field = fields[bad]
     start = sum(len(before) + 1 for before in fields[:bad]) + len(field) - len(field.lstrip())

@@ -47,7 +47,7 @@ def read_map(path: str | Path) -> xarray.Dataset:
 
 
 def _is_no_map(found: xarray.Dataset) -> str | None:
-    """What a dataset lacks that a map has, whoever wrote it."""
+    """The reason why a dataset is not a map of robostiff; None for a map."""
     if not {"status", "rank"} <= set(found.data_vars):
         return "without the variables status and rank"
     dims, attributes = found["status"].dims, found.attrs

@@ -1,4 +1,4 @@
-"""MJCF: robots as MuJoCo describes them, read by MuJoCo itself."""
+"""MJCF: robot descriptions of MuJoCo, read by MuJoCo."""
 
 from robostiff.io.mjcf.read import read_mjcf
 

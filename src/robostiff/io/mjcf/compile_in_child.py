@@ -35,14 +35,14 @@ _ARRAYS = (
 
 
 def answer(request: dict[str, Any]) -> dict[str, Any]:
-    """Names and arrays of the model of a text without shapes, or why there is none."""
+    """Names and arrays of the model of a text without shapes, or the reason of a failure."""
     try:
         spec = mujoco.MjSpec.from_string(request["text"])
         on_joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
         driven = sorted({a.target for a in spec.actuators if a.trntype in on_joints})
         for actuator in list(spec.actuators):
             spec.delete(actuator)
-        # Bodies have lost the shapes that gave them mass.
+        # Bodies have no mass without their shapes.
         spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
         model = spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:

@@ -28,7 +28,7 @@ _REAL = frozenset(
 
 @dataclass(frozen=True)
 class CompiledModel:
-    """What MuJoCo makes of a file.
+    """The compiled model of a file.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ def compiled_model(source: Path | str) -> CompiledModel:
     if find_spec("mujoco") is None:
         raise InputError(
             "MJCF",
-            got=Words("no mujoco, which reads it"),
+            got=Words("no package mujoco"),
             expected="the extra mjcf",
             hint="pip install 'robostiff[mjcf]'",
         )
@@ -110,7 +110,7 @@ def _array(key: str, values: Any, place: Location) -> np.ndarray:
 
 
 def _in_its_line(error: FileError, places: tuple[Location, ...]) -> FileError:
-    """The complaint at the place of the file that MuJoCo's line number stands for."""
+    """The error at the location of the file to which MuJoCo's line number belongs."""
     found = _LINE.search(str(error.got))
     if error.location.line is not None or not found or not 0 < int(found[1]) <= len(places):
         return error

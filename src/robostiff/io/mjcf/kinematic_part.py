@@ -1,8 +1,8 @@
-"""What an MJCF file tells of bodies, joints, sites and loops, as a text of its own, bounded.
+"""The bodies, joints, sites and loops of an MJCF file as a separate text, bounded.
 
-Whatever draws, touches, senses or drives does not tell where bodies and joints are. It is left out
-before MuJoCo sees the file, as some of it takes memory by the number written there, and some opens
-other files.
+Elements for graphics, contact, sensors and drives do not position bodies and joints. They are left
+out before MuJoCo sees the file, as some of it takes memory by the number written there, and some
+opens other files.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
 
 @dataclass(frozen=True)
 class KinematicPart:
-    """A text for MuJoCo, and where each of its lines comes from.
+    """A text for MuJoCo, and the origin of each of its lines.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class KinematicPart:
 
 
 def kinematic_part(source: Path | str) -> KinematicPart:
-    """The part of an MJCF file, and of those that it includes, that tells of bodies and joints.
+    """The part of an MJCF file, and of included files, that describes bodies and joints.
 
     Raises
     ------
@@ -157,7 +157,7 @@ class _Includes:
         return root.children
 
     def _found(self, element: XmlElement, written: str, chain: tuple[Path, ...]) -> Path:
-        """Seen from the first file, or from the one that includes it."""
+        """The path relative to the first file, or to the one that includes it."""
         folders = [self.first.parent, *(file.parent for file in chain[-1:])]
         for folder in folders:
             if written and (folder / written).is_file():
@@ -166,7 +166,7 @@ class _Includes:
             element.location,
             "file of an include",
             got=written or Words("none"),
-            expected="a file, seen from the first one or from this one",
+            expected="a file, relative to the first one or to this one",
         )
 
 
@@ -224,7 +224,7 @@ def _target(actuator: XmlElement) -> dict[str, str]:
 
 
 def _drive(actuator: XmlElement) -> XmlElement:
-    """That a joint is driven is all that counts."""
+    """Keep only the fact that a joint is driven."""
     return XmlElement("general", _target(actuator), actuator.location, [])
 
 
@@ -241,7 +241,7 @@ def _check_number_of_elements(root: XmlElement) -> None:
             raise FileError(
                 element.location,
                 "MJCF",
-                got=Words("more elements than that, once replicate is carried out"),
+                got=Words("more elements after replicate"),
                 expected=f"at most {MOST_ELEMENTS} bodies, joints and sites in all",
             )
         waiting += [(child, times) for child in reversed(element.children)]
@@ -256,7 +256,7 @@ def _whole(word: str) -> int:
 
 
 def _check_numbers(root: XmlElement) -> None:
-    """Refuse numbers that are not finite, over which MuJoCo can spin."""
+    """Refuse numbers that are not finite, at which MuJoCo may not terminate."""
     names = {element.attributes.get(key) for element in _all(root) for key in ("name", "class")}
     for element in _all(root):
         for key, text in element.attributes.items():

@@ -66,7 +66,7 @@ def read_mjcf(source: Path | str) -> RigidTree:
 def _joints_of_body(
     model: CompiledModel, names: Names, body: int, mimics: dict[str, Mimic], file: str
 ) -> list[TreeJoint]:
-    """The joint, joints or weld by which a body hangs on its parent."""
+    """The joint, joints or weld by which a body is connected to its parent."""
     name, parent = names.bodies[body], names.bodies[int(model.body_parentid[body])]
     question(
         float(np.max(np.abs(model.body_pos[body]))),
@@ -108,7 +108,7 @@ def _joints_of_body(
 
 
 def _moved_back(kind: JointType, axis: np.ndarray, home: float) -> Frame:
-    """The joint is drawn at its reference coordinate, not at zero."""
+    """The frame at zero of a joint that is described at its reference coordinate."""
     if kind is JointType.REVOLUTE:
         return Frame(turn_about(axis, np.array(-home)), np.zeros(3))
     return Frame(np.eye(3), -home * axis if kind is JointType.PRISMATIC else np.zeros(3))

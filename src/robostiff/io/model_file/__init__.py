@@ -1,7 +1,7 @@
 """Model files: robots in YAML, with units, named parameters and patterns for repeated legs.
 
 ``written_*`` say what may be written (pydantic models), ``build*`` make robots of it, ``read`` is
-the way in. Every complaint names file, line, column and path.
+the entry point. Every error gives file, line, column and path.
 """
 
 from robostiff.io.model_file.read import model_from_document, read_model

@@ -55,7 +55,7 @@ def _assembled(
 ) -> tuple[Robot, list[Place]]:
     """The robot that is written, not yet verified, and the places of its legs.
 
-    Which nodes hold the legs, numbers have told before formulas ask.
+    Nodes that hold the legs are found with numbers before formulas are built.
     """
     stock = Stock.of_file(top, written.materials, written.sections)
     here = top / "platform"

@@ -95,7 +95,7 @@ def attached(
         Of the platform.
     written : WrittenPlatform or None
     known : sequence of str
-        The node of each leg, where numbers have told it already.
+        The node of each leg, if it was found with numbers before.
     """
     if platform is None or written is None:
         for place, leg in legs:
@@ -120,15 +120,15 @@ def attached(
             )
         if node not in written.nodes:
             raise _unknown(here, "node that holds the leg", node, written.nodes)
-    told = known or [written.legs.get(name) for name in names]
+    named = known or [written.legs.get(name) for name in names]
     return [
         (place, _held(place / "platform", leg, platform, node))
-        for (place, leg), node in zip(legs, told, strict=True)
+        for (place, leg), node in zip(legs, named, strict=True)
     ]
 
 
 def check_platform(place: Place, robot: Robot) -> None:
-    """Raise at the platform unless its flexibility can be told; of a robot of numbers."""
+    """Raise at the platform unless its flexibility can be computed; for a robot of numbers."""
     if robot.platform is not None:
         with place.complaints():
             platform_flexibility(robot.platform, list(dict.fromkeys(robot.holds)), robot.space)

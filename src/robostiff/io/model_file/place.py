@@ -1,4 +1,4 @@
-"""A place in a model file: it evaluates what is written there, and complaints point to it."""
+"""A place in a model file: evaluates the value there, and locates errors."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ else:
 
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
 _LARGEST_OF = {Dimension.LENGTH: 1e9, Dimension.AREA: 1e18, Dimension.ANGLE: 1e9}
-# The least of what must be positive: nothing is thinner than an atom.
+# The smallest positive value, below the size of an atom.
 _LEAST = 1e-30
 _LEAST_OF = {Dimension.LENGTH: 1e-12, Dimension.AREA: 1e-24, Dimension.SECOND_MOMENT: 1e-48}
 _parsed = lru_cache(maxsize=4096)(parse)
@@ -42,7 +42,7 @@ _parsed = lru_cache(maxsize=4096)(parse)
 
 @dataclass(frozen=True)
 class Place:
-    """Where in a document, and which names have a value there.
+    """A location in a document, with the values of names there.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Place:
         return number, has_unit
 
     def _question(self, number: Any, dimension: Dimension, has_unit: bool) -> Any:
-        """The number itself, with a warning when it is probably a slip."""
+        """The number itself, with a warning when it is probably wrong."""
         if not self.is_exact:
             question(number, dimension, self.document.location, self.path, has_unit=has_unit)
         return number
@@ -122,7 +122,7 @@ class Place:
         return self._question(number, dimension, has_unit)
 
     def is_length(self, value: str | float) -> bool:
-        """Whether what is written here measures a length; a bare number does not tell."""
+        """Whether the value here is a length with a unit."""
         if not isinstance(value, str):
             return False
         with self.complaints():
@@ -138,7 +138,7 @@ class Place:
         hint: str | None = None,
         key: bool = False,
     ) -> FileError:
-        """A complaint about what is written here, or about its key."""
+        """An error about the value here, or about its key."""
         document = self.document
         place = document.key_location(self.path) if key else document.location(self.path)
         if self.leg and self.leg not in subject:
@@ -161,9 +161,9 @@ class Place:
 
     @contextmanager
     def complaints(self, hint: str | None = None) -> Iterator[None]:
-        """Give complaints from within, unless they have a place already, this one.
+        """Give errors from within this location, unless they have one.
 
-        Their hint speaks of Python; `hint` says the same in the words of a file.
+        Their hint is for Python; `hint` replaces it for files.
         """
         try:
             yield
@@ -203,7 +203,7 @@ def top_place(
         names = Parameters(parameters, overrides, mathematics).values
     except ParameterError as error:
         if error.name in overrides:
-            raise  # it is not the file that is wrong
+            raise  # the error is not in the file
         raise (Place(document, {}) / "parameters" / error.name).error(
             error.subject, got=error.got, expected=error.expected, hint=error.hint
         ) from None

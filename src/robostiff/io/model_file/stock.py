@@ -46,7 +46,7 @@ _PROPERTIES = {
 
 @dataclass(frozen=True)
 class Stock:
-    """What the beams of a file are made of.
+    """Materials and cross-sections of a file.
 
     Attributes
     ----------

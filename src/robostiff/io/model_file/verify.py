@@ -1,4 +1,4 @@
-"""What a robot must satisfy as a whole: it closes at home, and a planar one fits the plane."""
+"""Checks of a whole robot: it closes at home, and a planar one lies in the plane."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ACROSS = 1e-9
 
 
 def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
-    """The robot, its pose coordinates settled.
+    """The robot with its pose coordinates chosen.
 
     Raises at the leg that does not close at home, at the joint that leaves the plane, or at
     coordinates that do not determine the pose.
@@ -51,7 +51,7 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
     if determine_pose(mobility, robot.coordinates):
         return robot
     fitting = fitting_coordinates(mobility)
-    if not chosen:  # none for a structure, which stands at home alone
+    if not chosen:  # none for a structure, which has the home pose only
         return replace(robot, coordinates=fitting)
     words = " ".join(coordinate.value for coordinate in robot.coordinates) or "none"
     raise (top / "coordinates").error(

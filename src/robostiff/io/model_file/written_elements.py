@@ -30,11 +30,11 @@ _SECTION = "a name, or a shape such as {circle: {diameter: 20 mm}}"
 
 
 class WrittenDrive(Written):
-    """What joints and telescopes have in common: whether and how the freedom is held."""
+    """Common keys of joints and telescopes: role, stiffness, limits and home."""
 
     name: _Name | None = None
     role: Literal["passive", "actuated", "locked"] = Field(
-        description="passive, actuated or locked: what holds the joint"
+        description="passive, actuated or locked"
     )
     stiffness: Value | None = None
     limits: Pair | None = None
@@ -187,7 +187,7 @@ class WrittenParallelogram(Written):
 
 
 class WrittenBranchBody(Written):
-    """What a branch and the template of repeated branches have in common."""
+    """Common keys of a branch and of the template of repeated branches."""
 
     start: WrittenFrame = WrittenFrame()
     chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
@@ -199,7 +199,7 @@ class WrittenBranchBody(Written):
 class WrittenBranch(WrittenBranchBody):
     """One branch."""
 
-    name: _Name = Field(description="what the branch is called")
+    name: _Name = Field(description="the name of the branch")
 
 
 class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
@@ -251,7 +251,7 @@ _Between = Annotated[list[_Node], Field(min_length=2, max_length=2)]
 
 
 class WrittenAttachment(WrittenFrame):
-    """Where a leg meets the platform: a frame of it, or a node of a platform that bends."""
+    """Where a leg meets the platform: a frame of it, or a node of a flexible platform."""
 
     node: _Node | None = None
 
@@ -281,7 +281,7 @@ class WrittenPlatformSpring(WrittenMatrices):
 
 
 class WrittenPlatform(Written):
-    """A platform that bends."""
+    """A flexible platform."""
 
     nodes: Annotated[dict[_Node, Vector], Field(min_length=2)] = Field(
         description="names and places, such as {hub: [0, 0, 0], rim: [r, 0, 0]}"
@@ -292,5 +292,5 @@ class WrittenPlatform(Written):
     tool: _Node = Field(description="the node that carries the reference point")
     legs: dict[str, _Node] = Field(
         default_factory=dict,
-        description="the node that holds each leg, where the place of its end does not tell",
+        description="the node that holds each leg, where the position of its end is ambiguous",
     )

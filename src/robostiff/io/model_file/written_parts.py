@@ -194,7 +194,7 @@ def one_or_pattern(value: Any) -> str:
 
 
 class WrittenRepeat(Written):
-    """What makes several of one: the copies, and the variables that differ."""
+    """Copies of a leg or branch: the list or number of copies, and their variables."""
 
     repeat: Annotated[
         Annotated[list[WrittenCopy], Tag("list"), Field(min_length=1)]
@@ -205,10 +205,10 @@ class WrittenRepeat(Written):
 
 
 class WrittenHead(Written):
-    """What a robot is called, where it comes from, and its parameters."""
+    """Name, source and parameters of a robot."""
 
     robostiff: Literal[1]
-    name: Text = Field(description="what the robot is called")
+    name: Text = Field(description="the name of the robot")
     title: str = ""
     source: Text = Field(description="where the numbers come from, in a sentence")
     notes: str = ""

@@ -30,7 +30,7 @@ VERSION = 1
 
 
 class WrittenLegBody(Written):
-    """What a leg and the template of repeated legs have in common."""
+    """Common keys of a leg and of the template of repeated legs."""
 
     base: WrittenFrame = WrittenFrame()
     chain: Annotated[list[WrittenElement], Field(min_length=1)] = Field(
@@ -43,7 +43,7 @@ class WrittenLegBody(Written):
 class WrittenLeg(WrittenLegBody):
     """One leg."""
 
-    name: Text = Field(description="what the leg is called")
+    name: Text = Field(description="the name of the leg")
 
 
 class WrittenPattern(WrittenRepeat, WrittenLegBody):
@@ -76,7 +76,7 @@ class WrittenRobot(WrittenHead):
 
 
 class WrittenCableBody(Written):
-    """What a cable and the template of repeated cables have in common."""
+    """Common keys of a cable and of the template of repeated cables."""
 
     exit: Vector = Field(description="where the cable leaves the base, in the world")
     platform: Vector = Field(description="where it meets the platform, in the platform frame")
@@ -91,7 +91,7 @@ class WrittenCableBody(Written):
 class WrittenCable(WrittenCableBody):
     """One cable."""
 
-    name: Text = Field(description="what the cable is called")
+    name: Text = Field(description="the name of the cable")
 
 
 class WrittenCablePattern(WrittenCableBody, WrittenRepeat):

@@ -1,4 +1,4 @@
-"""Answers about cable robots as text, and as plain data for JSON."""
+"""Results of cable robots as text, and as plain data for JSON."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robostiff.version import __version__
 
 
 def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
-    """What `cable_stiffness` answered at a single pose, as plain data.
+    """The result of `cable_stiffness` at a single pose, as plain data.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
 
 
 def cable_response_data(result: CableResponse) -> dict[str, Any]:
-    """What `cable_response` answered, as plain data."""
+    """The result of `cable_response`, as plain data."""
     event = result.first_slack
     moved = result.displacement
     return {
@@ -81,7 +81,7 @@ def cable_response_data(result: CableResponse) -> dict[str, Any]:
 
 
 def cable_stiffness_text(result: CableStiffness) -> str:
-    """What `cable_stiffness` answered at a single pose, as lines of text."""
+    """The result of `cable_stiffness` at a single pose, as lines of text."""
     lines = [*_head(result, str(result.status)), *_tension_lines(result)]
     if np.all(result.answered):
         lines += ["", f"K [{STIFFNESS_UNITS}]:"]
@@ -92,7 +92,7 @@ def cable_stiffness_text(result: CableStiffness) -> str:
 
 
 def cable_response_text(result: CableResponse) -> str:
-    """What `cable_response` answered, as lines of text."""
+    """The result of `cable_response`, as lines of text."""
     before = result.before
     space = before.space
     lines = _head(before, str(result.status))

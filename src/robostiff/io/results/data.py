@@ -15,7 +15,7 @@ from robostiff.version import __version__
 
 
 def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
-    """What `stiffness` answered at a single pose, as plain data.
+    """The result of `stiffness` at a single pose, as plain data.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
 
 
 def deflection_data(result: Deflection) -> dict[str, Any]:
-    """What `deflection` answered, as plain data.
+    """The result of `deflection`, as plain data.
 
     Returns
     -------

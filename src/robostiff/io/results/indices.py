@@ -26,7 +26,7 @@ from robostiff.version import __version__
 
 
 def indices_data(result: RobotStiffness, found: StiffnessIndices | None) -> dict[str, Any]:
-    """What `indices` answered at a single pose, as plain data.
+    """The result of `indices` at a single pose, as plain data.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if is_dataclass(value):
         data = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-        for fact in ("about", "unit", "units"):  # what the whole class says of itself
+        for fact in ("about", "unit", "units"):  # class attributes
             if hasattr(type(value), fact):
                 data[fact] = _plain(getattr(value, fact))
         return data
@@ -80,7 +80,7 @@ _SMALL = 1e-9
 
 
 def indices_text(found: StiffnessIndices) -> str:
-    """What `indices` answered, as lines of text.
+    """The result of `indices`, as lines of text.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def indices_text(found: StiffnessIndices) -> str:
     ]
     lines.append(f"centre of stiffness:  {_centre(found.centre_of_stiffness)}")
     lines.append(f"centre of compliance: {_centre(found.centre_of_compliance)}")
-    lines += ["", f"rotations measured by the characteristic length {number(found.length)} m:"]
+    lines += ["", f"rotations multiplied by the characteristic length {number(found.length)} m:"]
     lines += [
         _line(k, "N/m", str(motion))
         for k, motion in zip(found.eigenstiffness.values, found.eigenstiffness.motions, strict=True)
@@ -158,9 +158,9 @@ def _line(value: float, unit: str, words: str, status: Status = Status.FREE_MOTI
 
 def _worst(value: float | None, unit: str, words: str, status: Status) -> str:
     if value is None and Status.FREE_MOTIONS not in status:
-        return f"      unknown {unit:<9} {words}, where no digit of the compliance holds"
+        return f"      unknown {unit:<9} {words}, as the compliance is below rounding"
     if value is None:
-        return f"     infinite {unit:<9} {words}, which meets no stiffness"
+        return f"     infinite {unit:<9} {words}, a free motion"
     return f"  {number(value):>11} {unit:<9} {words}"
 
 

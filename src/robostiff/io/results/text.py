@@ -10,12 +10,12 @@ from robostiff.analysis import Deflection, PartShare, RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix, text_of
 
-_SEEN = 1e-9  # of the largest: smaller is rounding
+_SHOWN = 1e-9  # of the largest: smaller is rounding
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
 
 
 def stiffness_text(result: RobotStiffness) -> str:
-    """What `stiffness` answered at a single pose, as lines of text.
+    """The result of `stiffness` at a single pose, as lines of text.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def stiffness_text(result: RobotStiffness) -> str:
 
 
 def deflection_text(result: Deflection, most: int = 10) -> str:
-    """What `deflection` answered, as lines of text.
+    """The result of `deflection`, as lines of text.
 
     Parameters
     ----------
@@ -54,9 +54,9 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
         lines.append(f"deflection: {named(answer.space.twist_order, shown, 'um', 'urad')}")
         lines += [f"free:       {motion}" for motion in answer.free_motions]
         if result.energy > 0:
-            lines += ["", f"who bends (elastic energy {result.energy:.4g} J):"]
-            told, rest = told_parts(result, most)
-            lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in told]
+            lines += ["", f"elastic energy {result.energy:.4g} J, by part:"]
+            named_ones, rest = named_parts(result, most)
+            lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in named_ones]
             if rest:
                 share = 100 * sum(p.share for p in rest)
                 lines.append(f"{share:7.2f} %  {len(rest)} more parts")
@@ -69,7 +69,7 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
 
 
 def about(result: RobotStiffness) -> str:
-    """Where the answer holds, in words."""
+    """Pose, reference point and axes as text."""
     point = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is None:
         return f"snapshot {point}"
@@ -77,7 +77,7 @@ def about(result: RobotStiffness) -> str:
 
 
 def posture_lines(result: RobotStiffness) -> list[str]:
-    """Joint coordinates of a robot with one leg, whose posture a pose may leave to be chosen."""
+    """Joint coordinates of a robot with one leg, which a pose may not determine."""
     if len(result.joint_coordinates) != 1 or Status.UNREACHABLE in result.status:
         return []
     (q,) = result.joint_coordinates.values()
@@ -85,23 +85,23 @@ def posture_lines(result: RobotStiffness) -> list[str]:
 
 
 def shown_twist(result: Deflection) -> np.ndarray:
-    """Displacement in micrometres and microradians; what is rounding beside the others is zero."""
+    """Displacement in micrometres and microradians; rounding errors are shown as zero."""
     space, length = result.stiffness.space, float(result.stiffness.about_reference.length)
     shown = 1e6 * result.twist
     sizes = np.abs(shown) * np.where(np.arange(space.size) < space.translations, 1.0, length)
-    return np.where(sizes < _SEEN * np.max(sizes), 0.0, shown)
+    return np.where(sizes < _SHOWN * np.max(sizes), 0.0, shown)
 
 
-def told_parts(result: Deflection, most: int) -> tuple[list[PartShare], list[PartShare]]:
+def named_parts(result: Deflection, most: int) -> tuple[list[PartShare], list[PartShare]]:
     """Parts to name, those with the largest energy first, and the rest."""
-    told = [part for part in result.parts[:most] if part.share >= _NAMED]
-    return told, list(result.parts[len(told) :])
+    named_ones = [part for part in result.parts[:most] if part.share >= _NAMED]
+    return named_ones, list(result.parts[len(named_ones) :])
 
 
 def shown_loads(result: Deflection) -> list[float]:
-    """Loads on the actuators; what is rounding beside the others is zero."""
+    """Loads on the actuators; rounding errors are shown as zero."""
     largest = max((abs(actuator.load) for actuator in result.actuators), default=0.0)
-    return [a.load if abs(a.load) > _SEEN * largest else 0.0 for a in result.actuators]
+    return [a.load if abs(a.load) > _SHOWN * largest else 0.0 for a in result.actuators]
 
 
 def matrix_lines(K: np.ndarray, rows: Sequence[str], columns: Sequence[str]) -> list[str]:

@@ -1,7 +1,7 @@
 """Trees of rigid links from robot description files, with what a side file adds to them.
 
-``tree`` is what a description tells, ``written_side`` what may be written in a side file,
-``build*`` make linkages of both, ``load`` is the way in.
+``tree`` is the description as data, ``written_side`` defines side files,
+``build*`` make linkages of both, ``load`` is the entry point.
 """
 
 from robostiff.io.rigid_tree.load import linkage_of_tree, read_side, robot_of_tree

@@ -99,7 +99,7 @@ def _tool(top: Place, written: WrittenSide, tree: RigidTree) -> WrittenTool:
         case _:
             raise (top / "tool").error(
                 "missing key",
-                expected=f"tool: the link whose stiffness is asked for, one of "
+                expected=f"tool: the link whose stiffness is computed, one of "
                 f"{listing(list(tree.leaves), 30)}, or another one",
             )
     return WrittenTool(link=link)
@@ -113,7 +113,7 @@ def _ends(
     base: str,
     connecting: Container[str],
 ) -> dict[str, list[LinkEnd]]:
-    """What each link holds."""
+    """The joints, loops and tool point on each link."""
     leading: set[str] = set()
     for link in {base, tool.link, *(link for loop in loops for link in loop.links)}:
         joint = tree.joint_into(link)

@@ -1,4 +1,4 @@
-"""From the joints of a tree, and what a side file tells of them, to joints of the model."""
+"""From the joints of a tree, and their entries in a side file, to joints of the model."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str,
     fixed.
     """
     entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
-    told = told_coordinates(top, written, tree)
+    given = given_coordinates(top, written, tree)
     joints: dict[str, Joint | None] = {}
     for joint in tree.joints:
         place, entry = entries.get(joint.name, (top / "joints", _NOTHING))
         if joint.type in _DIMENSIONS:
-            home = _home(joint, told, {j.name: j for j in tree.joints})
+            home = _home(joint, given, {j.name: j for j in tree.joints})
             joints[joint.name] = _joint(joint, _role(place, entry, joint), home, tree)
             continue
         if joint.name in written.joints:
@@ -59,7 +59,7 @@ def build_joints(top: Place, written: WrittenSide, tree: RigidTree) -> dict[str,
 
 
 def undecided_mimics(written: WrittenSide, tree: RigidTree, top: Place) -> frozenset[str]:
-    """Joints that follow another one, and of whose role the side file says nothing."""
+    """Joints that follow another one and have no role in the side file."""
     entries = chosen(top / "joints", written.joints, [j.name for j in tree.joints], "joint")
     decided = {
         name
@@ -69,20 +69,20 @@ def undecided_mimics(written: WrittenSide, tree: RigidTree, top: Place) -> froze
     return frozenset(j.name for j in tree.joints if j.mimic is not None and j.name not in decided)
 
 
-def told_coordinates(
+def given_coordinates(
     top: Place, written: WrittenSide, tree: RigidTree
 ) -> dict[str, tuple[float, ...]]:
-    """Coordinates that the side file tells, under home or start."""
-    told: dict[str, tuple[float, ...]] = {}
+    """Coordinates that the side file gives under home or start."""
+    given: dict[str, tuple[float, ...]] = {}
     by_name = {joint.name: joint for joint in tree.joints}
     for key, mapping in (("home", written.home), ("start", written.start)):
         for name, value in mapping.items():
             place = top / key / name
             check_known(place, name, "joint", list(by_name))
-            if name in told:
+            if name in given:
                 raise place.error("joint", got=name, expected="a name under home or start, once")
-            told[name] = _coordinates(place, value, by_name[name])
-    return told
+            given[name] = _coordinates(place, value, by_name[name])
+    return given
 
 
 def _coordinates(place: Place, value: Any, joint: TreeJoint) -> tuple[float, ...]:
@@ -111,13 +111,13 @@ def _coordinates(place: Place, value: Any, joint: TreeJoint) -> tuple[float, ...
 
 
 def _home(
-    joint: TreeJoint, told: Mapping[str, tuple[float, ...]], by_name: Mapping[str, TreeJoint]
+    joint: TreeJoint, given: Mapping[str, tuple[float, ...]], by_name: Mapping[str, TreeJoint]
 ) -> tuple[float, ...]:
-    """The coordinates that are told, those that follow from another joint, or the tree's own."""
+    """The given coordinates, those that follow from another joint, or those of the tree."""
     factor, offset = 1.0, 0.0
     passed = set()
     while (
-        joint.name not in told
+        joint.name not in given
         and joint.mimic is not None
         and joint.mimic.joint in by_name
         and joint.name not in passed
@@ -125,15 +125,15 @@ def _home(
         passed.add(joint.name)
         factor, offset = factor * joint.mimic.multiplier, offset + factor * joint.mimic.offset
         joint = by_name[joint.mimic.joint]
-    if joint.name in told and not passed:
-        return told[joint.name]
+    if joint.name in given and not passed:
+        return given[joint.name]
     size = len(_DIMENSIONS.get(joint.type, (_TURN,)))
-    leader = told.get(joint.name, (joint.home, *(0.0,) * (size - 1)))
+    leader = given.get(joint.name, (joint.home, *(0.0,) * (size - 1)))
     return tuple(factor * value + offset for value in leader) if passed else leader
 
 
 def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:
-    """The role that the side file tells, or that of the tree where it tells nothing."""
+    """The role in the side file; otherwise that of the tree."""
     if entry == _NOTHING:
         return joint.role
     word = entry.role
@@ -167,7 +167,7 @@ def _joint(joint: TreeJoint, role: Role, home: tuple[float, ...], tree: RigidTre
 
 
 def _check_immovable(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> None:
-    """Raise when the side file tells of a fixed or floating joint what only others can have."""
+    """Raise when the side file gives a fixed or floating joint keys that it cannot have."""
     fixed = joint.type is JointType.FIXED
     allowed = ("locked",) if fixed else ("passive", "locked")
     if entry.stiffness is None and entry.limits is None and entry.role in (None, *allowed):

@@ -1,4 +1,4 @@
-"""Elastic links of a tree: from the joint of a link to where it leads on."""
+"""Elastic links of a tree: from the joint of a link to its far end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robostiff.model import Link
 from robostiff.spatial import Frame
 
 TOOL = "tool"
-"""What the tool point is called among the ends of a link."""
+"""Name of the tool point among the ends of a link."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _far_end(place: Place, name: str, entry: WrittenElasticLink, ends: list[Link
     if not leading:
         raise place.error(
             f"elastic link {name!r}",
-            got=Words("no joint, loop or tool point beyond it that the platform could feel"),
+            got=Words("no joint, loop or tool point beyond it that is connected to the platform"),
             expected="a link between the base and the tool",
             key=True,
         )

@@ -23,7 +23,7 @@ from robostiff.spatial import Frame
 
 @dataclass(frozen=True)
 class Loop:
-    """Frames on two links that coincide, but for the motion of what is between them.
+    """Frames on two links that coincide up to the motion of the element between them.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which entry of a side file is about which joint or link of the tree."""
+"""Matching of entries of a side file with joints and links of the tree."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def check_known(place: Place, name: str, what: str, known: Sequence[str]) -> str
 def chosen(
     place: Place, written: Mapping[str, Entry], names: Iterable[str], what: str
 ) -> dict[str, tuple[Place, Entry]]:
-    """For each name the entry that is about it, with its place; an own one before a pattern.
+    """For each name its entry, with its place; a name takes precedence over a pattern.
 
     Of several patterns the first in the file counts.
 

@@ -66,7 +66,7 @@ def robot_of_tree(
 def linkage_of_tree(
     tree: RigidTree, side: Document, parameters: Mapping[str, str | float] | None = None
 ) -> Linkage:
-    """The linkage that a tree and a side file describe, to be looked at in any configuration.
+    """The linkage that a tree and a side file describe, for any configuration.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _read(
 
 
 def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkage, Linkage]:
-    """The whole linkage, and the part of it that the platform feels, checked."""
+    """The whole linkage, and the part of it between base and platform, checked."""
     linkage = build_linkage(top, written, tree)
     with (top / "tool").complaints():
         part = essential(linkage)
@@ -150,7 +150,7 @@ _EXAMPLE = (
 
 
 def side_file_of(description: Path) -> Path:
-    """Where the side file of a robot description is looked for.
+    """Default path of the side file of a robot description.
 
     Examples
     --------
@@ -216,6 +216,6 @@ def _check(document: Document) -> None:
             document.key_location(("legs",)),
             "side file",
             got=Words("a model file with legs of its own"),
-            expected="what a robot description cannot say",
+            expected="a side file of a robot description",
             hint=_EXAMPLE,
         )

@@ -1,4 +1,4 @@
-"""A tree of rigid links and joints, as robot description files tell it."""
+"""A tree of rigid links and joints, from a robot description file."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """A joint between a link and the one that hangs on it.
+    """A joint between a link and its child.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class TreeJoint:
     after : Frame
         Of the child, seen from the joint's frame once it has moved.
     role : Passive, Actuated or Locked
-        What the description tells about how it is held.
+        Role in the description.
     home : float
         Coordinate in the configuration in which the description draws it.
     mimic : Mimic or None
@@ -76,7 +76,7 @@ class TreeJoint:
 
     @property
     def drawn_at(self) -> np.ndarray:
-        """Where the description draws the joint, in the parent's frame (3,) [m].
+        """Point of the joint in the description, in the parent's frame (3,) [m].
 
         A slide is drawn at its own coordinate, which need not be zero; a link ends there.
         """
@@ -86,7 +86,7 @@ class TreeJoint:
 
 @dataclass(frozen=True)
 class TreeLoop:
-    """A loop closure that the description tells: a frame on each of two links that coincide.
+    """A loop closure of the description: a frame on each of two links that coincide.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class TreeLoop:
 
 @dataclass(frozen=True)
 class RigidTree:
-    """Links that hang on one root.
+    """Links connected to one root.
 
     Attributes
     ----------
@@ -138,12 +138,12 @@ class RigidTree:
                     f"joints that lead to the link {child!r}",
                     got=Words(", ".join(j.name for j in self.joints if j.child == child)),
                     expected="one",
-                    hint="tell what closes a loop under loops: in the side file",
+                    hint="write what closes a loop under loops: in the side file",
                 )
         roots = [link for link in self.links if link not in self._into]
         if len(roots) != 1:
             raise self.error(
-                "links that hang on no other one",
+                "links without a parent",
                 got=Words(listing(roots) or "none"),
                 expected="one root of the tree",
             )
@@ -151,32 +151,32 @@ class RigidTree:
         if len(reached) < len(self.links):
             rest = [link for link in self.links if link not in reached]
             raise self.error(
-                "links that hang on each other in a circle",
+                "links that are connected in a circle",
                 got=Words(listing(rest, 12)),
                 expected="a tree",
             )
 
     @cached_property
     def root(self) -> str:
-        """The link that hangs on no other one."""
+        """The link without a parent."""
         return next(link for link in self.links if link not in self._into)
 
     @cached_property
     def leaves(self) -> tuple[str, ...]:
-        """The links on which no other one hangs."""
+        """The links without a child."""
         parents = {joint.parent for joint in self.joints}
         return tuple(link for link in self.links if link not in parents)
 
     def joint_into(self, link: str) -> TreeJoint | None:
-        """The joint on which a link hangs; None for the root."""
+        """The joint between a link and its parent; None for the root."""
         return self._into.get(link)
 
     def joints_from(self, link: str) -> tuple[TreeJoint, ...]:
-        """The joints that hang on a link."""
+        """The joints between a link and its children."""
         return tuple(self._out.get(link, ()))
 
     def below(self, link: str) -> Iterator[str]:
-        """A link and all that hang on it, directly or not."""
+        """A link and all its descendants."""
         waiting = [link]
         while waiting:
             here = waiting.pop()
@@ -197,5 +197,5 @@ class RigidTree:
     def error(
         self, subject: str, *, got: Any = None, expected: str | None = None, hint: str | None = None
     ) -> FileError:
-        """A complaint about the description."""
+        """An error in the description."""
         return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)

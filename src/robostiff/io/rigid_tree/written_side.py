@@ -1,4 +1,4 @@
-"""How a side file is written."""
+"""The keys of a side file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _LINK = "the name of a link"
 
 
 class WrittenTreeJoint(Written):
-    """What a joint of the tree is held by."""
+    """Role, stiffness and limits of a joint of the tree."""
 
     role: Literal["passive", "actuated", "locked"] | None = None
     stiffness: Value | None = None
@@ -84,7 +84,7 @@ LinkFrameChoice = Annotated[
 
 
 class WrittenTool(Written):
-    """The point whose stiffness is asked for."""
+    """The point whose stiffness is computed."""
 
     link: Text = Field(description=_LINK)
     at: Vector | None = None
@@ -124,7 +124,7 @@ LoopJointChoice = Annotated[
 
 
 class WrittenLoop(Written):
-    """Frames on two links of the tree that coincide, but for the motion of a joint."""
+    """Frames on two links of the tree that coincide up to the motion of a joint."""
 
     name: Text | None = None
     between: Annotated[list[LinkFrameChoice], MinLen(2), MaxLen(2)] = Field(

@@ -1,4 +1,4 @@
-"""XML of strangers: bounded, without entities, every element with its place."""
+"""XML from unknown sources: bounded, without entities, every element with its location."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class Place:
 
     @contextmanager
     def to_blame(self) -> Iterator[None]:
-        """Any complaint inside becomes one about this place; overflow is left to the checks."""
+        """Locate any error inside at this place; overflow is found by the checks."""
         try:
             with np.errstate(all="ignore"):
                 yield

@@ -1,7 +1,7 @@
-"""The snapshot file, as its models: which keys there are, and what each may hold.
+"""Pydantic models of the snapshot file: its keys and their values.
 
-Shapes, words and signs are settled here; whether directions, matrices and lengths make sense is
-settled where the robot is built.
+Shapes, words and signs are checked here; directions, matrices and lengths are
+checked where the robot is built.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Part(BaseModel):
 
 
 class Chained(Part):
-    """What every element of a chain may have."""
+    """Common keys of the elements of a chain."""
 
     name: Name | None = Field(
         None, description="unique in the leg; by default the type and a number"
@@ -84,14 +84,14 @@ class PassivePart(Chained, ScrewData):
 
 
 class SpringPart(Chained, ScrewData):
-    """An actuator, or another joint, that gives way along or about its axis."""
+    """An actuator, or another joint, that is elastic along or about its axis."""
 
     type: Literal["spring"]
     k: Positive = Field(description="the stiffness, N m/rad for R and H, N/m for P")
 
 
 class BeamData(Part):
-    """Where a beam runs, and what it is made of."""
+    """Ends, section and material of a beam."""
 
     start: Point = Field(description="the end towards the base, or at node a [m]")
     end: Point = Field(description="the end towards the platform, or at node b [m]")
@@ -208,7 +208,7 @@ for _holder in (BranchPart, ParallelPart, LegPart):
 
 
 class FileHead(Part):
-    """What every snapshot file may say, by legs or as a graph."""
+    """Common keys of snapshot files with legs and of those with a graph."""
 
     name: Name = Field(description="the name of the robot")
     description: str = Field("", description="a line about it")
@@ -234,7 +234,7 @@ class SnapshotFile(FileHead):
 
 
 class BetweenPart(Part):
-    """What every element between two nodes has."""
+    """Common keys of elements between two nodes."""
 
     name: Name | None = Field(
         None, description="unique among its kind; by default the kind and a number"
@@ -273,7 +273,7 @@ class GraphPart(Part):
         description="the rigid bodies by name, each with a point of its own [m]"
     )
     fixed: list[Name] = Field(min_length=1, description="the nodes that do not move")
-    platform: Name = Field(description="the node whose stiffness is asked for")
+    platform: Name = Field(description="the node whose stiffness is computed")
     beams: list[BeamBetween] = Field(default=[], description="beams between nodes")
     springs: list[SpringBetween] = Field(default=[], description="springs between nodes")
     joints: list[JointBetween] = Field(default=[], description="joints between nodes")

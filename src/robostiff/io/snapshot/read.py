@@ -124,7 +124,7 @@ def read_snapshot(source: Path | str) -> Snapshot:
 
 
 def snapshot_from_document(document: Document) -> Snapshot:
-    """A robot at a pose, as a document tells it.
+    """A robot at a pose, from a document.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def snapshot_from_document(document: Document) -> Snapshot:
 
 
 def is_snapshot(document: Document) -> bool:
-    """Whether a document means to be a snapshot, rather than a model of a robot at any pose.
+    """Whether a document is a snapshot, rather than a model of a robot at any pose.
 
     Examples
     --------
@@ -187,7 +187,7 @@ def is_snapshot(document: Document) -> bool:
 
 
 def is_graph(document: Document) -> bool:
-    """Whether a snapshot is told as a graph of nodes, rather than by legs.
+    """Whether a snapshot is described as a graph of nodes, rather than by legs.
 
     Examples
     --------

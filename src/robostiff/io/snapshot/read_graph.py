@@ -50,7 +50,7 @@ def read_network(source: Path | str) -> Network:
 
 
 def network_from_document(document: Document) -> Network:
-    """A network, as a document tells it.
+    """A network, from a document.
 
     Parameters
     ----------

@@ -11,17 +11,17 @@ from robostiff.io.snapshot.format import FileHead, NetworkFile, SnapshotFile
 
 
 class _WithoutFieldTitles(GenerateJsonSchema):
-    """Titles that only repeat the key say nothing."""
+    """A generator that leaves out titles that only repeat the key."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:
-        """No."""
+        """False: titles of fields only repeat their keys."""
         return False
 
 
 def snapshot_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of the snapshot file, for editors and other programs.
 
-    It knows keys, types and shapes; `read_snapshot` also checks what the numbers mean.
+    It checks keys, types and shapes; `read_snapshot` also checks values.
 
     Examples
     --------
@@ -34,7 +34,7 @@ def snapshot_schema() -> dict[str, Any]:
 def network_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of the snapshot file in its graph form.
 
-    It knows keys, types and shapes; `read_network` also checks what the numbers and names mean.
+    It checks keys, types and shapes; `read_network` also checks values and names.
 
     Examples
     --------

@@ -44,7 +44,7 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     Raises
     ------
     InputError
-        When it holds several poses, or something that the format cannot tell.
+        When it holds several poses, or parts that the format cannot describe.
 
     Examples
     --------

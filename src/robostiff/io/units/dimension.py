@@ -1,4 +1,4 @@
-"""What a quantity measures, and its number of SI units.
+"""Dimensions of quantities, and conversion to SI units.
 
 A bare number stands for SI wherever a dimension is asked for. Radian counts as a number in
 products, as in mechanics, but ``10 deg`` is never taken for a plain number nor ``10 N m/rad`` for a
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Dimension(Enum):
-    """What a quantity measures.
+    """Dimension of a quantity.
 
     Examples
     --------
@@ -56,7 +56,7 @@ class Dimension(Enum):
 
     @property
     def with_article(self) -> str:
-        """What it is, as in ``a length``."""
+        """Name with article, such as ``a length``."""
         return self.value[0]
 
     @property
@@ -138,7 +138,7 @@ def same_dimension(first: Quantity, second: Quantity) -> bool:
 
 
 def describe(quantity: Quantity) -> str:
-    """The quantity in words.
+    """The quantity as text.
 
     Examples
     --------
@@ -159,7 +159,7 @@ def describe(quantity: Quantity) -> str:
 
 
 def _measures(quantity: Quantity, dimension: Dimension) -> bool:
-    """Same powers of m, kg and s; rad is free, except where it tells two dimensions apart."""
+    """Same powers of m, kg and s; rad matters only where it distinguishes two dimensions."""
     *came, rad = exponents(quantity)
     *wanted, _ = _dimension_exponents(dimension)
     if not _equal(came, wanted):
@@ -196,7 +196,7 @@ def _finite(number: Any, subject: str, dimension: Dimension, got: Any) -> float:
 def parse_quantities(
     text: str, dimensions: Sequence[Dimension], names: Sequence[str], subject: str = "values"
 ) -> list[float]:
-    """Read a row of numbers with optional units, as a command line has it.
+    """Read a row of numbers with optional units, as on a command line.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The units and the quantities made of them.
+"""Units, and quantities with units.
 
 A *quantity* is a pint quantity in base units (m, kg, s, rad). The registry holds the units below
 and nothing else; pint never sees text from outside.
@@ -137,7 +137,7 @@ def is_quantity(value: object) -> bool:
 
 
 def own_quantity(value: Any) -> Quantity | None:
-    """A quantity of another registry of pint in base units of this one; None for anything else.
+    """A quantity of another registry of pint in base units of this one; None for other values.
 
     Examples
     --------

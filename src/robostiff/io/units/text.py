@@ -112,7 +112,7 @@ def read_quantity(text: str, start: int, subject: str) -> tuple[Quantity, int]:
 
 
 def unknown_unit(word: str, subject: str) -> InputError:
-    """The complaint about a word that is no unit: the nearest unit, and all of them."""
+    """The error for a word that is no unit: the nearest unit, and all units."""
     return InputError(
         f"{subject}: unknown unit",
         got=word,

@@ -1,4 +1,4 @@
-"""URDF: robots as the ROS world describes them, read by yourdfpy; xacro by xacrodoc."""
+"""URDF: robot descriptions of ROS, read by yourdfpy; xacro by xacrodoc."""
 
 from robostiff.io.urdf.read import expand_xacro, read_urdf
 
