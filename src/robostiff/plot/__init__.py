@@ -2,7 +2,7 @@
 
 Every function takes results, draws a picture on a backend, and returns what the backend makes of
 it: Matplotlib's axes or a figure of Plotly. Nothing is shown, and no setting of either is changed.
-What is to be seen is computed without them and told as data, in ``picture``; ``geometry`` finds the
+Pictures are computed without them as data, in ``picture``; ``geometry`` finds the
 lines of legs, bent or not, of screws, ellipsoids and isosurfaces.
 """
 

@@ -1,4 +1,4 @@
-"""What draws a picture: one object a program, with its options."""
+"""Backends: programs that draw pictures, with their options."""
 
 from __future__ import annotations
 

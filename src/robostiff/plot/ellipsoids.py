@@ -17,7 +17,7 @@ from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane
 
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis
-_OPEN = 1.6  # of the longest limited semi-axis: how far a free direction is shown
+_OPEN = 1.6  # of the longest finite semi-axis: length shown of a free direction
 
 
 def ellipsoid(
@@ -126,7 +126,7 @@ def _items(
     for i, length in enumerate(axes.lengths):
         ends = centre + np.array([-half[i], half[i]])
         if np.isinf(length):
-            label = "free: without limit"
+            label = "free: unlimited"
             ends = centre + 1.25 * np.array([-half[i], half[i]])
         elif length == 0:
             label = "free: no resistance"

@@ -1,4 +1,4 @@
-"""Who bends: the elastic energy of legs and parts as bars."""
+"""Elastic energy of legs and parts as bars."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
 from robostiff.plot.picture import Bars, Category, Group, Panel, Series, Tone
 from robostiff.plot.prefix import prefixed, short
 
-_MOST = 7  # kinds of parts that colours tell apart
+_MOST = 7  # kinds of parts that colours distinguish
 
 
 def energy_shares(deflection: Deflection, *, backend: Backend[Drawn] = PAPER) -> Drawn:
@@ -47,14 +47,14 @@ def energy_shares(deflection: Deflection, *, backend: Backend[Drawn] = PAPER) ->
         raise InputError(
             "deflection of a plot",
             got=deflection,
-            expected="what rs.deflection(robot, pose, wrench) returns",
+            expected="a result of rs.deflection(robot, pose, wrench)",
         )
     return drawn_by(backend, energy_picture(deflection))
 
 
 def energy_picture(deflection: Deflection) -> Bars:
     """The picture of `energy_shares`, as data."""
-    _ = deflection.twist  # says why when there is none
+    _ = deflection.twist  # raises with the reason when there is none
     legs = list(dict.fromkeys(_legs_in_order(deflection)))
     totals: dict[str, float] = {}
     shares: dict[tuple[str, str], float] = {}
@@ -76,7 +76,7 @@ def energy_picture(deflection: Deflection) -> Bars:
     groups = tuple(Group(leg, f"{share:.1f} %") for leg, share in zip(legs, whole, strict=True))
     times, unit = prefixed(deflection.energy, "J")
     return Bars(
-        f"{deflection.stiffness.name}: who bends",
+        f"{deflection.stiffness.name}: elastic energy",
         (Panel("share of elastic energy [%]", groups, tuple(series)),),
         is_stacked=True,
         notes=(f"elastic energy {short(times * deflection.energy)} {unit}",),
@@ -84,6 +84,6 @@ def energy_picture(deflection: Deflection) -> Bars:
 
 
 def _legs_in_order(deflection: Deflection) -> list[str]:
-    """Names of the legs, as the robot has them."""
+    """Names of the legs in the order of the robot."""
     along = [reaction.leg for reaction in deflection.reactions]
     return along + [part.leg for part in deflection.parts]

@@ -1,4 +1,4 @@
-"""Packages that only plots need, and what to write when they are missing."""
+"""Packages that only plots need, and the message when they are missing."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def free_motions(
     within: Robot | Snapshot | None = None,
     backend: Backend[Drawn] = PAPER,
 ) -> Drawn:
-    """Draw the free motions of a platform: axes that it turns about, helices, arrows.
+    """Draw the free motions of a platform: rotation axes, helices, arrows.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = Non
 
 
 def _is_in_plane(result: RobotStiffness) -> bool:
-    """Whether all free motions are seen from above: translations in the plane, turns about z."""
+    """Whether all free motions are planar: translations in the plane, rotations about z."""
     return all(
         abs(motion.screw.axis[2]) < _ALONG
         if motion.screw.is_translation

@@ -13,22 +13,22 @@ from robostiff.plot.picture import ColourScale, Matrix, QuarterUnit, Ramp
 from robostiff.plot.posture import single_stiffness
 from robostiff.plot.prefix import prefixed, short
 
-_ZERO = 1e-12  # of the largest entry, rotations told as lengths: rounding
+_ZERO = 1e-12  # of the largest entry, rotations multiplied by the length: rounding
 _DECADES = 4  # below the largest entry, at which the shade fades out
 
 
 class Kind(Enum):
-    """Which matrix."""
+    """The matrix to draw."""
 
     STIFFNESS = "stiffness"
     COMPLIANCE = "compliance"
 
 
 class Shade(Enum):
-    """What the colours of a matrix tell.
+    """Meaning of the colours of a matrix.
 
     ``SIZE``
-        Signed logarithm of the entries with rotations told as lengths (times the characteristic
+        Signed logarithm of the entries with rotations given as lengths (times the characteristic
         length), which have one unit, over four decades.
     ``COUPLING``
         Each entry over the root of the two entries of the diagonal in its row and column: 1 on
@@ -48,7 +48,7 @@ def matrix(
 ) -> Drawn:
     """Draw the stiffness or compliance matrix with its numbers, a unit for each block.
 
-    Entries that are zero but for rounding are plain.
+    Entries that are zero up to rounding have no colour.
 
     Parameters
     ----------

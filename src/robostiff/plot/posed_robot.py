@@ -1,4 +1,4 @@
-"""A robot at a pose: its legs, who bends, and its shape under a load."""
+"""A robot at a pose: its legs, their elastic energy, and its shape under a load."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from robostiff.plot.robot_parts import (
 )
 from robostiff.spatial import Space
 
-_SEEN = 0.1  # of the robot: the largest displacement that an exaggeration of its own choice draws
+_SEEN = 0.1  # of the robot: the largest displacement drawn with the default exaggeration
 _MISSED = 1e-4
 _ROUNDING = 1e-9
 
 
 class Colouring(Enum):
-    """What the colours of the legs tell.
+    """Meaning of the colours of the legs.
 
     ``LEGS``
         The share of each leg in the elastic energy.
@@ -56,7 +56,7 @@ def robot(
     exaggeration: float | None = None,
     backend: Backend[Drawn] = PAPER,
 ) -> Drawn:
-    """Draw a robot at a pose, and how it gives way under a load.
+    """Draw a robot at a pose, and its deformed shape under a load.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def robot(
         Of the same robot at the same pose: draws the deformed shape, and colours the legs by their
         share of the elastic energy.
     colouring : Colouring
-        What the colours tell, when there is a deflection.
+        Meaning of the colours, when there is a deflection.
     exaggeration : float, optional
         Factor of all displacements; 0 leaves the robot as it is. When left out, a round number that
         draws the largest displacement as a tenth of the robot, or less. A robot with a flexible
@@ -130,7 +130,7 @@ def robot_picture(
 def _motion(
     snapshot: Snapshot, bent: Deflection, exaggeration: float | None
 ) -> tuple[RobotMotion, float]:
-    """How the bodies move, and the factor of their displacements."""
+    """Motions of the bodies, and the factor of their displacements."""
     if exaggeration is not None and not np.isfinite(exaggeration):
         raise InputError("exaggeration of a plot", got=exaggeration, expected="a finite number")
     if snapshot.platform is not None:
@@ -140,7 +140,7 @@ def _motion(
                 got=exaggeration,
                 expected="0: the deformed shape of a flexible platform is not drawn",
             )
-        _ = bent.twist  # says why when there is no deflection
+        _ = bent.twist  # raises with the reason when there is no deflection
         return at_rest(snapshot), 0.0
     motion = motion_under(snapshot, bent)
     _check_fit(snapshot, bent, motion)
@@ -174,7 +174,7 @@ def _chosen(snapshot: Snapshot, motion: RobotMotion) -> float:
 
 
 def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> None:
-    """A deflection of another pose does not close the legs of this one."""
+    """Raise unless the deflection is that of this pose: otherwise the legs do not close."""
     length = float(bent.stiffness.about_reference.length)
     s = np.repeat([1.0, length], 3)
     size = np.linalg.norm(motion.platform.twist * s)

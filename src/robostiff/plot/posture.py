@@ -58,7 +58,7 @@ def _single(snapshot: Snapshot, pose: Pose) -> Snapshot:
 
 
 def single_stiffness(result: object, what: str) -> RobotStiffness:
-    """The stiffness at one pose; what is none, or of several poses, is refused.
+    """The stiffness at one pose; other values and several poses are refused.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def single_stiffness(result: object, what: str) -> RobotStiffness:
         raise InputError(
             f"stiffness for {what}",
             got=result,
-            expected="what rs.stiffness(robot, pose) returns",
+            expected="a result of rs.stiffness(robot, pose)",
         )
     if result.batch_shape:
         raise InputError(

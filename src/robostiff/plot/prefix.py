@@ -1,4 +1,4 @@
-"""Numbers short enough to be read: SI prefixes for results, in front of their units."""
+"""Short numbers: SI prefixes in front of the units of results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How regions of a map look: a fill that no value has, and a hatching."""
+"""Style of regions of a map: a fill outside the colour scale, and a hatching."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ _ARROW = 0.2  # of the robot
 
 @dataclass(frozen=True)
 class Drawing:
-    """What all parts of a picture of a robot share."""
+    """Common settings of the parts of a picture of a robot."""
 
     snapshot: Snapshot
     motion: RobotMotion
@@ -76,7 +76,7 @@ def robot_items(
         for member in leg_members(leg, motion, d.scale):
             share = shares.get((leg.name, member.part), shares.get((leg.name, "")))
             paint: Paint = plain if share is None else share
-            # a coloured leg is coloured all over, a coloured part alone
+            # a colour applies to a whole leg, or to a single part
             weight = Weight.LINE if member.kind is MemberKind.RIGID else Weight.BOLD
             about = f"{leg.name}/{member.part}" if member.part else leg.name
             about += "" if share is None else f": {share:.1f} %"
@@ -114,7 +114,7 @@ def _plates(d: Drawing, paint: Tone = Tone.PLATE) -> list[Item]:
 
 
 def _platform_parts(d: Drawing, shares: Mapping[tuple[str, str], float], plain: Tone) -> list[Item]:
-    """The beams, springs and rigid members of a flexible platform, as they are without load."""
+    """The beams, springs and rigid members of a flexible platform, without load."""
     placed = d.snapshot.platform
     if placed is None:
         return []
@@ -156,7 +156,7 @@ def _joints(
 
 
 def ghost(d: Drawing) -> list[Item]:
-    """The legs in dashed lines, as they are without a load."""
+    """The undeformed legs in dashed lines."""
     label, items = "without load", []
     for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
         for member in leg_members(leg, motion):

@@ -1,4 +1,4 @@
-"""Colours on light and on dark ground, which all kinds of colour vision tell apart."""
+"""Colours on light and on dark ground, distinguishable with all kinds of colour vision."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Palette:
         return "#" + "".join(f"{channel:02x}" for channel in mixed)
 
     def on(self, colour: str) -> str:
-        """White or nearly black, whichever is read more easily on a colour.
+        """White or nearly black, whichever has more contrast on a colour.
 
         Examples
         --------
@@ -129,7 +129,7 @@ _DARK = Palette(
     faint="#43484e",
     plate=_SKY,
     categories=(_SKY, _ORANGE, _GREEN, _PURPLE, _YELLOW, _VERMILION, "#ffffff", "#4f9fd8"),
-    # the darkest steps would sink into the ground
+    # the darkest steps would not stand out from the ground
     values=("#2f4f87", *_CIVIDIS[3:]),
     signed=("#b9a6e3", "#8573b8", "#4b4468", "#24282d", "#5f4528", "#c0741c", "#fdb863"),
 )

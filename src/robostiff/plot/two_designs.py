@@ -1,4 +1,4 @@
-"""Two designs side by side."""
+"""Comparison of two designs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robostiff.plot.prefix import prefixed, short
 
 
 class Measure(Enum):
-    """By what two stiffnesses are compared.
+    """Values by which two stiffnesses are compared.
 
     ``PRINCIPAL``
         Principal stiffnesses: of forces with rotations held, of moments with displacements held.

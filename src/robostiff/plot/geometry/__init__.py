@@ -1,1 +1,1 @@
-"""What a drawing needs to know of shapes: legs, displaced bodies, ellipsoids, screws, surfaces."""
+"""Geometry of drawings: legs, displaced bodies, ellipsoids, screws, surfaces."""

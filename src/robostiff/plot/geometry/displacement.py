@@ -1,7 +1,7 @@
-"""How every body of a robot moves when its platform is deflected.
+"""Motion of every body of a robot when its platform is deflected.
 
 The platform moves by the twist t and each leg carries the wrench F = K_leg t. Along the leg, an
-elastic part gives way by C F; what is left of t is motion of the passive joints,
+elastic part deflects by C F; the remainder of t is motion of the passive joints,
 
     J_q dq = t - sum of C_i F,
 
@@ -45,18 +45,18 @@ class BodyMotion:
     about: np.ndarray
 
     def displacement(self, point: np.ndarray) -> np.ndarray:
-        """By how much a point (3,) of the body moves [m]."""
+        """Displacement of a point (3,) of the body [m]."""
         return self.twist[:3] + np.cross(self.twist[3:], point - self.about)
 
     @property
     def rotation(self) -> np.ndarray:
-        """By how much the body turns (3,) [rad]."""
+        """Rotation of the body (3,) [rad]."""
         return self.twist[3:]
 
 
 @dataclass(frozen=True)
 class LegMotion:
-    """How the bodies of a leg move.
+    """Motions of the bodies of a leg.
 
     Attributes
     ----------
@@ -72,14 +72,14 @@ class LegMotion:
 
 @dataclass(frozen=True)
 class RobotMotion:
-    """How the platform and all bodies of the legs move."""
+    """Motions of the platform and of all bodies of the legs."""
 
     platform: BodyMotion
     legs: tuple[LegMotion, ...]
 
 
 def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
-    """How the bodies of a robot move under the load of a deflection.
+    """Motions of the bodies of a robot under the load of a deflection.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
 
 
 def at_rest(snapshot: Snapshot) -> RobotMotion:
-    """No motion at all."""
+    """Zero motion."""
     still = BodyMotion(np.zeros(6), np.zeros(3))
     return RobotMotion(still, tuple(_leg_at_rest(leg, still) for leg in snapshot.legs))
 

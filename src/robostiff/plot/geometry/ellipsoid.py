@@ -1,4 +1,4 @@
-"""Ellipsoids of stiffness and compliance, and what becomes of them where motions are free."""
+"""Ellipsoids of stiffness and compliance, also where motions are free."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import scaling
 
-_SMALL = 1e-7  # as in words of free motions: a smaller part of a twist is none
+_SMALL = 1e-7  # as for descriptions of free motions: a smaller part of a twist is zero
 
 
 class Quality(Enum):
-    """What an ellipsoid is about.
+    """The quantity of an ellipsoid.
 
     ``COMPLIANCE``
         Displacement under a unit force in every direction; the platform is free to turn.
@@ -31,7 +31,7 @@ class Quality(Enum):
 
     @property
     def is_compliance(self) -> bool:
-        """Whether large means soft."""
+        """Whether large semi-axes are soft directions."""
         return self in {Quality.COMPLIANCE, Quality.ROTATIONAL_COMPLIANCE}
 
     @property
@@ -41,7 +41,7 @@ class Quality(Enum):
 
     @property
     def unit(self) -> str:
-        """Of its semi-axes."""
+        """Unit of the semi-axes."""
         if self.is_rotational:
             return "rad/(N m)" if self.is_compliance else "N m/rad"
         return "m/N" if self.is_compliance else "N/m"
@@ -56,7 +56,7 @@ class PrincipalAxes:
     directions : (d, 3) array
         Unit vectors, rows.
     lengths : (d,) array
-        Ascending; inf along a free direction, 0 where nothing resists.
+        Ascending; inf for the compliance of a free direction, 0 for its stiffness.
     """
 
     directions: np.ndarray
@@ -64,7 +64,7 @@ class PrincipalAxes:
 
     @property
     def is_free(self) -> np.ndarray:
-        """Along which axes motion is free (d,): without limit, or without resistance."""
+        """Axes along which motion is free (d,): unlimited compliance, or zero stiffness."""
         return np.isinf(self.lengths) | (self.lengths == 0)
 
 
@@ -141,7 +141,7 @@ def _held_compliance(result: RobotStiffness) -> np.ndarray:
     if C is not None:
         return C
     if not result.about_reference.invertible:
-        return result.required_compliance()  # which says why there is none
+        return result.required_compliance()  # raises with the reason if there is none
     free, s = _free_twists(result), _scaling(result)
     held = np.linalg.svd(free)[2][len(free) :].T
     K = result.K / np.outer(s, s)

@@ -17,7 +17,7 @@ _APART = 1e-9  # of the leg's extent
 
 
 class MemberKind(Enum):
-    """What a line of a leg is."""
+    """Kind of a line of a leg."""
 
     RIGID = "rigid"
     ELASTIC = "elastic"
@@ -46,7 +46,7 @@ class Member:
 
 @dataclass(frozen=True)
 class JointMark:
-    """Where a joint is: its leg, its point (3,) [m], itself."""
+    """A joint of a leg with its point (3,) [m]."""
 
     leg: str
     point: np.ndarray
@@ -66,13 +66,13 @@ def leg_members(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> list[M
     Returns
     -------
     list of Member
-        Base to platform; without those that are too short to be seen.
+        From base to platform, without lines too short to be visible.
     """
     return list(_Walk(leg.name, scale, _apart(leg)).along(leg, motion, None))
 
 
 def joint_marks(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> Iterator[JointMark]:
-    """Where the joints of a leg are, displaced with the body before them."""
+    """Points of the joints of a leg, displaced with the body before them."""
     return _joint_marks(leg.name, leg, motion, scale)
 
 
@@ -87,7 +87,7 @@ def _joint_marks(name: str, leg: PlacedLeg, motion: LegMotion, scale: float) -> 
 
 
 def foot(leg: PlacedLeg) -> np.ndarray:
-    """Where a leg meets the base (3,) [m]: at its first joint, or where its first beam begins."""
+    """Point of a leg on the base (3,) [m]: its first joint, or the start of its first beam."""
     first = leg.elements[0]
     if isinstance(first, PlacedBlock):
         return np.mean([foot(branch) for branch in first.branches], axis=0)
@@ -95,7 +95,7 @@ def foot(leg: PlacedLeg) -> np.ndarray:
 
 
 def _clamped_end(spring: PlacedSpring) -> np.ndarray:
-    """Where an elastic part begins (3,), of which only the far end is told.
+    """Start (3,) of an elastic part of which only the far end is given.
 
     Its centre of compliance, where a force alone does not turn it, lies half-way: exact for a
     uniform beam; a spring in a point begins where it ends.
@@ -151,7 +151,7 @@ class _Walk:
             before, after = motion.bodies[i], motion.bodies[i + 1]
             if isinstance(element, PlacedBlock):
                 ends = []
-                # a block begins wherever its branches do
+                # a block begins where its branches begin
                 for branch, own in zip(element.branches, motion.branches[i], strict=True):
                     yield from self.along(branch, own, here[0] if here else None)
                     ends.append(_Place(branch.end, after))
@@ -166,7 +166,7 @@ class _Walk:
             kind = MemberKind.SLIDE if slid else MemberKind.RIGID
             for place in here:
                 yield from self._line(place, _Place(element.point, before), slid, kind)
-            # A rail belongs to the body before the slide, wherever the slide is on it.
+            # A rail belongs to the body before the slide, whatever the position of the slide.
             here = [_Place(element.point, before)]
             slid = element.name if element.slides else ""
         for place in here:

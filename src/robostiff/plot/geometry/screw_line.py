@@ -1,4 +1,4 @@
-"""A screw as lines: its axis, and the way of a point around it."""
+"""A screw as lines: its axis, and the path of a point around it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STEPS = 96
 
 @dataclass(frozen=True)
 class ScrewLine:
-    """What shows a motion.
+    """Lines that show a motion.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ def ellipsoid_mesh(
     half_axes : (3, 3) array
         Rows: half axes as vectors. A zero row makes it flat.
     open_axes : tuple of int
-        Axes without a limit, of which the half axis says how much is shown: one makes a tube, two
+        Infinite axes, shown up to the given half axis: one makes a tube, two
         make a pair of plates.
 
     Returns
@@ -79,7 +79,7 @@ _SAME = 1e-6
 
 
 def plate(points: np.ndarray) -> np.ndarray | None:
-    """Points (n, 3) in the order in which they go around; None where they span no area.
+    """Points (n, 3) in circular order; None if they span no area.
 
     Examples
     --------

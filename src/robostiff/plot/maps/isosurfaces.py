@@ -1,4 +1,4 @@
-"""Isosurfaces of a map: where a quantity has a value, over three coordinates."""
+"""Isosurfaces of a map over three coordinates."""
 
 from __future__ import annotations
 

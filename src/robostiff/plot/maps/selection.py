@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 RANK_DEFICIENT = "rank-deficient"
 NO_VALUE = "no value"
-# The first that holds names the pose.
+# The first that applies names the region.
 _INSTEAD = (
     "not-computed",
     "excluded",
@@ -208,14 +208,14 @@ def _check_map(found: Any) -> None:
         import xarray
     if not isinstance(found, xarray.Dataset) or not {"rank", "status"} <= set(found.data_vars):
         raise InputError(
-            "map of a plot", got=type(found).__name__, expected="what rs.stiffness_map returns"
+            "map of a plot", got=type(found).__name__, expected="a result of rs.stiffness_map"
         )
 
 
 def _chosen(
     found: xarray.Dataset, array: xarray.DataArray, along: tuple[str, ...], at: At
 ) -> tuple[dict[str, int], list[str]]:
-    """Places along the dimensions that are cut, and in words where."""
+    """Indices along the dimensions that are cut, and a description of them."""
     chosen: dict[str, int] = {}
     words: list[str] = []
     for name, wanted in at.items():
@@ -261,12 +261,12 @@ def _first(found: xarray.Dataset, name: str) -> float | str | int:
 
 
 def matrix_size(found: xarray.Dataset) -> int:
-    """Rows of the stiffness matrix whose ranks a map tells.
+    """Rows of the stiffness matrix whose ranks a map holds.
 
     Raises
     ------
     InputError
-        When the map does not tell.
+        When the map does not determine it.
     """
     for dim, planar in (("row", 3), ("principal_rotation", 1), ("rotation_axis", 1)):
         if dim in found.sizes:
@@ -278,7 +278,7 @@ def matrix_size(found: xarray.Dataset) -> int:
         return 6
     raise InputError(
         "rank of a regular pose",
-        got="a map over x, y and rz that tells neither K nor principal stiffnesses",
-        expected="to know whether the robot is planar",
+        got="a map over x, y and rz without K and principal stiffnesses",
+        expected="full_rank, since the robot may be planar",
         hint="write full_rank=3 for a planar robot, or full_rank=6",
     )

@@ -30,8 +30,8 @@ def map_slice(
     """Draw a quantity of a map over two of its coordinates, with isolines.
 
     Poses without an answer are no colour of the scale: those out of reach, left out or
-    rank-deficient are told apart, and named in the legend. A pose that is rank-deficient is not
-    stiff, whatever its value, and so its value is not shown.
+    rank-deficient have different hatchings, named in the legend. A pose that is rank-deficient is
+    not stiff, whatever its value, and so its value is not shown.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def map_slice(
     isolines : int or sequence of float
         How many lines of equal value, or these values [SI units].
     full_rank : int, optional
-        Rank of a pose at which nothing is lost; for a robot that is free by design its own rank.
+        Rank of a regular pose; to be given for a robot that is free by design.
         Rows of the stiffness matrix when left out.
     backend : Matplotlib or Plotly
 
@@ -107,7 +107,7 @@ def slice_picture(
 def _levels(
     isolines: int | Sequence[float], low: float, high: float, factor: float
 ) -> tuple[float, ...]:
-    """Round values between the ends, or those asked for."""
+    """Round values between the ends, or the given ones."""
     if not isinstance(isolines, int):
         return tuple(sorted(factor * float(level) for level in isolines))
     if isolines <= 0 or high <= low:

@@ -1,4 +1,4 @@
-"""Where a picture goes: its axes, and what all pictures have there."""
+"""Axes of a picture, and their common elements."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class Canvas:
         return figure
 
     def finish(self, ax: Axes) -> Axes:
-        """Give a new figure the height of what is drawn on it: nothing is cut, no room is left."""
+        """Fit the height of a new figure to its contents."""
         if self.ax is not None:
             return ax
         figure: Any = ax.figure
@@ -99,7 +99,7 @@ class Canvas:
         figure.set_layout_engine("none")
         renderer = figure.canvas.get_renderer()
         box = figure.get_tightbbox(renderer)
-        for _ in range(_TRIES):  # labels in space are wider than the layout thinks
+        for _ in range(_TRIES):  # labels in space are wider than the layout assumes
             out = max(0.0, -box.x0) + max(0.0, box.x1 - self.width)
             if out == 0:
                 break
@@ -119,7 +119,7 @@ class Canvas:
 
     @property
     def is_narrow(self) -> bool:
-        """Whether there is room for one column alone."""
+        """Whether there is room for one column only."""
         return self.room < 4.5
 
     @property
@@ -155,7 +155,7 @@ def colour_bar(
 
 
 def norm(scale: ColourScale) -> Normalize:
-    """Where along the colours a value is."""
+    """Position of a value on the colour scale."""
     high = scale.high if scale.high > scale.low else scale.low + abs(scale.low or 1.0)
     return Normalize(scale.low, high)
 

@@ -149,7 +149,7 @@ def region_patch(
 
 
 def patch_look(style: RegionStyle) -> dict:
-    """How Matplotlib draws a region."""
+    """Matplotlib's properties of a region."""
     return {
         "facecolor": "none" if style.fill is None else style.fill,
         "edgecolor": style.line,

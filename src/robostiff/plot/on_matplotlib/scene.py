@@ -110,7 +110,7 @@ class _Pencil:
         return handle
 
     def _head(self, tip: np.ndarray, along: np.ndarray, colour: str) -> None:
-        """A cross of two flat arrow heads, which is seen from every side."""
+        """A cross of two flat arrow heads, visible from every side."""
         e = along / (np.linalg.norm(along) or 1.0)
         across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
         across = across / np.linalg.norm(across)
@@ -134,7 +134,7 @@ class _Pencil:
             "linewidths": 0.6 if edge else 0.0,
         }
         if isinstance(self.ax, Axes3D):
-            # Shades tell how a closed surface is curved.
+            # Shades show the curvature of a closed surface.
             self.ax.add_collection3d(Poly3DCollection(corners, shade=edge is None, **look))
         else:
             flat = [polygon[:, :2] for polygon in corners]

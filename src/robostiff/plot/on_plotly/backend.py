@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def escape_letters(text: str) -> str:
-    """Words in which Plotly finds no element of HTML."""
+    """Text escaped for Plotly, which interprets HTML."""
     return text.replace("&", "&amp;").replace("<", "&lt;")
 
 
@@ -52,5 +52,5 @@ class Plotly:
             Field: charts.draw_field,
             Bands: charts.draw_bands,
         }
-        # Plotly takes words for HTML.
+        # Plotly interprets text as HTML.
         return draws[type(picture)](with_words(picture, escape_letters), self.theme.palette)

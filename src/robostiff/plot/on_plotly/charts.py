@@ -204,7 +204,7 @@ def _region(region: Region, x: np.ndarray, y: np.ndarray, palette: Palette) -> l
     style = region_style(region, palette)
     if region.cover is Cover.OVER:
         rows, columns = np.nonzero(region.where)
-        # dark on light, to be seen on every value
+        # dark on light, visible on every value
         marker = {"symbol": "x", "size": 6, "color": "#ffffff"}
         marker["line"] = {"color": "#222222", "width": 1}
         marks = go.Scatter(
@@ -275,7 +275,7 @@ def draw_matrix(picture: Matrix, palette: Palette) -> go.Figure:
         zmax=picture.scale.high,
         colorscale=colour_scale(picture.scale, palette),
         colorbar=colour_bar(picture.scale),
-        customdata=_told(picture),
+        customdata=_hover_text(picture),
         hovertemplate="%{customdata}<extra></extra>",
         hoverongaps=True,
         showlegend=False,
@@ -312,12 +312,12 @@ def draw_matrix(picture: Matrix, palette: Palette) -> go.Figure:
     return made
 
 
-def _told(picture: Matrix) -> np.ndarray:
-    """What the pointer tells of each cell: row, column, number, unit."""
-    told = np.empty(picture.shades.shape, dtype=object)
+def _hover_text(picture: Matrix) -> np.ndarray:
+    """Hover text of each cell: row, column, number, unit."""
+    texts = np.empty(picture.shades.shape, dtype=object)
     for unit in picture.units:
         for i in range(*unit.rows):
             for j in range(*unit.columns):
                 text = picture.texts[i][j]
-                told[i, j] = f"{picture.rows[i]} / {picture.columns[j]}: {text} {unit.unit}"
-    return told
+                texts[i, j] = f"{picture.rows[i]} / {picture.columns[j]}: {text} {unit.unit}"
+    return texts

@@ -1,4 +1,4 @@
-"""What all figures of Plotly share: colours, fonts, title and notes."""
+"""Common layout of Plotly figures: colours, fonts, title and notes."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ class _Pencil:
         )
 
     def _arrow(self, item: Arrow, colour: str) -> list[Any]:
-        """A line with heads of four barbs, which are seen from every side."""
+        """A line with heads of four barbs, visible from every side."""
         heads = [(item.tip, item.tip - item.start)]
         if item.both_ways:
             heads.append((item.start, item.start - item.tip))
@@ -182,7 +182,7 @@ def _see_through(colour: str, opacity: float) -> str:
 
 
 def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
-    """The scale of values, carried by a mark that is not seen."""
+    """The scale of values, attached to an invisible mark."""
     marker = {
         "color": [scale.low],
         "cmin": scale.low,

@@ -1,4 +1,4 @@
-"""Pictures as data: what is to be seen, in the units in which it is written, without a backend."""
+"""Pictures as data, in the units of their labels, independent of a backend."""
 
 from robostiff.plot.picture.charts import (
     Bands,

@@ -35,7 +35,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Group:
-    """The name of a group of bars, and what is said about it."""
+    """The name of a group of bars, and a note about it."""
 
     name: str
     note: str = ""
@@ -79,7 +79,7 @@ class Bars:
 
 
 class Cover(Enum):
-    """Whether a region has values to be seen."""
+    """Whether a region has visible values."""
 
     INSTEAD = "instead of values"
     OVER = "hatched over values"
@@ -87,7 +87,7 @@ class Cover(Enum):
 
 @dataclass(frozen=True)
 class Region:
-    """Poses of which something is to be said.
+    """Poses that are marked, such as unreachable ones.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ class Percentile:
 
 @dataclass(frozen=True)
 class Bands:
-    """Percentiles along a coordinate, and the share of poses that they are about.
+    """Percentiles along a coordinate, and the share of poses with values.
 
     Attributes
     ----------
@@ -176,7 +176,7 @@ class QuarterUnit:
 
 @dataclass(frozen=True)
 class Matrix:
-    """A matrix to be read.
+    """A matrix with its numbers.
 
     Attributes
     ----------
@@ -205,7 +205,7 @@ Thing = TypeVar("Thing")
 
 
 def with_words(thing: Thing, escape: Callable[[str], str]) -> Thing:
-    """A picture whose words, names of robots and joints among them, mean nothing but themselves.
+    """A picture with its texts, such as names of robots and joints, escaped.
 
     Parameters
     ----------

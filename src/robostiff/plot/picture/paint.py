@@ -1,4 +1,4 @@
-"""What a colour stands for; a theme makes it a colour."""
+"""Meanings of colours; a theme maps them to colours."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robostiff.plot.theme import Palette
 
 
 class Tone(Enum):
-    """What needs no legend."""
+    """Colours that need no legend."""
 
     INK = "ink"
     MUTED = "muted"
@@ -21,7 +21,7 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class Category:
-    """One of several things to be told apart."""
+    """One of several categories with different colours."""
 
     index: int
 
@@ -39,7 +39,7 @@ class Ramp(Enum):
 
 @dataclass(frozen=True)
 class ColourScale:
-    """Which colour a value has.
+    """Scale from values to colours.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class ColourScale:
     ticks: tuple[tuple[float, str], ...] = ()
 
     def place(self, value: float) -> float:
-        """Where along the ramp a value is, 0 to 1."""
+        """Position of a value on the ramp, 0 to 1."""
         width = self.high - self.low
         return 0.5 if width <= 0 else float(np.clip((value - self.low) / width, 0.0, 1.0))
 
@@ -88,7 +88,7 @@ def colour_of(paint: Paint, palette: Palette, scale: ColourScale | None = None) 
 
 @dataclass(frozen=True)
 class Axis:
-    """What is counted along an axis.
+    """Name, unit and values of an axis.
 
     Attributes
     ----------

@@ -30,7 +30,7 @@ class Shape(Enum):
 
 @dataclass(frozen=True)
 class Path:
-    """A line through points (n, 3); `label` is its name in the legend, `about` its story."""
+    """A line through points (n, 3); `label` is its name in the legend, `about` its description."""
 
     points: np.ndarray
     paint: Paint
@@ -88,7 +88,7 @@ Item = Path | Face | Marks | Arrow | Mesh
 
 @dataclass(frozen=True)
 class Scene:
-    """What is to be seen in space.
+    """Lines, faces and marks of a picture in space.
 
     Attributes
     ----------
@@ -100,11 +100,11 @@ class Scene:
     scale : ColourScale or None
         Of the paints that are numbers.
     is_flat : bool
-        Whether everything lies in the x-y plane, to be seen from above.
+        Whether everything lies in the x-y plane and is viewed from above.
     is_equal : bool
         Whether all axes have one unit and one scale.
     notes : tuple of str
-        What the reader must know, a line each.
+        Notes for the reader, one on each line.
     frame : (2, 3) array or None
         Opposite corners of what the axes show, whatever is drawn.
     """
@@ -120,7 +120,7 @@ class Scene:
 
     @property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner (3,) of what the axes show."""
+        """Lower and upper corner (3,) of the range of the axes."""
         parts = [_points(item) for item in self.items]
         if self.frame is not None:
             parts.append(self.frame)
