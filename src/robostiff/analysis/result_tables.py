@@ -70,7 +70,7 @@ def displacement_table(result: Deflection) -> Table:
 
 
 def energy_table(result: Deflection, most: int) -> Table:
-    """Who bends: the parts with the largest share of the elastic energy."""
+    """The parts with the largest share of the elastic energy."""
     rows = [
         [f"{part.leg}/{part.part}", Number(100 * part.share, "%")] for part in result.parts[:most]
     ]

@@ -1,6 +1,6 @@
-"""Linkages: rigid bodies and what connects them, in any arrangement, at any joint coordinates.
+"""Linkages: rigid bodies and their connections, in any arrangement, at any joint coordinates.
 
-A tree of bodies whose loops are closed by further joints, as robot description files tell them. One
+A tree of bodies whose loops are closed by further joints, as in robot description files. One
 whose bodies form legs between base and platform becomes a `model.Robot`; any other a
 `network.Network` at given joint coordinates.
 """

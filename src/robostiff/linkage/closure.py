@@ -16,9 +16,9 @@ from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Locked, Passive, PlacedFreedom
 from robostiff.spatial import Frame
 
-# As for legs: what a platform counts as reached by.
+# As for legs: the largest gap of a closed loop.
 _CLOSED = 1e-7
-# Loops that close but for this may lack digits rather than length.
+# Loops with gaps up to this may lack digits rather than length.
 _NEARLY = 1e-3
 
 
@@ -60,7 +60,7 @@ class Configuration:
 
     @property
     def complaint(self) -> str:
-        """What keeps it from being closed: its assembly mode, or the widest gap."""
+        """Why it is not closed: its assembly mode, or the widest gap."""
         if self._has_no_gap:
             return (
                 "they do in another assembly mode only, behind a singularity on the way from home"
@@ -70,7 +70,7 @@ class Configuration:
 
     @property
     def advice(self) -> str:
-        """What to do about loops that do not close."""
+        """Advice about loops that do not close."""
         if self._has_no_gap:
             return "give joint values nearer to home, or another home"
         _, (shift, turn) = self._widest
@@ -88,7 +88,7 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
 
     Passive joints move first. Only where they cannot close the loops, other joints move too, as
     little as it takes. Joints among `values`, held joints and locked ones keep their coordinates.
-    Values are reached on the straight way from home, in its assembly mode.
+    Values are reached along the straight path from home, in its assembly mode.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
     home = _first_closed(linkage, linkage.held, lambda moving: _nearest_home(tree, linkage, moving))
     if not given:
         return home
-    # A joint that has a value now may contradict what another one holds at home.
+    # A joint with a given value may contradict one that keeps its home coordinate.
     if not home.is_closed:
         home = _first_closed(linkage, frozenset(), lambda own: _nearest_home(tree, linkage, own))
     return _first_closed(
@@ -144,7 +144,7 @@ def _is_passive(connection: Connection) -> bool:
 def _nearest_home(
     tree: SpanningTree, linkage: Linkage, moving: tuple[Connection, ...]
 ) -> Configuration:
-    """Closed as near to the home coordinates as it goes."""
+    """Closed as near to the home coordinates as possible."""
     loops = _Loops.of(tree, linkage, {c.name: c.home for c in linkage.connections}, moving)
     return loops.configuration(nearest(loops, loops.guess[None])[0])
 
@@ -156,7 +156,7 @@ def _at_values(
     values: Mapping[str, np.ndarray],
     moving: tuple[Connection, ...],
 ) -> Configuration:
-    """Closed at values of some joints, where home is closed on the way from there."""
+    """Closed at values of some joints; if home is closed, along the path from home."""
     guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
     loops = _Loops.of(tree, linkage, guess, moving)
     if home.is_closed:
@@ -196,7 +196,7 @@ class _Loops:
         guess: Mapping[str, np.ndarray],
         moving: Sequence[Connection],
     ) -> _Loops:
-        """Those that some joints may close."""
+        """The loops that some joints may close."""
         return cls(
             tree,
             linkage.connections,
@@ -292,7 +292,7 @@ class _Loops:
 
     @cached_property
     def _units(self) -> np.ndarray:
-        """What a step of 1 means: the length for a slide, a radian for a turn."""
+        """Units of the coordinates: the length for a slide, a radian for a turn."""
         joints = [c.element for c in self.unknowns if isinstance(c.element, Joint)]
         freedoms = [screw for joint in joints for screw in joint.freedoms]
         return np.array([1.0 if screw.turns else self.length for screw in freedoms])

@@ -1,4 +1,4 @@
-"""The part of a linkage that decides the stiffness of its platform."""
+"""The part of a linkage that determines the stiffness of its platform."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _APART = 1e-9
 
 
 def essential(linkage: Linkage) -> Linkage:
-    """The linkage without what the platform does not feel, welded bodies made one.
+    """The linkage between base and platform, with welded bodies merged.
 
     What remains are the connections on the ways from base to platform that pass no body twice.
-    A gripper's fingers, a second arm that touches nothing, a loop that hangs on the tool are gone.
+    Fingers of a gripper, a second arm without contact and a loop on the tool are left out.
 
     Parameters
     ----------
@@ -156,6 +156,6 @@ def _component_of(first: int, ends: list[tuple[str, str]], start: str) -> set[in
             above = way[-1][0]
             low[above] = min(low[above], low[body])
             if led_here != first and low[body] >= number[above]:
-                # What was found since hangs on one body.
+                # The edges found since are connected to one body only.
                 del open_edges[open_edges.index(led_here) :]
     return set(open_edges) - {first}

@@ -72,7 +72,7 @@ def _planar(joint: Joint) -> Joint:
 
 
 def _link(link: Link) -> Link:
-    # Energy decides: the wrench is the same at both ends, told about the other one.
+    # By energy: the wrench is the same at both ends, taken about the other one.
     elasticity = moved(link.elasticity, link.axes, -np.asarray(link.to))
     return Link(-np.asarray(link.to), elasticity, np.eye(3), link.name)
 
@@ -115,17 +115,17 @@ def robot_of(part: Linkage, found: Configuration) -> Robot | None:
 
 
 def _settled(part: Linkage, found: Configuration) -> Linkage:
-    """The linkage with the coordinates that were found as home coordinates."""
-    settled = []
-    # A description draws its robot at zeros where nobody chose a posture.
+    """The linkage with the closed coordinates as home coordinates."""
+    at_home = []
+    # A description has zero coordinates where no posture was chosen.
     chosen = any(np.any(q) for q in found.coordinates.values())
     for c in part.connections:
         element = c.element
         if isinstance(element, Joint):
             home = tuple(found.coordinates[c.name].tolist())
             element = replace(element, home=home, home_given=chosen)
-        settled.append(replace(c, element=element))
-    return replace(part, connections=tuple(settled))
+        at_home.append(replace(c, element=element))
+    return replace(part, connections=tuple(at_home))
 
 
 def _chains(part: Linkage) -> list[list[Connection]] | None:

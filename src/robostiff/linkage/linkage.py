@@ -22,7 +22,7 @@ JointValues = Mapping[str, float | Sequence[float]]
 
 @dataclass(frozen=True)
 class Connection:
-    """What is between two bodies: a joint, an elastic part, or nothing, which is a weld.
+    """A connection of two bodies: a joint, an elastic part, or a weld.
 
     The frame of body b is ``before``, then the motion of the element, then ``after``, seen from the
     frame of body a.
@@ -60,7 +60,7 @@ class Connection:
 
 @dataclass(frozen=True)
 class Linkage:
-    """Bodies connected in any way, one of which stands still.
+    """Bodies connected in any way, one of which is fixed.
 
     Attributes
     ----------
@@ -69,9 +69,9 @@ class Linkage:
     base : str
         The body that stands still; its frame is the world.
     platform : str
-        The body whose stiffness is asked for.
+        The body whose stiffness is computed.
     reference_point : (3,) array
-        Point of the platform about which it is told, in the platform's frame [m].
+        Point of the platform about which stiffness is given, in the platform's frame [m].
     held : frozenset of str
         Joints that keep their home coordinates while loops are closed; locked ones always do.
     title, source : str

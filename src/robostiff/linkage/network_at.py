@@ -12,7 +12,7 @@ from robostiff.network import JointElement, Network, Node, SpringElement
 
 
 def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
-    """The part of a linkage that its platform feels, at joint coordinates.
+    """The part of a linkage between base and platform, at joint coordinates, as a network.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A spanning tree of a linkage: the way to every body, and the connections that close loops."""
+"""A spanning tree of a linkage: the path to every body, and the connections that close loops."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class SpanningTree:
     def gaps(
         self, q: Mapping[str, np.ndarray], frames: Mapping[str, Frame]
     ) -> dict[str, tuple[float, float]]:
-        """By how much each loop misses: shift [m] and turn [rad]."""
+        """Gap of each loop: shift [m] and turn [rad]."""
         gaps = {}
         for cut in self.cuts:
             meant, there = self.beyond(cut, q, frames[cut.a]), frames[cut.b]

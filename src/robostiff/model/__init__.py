@@ -1,4 +1,4 @@
-"""What a robot is: frozen data, no mathematics."""
+"""Robots as frozen data: joints, links, legs, snapshots."""
 
 from robostiff.model.beam_link import beam_axes, beam_link
 from robostiff.model.chain import Chain, Element

@@ -114,7 +114,7 @@ def beam_link(
 
 
 def section_is_isotropic(section: CrossSection) -> bool:
-    """Whether the section bends alike in all directions, so that its y axis does not matter.
+    """Whether the section has equal second moments, so that its y axis does not matter.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A cable robot: a rigid platform held by cables, which pull and never push."""
+"""A cable robot: a rigid platform held by cables, which can only pull."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Cable:
     exit_point : (3,) array
         Where it leaves the base, in the world [m]: an ideal eyelet, which does not move.
     attachment : (3,) array
-        Where it meets the platform, in the platform frame [m].
+        Attachment point in the platform frame [m].
     EA : float or None
         Axial rigidity, Young's modulus times section [N]; None for one that does not stretch.
     guide_length : float
@@ -34,14 +34,14 @@ class Cable:
     winch_stiffness : float or None
         Of winch, gear and frame, along the cable [N/m]; None for a rigid winch.
     least_tension, greatest_tension : float
-        Between which it may be used [N]; infinite when nothing is known.
+        Limits of the tension [N]; infinite if unknown.
     tension : float or None
-        At the pose that is asked for, where it is given rather than computed [N].
+        Tension at the given pose, if it is given rather than computed [N].
 
     Raises
     ------
     InputError
-        When a number is out of its range, or nothing of the cable is elastic.
+        When a number is out of its range, or the cable is rigid.
 
     Examples
     --------
@@ -66,9 +66,9 @@ class Cable:
         if self.EA is None and self.winch_stiffness is None:
             raise InputError(
                 f"cable {self.name!r}",
-                got="nothing that is elastic",
+                got="no elasticity",
                 expected="EA or winch_stiffness, or both",
-                hint="a cable that does not give way is infinitely stiff",
+                hint="without them the cable is infinitely stiff",
             )
         for attribute in ("EA", "winch_stiffness"):
             if getattr(self, attribute) is not None:
@@ -118,7 +118,7 @@ class Weight:
 
 @dataclass(frozen=True)
 class CableRobot:
-    """A rigid platform that hangs in cables, or is braced by them.
+    """A rigid platform suspended in cables, or tensioned by them.
 
     Attributes
     ----------

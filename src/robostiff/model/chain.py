@@ -104,7 +104,7 @@ class Chain:
 
     @property
     def home_given(self) -> np.ndarray:
-        """Which home coordinates were chosen, and not left out, (size,) bool."""
+        """Which home coordinates were given, (size,) bool."""
         given = [
             bool(element.home_given)
             for element, place in self.moving
@@ -158,7 +158,7 @@ class Chain:
 
     @property
     def has_compliance(self) -> bool:
-        """Whether any element gives way elastically."""
+        """Whether any element is elastic."""
         return any(_gives_way(element) for element in self.elements)
 
 

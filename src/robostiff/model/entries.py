@@ -1,4 +1,4 @@
-"""Every number of a robot, one by one: replaced by another, or looked through."""
+"""Replacing or listing every number of a robot."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robostiff.spatial.formula import is_formula
 if TYPE_CHECKING:
     from robostiff.model.robot import Robot
 
-# Where a drive must stop, and what the symbols are worth in the file: no part of a formula.
+# Limits of drives and nominal values of symbols are not part of a formula.
 _NO_ENTRIES = frozenset(("limits", "nominal"))
 
 

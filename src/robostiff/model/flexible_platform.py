@@ -1,4 +1,4 @@
-"""A platform that bends: nodes, and the beams, springs and rigid members between them."""
+"""A flexible platform: nodes, and beams, springs and rigid members between them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PlatformNode:
 
 @dataclass(frozen=True)
 class PlatformPart:
-    """What connects two nodes: a beam, a spring, or a rigid member.
+    """A connection of two nodes: a beam, a spring, or a rigid member.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class PlatformPart:
 
 @dataclass(frozen=True)
 class FlexiblePlatform:
-    """Nodes that hold the legs and the tool, and what bends between them.
+    """Nodes that hold the legs and the tool, and the elastic parts between them.
 
     The pose is that of the tool; where the nodes are while nothing bends follows from it.
 
@@ -116,7 +116,7 @@ class FlexiblePlatform:
         if loose or not self.parts:
             raise InputError(
                 "nodes of the platform",
-                got=f"{', '.join(loose) or self.tool} apart from all others",
+                got=f"{', '.join(loose) or self.tool} without connection to the others",
                 expected=f"beams, springs or rigid members from every node to {self.tool!r}",
             )
 
@@ -132,7 +132,7 @@ class FlexiblePlatform:
         return found
 
     def point_of(self, name: str) -> np.ndarray:
-        """Where a node is in the platform frame (3,) [m]."""
+        """Point of a node in the platform frame (3,) [m]."""
         return next(node.at for node in self.nodes if node.name == name)
 
     def node_of(self, name: str | None, point: np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""Robots and the elements of their legs in a few words."""
+"""Short descriptions of robots and of the elements of their legs."""
 
 from __future__ import annotations
 
@@ -64,13 +64,14 @@ def _placed(part: PlacedElement, prefix: str) -> str:
 
 
 def _block(name: str, insides: Iterable[Iterable[str]]) -> str:
-    """A parallel block; branches that read alike are told once."""
-    told = ["[" + ", ".join(words) + "]" for words in insides]
-    return f"{name} " + (f"{len(told)} x {told[0]}" if len(set(told)) == 1 else " | ".join(told))
+    """A parallel block; equal branches are listed once."""
+    listed = ["[" + ", ".join(words) + "]" for words in insides]
+    same = len(set(listed)) == 1
+    return f"{name} " + (f"{len(listed)} x {listed[0]}" if same else " | ".join(listed))
 
 
 def robot_html(robot: Robot) -> str:
-    """What a robot is: title, source, symbols, and the elements of its legs."""
+    """Title, source, symbols and elements of the legs of a robot as HTML."""
     title = f": {escaped(robot.title)}" if robot.title else ""
     parts = [element("p", element("b", escaped(robot.name)) + title)]
     if robot.symbols:

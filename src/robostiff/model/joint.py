@@ -1,4 +1,4 @@
-"""Joints: what moves, and whether it is passive, actuated or locked."""
+"""Joints: their freedoms, and whether they are passive, actuated or locked."""
 
 from __future__ import annotations
 

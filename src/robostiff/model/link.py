@@ -1,4 +1,4 @@
-"""What lies between joints: rigid parts, elastic links, springs, telescopic legs."""
+"""Elements between joints: rigid parts, elastic links, springs, telescopic legs."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Branch:
 class ParallelBlock:
     """Branches side by side between two bodies of a chain.
 
-    The first branch leads: it tells where the body after the block is, and the others close on it.
+    The first branch leads: its end defines the body after the block; the others close on it.
 
     Attributes
     ----------

@@ -164,18 +164,18 @@ class Robot:
         return tuple(self.platform.node_of(leg.node, leg.attachment.p) for leg in self.legs)
 
     def check_platform_is_rigid(self, subject: str) -> None:
-        """Raise an InputError where a platform that bends has no answer of this kind.
+        """Raise an InputError if the platform is flexible and a rigid one is required.
 
         Parameters
         ----------
         subject : str
-            What is asked for, such as ``formula``.
+            The result that needs a rigid platform, such as ``formula``.
         """
         if self.platform is not None:
             raise InputError(
                 f"{subject} of {self.name!r}",
                 got="a flexible platform",
-                expected="a rigid one: how a platform bends is computed in numbers alone",
+                expected="a rigid one: flexible platforms are computed in numbers only",
                 hint="use stiffness(robot, poses), and method=Batched() for maps",
             )
 
@@ -250,7 +250,7 @@ class Robot:
 
     @property
     def is_posed_by_joints(self) -> bool:
-        """Whether the joints alone tell its pose: a serial arm without a home of its platform."""
+        """Whether the joints alone define its pose: a serial arm without a home of its platform."""
         return self.is_serial and self.home is None
 
     @property

@@ -1,4 +1,4 @@
-"""A robot frozen at a pose: where its joints are and its springs sit, in world coordinates.
+"""A robot frozen at a pose: its joints and springs in world coordinates.
 
 This is what a model becomes once its pose is known, and what somebody with a CAD model can write
 down directly. Every array may have leading batch axes: many poses of one robot.
@@ -47,7 +47,7 @@ class PlacedFreedom(Screw):
 
     @property
     def stiffness(self) -> Any:
-        """Of its drive or lock [N/m or N m/rad]; None when passive or rigid."""
+        """Stiffness of its drive or lock [N/m or N m/rad]; None when passive or rigid."""
         return None if isinstance(self.role, Passive) else self.role.stiffness
 
 
@@ -98,7 +98,7 @@ class PlacedLeg:
     name : str
     elements : tuple of PlacedFreedom, PlacedSpring or PlacedBlock
     end : (..., 3) array
-        Where it meets the platform [m].
+        Point where it meets the platform [m].
     """
 
     name: str
@@ -138,7 +138,7 @@ class PlacedLeg:
 
     @property
     def springs(self) -> Iterator[PlacedSpring]:
-        """Its elastic parts, actuator springs aside."""
+        """Its elastic parts without actuator springs."""
         return (e for e in self.parts if isinstance(e, PlacedSpring))
 
 
@@ -237,5 +237,5 @@ def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFre
 
 
 def _one(values: np.ndarray, own_axes: int, index: int) -> np.ndarray:
-    """What is the same at all poses has no batch axis."""
+    """Values that are the same at all poses have no batch axis."""
     return values if values.ndim == own_axes else values[index]

@@ -13,7 +13,7 @@ from robostiff.network.equations import equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import redundancy
-from robostiff.network.saddle_point import SETTLED, saddle_point_system
+from robostiff.network.saddle_point import CONVERGED, saddle_point_system
 from robostiff.spatial import as_floats
 
 _DEFAULT_TOLERANCE = Tolerance()
@@ -72,13 +72,13 @@ def compliance_between(
         raise InputError("points", got=points, expected="at least one (node, [x, y, z])")
     equations = equations_of(network, tolerance)
     n = equations.size
-    able = mobility(equations, platform_fixed=False)
-    braced = redundancy(equations, platform_fixed=False)
+    mobile = mobility(equations, platform_fixed=False)
+    dependent = redundancy(equations, platform_fixed=False)
     transports = [equations.transport(node, point) for node, point in places]
     scale = np.tile(equations.scale, len(places))
     given = np.diag(scale) if loads is None else _checked_loads(loads, len(scale))
     F = given / scale[:, None]
-    for mechanism in able.mechanisms:
+    for mechanism in mobile.mechanisms:
         motion = np.zeros((len(scale), mechanism.motions.shape[-1]))
         for i, ((node, _), D) in enumerate(zip(places, transports, strict=True)):
             if node in mechanism.nodes:
@@ -90,12 +90,12 @@ def compliance_between(
             node, point = places[column // n if loads is None else 0]
             what = f"at {point.tolist()} of node {node!r}" if loads is None else f"of load {column}"
             raise NoAnswerError(f"no compliance {what}: {Status.FREE_MOTIONS.advice[0]}")
-    system = saddle_point_system(equations, set(network.fixed), able, braced)
+    system = saddle_point_system(equations, set(network.fixed), mobile, dependent)
     right = np.zeros((system.size, F.shape[1]))
     for i, ((node, _), D) in enumerate(zip(places, transports, strict=True)):
         right[system.rows_of[node]] += D.T @ F[n * i : n * (i + 1)]
     x, step = system.solve(right)
-    if step > SETTLED:
+    if step > CONVERGED:
         raise NoAnswerError(f"no compliance: {Status.ILL_CONDITIONED.advice[0]}")
     C = right.T @ x / equations.stiffness
     C = 0.5 * (C + C.T)

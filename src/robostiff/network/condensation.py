@@ -12,7 +12,7 @@ from robostiff.network.equations import equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import redundancy, redundant_freedoms
-from robostiff.network.saddle_point import SETTLED, saddle_point_system
+from robostiff.network.saddle_point import CONVERGED, saddle_point_system
 
 _DEFAULT_TOLERANCE = Tolerance()
 _ROUNDING = 4 * np.finfo(float).eps
@@ -51,8 +51,8 @@ def condense(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> Net
     Returns
     -------
     NetworkStiffness
-        Mechanisms that leave the platform at rest count as redundant joints. Rigid parts that brace
-        one another are legal.
+        Mechanisms that leave the platform at rest count as redundant joints. Rigid parts that
+        support one another are legal.
 
     Raises
     ------
@@ -71,11 +71,11 @@ def condense(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> Net
     """
     equations = equations_of(network, tolerance)
     n, scale = equations.size, equations.scale
-    able = mobility(equations, platform_fixed=True)
-    braced = redundancy(equations, platform_fixed=True)
-    held, rank, doubtful = _held(able.held, tolerance)
-    rigid = _range(braced.on_platform, tolerance)
-    redundant, names = redundant_freedoms(equations, able)
+    mobile = mobility(equations, platform_fixed=True)
+    dependent = redundancy(equations, platform_fixed=True)
+    held, rank, doubtful = _held(mobile.held, tolerance)
+    rigid = _range(dependent.on_platform, tolerance)
+    redundant, names = redundant_freedoms(equations, mobile)
     status = (
         (rank < n) * Status.FREE_MOTIONS
         | bool(redundant.any()) * Status.REDUNDANT_JOINTS
@@ -84,16 +84,16 @@ def condense(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> Net
     K = np.zeros((n, n))
     if not rigid.shape[1]:
         still = {*network.fixed, network.platform}
-        system = saddle_point_system(equations, still, able, braced)
+        system = saddle_point_system(equations, still, mobile, dependent)
         platform = system.rows_of[network.platform]
         M_p = system.matrix[:, platform].toarray()
-        # The platform moves by each unit displacement; what it is held by are the reactions.
+        # The platform moves by each unit displacement; the reactions are the columns of K.
         x, step = system.solve(M_p)
         K = M_p[platform] - M_p.T @ x
         K = _on_held(0.5 * (K + K.T), held, rank)
-        doubtful |= step > SETTLED
+        doubtful |= step > CONVERGED
         doubtful |= bool(smallest_held_stiffness(K, np.array(rank)) <= tolerance.near_rigidity)
-    if doubtful or able.doubtful or braced.doubtful:
+    if doubtful or mobile.doubtful or dependent.doubtful:
         status |= Status.ILL_CONDITIONED
     whole = CartesianStiffness(
         matrix=K * np.outer(scale, scale) * equations.stiffness,

@@ -1,4 +1,4 @@
-"""Beams, springs and joints alike: which relative motions they resist, and how softly."""
+"""Beams, springs and joints as connections: resisted relative motions and their compliance."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
 @dataclass(frozen=True)
 class Connection:
-    """A beam, spring or joint: it carries W f, and gives way by d with ``W^T d = S f``.
+    """A beam, spring or joint: it carries W f, and deflects by d with ``W^T d = S f``.
 
     d is the motion of node b against node a.
 
@@ -65,11 +65,11 @@ class Connection:
     ----------
     name, a, b : str
     point : (3,) array
-        About which all of it is told [m].
+        Reference point of the matrices [m].
     W : (n, m) array
         Orthonormal transmitted wrenches in scaled coordinates.
     S : (m, m) array
-        Scaled compliance that they meet; rows and columns of rigid ones are exactly 0.
+        Scaled compliance under these wrenches; rows and columns of rigid ones are exactly 0.
     freedoms : (n, q) array
         Unit twists of the passive freedoms, scaled.
     freedom_names : tuple of str
@@ -92,7 +92,7 @@ class Connection:
 
     @property
     def rigid(self) -> np.ndarray:
-        """Which of the transmitted wrenches meet no compliance (m,)."""
+        """Which of the transmitted wrenches are rigid (m,)."""
         return ~np.any(self.S, axis=0)
 
 
@@ -103,7 +103,7 @@ def connection_of(
     space: Space,
     tolerance: Tolerance,
 ) -> Connection:
-    """What an element resists; `scale` turns twists into lengths.
+    """The connection of an element; `scale` turns twists into lengths.
 
     Parameters
     ----------
@@ -208,12 +208,12 @@ def _connection(
         raise InputError(
             f"compliance of {element.name!r}", got=C, expected="a positive semidefinite matrix"
         )
-    # What meets the spring at all, by unit modes: a stiff direction is no rigid one.
+    # Wrenches that load the spring, by unit modes: a stiff direction is not rigid.
     felt = modes[:, np.any(modes != 0, axis=0)].T @ W
     size = np.linalg.norm(modes[:, np.any(modes != 0, axis=0)], axis=0)
     values, Vt = np.linalg.svd(felt / size[:, None])[1:]
     rank = int(np.count_nonzero(values > tolerance.independence))
-    if rank < len(S):  # else as it is: a change of basis would cost the stiff directions digits
+    if rank < len(S):  # otherwise unchanged: a new basis would cost digits of stiff directions
         _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
         W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
         S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))

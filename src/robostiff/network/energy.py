@@ -1,4 +1,4 @@
-"""Stiffness of a platform by minimising the elastic energy, with nothing else shared."""
+"""Stiffness of a platform by minimising the elastic energy, as an independent check."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
     Raises
     ------
     NoAnswerError
-        When rigid parts alone hold the platform in some direction.
+        When the platform is rigid in some direction.
 
     Examples
     --------
@@ -110,7 +110,7 @@ def _least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _elastic(E: np.ndarray, N: np.ndarray, tolerance: Tolerance) -> np.ndarray:
-    """Of the motions N those that some spring feels: what passive joints do alone is left out."""
+    """The motions of N that deflect some spring, without those of passive joints only."""
     size = np.linalg.norm(E, axis=1, keepdims=True)
     values, Vt = np.linalg.svd(E / np.where(size > 0, size, 1.0) @ N)[1:]
     return N @ Vt[: np.count_nonzero(values > tolerance.independence)].T
@@ -131,7 +131,7 @@ def _solutions(
 
 
 def _beam_energy(equations: Equations, bodies: dict[str, slice], size: int) -> np.ndarray:
-    """What beams store, six rows each: with K = [[., .], [K_ba, K_bb]], K_bb = L L^T, L^-1 K_b."""
+    """Energy of beams, six rows each: L^-1 K_b with K = [[., .], [K_ba, K_bb]], K_bb = L L^T."""
     rows = list(equations.network.space.rows)
     both, n = rows + [row + 6 for row in rows], equations.size
     s = np.tile(equations.scale, 2)
@@ -150,7 +150,7 @@ def _beam_energy(equations: Equations, bodies: dict[str, slice], size: int) -> n
 
 
 def _inverse(beam: BeamElement) -> np.ndarray:
-    """Stiffness of the tip, inverted in units in which lengths and angles compare."""
+    """Stiffness of the tip, inverted in units in which lengths and angles are comparable."""
     s = np.repeat([1.0, beam.length], 3)
     return np.linalg.inv(beam.tip_compliance * np.outer(s, s)) * np.outer(s, s)
 

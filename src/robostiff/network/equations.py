@@ -21,14 +21,15 @@ _FAR = 10.0
 class Equations:
     """A network made of scaled matrices.
 
-    Displacements are told as lengths (rotations times `length`) about a point of each body amid its
-    attachments, stiffness in units of `stiffness`; so units of length and force do not matter.
+    Displacements are lengths (rotations times `length`) about a point of each body in the middle
+    of its attachments, stiffness in units of `stiffness`; so units of length and force do not
+    matter.
 
     Attributes
     ----------
     network : Network
     points : dict of (3,) arrays
-        Where the displacements of each node are told [m].
+        Point of each node whose displacement is the unknown [m].
     length : float
         Characteristic length [m].
     stiffness : float
@@ -84,7 +85,7 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
     points = _points(network)
     length = network.characteristic_length
     of_elements = _length_of_elements(network, points, tolerance)
-    if length <= tolerance.independence * of_elements:  # all in one point, for the springs
+    if length <= tolerance.independence * of_elements:  # all in one point, relative to the springs
         length = of_elements or 1.0
     scale = scaling(np.array(length), network.space)
     soft = [
@@ -121,7 +122,7 @@ def _points(network: Network) -> dict[str, np.ndarray]:
 def _length_of_elements(
     network: Network, points: dict[str, np.ndarray], tolerance: Tolerance
 ) -> float:
-    """Largest length that the springs themselves have [m]; 0 for none."""
+    """Largest length given by the springs [m]; 0 for none."""
     one = np.ones(network.space.size)
     connections = _connections(network, points, one, tolerance)
     lengths = [

@@ -1,4 +1,4 @@
-"""What beams, springs and joints of a network carry while its platform is moved."""
+"""Loads in beams, springs and joints of a network under a displacement of its platform."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _DEFAULT_TOLERANCE = Tolerance()
 
 @dataclass(frozen=True)
 class InternalLoads:
-    """What the parts of a network carry.
+    """Loads in the parts of a network.
 
     Names come in two, before and after the last ``/``; ``network`` is before a name without.
 
@@ -33,7 +33,7 @@ class InternalLoads:
         Of every elastic part, actuator springs among them [J].
     reactions : tuple of (str, str, (6,) array, (3,) array)
         Of every joint: force [N] and moment [N m] of node b on node a about the point that comes
-        last [m]. A joint among rigid parts that brace one another has no reaction of its own, and
+        last [m]. Statically indeterminate reactions among rigid parts have no value, and
         is left out.
     actuators : tuple of (str, str, float, float)
         Load along the coordinate [N or N m], and travel [m or rad].
@@ -69,12 +69,12 @@ def internal_loads(
     ('rod', 0.003299)
     """
     equations = equations_of(network, tolerance)
-    able = mobility(equations, platform_fixed=True)
-    braced = redundancy(equations, platform_fixed=True)
-    system = saddle_point_system(equations, {*network.fixed, network.platform}, able, braced)
+    mobile = mobility(equations, platform_fixed=True)
+    dependent = redundancy(equations, platform_fixed=True)
+    system = saddle_point_system(equations, {*network.fixed, network.platform}, mobile, dependent)
     moved = system.matrix[:, system.rows_of[network.platform]] @ (equations.scale * twist)
     x, _ = system.solve(-moved[:, None])
-    return _of_parts(equations, system, x[:, 0], braced)
+    return _of_parts(equations, system, x[:, 0], dependent)
 
 
 def loads_under(
@@ -93,18 +93,18 @@ def loads_under(
     tolerance : Tolerance
     """
     equations = equations_of(network, tolerance)
-    able = mobility(equations, platform_fixed=False)
-    braced = redundancy(equations, platform_fixed=False)
-    system = saddle_point_system(equations, set(network.fixed), able, braced)
+    mobile = mobility(equations, platform_fixed=False)
+    dependent = redundancy(equations, platform_fixed=False)
+    system = saddle_point_system(equations, set(network.fixed), mobile, dependent)
     right = np.zeros((system.size, 1))
     if network.platform not in network.fixed:
         right[system.rows_of[network.platform], 0] = wrench / equations.scale / equations.stiffness
     x, _ = system.solve(right)
-    return _of_parts(equations, system, x[:, 0], braced)
+    return _of_parts(equations, system, x[:, 0], dependent)
 
 
 def _of_parts(
-    equations: Equations, system: SaddlePointSystem, x: np.ndarray, braced: Redundancy
+    equations: Equations, system: SaddlePointSystem, x: np.ndarray, dependent: Redundancy
 ) -> InternalLoads:
     network = equations.network
     energies: list[tuple[str, str, float]] = []
@@ -117,8 +117,8 @@ def _of_parts(
                 energies.append((*_two(c.name), 0.5 * equations.stiffness * float(f @ c.S @ f)))
             continue
         F = _wrench(equations, c, f)
-        told = k not in braced.undetermined
-        if told and element.freedoms:
+        is_determined = k not in dependent.undetermined
+        if is_determined and element.freedoms:
             names = ", ".join(freedom.name for freedom in element.freedoms)
             at = element.freedoms[0].point
             reactions.append((element.name, names, move_wrench(F, at - c.point), at))
@@ -128,7 +128,7 @@ def _of_parts(
             travel = 0.0 if k_own is None else load / k_own
             if k_own is not None:
                 energies.append((element.name, freedom.name, 0.5 * load * travel))
-            if isinstance(freedom.role, Actuated) and (told or k_own is not None):
+            if isinstance(freedom.role, Actuated) and (is_determined or k_own is not None):
                 actuators.append((element.name, freedom.name, load, travel))
     return InternalLoads(tuple(energies), tuple(reactions), tuple(actuators))
 

@@ -1,4 +1,4 @@
-"""What can move when all that is elastic counts as rigid: geometry alone decides."""
+"""Mobility: motions when all elastic parts are rigid, from geometry alone."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class BlockEntries:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Motions of some bodies that nothing resists.
+    """Motions of some bodies without resistance.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Mobility:
     mechanisms : tuple of Mechanism
     held : (n, m) array
         Unit wrenches by which the platform is held, scaled, about its point; the identity's columns
-        where it is fixed to the ground by elastic parts alone. Of no meaning unless it was fixed.
+        where it is fixed to the ground by elastic parts only. Defined only if it was fixed.
     doubtful : bool
         Whether a rank is close to another.
     """
@@ -92,7 +92,7 @@ class Mobility:
 
 @dataclass(frozen=True)
 class _Clusters:
-    """Bodies between which nothing can move."""
+    """Clusters of bodies without relative motion."""
 
     label_of: dict[str, int]
     members: dict[int, list[str]]
@@ -199,7 +199,7 @@ def _clusters(equations: Equations) -> _Clusters:
 def _parts(
     free: list[int], connections: list[Connection], clusters: _Clusters
 ) -> list[tuple[list[int], list[Connection]]]:
-    """Clusters that move together or not at all, and their connections.
+    """Independent groups of clusters, and their connections.
 
     Connections without a free cluster come each on its own.
     """

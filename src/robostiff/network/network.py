@@ -24,7 +24,7 @@ _ROUNDING = 1e-12  # of a coordinate: closer points are one
 
 @dataclass(frozen=True)
 class Network:
-    """Rigid bodies, and what is between them, at one pose in world coordinates.
+    """Rigid bodies and elements between them, at one pose in world coordinates.
 
     Attributes
     ----------
@@ -33,9 +33,9 @@ class Network:
     fixed : tuple of str
         Names of the nodes that do not move.
     platform : str
-        Name of the node whose stiffness is asked for.
+        Name of the node whose stiffness is computed.
     reference_point : (3,) array
-        Point of the platform about which it is told [m].
+        Point of the platform about which stiffness is given [m].
     beams : tuple of BeamElement
     springs : tuple of SpringElement
     joints : tuple of JointElement
@@ -103,7 +103,7 @@ class Network:
 
     @cached_property
     def connection_points(self) -> dict[str, list[np.ndarray]]:
-        """Where something is attached to each node [m]; a slide can be drawn anywhere."""
+        """Attachment points of each node [m], without slides, which have no definite point."""
         points: dict[str, list[np.ndarray]] = {node.name: [] for node in self.nodes}
         for beam in self.beams:
             points[beam.a].append(beam.start)

@@ -1,4 +1,4 @@
-"""Null spaces of geometry, with the doubt that remains, and coordinates that pin them."""
+"""Null spaces of unit wrenches, with a flag for doubtful ranks, and pinning coordinates."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, b
 
 
 def pinning_coordinates(basis: np.ndarray) -> np.ndarray:
-    """Coordinates (k,) whose loss leaves nothing of a space (size, k): pivoted QR.
+    """Coordinates (k,) that are zero only for zero in a space (size, k): pivoted QR.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How a flexible platform gives way between the nodes that hold legs and its tool."""
+"""Compliance of a flexible platform between its tool and the nodes that hold legs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import Mobility, mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import freedom_rates, redundancy
-from robostiff.network.saddle_point import SETTLED, saddle_point_system
+from robostiff.network.saddle_point import CONVERGED, saddle_point_system
 from robostiff.spatial import Space
 
 _MOVES = 1e-6
@@ -43,7 +43,7 @@ class PlatformFlexibility:
 
     @property
     def compliance(self) -> np.ndarray:
-        """Twists of the nodes for wrenches on them (n N, n N): what the parts add up to."""
+        """Twists of the nodes for wrenches on them (n N, n N)."""
         return np.sum(list(self.part_compliances.values()), axis=0)
 
 
@@ -86,9 +86,9 @@ def platform_flexibility(
     """
     tolerance = tolerance or Tolerance()
     equations = equations_of(_network(platform, space), tolerance)
-    able = mobility(equations, platform_fixed=False)
-    braced = redundancy(equations, platform_fixed=False)
-    system = saddle_point_system(equations, {platform.tool}, able, braced)
+    mobile = mobility(equations, platform_fixed=False)
+    dependent = redundancy(equations, platform_fixed=False)
+    system = saddle_point_system(equations, {platform.tool}, mobile, dependent)
     n = equations.size
     transports = [equations.transport(name, platform.point_of(name)) for name in nodes]
     loads = np.zeros((system.size, n * len(nodes)))
@@ -96,7 +96,7 @@ def platform_flexibility(
         if name != platform.tool:
             loads[system.rows_of[name], n * i : n * (i + 1)] = D.T
     x, step = system.solve(loads)
-    if step > SETTLED:
+    if step > CONVERGED:
         raise NoAnswerError(f"no stiffness of the platform: {Status.ILL_CONDITIONED.advice[0]}")
     s = np.tile(equations.scale, len(nodes))
     unit = np.outer(s, s) * equations.stiffness
@@ -104,7 +104,7 @@ def platform_flexibility(
     for c, rows in zip(equations.connections, system.wrench_rows, strict=True):
         carried = x[rows]
         parts[c.name] = carried.T @ c.S @ carried / unit
-    motions, names = _motions(equations, able, nodes, transports)
+    motions, names = _motions(equations, mobile, nodes, transports)
     return PlatformFlexibility(parts, motions / s[:, None], names)
 
 
@@ -127,16 +127,16 @@ def _network(platform: FlexiblePlatform, space: Space) -> Network:
 
 
 def _motions(
-    equations: Equations, able: Mobility, nodes: Sequence[str], transports: list[np.ndarray]
+    equations: Equations, mobile: Mobility, nodes: Sequence[str], transports: list[np.ndarray]
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """Scaled unit motions of the nodes (n N, k), and which freedoms move in each.
 
-    Exact zeros tell a motion that leaves all these nodes where they are.
+    A motion that leaves all these nodes at rest is exactly zero.
     """
     n = equations.size
     freedoms = [name for c in equations.connections for name in c.freedom_names]
     columns, names = [np.zeros((n * len(nodes), 0))], []
-    for mechanism in able.mechanisms:
+    for mechanism in mobile.mechanisms:
         own = np.zeros((n * len(nodes), mechanism.motions.shape[-1]))
         for i, (name, D) in enumerate(zip(nodes, transports, strict=True)):
             if name in mechanism.nodes:

@@ -1,4 +1,4 @@
-"""Constraints that depend on one another, and passive freedoms that move nothing but themselves."""
+"""Dependent constraints, and passive freedoms that move no body of the network."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robostiff.network.equations import Equations
 from robostiff.network.mobility import Mechanism, Mobility
 from robostiff.network.null_space import null_spaces, pinning_coordinates
 
-# A unit wrench with less than this part in what is statically indeterminate has none.
+# A unit wrench with a smaller statically indeterminate part has none.
 _SHARED = 1e-6
 
 
@@ -28,11 +28,11 @@ class Redundancy:
         For each connection by its number, which of its wrenches can be left out because the others
         say the same.
     on_platform : (n, k) array
-        Wrenches on the fixed platform that rigid parts alone carry to the ground, scaled.
+        Wrenches on the fixed platform that rigid parts carry to the ground, scaled.
     doubtful : bool
     undetermined : frozenset of int
-        Numbers of the connections that brace one another, so that equilibrium and elasticity do
-        not tell what each carries.
+        Numbers of the connections that are statically indeterminate among rigid parts, so that
+        equilibrium and elasticity do not determine their loads.
     """
 
     dropped: dict[int, list[int]]
@@ -131,7 +131,7 @@ def _connected(
 def redundant_freedoms(
     equations: Equations, mobility: Mobility
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Which passive freedoms add nothing to those before them, the platform being fixed.
+    """Which passive freedoms are redundant after those before them, the platform being fixed.
 
     A freedom does so when some mechanism moves it and none after it. Such mechanisms are those of
     bodies, and those inside a joint whose own freedoms depend on one another.

@@ -1,4 +1,4 @@
-"""The saddle-point system of a network, assembled, freed of what is dependent, and factorised."""
+"""The saddle-point system of a network, without dependent equations, factorised."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from robostiff.network.redundancy import Redundancy
 
 _REFINEMENTS = 2
 # A last step of refinement above this part of the answer means that few digits hold.
-SETTLED = 1e-8
+CONVERGED = 1e-8
 
 
 @dataclass(frozen=True)
 class SaddlePointSystem:
-    """``[[0, A^T], [A, -S]] [x; f] = [F; 0]`` of all bodies, and how to solve it.
+    """``[[0, A^T], [A, -S]] [x; f] = [F; 0]`` of all bodies, and its solution.
 
     A holds the transmitted wrenches of beams, springs and joints, S their compliance (0 where
     rigid), x displacements and f the sizes of the wrenches; all scaled. With the wrenches as
@@ -78,7 +78,7 @@ def saddle_point_system(
     """Assemble and factorise.
 
     Mechanisms are held at as many coordinates as they have, and dependent constraints left out:
-    neither changes what the platform feels. What is left is regular.
+    neither changes the stiffness of the platform. The remaining system is regular.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ def network_of_snapshot(snapshot: Snapshot) -> Network:
 
 @dataclass
 class _Parts:
-    """Of a network, as they are found."""
+    """Nodes and elements of a network while it is built."""
 
     nodes: list[Node]
     springs: list[SpringElement] = field(default_factory=list)
@@ -136,7 +136,7 @@ def _node_name(placed: PlacedPlatform, name: str) -> str:
 
 
 def _point_of(element: PlacedFreedom | PlacedSpring | PlacedBlock) -> np.ndarray:
-    """A point near a body, for its name's sake."""
+    """A point of a body, for its node."""
     point = element.branches[0].end if isinstance(element, PlacedBlock) else element.point
     return np.asarray(point, dtype=float)
 

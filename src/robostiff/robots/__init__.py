@@ -30,7 +30,7 @@ _HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
 
 @dataclass(frozen=True)
 class RobotInfo:
-    """What a shipped robot is.
+    """Facts about a shipped robot.
 
     Attributes
     ----------

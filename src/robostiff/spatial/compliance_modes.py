@@ -1,4 +1,4 @@
-"""The twists by which an elastic part gives way: a factor of its compliance."""
+"""The modes of an elastic part: twists that are a factor of its compliance."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from robostiff.errors import InputError
 
-# Of a diagonal entry: what is left of it below this is rounding, and the direction is rigid.
+# Of a diagonal entry: a smaller remainder is rounding, and the direction is rigid.
 _RIGID = 1e-14
 # Up to here elimination in any order keeps the modes apart; below, the largest pivot comes first.
 _REGULAR = 1e-6

@@ -1,4 +1,4 @@
-"""Formulas in place of numbers: what counts as one, and how numbers beside it stay exact."""
+"""Formulas in place of numbers, with exact numbers beside them."""
 
 from __future__ import annotations
 

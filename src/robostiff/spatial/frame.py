@@ -17,7 +17,7 @@ from robostiff.spatial.quantities import as_floats
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Axes and origin of a frame, seen from another one.
+    """Axes and origin of a frame, relative to another one.
 
     Attributes
     ----------
@@ -74,23 +74,23 @@ class Frame:
 
     @classmethod
     def identity(cls) -> Frame:
-        """The frame from which it is seen."""
+        """The identity: origin zero, axes of the reference frame."""
         return cls(np.eye(3), np.zeros(3))
 
     def __matmul__(self, other: Frame) -> Frame:
-        """`other`, which is seen from this frame, seen from where this one is seen."""
+        """`other`, given relative to this frame, relative to the reference of this frame."""
         R, p, R_other, p_other = exact_arrays(self.R, self.p, other.R, other.p)
         return Frame(R @ R_other, p + R @ p_other)
 
     @property
     def inverse(self) -> Frame:
-        """The frame from which this one is seen, seen from this one."""
+        """The reference frame relative to this frame."""
         R, p = exact_arrays(self.R, self.p)
         return Frame(R.T, -(R.T @ p))
 
     @cached_property
     def rigid_transform(self) -> RigidTransform:
-        """The same for SciPy.
+        """The frame as a rigid transform of SciPy.
 
         Raises
         ------

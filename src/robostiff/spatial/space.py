@@ -45,12 +45,12 @@ class Space(Enum):
 
     @property
     def size(self) -> int:
-        """How many coordinates there are: 6 or 3."""
+        """Number of coordinates: 6 or 3."""
         return len(self.value)
 
     @property
     def translations(self) -> int:
-        """How many of them, the leading ones, are translations."""
+        """Number of translations, which are the leading coordinates."""
         return sum(row < 3 for row in self.value)
 
     @property
