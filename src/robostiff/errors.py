@@ -1,4 +1,4 @@
-"""Exceptions: misuse says what came, what was expected and what to write instead."""
+"""Exceptions: messages contain the value, what was expected and what to write instead."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _UNSHOWN = {"Cc", "Cf", "Cs", "Zl", "Zp"}
 
 
 def printable(text: str, kept: str = "") -> str:
-    r"""Text that does nothing but show itself: control characters and directions as escapes.
+    r"""Text with control characters and directions as escapes.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class Location:
 
 
 class FileError(InputError):
-    """A file that cannot be used, with the place in it that is to blame."""
+    """A file that cannot be used, with the location of the error."""
 
     def __init__(
         self,
@@ -128,11 +128,11 @@ class FileError(InputError):
 
     @classmethod
     def from_input_error(cls, location: Location, error: InputError) -> FileError:
-        """The same complaint, with its place in a file."""
+        """The same error, with its location in a file."""
         return cls(location, error.subject, got=error.got, expected=error.expected, hint=error.hint)
 
     def message(self) -> str:
-        """The place, then the complaint."""
+        """The location, then the error."""
         return f"{self.location}: {super().message()}"
 
 
@@ -149,11 +149,11 @@ def warn_of_slip(text: str) -> None:
 
 
 class NoAnswerError(RobostiffError):
-    """A quantity was asked of a result that has none; the message gives status and advice."""
+    """A result has no such quantity; the message gives status and advice."""
 
 
 class DisagreementError(RobostiffError):
-    """Two ways of robostiff to one answer disagree: one of them is wrong, and neither is given.
+    """Two methods of robostiff disagree: one of them is wrong, and neither result is returned.
 
     Parameters
     ----------

@@ -175,5 +175,5 @@ def test_what_hdf5_does_not_end_with_is_stopped(found, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="HDF5 does not come to an end with"):
         read_map(path)
     endless.write_text("import os; os.abort()")
-    with pytest.raises(InputError, match="what HDF5 cannot read"):
+    with pytest.raises(InputError, match="contents that HDF5 cannot read"):
         read_map(path)

@@ -151,7 +151,7 @@ MISTAKES = {
     ),
     "loose node": (
         ("    - {between: [end6, hub], material: metal, section: arm, y_axis: z}\n", ""),
-        r"platform:.*end6 apart from all others.*to 'hub'",
+        r"platform:.*end6 without connection to the others.*to 'hub'",
     ),
     "one node twice": (("between: [end6, hub]", "between: [hub, hub]"), "second node"),
     "no y axis": (
@@ -211,5 +211,5 @@ def test_names_of_nodes_and_parts_are_unique():
         FlexiblePlatform((a, b), (beam, rigid_member(a, a)), "a")
     with pytest.raises(InputError, match="node of 'beam'"):
         FlexiblePlatform((a,), (beam,), "a")
-    with pytest.raises(InputError, match="apart from all others"):
+    with pytest.raises(InputError, match="without connection to the others"):
         FlexiblePlatform((a,), (), "a")

@@ -191,7 +191,7 @@ def test_bands_can_be_cut_as_well():
         (lambda m: bands_picture(m, "worst_deflection", "x", percents=(5, 50)), "symmetric"),
         (
             lambda m: slice_picture(m.to_dict(), "worst_deflection", XY),
-            "what rs.stiffness_map returns",
+            "a result of rs.stiffness_map",
         ),
     ],
 )

@@ -1,4 +1,4 @@
-"""The questions: stiffness at a pose, compliance, deflection under a load and who bends."""
+"""Analysis of robots: stiffness, compliance, deflection, indices, maps, verification."""
 
 from robostiff.analysis.cable_response import CableResponse, SlackEvent, cable_response
 from robostiff.analysis.cable_result import CableStiffness

@@ -1,4 +1,4 @@
-"""How a cable robot gives way under a load while its winches are locked, and what becomes slack."""
+"""Response of a cable robot with locked winches to a load: displacement, tensions, slack."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, as_floats
 
 _DEFAULT_TOLERANCE = Tolerance()
-_FURTHEST = 100.0  # times the load, up to which slack is looked for
+_FURTHEST = 100.0  # times the load, up to which slack is searched for
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class CableResponse:
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to know about this answer, a sentence each."""
+        """Advice about this result, a sentence each."""
         return self.status.advice
 
     def __repr__(self) -> str:
@@ -130,7 +130,7 @@ def cable_response(
     tensions: TensionRule | None = None,
     tolerance: Tolerance = _DEFAULT_TOLERANCE,
 ) -> CableResponse:
-    """Rest of a cable robot under a load with locked winches: displacement, tensions, slack.
+    """Equilibrium of a cable robot under a load with locked winches: displacement, tensions, slack.
 
     At the pose the tensions balance the weight. Then the load grows, the cables stretch as
     ``t = max(0, k (l - l_slack))``, and the platform moves to where it rests again; displacements

@@ -1,4 +1,4 @@
-"""What `cable_stiffness` answers."""
+"""The result of `cable_stiffness`."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ class CableStiffness:
 
     @property
     def status(self) -> CableStatus:
-        """Status of a single pose; of a batch, everything that happened at any pose."""
+        """Status of a single pose; of a batch, all flags that hold at any pose."""
         return CableStatus(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
 
     @property
@@ -159,7 +159,7 @@ class CableStiffness:
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to know about this answer, a sentence each."""
+        """Advice about this result, a sentence each."""
         return self.status.advice
 
     @property
@@ -171,19 +171,19 @@ class CableStiffness:
 
     @property
     def missing_wrench(self) -> np.ndarray:
-        """Wrench (..., n) that cables, weight and the applied wrench leave to others [N, N m]."""
+        """Wrench (..., n) that cables, weight and the applied wrench do not balance [N, N m]."""
         self._require_answer()
         pulled = np.einsum("...ij,...j->...i", structure_matrix(self.placed), self.tensions)
         return -(pulled + weight_wrench(self.placed) + self.wrench)
 
     @property
     def free_motions(self) -> tuple[FreeMotion, ...]:
-        """Motions of the platform that meet no stiffness, at a single pose."""
+        """Free motions of the platform, at a single pose."""
         return self._in_words("free")
 
     @property
     def unstable_motions(self) -> tuple[FreeMotion, ...]:
-        """Motions in which the platform leaves the pose by itself, at a single pose."""
+        """Unstable motions of the platform, at a single pose."""
         return self._in_words("unstable")
 
     def about(self, point: np.ndarray) -> CableStiffness:

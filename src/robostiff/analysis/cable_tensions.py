@@ -68,7 +68,7 @@ class CableTensions:
         Raises
         ------
         NoAnswerError
-            When there are none at some pose; `feasible` tells which.
+            When there are none at some pose; `feasible` marks the poses with tensions.
         """
         if not np.all(self.feasible):
             advice = " ".join(f"{line}." for line in self.status.advice)
@@ -90,12 +90,12 @@ class CableTensions:
 
     @property
     def status(self) -> CableStatus:
-        """Status of a single pose; of a batch, everything that happened at any pose."""
+        """Status of a single pose; of a batch, all flags that hold at any pose."""
         return CableStatus(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to know about this answer, a sentence each."""
+        """Advice about this result, a sentence each."""
         return self.status.advice
 
     def __getitem__(self, index: Any) -> CableTensions:

@@ -1,4 +1,4 @@
-"""A robot compiled: fast answers at many poses, and slow ones where the fast cannot be trusted."""
+"""Compiled robots: a kernel at many poses, and the batched form where its checks fail."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _CHUNK = 8192
 
 @dataclass(frozen=True, repr=False)
 class CompiledAnswer:
-    """What a compiled robot says of a batch of poses.
+    """The result of a compiled robot at a batch of poses.
 
     Attributes
     ----------
@@ -74,12 +74,12 @@ class CompiledAnswer:
 
     def __repr__(self) -> str:
         names = ", ".join(self.values)
-        share = f"{self.guarded_share:.2%} computed again"
+        share = f"{self.guarded_share:.2%} recomputed"
         return f"<CompiledAnswer of {len(self.rank)} poses: {names}; {share}>"
 
     @property
     def guarded_share(self) -> float:
-        """Part of the poses that were computed again."""
+        """Part of the poses that were recomputed."""
         return float(np.mean(self.guarded)) if self.guarded.size else 0.0
 
 
@@ -127,7 +127,7 @@ class CompiledRobot:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """What may differ from pose to pose beside the coordinates."""
+        """Names of the parameters, which may differ from pose to pose."""
         return tuple(str(symbol) for symbol in self.robot.symbols)
 
     def evaluate(
@@ -257,7 +257,7 @@ class CompiledRobot:
         answer.rank[rows] = result.rank
         for output in self.kernel.outputs:
             if isinstance(output, Derivative):
-                # There is no second way to a derivative: the digits lost are told instead. Where
+                # Derivatives are not recomputed: the loss of digits is reported instead. Where
                 # the rank is another, K jumps.
                 answer.status_codes[rows] |= np.uint8(Status.ILL_CONDITIONED)
                 jumps = ~result.answered | (result.rank != self.rank)
@@ -403,5 +403,5 @@ def _inputs_of(robot: Robot, kernel: Kernel, joint_kernel: Kernel | None) -> Ker
 
 
 def _misses(recorded: RecordedRobot) -> bool:
-    """Whether a leg misses the platform at generic poses: the open coordinates must give way."""
+    """Whether a leg misses the platform at generic poses: the other coordinates must follow."""
     return any(np.any(part.sample < 0) for part in recorded.reach if isinstance(part, Entry))

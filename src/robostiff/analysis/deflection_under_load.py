@@ -1,4 +1,4 @@
-"""Deflection under a load, and who bends: energy shares, joint reactions, actuator loads."""
+"""Deflection under a load, with energy shares, joint reactions and actuator loads."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class PartShare:
 
 @dataclass(frozen=True)
 class JointReaction:
-    """What a joint carries.
+    """The wrench that a joint carries.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class ActuatorLoad:
         Force [N] or moment [N m] that the load applies in the direction of the coordinate; the
         drive holds the opposite.
     travel : float
-        How far its own elasticity gives way [m or rad]; 0 for a rigid drive.
+        Deflection of its own elasticity [m or rad]; 0 for a rigid drive.
     """
 
     leg: str
@@ -88,7 +88,7 @@ class ActuatorLoad:
 
 @dataclass(frozen=True, repr=False)
 class Deflection:
-    """How a robot gives way under a wrench.
+    """Deflection of a robot under a wrench.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ class Deflection:
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to know about this answer, a sentence each."""
+        """Advice about this result, a sentence each."""
         extra = Status(self.status & ~self.stiffness.status)
         return (*self.stiffness.advice, *extra.advice)
 
@@ -194,8 +194,8 @@ def deflection_at(
     if isinstance(posed, Network):
         carried = loads_under(posed, F_origin, tolerance)
         parts += carried.energies
-        reactions += [JointReaction(*told) for told in carried.reactions]
-        actuators += [ActuatorLoad(*told) for told in carried.actuators]
+        reactions += [JointReaction(*own) for own in carried.reactions]
+        actuators += [ActuatorLoad(*own) for own in carried.actuators]
     else:
         snapshot = posed if isinstance(posed, Snapshot) else posed()
         for leg, own in zip(snapshot.legs, leg_wrenches, strict=True):
@@ -216,7 +216,7 @@ def deflection_at(
         stiffness=answer,
         status=answer.status,
         moved=move_twist(t_origin, -to_origin),
-        # Equal shares, told apart by rounding alone, stay in the order of the legs.
+        # Shares that differ only by rounding stay in the order of the legs.
         parts=tuple(sorted(shares, key=lambda share: -round(share.share, 9))),
         reactions=tuple(reactions),
         actuators=tuple(actuators),

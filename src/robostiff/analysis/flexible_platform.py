@@ -1,4 +1,4 @@
-"""Where legs meet a flexible platform: its compliance told about the point of the answer."""
+"""Legs on a flexible platform: its compliance about the point of the result."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def legs_on_platform(
         Point of the tool [m].
     method : Form
         The wrench basis form takes the compliance of each leg as it is, so that legs may be rigid;
-        the others tell a stiffness, which is inverted on the transmitted wrenches. They refuse
+        the others give a stiffness, which is inverted on the transmitted wrenches. They refuse
         rigid legs.
 
     Returns

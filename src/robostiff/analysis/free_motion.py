@@ -1,4 +1,4 @@
-"""Free motions as sentences: translations, rotations about lines, screws."""
+"""Descriptions of free motions: translations, rotations about lines, screws."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SMALL = 1e-7
 
 
 def direction_in_words(direction: np.ndarray) -> str:
-    """A direction, which is x, y or z where it is along that axis.
+    """A direction as text: x, y or z along an axis, otherwise its components.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def numbers_in_words(values: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class FreeMotion:
-    """A motion of the platform that meets no stiffness.
+    """A motion of the platform without stiffness.
 
     Attributes
     ----------

@@ -40,7 +40,7 @@ _APART = 1e-7
 
 @dataclass(frozen=True)
 class AtGeneralPoses:
-    """What a record takes for granted.
+    """Assumptions of a record.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class AtGeneralPoses:
 
 @dataclass(frozen=True)
 class CheckedResults:
-    """What a kernel says of some poses.
+    """Results of a kernel at some poses.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ def _checks(kernel: Kernel, results: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _unsafe(checks: Mapping[str, np.ndarray], count: int, general: AtGeneralPoses) -> np.ndarray:
-    """Where a margin is nearly used up (N,)."""
+    """Where an assumption is close to failing (N,)."""
     if not general.verified:
         return np.ones(count, dtype=bool)
     safe = np.isfinite(checks["trace"])
@@ -157,7 +157,7 @@ def _unsafe(checks: Mapping[str, np.ndarray], count: int, general: AtGeneralPose
 
 
 def origin_to_reference(result: RobotStiffness) -> np.ndarray:
-    """From where an answer was computed to its reference point (N, 3) or (N, 2) [m]."""
+    """From the origin of a result to its reference point (N, 3) or (N, 2) [m]."""
     v = result.reference_point - result.origin
     return v if result.space is Space.SPATIAL else v[:, :2]
 

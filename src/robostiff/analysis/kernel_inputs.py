@@ -191,7 +191,7 @@ class KernelInputs:
         return given
 
     def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues) -> InputRows:
-        """Rows of inputs, and what is known of the poses before."""
+        """Rows of inputs, and the poses that are known to be out of reach."""
         missed, loose = np.zeros((2, len(given)), dtype=bool)
         by_joints = isinstance(pose, JointCoordinates)
         # A record takes for granted that loops are closed, which given coordinates may leave open.

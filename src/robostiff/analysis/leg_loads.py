@@ -1,4 +1,4 @@
-"""Twist of the platform under a load, and what each leg carries of it."""
+"""Twist of the platform under a load, and the share of each leg in the load."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BALANCED = 1e-9  # part of a load that may do work on a free motion
 
 @dataclass(frozen=True)
 class LegLoads:
-    """How a robot carries a load, about the origin of its answer, in world axes.
+    """Loads of the legs of a robot, about the origin of its result, in world axes.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class LegLoads:
 
 
 def leg_loads(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
-    """How the legs carry a wrench about the origin of an answer.
+    """Loads of the legs under a wrench about the origin of a result.
 
     They share it with the least energy, the primary result of linear statics: that needs a
     stiffness matrix neither of a leg nor of the robot, and holds where a direction is rigid.

@@ -1,4 +1,4 @@
-"""Compliance and passive twists of the legs, parallel blocks in place of what they hold."""
+"""Compliance and passive twists of the legs, with parallel blocks as elements."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def check_compliance_in_plane(C: np.ndarray, leg: str) -> None:
 
 @dataclass(frozen=True)
 class LegMatrices:
-    """What a form of K_C needs to know of a leg, about one point in world axes.
+    """Matrices of a leg for the forms of K_C, about one point in world axes.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class LegMatrices:
         return C + np.sum([block.whole.C for block in self.blocks], axis=0)
 
     def wrenches(self, length: np.ndarray, tolerance: Tolerance) -> LegWrenches:
-        """What it transmits, and the energy of it, in coordinates scaled by a length [m]."""
+        """Transmitted wrenches and their energy, in coordinates scaled by a length [m]."""
 
         def felt(W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             return self.felt(W, length)
@@ -142,7 +142,7 @@ class LegMatrices:
 
     @property
     def _joints(self) -> int:
-        """How many of its columns are joints, and not freedoms of blocks."""
+        """Number of its columns that are joints, not freedoms of blocks."""
         return len(self.names) - sum(block.whole.J_q.shape[-1] for block in self.blocks)
 
     @property
@@ -156,7 +156,7 @@ class LegMatrices:
 
 @dataclass(frozen=True)
 class SolvedBlock:
-    """A parallel block, and what its branches are.
+    """A parallel block with the matrices of its branches.
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ def leg_matrices(
     ----------
     leg : PlacedLeg
     at : (..., 3) array
-        Point whose twist is told [m].
+        Point whose twist is given [m].
     space : Space
         Its rows alone are kept.
     length : (...) array

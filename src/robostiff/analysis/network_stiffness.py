@@ -1,4 +1,4 @@
-"""Stiffness of a network, told like that of a robot of legs."""
+"""Stiffness of a network, as a result like that of a robot of legs."""
 
 from __future__ import annotations
 

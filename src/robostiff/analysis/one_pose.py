@@ -1,4 +1,4 @@
-"""Questions that are asked of one pose at a time."""
+"""Check for functions that take a single pose."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the posture of a leg was chosen, where there are others of another stiffness."""
+"""Advice for legs with several postures of different stiffness, of which none was chosen."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def posture_advice(
     posture_of: Callable[[], Posture],
     leg_stiffness: Callable[[Snapshot], np.ndarray],
 ) -> tuple[str, ...]:
-    """A sentence where nobody chose the posture of a leg, and others have another stiffness.
+    """A sentence if the posture of a leg was not chosen, and others have another stiffness.
 
     A posture is chosen by home coordinates of the leg's joints, by an elbow, by joint coordinates
     or by `near`. Legs of which none is given are looked at, at home, or at a few of the poses of a

@@ -1,4 +1,4 @@
-"""Whether a record gives what the wrench basis form gives, before it is trusted."""
+"""Comparison of a record with the wrench basis form, before it is used."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
     Raises
     ------
     DisagreementError
-        When they give different answers at one pose, each without a reservation.
+        When they give different results at a pose where both are well conditioned.
     """
     robot = inputs.robot
     kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)

@@ -1,4 +1,4 @@
-"""What `stiffness` answers."""
+"""The result of `stiffness`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class RobotStiffness:
     reference_point : (..., 3) array
         Point about which K is given, in the world [m].
     about_reference : CartesianStiffness
-        About `origin`, where ranks are decided, whatever point is asked for.
+        About `origin`, where ranks are decided, independent of the reference point.
     legs : tuple of CartesianStiffness
         Each leg about `origin`.
     passive_joint_names : tuple of str
@@ -150,7 +150,7 @@ class RobotStiffness:
 
     @property
     def status(self) -> Status:
-        """Status of a single pose; of a batch, everything that happened at any pose."""
+        """Status of a single pose; of a batch, all flags that hold at any pose."""
         return self.about_reference.status
 
     @property
@@ -172,10 +172,10 @@ class RobotStiffness:
 
     @property
     def free_motions(self) -> tuple[FreeMotion, ...]:
-        """Motions of the platform that meet no stiffness, at a single pose."""
+        """Free motions of the platform, at a single pose."""
         if self._unreachable:
             return ()
-        # Told about the robot's own point: from far away every turn looks like a translation.
+        # About the robot's own point: from far away every rotation resembles a translation.
         length = float(self.about_reference.length)
         motions = free_motions_in_words(self.about_reference.free_motions, self.origin, length)
         return tuple(
@@ -184,7 +184,7 @@ class RobotStiffness:
 
     @property
     def rigid_directions(self) -> np.ndarray:
-        """Wrenches about the reference point that meet no compliance, rows (r, n), single pose."""
+        """Rigid wrenches about the reference point, rows (r, n), at a single pose."""
         return move_wrench(self.about_reference.rigid_directions, self._offset)
 
     @property

@@ -82,7 +82,7 @@ def energy_table(result: Deflection, most: int) -> Table:
 
 
 def actuator_table(result: Deflection) -> Table | None:
-    """What the actuators carry, and how far they give way; None where there are none."""
+    """Loads and deflections of the actuators; None where there are none."""
     if not result.actuators:
         return None
     loads = shown_vector(np.array([a.load for a in result.actuators]), 0)
@@ -90,7 +90,7 @@ def actuator_table(result: Deflection) -> Table | None:
         [f"{a.leg}/{a.joint}", Number(float(load)), Number(a.travel)]
         for a, load in zip(result.actuators, loads, strict=True)
     ]
-    return Table(["actuator", "load [N or N m]", "gives way by [m or rad]"], rows)
+    return Table(["actuator", "load [N or N m]", "deflection [m or rad]"], rows)
 
 
 _MOST_PARTS = 10
@@ -111,7 +111,7 @@ def stiffness_html(result: RobotStiffness) -> str:
 
 
 def deflection_html(result: Deflection) -> str:
-    """Displacement under the load, and the parts that bend most."""
+    """Displacement under the load, and the parts with the most elastic energy."""
     blocks: list[Block | None] = []
     if result.has_answer:
         blocks.append(displacement_table(result))
@@ -126,7 +126,7 @@ def _written(blocks: list[Block | None]) -> str:
 
 
 def _head(result: RobotStiffness, status: Status) -> str:
-    """Name, where it holds, and status."""
+    """Name, pose, reference point and status."""
     place = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is not None:
         place = f"pose [{row(result.pose)}] (m, rad) {place}"

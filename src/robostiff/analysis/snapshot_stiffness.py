@@ -52,11 +52,11 @@ class SnapshotStiffness:
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
     """Stiffness of the legs of a snapshot and of the whole."""
     length = snapshot.characteristic_length
-    # Lever arms that are nothing to the parts themselves are rounding: all is in one point.
+    # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
     length = np.where(length > tolerance.independence * _length_of_parts(snapshot), length, 0.0)
     origin = _origin(snapshot, length)
     problems = _legs(snapshot, origin, np.where(length > 0, length, 1.0), tolerance)
-    if not np.all(length > 0):  # all in one point: the springs themselves tell a length
+    if not np.all(length > 0):  # all in one point: a length from the springs
         of_springs = np.max([matrix_length(own.C, own.J_q) for own in problems], axis=0)
         length = np.where(length > 0, length, of_springs)
         problems = _legs(snapshot, origin, length, tolerance)
@@ -84,7 +84,7 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
 def _solved(
     leg: LegMatrices, method: Form, length: np.ndarray, tolerance: Tolerance
 ) -> CartesianStiffness:
-    """Stiffness of a leg, with what is to be said of its blocks."""
+    """Stiffness of a leg, with the status of its blocks."""
     if method == _DEFAULT_METHOD:
         solved = solved_leg(leg.wrenches(length, tolerance), length, tolerance)
     else:

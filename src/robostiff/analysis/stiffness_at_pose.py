@@ -1,4 +1,4 @@
-"""Stiffness of a robot at a pose: where model, kinematics and the forms of K_C meet."""
+"""Stiffness of a robot at a pose, from model, kinematics and the forms of K_C."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One stiffness matrix by every method there is, how far apart they are, and whether they agree."""
+"""A stiffness matrix by all methods, the distances between them, and whether they agree."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ _AGREEMENT = 1e-9
 
 
 class Outcome(Enum):
-    """What the comparison with one method says."""
+    """Outcome of the comparison with one method."""
 
     AGREES = "agrees"
     DIFFERS = "differs"
@@ -87,13 +87,13 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Comparison:
-    """One method beside the reference.
+    """Comparison of one method with the reference.
 
     Attributes
     ----------
     method : str
     outcome : Outcome
-        DOUBTFUL differs, but says itself that few digits hold.
+        DOUBTFUL differs, and reports itself that few digits hold.
     distance : float or None
         Largest difference in units of its block; None without two matrices.
     rank : int or None

@@ -208,7 +208,7 @@ def first_slack(
 
     if least(before[0]) <= 0:
         return before[0], int(np.argmin(np.where(taut, start.pulls, np.inf)))
-    if least(after[0]) > 0:  # from the start another rest is nearer: the path itself tells
+    if least(after[0]) > 0:  # another rest is nearer to the start: the path decides
         return after[0], int(np.argmin(np.where(taut, after[1].pulls, np.inf)))
     from scipy.optimize import root_scalar
 

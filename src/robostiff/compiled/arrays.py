@@ -69,7 +69,7 @@ class ArrayCode:
 
     def _fill(self, inputs: np.ndarray, outputs: np.ndarray, part: slice) -> None:
         rows = np.empty((self._rows, min(_CHUNK, part.stop - part.start)))
-        with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard sees
+        with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard detects
             for start in range(part.start, part.stop, _CHUNK):
                 stop = min(start + _CHUNK, part.stop)
                 self._run(inputs[:, start:stop], outputs[:, start:stop], rows[:, : stop - start])
@@ -122,7 +122,7 @@ class ArrayCode:
 
     @cached_property
     def _plan(self) -> tuple[list[_Instruction], list[Any], int]:
-        """Instructions with a row for every result, rows used again once nobody needs them."""
+        """Instructions with a row for every result; rows are reused when no longer needed."""
         program = self.program
         last = {argument: i for i, s in enumerate(program.steps) for argument in (s.a, s.b)}
         kept = set(program.outputs)

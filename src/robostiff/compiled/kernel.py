@@ -24,7 +24,7 @@ _LONGEST = 8000
 
 
 class Backend(Enum):
-    """How a record is run: by ``MACHINE`` code, by NumPy on ``ARRAYS``, or the ``BEST`` there is.
+    """How a record is run: by ``MACHINE`` code, by NumPy on ``ARRAYS``, or the ``BEST`` available.
 
     Machine code is some ten times faster, and needs heyoka.
     """
@@ -35,11 +35,11 @@ class Backend(Enum):
 
 
 class NoMachineCodeWarning(RuntimeWarning):
-    """The compiler of machine code is not installed: NumPy does the same, some ten times slower."""
+    """The compiler of machine code is not installed: NumPy is used, some ten times slower."""
 
 
 class Checks(Enum):
-    """What a kernel checks at every pose beside its outputs.
+    """Checks that a kernel computes at every pose beside its outputs.
 
     ``RANK``: matrix and rank. ``MATRIX``: the matrix alone; it is as right without its rank.
     ``NONE``: nothing, for poses that are known to be harmless.
@@ -173,7 +173,7 @@ def kernel_of(
     Raises
     ------
     InputError
-        When machine code is asked for where its compiler is not installed.
+        When machine code is selected and its compiler is not installed.
     NoAnswerError
         When an output has no answer at any pose.
     """

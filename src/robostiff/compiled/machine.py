@@ -46,7 +46,7 @@ class MachineCode:
             self._function(inputs=inputs, outputs=outputs, batch_parallel=True)
 
     def __getstate__(self) -> dict[str, Any]:
-        # Machine code is made anew where the program arrives.
+        # Machine code is compiled again where the program is unpickled.
         return {"program": self.program}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -79,7 +79,7 @@ class MachineCode:
 
 @contextmanager
 def machine_threads(count: int) -> Iterator[None]:
-    """Let the machine code of this process work with that many threads for a while."""
+    """Let the machine code of this process use the given number of threads in a context."""
     import heyoka as hy
 
     with _threads:

@@ -1,4 +1,4 @@
-"""What a kernel can compute at every pose."""
+"""Outputs that a kernel can compute at every pose."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Output(Protocol):
 
     @property
     def name(self) -> str:
-        """Under which it is found in the result."""
+        """Its name in the result."""
         ...
 
     def shape(self, space: Space) -> tuple[int, ...]:
@@ -237,13 +237,13 @@ class Derivative:
         return derivatives(robot.record, self.of.recorded(robot), self.by)
 
     def gaps(self, robot: RecordedRobot) -> list[Any]:
-        """Of eigenvalues: how far they are apart, as parts."""
+        """Relative distances between eigenvalues."""
         own = getattr(self.of, "gaps", None)
         return [] if own is None else own(robot)
 
 
 def rows_of(shape: tuple[int, ...]) -> int:
-    """How many rows of a kernel an output of some shape takes.
+    """Number of rows of a kernel for an output of some shape.
 
     Examples
     --------

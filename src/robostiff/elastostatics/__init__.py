@@ -1,6 +1,6 @@
 """The stiffness matrix K_C of a chain with passive joints, and of chains in parallel.
 
-Matrices in, matrices out: nothing here knows what a robot is, so the forms can be read beside the
+Functions of matrices, independent of robots, so that the forms can be read beside the
 paper and used with anybody's Jacobians. One file a form: eq. (7) ``saddle_point``, (9) ``block``,
 (10) and (15) ``recursive``, (18)-(20) ``index_rules``, and ``wrench_basis``, the default. Legs are
 summed by ``aggregation``, eq. (12). Ranks are decided in ``tolerance`` alone.

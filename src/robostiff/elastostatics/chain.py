@@ -1,4 +1,4 @@
-"""Stiffness of a chain from its compliance and its passive joints: the front door to the forms."""
+"""Stiffness of a chain from its compliance and its passive joints, by any form."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def solve_chain(
 ) -> CartesianStiffness:
     """As `chain_stiffness`, for matrices that are known to fit and share their batch axes.
 
-    `present` (..., q) tells which columns of J_q are there: poses may differ in their number, and
+    `present` (..., q) marks the columns of J_q that exist: poses may differ in their number, and
     zero columns fill up.
     """
     space = Space.of_size(C.shape[-1])
@@ -104,7 +104,7 @@ def solve_chain(
     answer = form.solve(problem)
     transmitted = np.count_nonzero(np.any(W != 0, axis=-2), axis=-1)
     K = 0.5 * (answer.K + np.swapaxes(answer.K, -1, -2)) * scale
-    # What joints free entirely keeps no rounding of what was there before them.
+    # Directions that joints free entirely keep no rounding.
     K = np.where((transmitted > 0)[..., None, None], K, 0.0)
     status = (
         (transmitted < space.size) * int(Status.FREE_MOTIONS)
@@ -133,7 +133,7 @@ def solve_chain(
 def _doubtful(problem: ChainProblem) -> np.ndarray:
     """Where a joint is nearly redundant, or a transmitted wrench nearly rigid (...)."""
     tolerance, margins = problem.tolerance, problem.margins
-    # Between rounding and the cut a joint is dropped that a little more care would have kept.
+    # Between rounding and the limit, a dropped joint may be independent.
     nearly_redundant = tolerance.leaves_in_doubt(margins)
     nearly_rigid = ~problem.rigid & (problem.compliance_ratio <= tolerance.near_rigidity)
     return nearly_rigid | np.any(nearly_redundant, axis=-1)

@@ -1,4 +1,4 @@
-"""What every form of K_C starts from, and what it answers."""
+"""Input and result of the forms of K_C."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ class ChainProblem:
 
     @cached_property
     def compliance_ratio(self) -> np.ndarray:
-        """Smallest compliance that a transmitted wrench meets, as a part of the trace of C."""
+        """Smallest compliance under a transmitted wrench, as a part of the trace of C."""
         return smallest_compliance(self.C, self.W)
 
     @property
     def rigid(self) -> np.ndarray:
-        """Whether a transmitted wrench meets no compliance (...)."""
+        """Whether a transmitted wrench is rigid (...)."""
         return self.compliance_ratio <= self.tolerance.rigidity
 
     @cached_property
@@ -105,7 +105,7 @@ class ChainProblem:
 
 @dataclass(frozen=True)
 class FormAnswer:
-    """Stiffness in scaled coordinates, the poses at which the form refuses, and why.
+    """Stiffness in scaled coordinates, the poses at which the form refuses, and the reason.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""How far a matrix is from losing rank, cheaply certified and, where in doubt, computed."""
+"""Distance of a matrix from a loss of rank: a cheap bound, and the exact value where needed."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def smallest_held_stiffness(
 ) -> Float[np.ndarray, "*batch"]:
     """Smallest stiffness that is not zero by rank, K scaled to a unit diagonal (...).
 
-    It tells how many digits compliance and deflection keep. Where it is certainly above 1e-10 a
+    It limits the digits of compliance and deflection. Where it is certainly above 1e-10 a
     lower bound is given in its place; 1 where nothing is held.
 
     Parameters

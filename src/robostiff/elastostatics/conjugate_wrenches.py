@@ -1,4 +1,4 @@
-"""The wrenches of a leg, conjugate in its energy: what all of linear statics is computed from."""
+"""The wrenches of a leg, conjugate in its energy, from which all linear statics is computed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ConjugateWrenches:
         Unit wrenches, each of which meets compliance by itself: they share no energy. Zero columns
         fill up.
     compliance : (..., m) array
-        What each of them meets: f of it store the energy ``compliance f^2 / 2``.
+        Compliance under each of them: f of it store the energy ``compliance f^2 / 2``.
     rigid : (..., n, k) array
         Orthonormal wrenches that meet no elastic part, zero columns elsewhere.
     doubtful : (...) array of bool
@@ -131,7 +131,7 @@ def conjugate_wrenches(
 
 
 def alike(decisions: np.ndarray) -> Iterator[tuple[Any, np.ndarray]]:
-    """Poses that decide alike, as an index, and what they decide, (..., k) arrays of int."""
+    """Groups of poses with the same decisions, as an index, and the decisions, arrays of int."""
     every = decisions.reshape(-1, decisions.shape[-1])
     if len(every) and np.all(every == every[0]):
         yield Ellipsis, every[0]

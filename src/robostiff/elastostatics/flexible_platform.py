@@ -1,4 +1,4 @@
-"""Legs on a platform that bends: its compliance couples the wrenches that the legs transmit."""
+"""Legs on a flexible platform: its compliance couples the wrenches that the legs transmit."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ class CoupledLegs:
     legs : tuple of CartesianStiffness
         What each leg carries of the load: its matrix times the twist of the tool is the wrench
         on this leg. These matrices add up to that of the whole; none is symmetric by itself. Their
-        status is that of the whole, as a leg that is rigid by itself does give way together.
+        status is that of the whole, as a leg that is rigid by itself is compliant with the
+        platform.
     """
 
     whole: CartesianStiffness
@@ -139,7 +140,7 @@ def _inverted(M: np.ndarray, Z: np.ndarray, HZ: np.ndarray, tolerance: Tolerance
     count = M.shape[-1]
     identity = np.eye(count)
     A = np.swapaxes(Z, -1, -2) @ M @ Z
-    # What never reaches the tool is no stranger to what does: legs that pull at one another bend
+    # Wrenches that do not act on the tool matter, too: legs that pull at one another bend
     # the platform. Only where there is neither wrench nor compliance is nothing to solve for.
     idle = _idle(HZ) & (np.einsum("...ii->...i", A) == 0)
     mean = np.trace(A, axis1=-2, axis2=-1) / count
@@ -168,7 +169,7 @@ def _combinations(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Combinations Z (..., w, w) of wrenches that do no work, zero columns among them.
 
-    The second answer tells which motions of the platform no leg holds (..., k).
+    The second result marks the motions of the platform that no leg holds (..., k).
     """
     count, motions = work.shape[-2:]
     if motions == 0:

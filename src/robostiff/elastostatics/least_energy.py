@@ -1,4 +1,4 @@
-"""How legs share a load: the system over leg wrenches, from which compliance and loads follow."""
+"""The system over leg wrenches, from which compliance and the loads of the legs follow."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robostiff.spatial.batch import transposed
 
 @dataclass(frozen=True)
 class LeastEnergy:
-    """What wrenches in parallel carry of a load, in scaled coordinates.
+    """Shares of wrenches in parallel in a load, in scaled coordinates.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ Felt = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @dataclass(frozen=True)
 class LegWrenches:
-    """What a leg transmits, in scaled coordinates.
+    """Wrenches that a leg transmits, in scaled coordinates.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a parallel block is inside a chain: the compliance of its least energy, and its freedoms."""
+"""A parallel block as an element of a chain: the compliance of least energy, and its freedoms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The stiffness of a chain or a robot, with what it means."""
+"""The stiffness of a chain or a robot, with rank, free motions and status."""
 
 from __future__ import annotations
 
@@ -105,8 +105,8 @@ class CartesianStiffness:
         Raises
         ------
         NoAnswerError
-            When a pose has none; `answered` tells which, and ``result[result.answered]`` keeps the
-            others.
+            When a pose has none; `answered` marks the others, and ``result[result.answered]``
+            keeps the others.
         """
         answered = self.answered
         if not np.all(answered):
@@ -115,7 +115,7 @@ class CartesianStiffness:
 
     @property
     def status(self) -> Status:
-        """Status of a single pose; of a batch, everything that happened at any pose."""
+        """Status of a single pose; of a batch, all flags that hold at any pose."""
         return Status(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
 
     @property
@@ -139,7 +139,7 @@ class CartesianStiffness:
     def invertible(self) -> np.ndarray:
         """Where K can be inverted on the directions that are held (...).
 
-        Elsewhere its smallest value there cannot be told from rounding, and no digit would hold.
+        Elsewhere its smallest value there is not above rounding, and no digit would hold.
         """
         found = np.array(self.answered)
         if np.any(found):

@@ -1,4 +1,4 @@
-"""What can be said of an answer, pose by pose."""
+"""Statuses of results, pose by pose."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntFlag
 
 
 class Status(IntFlag):
-    """What happened at a pose; several may hold at once, and 0 is a plain answer.
+    """Status of a pose; several flags may hold at once, and 0 means that nothing is to be reported.
 
     ``FREE_MOTIONS`` and ``REDUNDANT_JOINTS`` accompany a right answer. The others are bad: there is
     no stiffness matrix (``RIGID_DIRECTION``, ``FORM_DOES_NOT_HOLD``, ``UNREACHABLE``), or there is
@@ -32,7 +32,7 @@ class Status(IntFlag):
 
     @property
     def is_bad(self) -> bool:
-        """Whether the answer is missing or to be used with care."""
+        """Whether the result is missing or to be used with care."""
         return bool(self & BAD)
 
     @property
@@ -42,7 +42,7 @@ class Status(IntFlag):
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """One sentence of advice for each thing that happened."""
+        """One sentence of advice for each flag."""
         return tuple(_ADVICE[member] for member in type(self) if member & self)
 
     def __str__(self) -> str:
@@ -50,7 +50,7 @@ class Status(IntFlag):
 
 
 def words_of(status: IntFlag) -> str:
-    """What happened, joined by ``+``; ``ok`` where nothing did.
+    """Names of the flags, joined by ``+``; ``ok`` without flags.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The one place that decides ranks, on matrices scaled by a characteristic length."""
+"""Decisions of ranks, on matrices scaled by a characteristic length."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Tolerance:
         Below this the pose is reported as ill-conditioned.
     rigidity : float
         A transmitted wrench whose compliance is below this part of the largest is rigid: float64
-        cannot tell it from zero.
+        cannot distinguish it from zero.
     near_rigidity : float
         Below this the answer is reported as ill-conditioned.
     rounding : float
@@ -69,7 +69,8 @@ def matrix_length(
     """Characteristic length of a chain from its matrices alone, sqrt(tr C_tt / tr C_rr) [m].
 
     It scales with the unit of length, so that metres and millimetres decide alike. Without
-    rotational compliance the lever arms of the joints tell it; without those it does not matter.
+    rotational compliance it follows from the lever arms of the joints; without them any length
+    will do.
 
     Examples
     --------
@@ -104,7 +105,7 @@ def scaling(length: Float[np.ndarray, "*batch"], space: Space) -> Float[np.ndarr
 
 @dataclass(frozen=True)
 class RankDecision:
-    """How a rank was decided: which values were kept and dropped, and by which tolerance.
+    """Decision of a rank: the values kept and dropped, and the tolerance.
 
     Attributes
     ----------

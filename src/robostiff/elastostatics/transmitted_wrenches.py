@@ -53,9 +53,9 @@ def unit_twists_and_wrenches(
 ) -> tuple[
     Float[np.ndarray, "*batch n q"], Float[np.ndarray, "*batch n m"], Float[np.ndarray, "*batch q"]
 ]:
-    """Scaled twists brought to unit size, and what `wrenches_and_margins` tells of them.
+    """Scaled twists of unit size, and the result of `wrenches_and_margins` for them.
 
-    `present` tells which columns are there: poses may differ in their number, and zero columns,
+    `present` marks the columns that exist: poses may differ in their number, and zero columns,
     whose margin is 1, fill up.
     """
     size = np.sqrt(np.einsum("...nq,...nq->...q", J_scaled, J_scaled))

@@ -1,4 +1,4 @@
-"""Where everything is at a pose: frames, Jacobians and closure."""
+"""Kinematics at a pose: frames, Jacobians and closure."""
 
 from robostiff.kinematics.formula import (
     FormulaPose,

@@ -1,4 +1,4 @@
-"""Forward kinematics of a chain, eq. (5): where every joint and spring is, and the end frame."""
+"""Forward kinematics of a chain, eq. (5): joints and springs in the world, and end frame."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def place_chain(
 
 @dataclass
 class _Way:
-    """What the walks along a chain and the branches of its blocks share."""
+    """Common state of the walks along a chain and the branches of its blocks."""
 
     q: np.ndarray
     theta: list[np.ndarray] | None
@@ -248,7 +248,7 @@ def telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticit
     """Elasticity of a beam of a telescope at lengths (...) [m], or at one recorded length."""
     usable: Any = length.item() if length.dtype == object else length
     if not is_formula(usable) or getattr(usable, "is_positive", None) is False:
-        # Out of reach, a length may be negative: a status answers, but the others must go on.
+        # Out of reach, a length may be negative: a status reports it, and the other poses continue.
         usable = np.maximum(np.asarray(usable, dtype=float), np.finfo(float).tiny ** 0.25)
     C = beam_compliance(usable, beam.material, beam.section, beam.theory)
     return Elasticity(poses_side_by_side(C, 2))

@@ -38,7 +38,7 @@ def passive_jacobian(
     ----------
     leg : PlacedLeg
     at : (..., 3) array
-        Point whose twist is told [m].
+        Point whose twist is given [m].
 
     Returns
     -------
@@ -68,7 +68,7 @@ def spring_jacobian(
     ----------
     leg : PlacedLeg
     at : (..., 3) array
-        Point whose twist is told [m].
+        Point whose twist is given [m].
 
     Returns
     -------
@@ -108,7 +108,7 @@ def leg_compliance(
     ----------
     leg : PlacedLeg
     at : (..., 3) array
-        Point whose twist is told [m].
+        Point whose twist is given [m].
 
     Returns
     -------
@@ -154,7 +154,7 @@ def _plain(leg: PlacedLeg) -> Iterator[PlacedFreedom | PlacedSpring]:
                 f"leg {leg.name!r}",
                 got=f"the parallel block {element.name!r}",
                 expected="joints and springs in series",
-                hint="write stiffness(robot) or derive(robot), which know blocks",
+                hint="write stiffness(robot) or derive(robot), which support blocks",
             )
         yield element
 

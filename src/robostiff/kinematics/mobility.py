@@ -1,4 +1,4 @@
-"""The motions that the legs leave to the platform when every drive may move."""
+"""Mobility of the platform: the motions that the legs allow when every drive may move."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _end_motions(leg: Leg, placed: PlacedChain, at: np.ndarray, scale: np.ndarra
 
 
 def _complement(columns: np.ndarray) -> np.ndarray:
-    """Orthonormal basis of what is perpendicular to the columns."""
+    """Orthonormal basis of the complement of the columns."""
     if columns.shape[-1] == 0:
         return np.eye(columns.shape[0])
     sizes = np.linalg.norm(columns, axis=0)

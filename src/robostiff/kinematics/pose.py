@@ -1,4 +1,4 @@
-"""The ways to tell where the platform is."""
+"""Poses of the platform: coordinates, rigid transforms, joint coordinates."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _AT_ONCE = 64  # poses whose numbers are compared side by side
 
 @dataclass(frozen=True)
 class JointCoordinates:
-    """A posture told by the joints of a serial arm.
+    """A posture given by the joint coordinates of a serial arm.
 
     Attributes
     ----------
@@ -44,12 +44,12 @@ Pose = RigidTransform | JointCoordinates | ArrayLike | None
 
 @dataclass(frozen=True)
 class PoseRequest:
-    """Where the platform shall be, one pose a row.
+    """Requested poses of the platform, one in each row.
 
     Attributes
     ----------
     batch : tuple of int
-        Shape of the batch that was asked for.
+        Shape of the given batch.
     coordinates : (N, 6) array
         x, y, z and rotation vector; the open ones are those of the home pose.
     open : tuple of int

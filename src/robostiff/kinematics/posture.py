@@ -1,4 +1,4 @@
-"""A robot at a pose: its coordinates, where everything is, and whether it can stand there."""
+"""A robot at a pose: its coordinates, its parts in the world, and whether it reaches the pose."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Posture:
     ----------
     robot : Robot
     batch : tuple of int
-        Shape of the batch that was asked for.
+        Shape of the given batch.
     pose : (N, 6) array
         Platform pose: x, y, z, rotation vector [m, rad].
     coordinates : tuple of (N, size) arrays
@@ -75,7 +75,7 @@ class Posture:
 
     @property
     def complaints(self) -> tuple[str, ...]:
-        """What keeps the first pose from being reached or allowed, a sentence each."""
+        """Reasons why the first pose is not reached or not allowed, a sentence each."""
         sentences = []
         for i, leg in enumerate(self.robot.legs):
             if not self._closed[0, i]:
@@ -83,7 +83,7 @@ class Posture:
         for i, leg in enumerate(self.robot.legs):
             if self._closed[0, i] and not self._long_enough[0, i]:
                 sentences.append(
-                    f"leg {leg.name!r} would need a telescope shorter than nothing at this pose"
+                    f"leg {leg.name!r} would need a telescope of negative length at this pose"
                 )
         if not sentences and self.elsewhere[0]:
             sentences.append(
@@ -131,7 +131,7 @@ class Posture:
 
 
 def _beyond(leg: Leg, place: int, value: float, low: float, high: float) -> str:
-    """An actuator beyond its limits, in words."""
+    """A sentence about an actuator beyond its limits."""
     element = next(e for e, where in leg.chain.moving if where.start <= place < where.stop)
     turns = leg.chain.freedoms[place].turns
     unit, factor = ("deg", np.degrees(1.0)) if turns else ("mm", 1e3)

@@ -43,12 +43,12 @@ from robostiff.model import (
 from robostiff.spatial import as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
-# Under this name a robot keeps its finder.
+# Attribute of a robot that holds its finder.
 _KEPT = "_posture_finder"
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
 _ROUNDING = 1e-13  # of a distance from the origin
-# Poses around home that tell whether the coordinates left to the legs stay where they are.
+# Poses around home at which the coordinates that follow from the legs are compared with home.
 _TRIED, _AROUND, _SEED = 8, 1e-2, 3
 
 
@@ -68,7 +68,7 @@ class PostureFinder:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot.in_floats
         self.home_pose = home_coordinates(self.robot)
-        #: What was found out about the robot as a whole, by the question.
+        #: Results for the robot as a whole, by their names.
         self.known: dict[str, tuple[str, ...]] = {}
         #: Postures drawn around home, by the seed.
         self.samples: dict[int, Posture] = {}
@@ -137,7 +137,7 @@ class PostureFinder:
         return self._posture(q.shape[:-1], pose, R, [poses_side_by_side(rows, 1)])
 
     def at_poses(self, request: PoseRequest, near: Sequence[np.ndarray] | None = None) -> Posture:
-        """Posture at platform poses; coordinates that the legs decide follow.
+        """Posture at platform poses; the other coordinates follow from the legs.
 
         Parameters
         ----------
@@ -212,7 +212,7 @@ class PostureFinder:
 
     @cached_property
     def _near_home(self) -> PoseRequest:
-        """Poses around home, the coordinates that the legs decide as at home."""
+        """Poses around home, with the coordinates that follow from the legs as at home."""
         chosen = self.robot.coordinate_places
         scale = np.zeros(6)
         scale[list(self.robot.space.rows)] = 1.0
@@ -312,7 +312,7 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
 def _gap(
     leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """By how much a chain or a loop in it stays open: shift (N,) [m] and turn (N,) [rad]."""
+    """Gap of a chain or of a loop in it: shift (N,) [m] and turn (N,) [rad]."""
     shifts, turns = [], []
     for gap in gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)):
         shift = gap.p_wanted - gap.p

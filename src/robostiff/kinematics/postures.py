@@ -15,7 +15,7 @@ from robostiff.model import Robot
 
 @dataclass(frozen=True)
 class LegPosture:
-    """One way in which a leg reaches a pose.
+    """One posture in which a leg reaches a pose.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class LegPosture:
     coordinates : (size,) array
         Of all its joints [m, rad].
     mode : Mode
-        Signs that tell it from the others.
+        Signs that distinguish it from the others.
     of_home : bool
         Whether it belongs to the assembly mode of home, which `stiffness` takes.
     """
@@ -35,7 +35,7 @@ class LegPosture:
 
 
 def postures(robot: Robot, pose: Pose = None) -> dict[str, tuple[LegPosture, ...]]:
-    """All ways in which each leg of a robot reaches a pose, that of home first.
+    """All postures in which each leg of a robot reaches a pose, that of home first.
 
     The legs are independent of one another: any choice of one posture for each leg is a posture of
     the robot. Its coordinates, leg by leg, choose it: ``stiffness(robot, pose, near=[...])``.

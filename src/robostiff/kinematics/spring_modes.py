@@ -1,4 +1,4 @@
-"""What every spring of a leg feels of a wrench, each at its own place and in its own axes."""
+"""Loads of every spring of a leg under wrenches, each at its own point and in its own axes."""
 
 from __future__ import annotations
 

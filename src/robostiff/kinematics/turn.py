@@ -19,7 +19,7 @@ _TINY = 1e-300  # keeps the root of a vanishing angle regular
 
 @dataclass(frozen=True)
 class Turn:
-    """A rotation by an angle that only its cosine and sine tell.
+    """A rotation by an angle that is given by cosine and sine.
 
     Attributes
     ----------

@@ -40,11 +40,11 @@ def element(tag: str, content: str, **attributes: str) -> str:
     >>> element("td", "12", class_="number", data_unit="N/m")
     '<td class="number" data-unit="N/m">12</td>'
     """
-    told = "".join(
+    written = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{escaped(value)}"'
         for name, value in attributes.items()
     )
-    return f"<{tag}{told}>{content}</{tag}>"
+    return f"<{tag}{written}>{content}</{tag}>"
 
 
 def listing(items: Iterable[str]) -> str:
@@ -87,8 +87,10 @@ def block_html(block: Block) -> str:
         case Bullets(items, tone):
             return _told(listing(items), tone) if items else ""
         case Facts(rows):
-            told = "".join(element("dt", escaped(a)) + element("dd", escaped(b)) for a, b in rows)
-            return element("dl", told)
+            rows_html = "".join(
+                element("dt", escaped(a)) + element("dd", escaped(b)) for a, b in rows
+            )
+            return element("dl", rows_html)
         case Table():
             return _table(block)
         case LabelledMatrix():

@@ -1,4 +1,4 @@
-"""Records: formulas written down while they run, to be evaluated elsewhere.
+"""Records: formulas recorded operation by operation, to be evaluated elsewhere.
 
 The formulas of the library work on arrays of any entries. Filled with `Entry` they leave a
 `Record`: a list of operations without branches, each written once. It can be evaluated on arrays of

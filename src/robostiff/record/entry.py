@@ -1,4 +1,4 @@
-"""An entry of an array that records what is done with it."""
+"""An entry of an array that records the operations on it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Number = Any
 
 
 class Entry:
-    """A value that is not known yet: a step of a record.
+    """A symbolic value: a step of a record.
 
     Entries add, multiply and divide with one another and with numbers, alone and within NumPy
     arrays of objects. Zeros and ones leave no trace: ``0 * x`` is the number 0, ``1 * x`` is x.
@@ -51,7 +51,7 @@ class Entry:
         return frozenset(self.record.inputs)
 
     def named(self, name: str) -> Entry:
-        """The same entry, with a name for those who read the record."""
+        """The same entry with a name for readers of the record."""
         if self._operation()[0] is not Operation.INPUT:
             self.record.names.setdefault(self.step, name)
         return self
@@ -153,7 +153,7 @@ class Entry:
         return result
 
     def reciprocal(self) -> Entry:
-        """1 / self, computed once however often it divides."""
+        """1 / self, computed once for all divisions by it."""
         operation, a, _ = self._operation()
         if operation is Operation.RECIPROCAL:
             return Entry(self.record, a)
@@ -185,7 +185,7 @@ class Entry:
         return self.record.operations[self.step]
 
     def _negated(self) -> Entry | None:
-        """What this entry is the negative of, if it is one."""
+        """The entry of which this one is the negative, if it is one."""
         operation, a, _ = self.record.operations[self.step]
         return Entry(self.record, a) if operation is Operation.NEGATE else None
 

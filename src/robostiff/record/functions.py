@@ -1,4 +1,4 @@
-"""Functions of entries and numbers alike, also entry by entry over arrays of objects."""
+"""Functions of entries and numbers, also entry by entry over arrays of objects."""
 
 from __future__ import annotations
 

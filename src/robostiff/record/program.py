@@ -1,4 +1,4 @@
-"""A program: the part of a record that some results need, ready to run anywhere."""
+"""A program: the part of a record that some results need."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Program:
 
     @property
     def cost(self) -> int:
-        """What an evaluation takes, in additions."""
+        """Cost of an evaluation, in additions."""
         return sum(COSTS[step.operation] for step in self.steps)
 
     def evaluated(

@@ -1,4 +1,4 @@
-"""A record: operations one after the other, equal ones written once."""
+"""A record: a list of operations in which equal operations occur once."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Operation(Enum):
-    """What a step of a record does with its arguments."""
+    """Operation of a step of a record on its arguments."""
 
     INPUT = "input"
     NUMBER = "number"
@@ -55,7 +55,7 @@ NUMPY_FUNCTIONS: dict[Operation, Any] = {
     Operation.GREATER: np.greater,
 }
 
-#: Those that Python's own operators do, on whatever kind of values.
+#: Operations of Python's operators, on values of any kind.
 OPERATORS: dict[Operation, Any] = {
     Operation.ADD: operator.add,
     Operation.SUBTRACT: operator.sub,
@@ -86,8 +86,8 @@ COSTS = {
 class Record:
     """Operations in the order in which they can be computed.
 
-    Every step also carries its value at a few sample points. They tell a formula that is zero
-    everywhere from one that is not, and which pivots are safe.
+    Every step also carries its value at a few sample points. They distinguish a formula that is
+    zero everywhere from one that is not, and which pivots are safe.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ class Record:
         return (a,) if b is None else (a, b)
 
     def cost(self, outputs: Iterable[int]) -> int:
-        """What it takes to compute some steps, in additions."""
+        """Cost of some steps, in additions."""
         return sum(COSTS[self.operations[step][0]] for step in self.needed(outputs))
 
     def _append(self, key: tuple[Operation, Any, Any], sample: np.ndarray) -> int:

@@ -1,4 +1,4 @@
-"""What a leg carries, parallel blocks included: wrenches of its end and the energy of each."""
+"""Wrenches that a leg carries, parallel blocks included, and their energy."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
 
 
 def _alike(ways: list[Column], first: int, n: int, inner: int) -> list[Column]:
-    """That a further block carries what the first does, row by row: F - A x = 0."""
+    """Equations that a further block carries the same wrench as the first: F - A x = 0."""
     conditions = []
     for row in range(n):
         condition: Column = [int(row == i) for i in range(n)] + [0] * inner

@@ -47,7 +47,7 @@ class Conjugate:
     ----------
     wrenches : list of Column
     mu : list of entries or numbers
-        Compliance that each meets.
+        Compliance under each.
     losses : list of entries or numbers
         By how much mu is smaller than the compliance of the wrench as it came: the digits lost.
     """
@@ -84,7 +84,7 @@ def transmitted_by(
         sizes = [
             _norm([f / s for f, s in zip(w, scale, strict=True)]) * size_of_twist for w in wrenches
         ]
-        # Lost is what is small at all samples, safe what is large at each of them.
+        # A pivot is lost if it is small at all samples, safe if it is large at each of them.
         drives = [
             0 if _most(drive) <= _LOST * own else drive
             for drive, own in zip(drives, sizes, strict=True)
@@ -127,7 +127,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     ----------
     wrenches : sequence of Column
     energy : (m, m) nested list
-        W^T C W, the compliance that they meet.
+        W^T C W, the compliance under these wrenches.
     leg : str
         Whose wrenches they are, for messages.
 
@@ -150,7 +150,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
         pivot = min(open_, key=lambda i: _coupling(M[i], i, part[i]))
         if part[pivot] <= _RIGID:
             if all(_idle(left[i]) for i in open_):
-                break  # stress that rigid branches give one another
+                break  # internal stress between rigid branches
             raise InputError(
                 f"leg {leg!r}",
                 got="a transmitted wrench that meets no compliance",
@@ -176,7 +176,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
 
 
 def _idle(wrench: Column) -> bool:
-    """Whether nothing but rounding is left of a wrench."""
+    """Whether a wrench is zero up to rounding."""
     return all(_most(x) <= _RIGID for x in wrench)
 
 
@@ -233,6 +233,6 @@ def _combination(a: Any, v: Column, b: Any, w: Column) -> Column:
 
 
 def _loss(square: Any, safety: float) -> Any:
-    """Square of a pivot at the samples over its square, the more the less safe it was there."""
+    """Square of a pivot at the samples over its square; larger where it was less safe."""
     usual = float(np.mean(square.sample))
     return square.reciprocal() * (_FEW_DIGITS * usual / safety**2)

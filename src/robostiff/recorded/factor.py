@@ -1,4 +1,4 @@
-"""Factors of a recorded stiffness matrix: how safe its rank is, compliance and deflection."""
+"""Factors of a recorded stiffness matrix: safety of its rank, compliance and deflection."""
 
 from __future__ import annotations
 

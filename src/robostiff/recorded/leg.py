@@ -25,7 +25,7 @@ from robostiff.spatial import Space
 
 
 def lower_bound(record: Record, step: int) -> float:
-    """A number that a step never falls below; minus infinity where its operations do not tell.
+    """A number that a step never falls below; minus infinity where its operations give none.
 
     Examples
     --------
@@ -62,7 +62,7 @@ _ENOUGH = 1e-4
 
 @dataclass(frozen=True)
 class RecordedLeg:
-    """How a leg holds the platform, K = sum of w w^T / mu.
+    """Wrenches and compliances of a leg, K = sum of w w^T / mu.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class RecordedLeg:
     wrenches : list of Column
         World axes, about the reference point; conjugate to one another.
     mu : list of entries or numbers
-        Compliance that each wrench meets [m/N, rad/(N m)].
+        Compliance under each wrench [m/N, rad/(N m)].
     losses : list of entries or numbers
         Of the recorded pivots; large where digits are lost, or a wrench is nearly rigid.
     redundant : tuple of bool

@@ -249,7 +249,7 @@ def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Ent
     Raises
     ------
     InputError
-        When a parameter turns the platform about axes that a pose does not tell.
+        When a parameter turns the platform about axes that are not among the pose coordinates.
     """
     six: list[float | Entry] = finder.home_pose.tolist()
     if robot.home is None or not robot.has_formulas:

@@ -1,4 +1,4 @@
-"""How near the wrenches of a leg are to meeting no compliance, at the samples of its record."""
+"""Smallest compliance ratio of the wrenches of a leg, at the samples of its record."""
 
 from __future__ import annotations
 

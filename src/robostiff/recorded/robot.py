@@ -82,12 +82,12 @@ class RecordedRobot:
 
     @cached_property
     def factors(self) -> Factors:
-        """K factored: its rank at a general pose, and what solves it."""
+        """Factors of K: its rank at a general pose, and its solution."""
         return factors_of(self.K, self.space.size)
 
     @cached_property
     def status(self) -> Status:
-        """What holds at a general pose: free motions, redundant joints."""
+        """Status at a general pose: free motions, redundant joints."""
         status = Status.OK
         if self.factors.rank < self.space.size:
             status |= Status.FREE_MOTIONS
@@ -97,7 +97,7 @@ class RecordedRobot:
 
     @cached_property
     def checks(self) -> dict[str, Any]:
-        """What must be looked at before an answer is trusted.
+        """Checks that decide whether a result is valid.
 
         ``loss``, the sum of the squares of all losses of the matrix, and ``rank``, of its rank: a
         sum stays large, or is no number, if any part of it is. ``trace`` of K, no number where any
@@ -176,7 +176,7 @@ def assembled(
     placed: Sequence[PlacedFormula],
     length: float,
 ) -> RecordedRobot:
-    """The stiffness of placed legs, alike ones in the same working frame."""
+    """The stiffness of placed legs, with equal legs in the same working frame."""
     reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
     recorder = LegRecorder(record, reference, robot.space, length)
     frames: dict[Any, int] = {}
@@ -203,7 +203,7 @@ def assembled(
 
 
 def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:
-    """How far every limited actuator is within its limits, as a part of their range."""
+    """Distance of every limited actuator from its limits, as a part of their range."""
     found = []
     for leg, own in zip(robot.legs, placed, strict=True):
         for i, role in enumerate(leg.chain.roles):
@@ -215,7 +215,7 @@ def _limits(robot: Robot, placed: Sequence[PlacedFormula]) -> list[Any]:
 
 
 def _radicands(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
-    """What stands below the square roots, where it can become negative, against its samples."""
+    """Radicands that can become negative, relative to their samples."""
     found = {}
     for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
         operation, below, _ = record.operations[step]
@@ -225,7 +225,7 @@ def _radicands(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
 
 
 def _choices(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
-    """Losses of the comparisons by which the legs choose a way."""
+    """Losses of the comparisons by which the legs choose a branch."""
     found = []
     for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
         operation, a, b = record.operations[step]
@@ -237,7 +237,7 @@ def _choices(record: Record, K: dict[tuple[int, int], Any]) -> list[Any]:
 
 
 def _shape(leg: Any) -> tuple[Any, ...]:
-    """What makes legs alike: the kinds of their elements and the motions of their joints."""
+    """Key of equal legs: the kinds of their elements and the motions of their joints."""
     chain = leg.chain
     kinds = tuple(type(element).__name__ for element in chain.elements)
     joints = zip(chain.freedoms, chain.roles, strict=True)

@@ -1,4 +1,4 @@
-"""A recorded leg seen from a working frame, in which its joints are trivial."""
+"""A recorded leg in a working frame, in which its joints are trivial."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class LocalSpring:
     compliance: np.ndarray
 
     def wrench(self, w: Column) -> Column:
-        """A wrench about the frame's origin, seen by the part: about its end, in its axes."""
+        """A wrench about the frame's origin, moved to the end of the part, in the part's axes."""
         force, moment = w[:3], w[3:]
         moment = [m - c for m, c in zip(moment, cross(self.p, force), strict=True)]
         return [*turned_back(self.R, force), *turned_back(self.R, moment)]
@@ -61,7 +61,7 @@ class LocalLeg:
 
     @property
     def entries(self) -> int:
-        """How much of it is no number: the less, the shorter its record."""
+        """Number of entries that are not numbers; fewer give a shorter record."""
         seen = [x for twist in self.twists for x in twist]
         seen += [x for spring in self.springs for x in (*spring.R.flat, *spring.p)]
         seen += [x for twist, _ in self.drives for x in twist]
@@ -70,7 +70,7 @@ class LocalLeg:
 
 
 def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float) -> LocalLeg:
-    """A leg in a working frame; what is 0 or 1 there at all poses becomes a number."""
+    """A leg in a working frame; entries that are 0 or 1 there at all poses become numbers."""
     twists, springs, drives = [], [], []
     blocks = [
         tuple(local_leg(branch, frame, record, length) for branch in block.branches)
@@ -100,7 +100,7 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
 
 
 def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame]:
-    """The frames worth trying: world, and the axes of springs and joints at each of their points.
+    """Candidate frames: the world, and the axes of springs and joints at each of their points.
 
     A slide or turn and the next axis across it make a frame, too.
     """

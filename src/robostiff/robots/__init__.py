@@ -147,7 +147,7 @@ def load(
         Parameters of the model that stay SymPy symbols of the same name. ``robot.nominal`` has
         their values.
     side : str or path, optional
-        For a robot description: the file with what it cannot say; ``arm.stiffness.yaml`` beside
+        Side file of a robot description; ``arm.stiffness.yaml`` beside
         ``arm.urdf`` when left out.
     allow_xacro : bool
         Whether a side file may name a xacro under ``robot:``. Xacro runs Python that is written in

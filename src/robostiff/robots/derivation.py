@@ -41,7 +41,7 @@ def derive(
         Parameters of the model file that are symbols of the formula; all of them when left out.
         For a name or file alone: a `Robot` brings its own.
     pose : AtHome, AtSymbols or AtCoordinates
-        Where: at home (when left out), at a general pose that is told by symbols, or at given
+        Home (the default), a general pose in symbols, or given
         coordinates.
     form : Closed or Steps
         One expression an entry, or named steps, which never explode. When left out, closed at home

@@ -161,7 +161,7 @@ def _begins_as_urdf(path: str | Path) -> bool:
 
 
 def refuse_symbols(path: str, symbols: object) -> InputError:
-    """The complaint about symbols of a robot whose dimensions are decimals."""
+    """The error for symbols of a robot whose dimensions are decimals."""
     return InputError(
         f"symbols of {path!r}",
         got=list(symbols) if isinstance(symbols, list | tuple) else Words("all parameters"),

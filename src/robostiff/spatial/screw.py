@@ -155,7 +155,7 @@ def screw_of_twist(
     t : (6,) array
         Twist [m, rad].
     reference_point : (3,) array
-        The point E whose translation `t` tells [m].
+        The point E whose translation is that of `t` [m].
     length : float
         Characteristic length [m] that says when a turn is small beside a translation.
     tolerance : float

@@ -85,7 +85,7 @@ def test_a_pose_out_of_reach_has_no_indices():
 
 def test_something_else_is_refused():
     for other in (np.eye(6), rs.stiffness(rs.load("cable-8"))):
-        with pytest.raises(InputError, match="what stiffness answers of a robot with legs"):
+        with pytest.raises(InputError, match="a result of stiffness for a robot with legs"):
             rs.indices(other)
 
 

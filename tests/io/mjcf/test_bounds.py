@@ -100,15 +100,15 @@ def test_a_child_process_answers(tmp_path):
     [
         ("while True: pass", "MuJoCo takes more than 1 s"),
         ("return {'x': 'a' * 10**10}", "more than 1000000000 bytes of memory"),
-        ("ctypes.string_at(0)", "m.xml: MJCF: got a file over which MuJoCo breaks down"),
-        ("os.abort()", "breaks down: exit status -6"),
+        ("ctypes.string_at(0)", "m.xml: MJCF: got a file at which MuJoCo fails"),
+        ("os.abort()", "fails: exit status -6"),
         ("answer(request)", "in circles, or too deep"),
         ("return {'refusal': 'a\\n  b'}", "got a b, expected what MuJoCo can read"),
-        ("subprocess.run(['touch', 'x'])", "breaks down: PermissionError"),
-        ("open('x', 'w')", "breaks down: PermissionError"),
-        ("os.system('touch x')", "breaks down: PermissionError"),
-        ("socket.socket()", "breaks down: PermissionError"),
-        ("os.remove('m.xml')", "breaks down: PermissionError"),
+        ("subprocess.run(['touch', 'x'])", "fails: PermissionError"),
+        ("open('x', 'w')", "fails: PermissionError"),
+        ("os.system('touch x')", "fails: PermissionError"),
+        ("socket.socket()", "fails: PermissionError"),
+        ("os.remove('m.xml')", "fails: PermissionError"),
     ],
 )
 def test_a_child_process_ends_in_one_message(script, message, tmp_path, monkeypatch):

@@ -1,6 +1,6 @@
-"""Stiffness indices: one question a file, each with its unit and, where it needs one, its length.
+"""Stiffness indices, each with its unit and, where it needs one, its characteristic length.
 
-All take what `stiffness` answers at a single pose, and return a small object with values,
+All take the result of `stiffness` at a single pose, and return a small object with values,
 directions and a status. Free motions show as zeros or as None, never as a number without meaning.
 """
 

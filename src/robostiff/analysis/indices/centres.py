@@ -13,7 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.spatial import move_compliance, move_stiffness
 
 _ROUNDING = 1e-10  # of coupling: what moving to the point may leave of nothing
-_LOST = 1e-14  # of the largest eigenvalue: what cannot be told from rounding
+_LOST = 1e-14  # of the largest eigenvalue: smaller ones are rounding
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def centre_of_stiffness(result: RobotStiffness) -> Centre:
     It is also the point from which the vectors to the axes of the eigenwrenches, weighed by their
     stiffness, add to nothing; a rotation of Loncaric's makes K_tr diagonal there. In the plane K_tr
     vanishes: a force through the point does not turn the platform. In space that is so for some
-    robots only, and `coupling` tells.
+    robots only; see `coupling`.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _symmetric_point(
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """V of (tr(A) I - A) v = turned; where A has rank 1, the direction along which v is open.
 
-    Nor can it be found along the only direction of A that can be told from rounding.
+    Nor can it be found along the only direction of A that is above rounding.
     """
     system = np.trace(A) * np.eye(len(A)) - A
     values, vectors = np.linalg.eigh(system)

@@ -1,4 +1,4 @@
-"""How unequal the compliance is in different directions."""
+"""Ratio of the compliances in different directions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Condition numbers of K with rotations measured in lengths."""
+"""Condition numbers of K with rotations multiplied by a length."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robostiff.elastostatics import Status
 
 @dataclass(frozen=True)
 class ConditionNumber:
-    """How far K is from being alike in all directions: 1 where it is, more elsewhere.
+    """Condition numbers of K: 1 where it is the same in all directions, otherwise larger.
 
     Attributes
     ----------

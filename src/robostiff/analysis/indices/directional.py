@@ -19,7 +19,7 @@ _SMALL = 1e-7
 
 @dataclass(frozen=True)
 class DirectionalStiffness:
-    """How stiff the platform is along a direction.
+    """Stiffness of the platform along a direction.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class DirectionalStiffness:
     free : float
         Force along it per displacement along it, everything else free: 1 / (u^T C_tt u) [N/m].
         Zero where the force drives a free motion (status ``UNBALANCED``), or meets a stiffness that
-        cannot be told from rounding (``ILL_CONDITIONED``).
+        is not above rounding (``ILL_CONDITIONED``).
     held : float
         The same with all other displacements and rotations held: u^T K_tt u [N/m].
     unit : str

@@ -93,7 +93,7 @@ def eigenstiffness(
 ) -> Eigenstiffness:
     """Eigenvalues k of ``K x = k M x``, M = diag(1, 1, 1, L^2, L^2, L^2) unless another is given.
 
-    The eigenvalues of K itself mean nothing: its entries have four units, and metres rank its
+    The eigenvalues of K itself depend on units: its entries have four units, and metres rank its
     directions otherwise than millimetres do. With M they are stiffnesses [N/m], but they depend on
     M and on the reference point. A metric with a meaning is the inertia of what the platform
     carries over its mass: then k m is the square of a natural frequency, whatever the point.

@@ -35,7 +35,7 @@ from robostiff.network import Network
 
 @dataclass(frozen=True)
 class StiffnessIndices:
-    """The stiffness indices of a single pose; each attribute says of itself what it is about.
+    """The stiffness indices of a single pose; each attribute has a text `about` its definition.
 
     Attributes
     ----------

@@ -40,9 +40,9 @@ class PrincipalStiffness:
 def principal_stiffness(result: RobotStiffness) -> PrincipalStiffness:
     """Eigenvalues of the diagonal blocks of K: ``K_tt u = k u`` and ``K_rr u = k u``.
 
-    They answer how stiff the robot is for a task that guides the platform: of a machine that
+    They are the stiffnesses for a task that guides the platform: of a machine that
     presses without letting it turn. What holds the rest is not counted, so they are upper bounds;
-    `collinear_stiffness` answers for a platform that is free to give way. ``K_tt`` is the same
+    `collinear_stiffness` is that of a platform that is free to deflect. ``K_tt`` is the same
     about every point, ``K_rr`` is not.
 
     Parameters

@@ -103,7 +103,7 @@ def eigenscrews(result: RobotStiffness) -> Eigenscrews:
     The stiffnesses k_f are the eigenvalues of K_tt, the k_r the reciprocals of those of C_rr. Lines
     and pitches belong to the machine: no choice of point or length enters. Together they are all of
     K: ``K = sum k_f (u, m)(u, m)^T + sum k_r (0, w)(0, w)^T``. Where K is singular, what is left is
-    told: k_r are then the eigenvalues of ``K_rr - K_rt K_tt^-1 K_tr`` over the held directions.
+    given: k_r are then the eigenvalues of ``K_rr - K_rt K_tt^-1 K_tr`` over the held directions.
 
     Where two stiffnesses are equal, their screws are one choice of many.
 

@@ -1,6 +1,6 @@
 """K at one pose in its parts: forces and moments, the rest held or free, with their ranks.
 
-Four small matrices say most of what indices ask for. They are blocks of K, and blocks of C inverted
+Most indices follow from four small matrices. They are blocks of K, and blocks of C inverted
 (their Schur complements, which exist where C does not):
 
     ``K_tt``                            forces against displacements, rotations held
@@ -126,7 +126,7 @@ class StiffnessParts:
         return self._free_parts(free, self.rank - self.rank_of_forces)
 
     def _free_parts(self, free: np.ndarray, rank: int) -> Part:
-        """Of a Schur complement, in which what cannot be told from rounding is zero."""
+        """Of a Schur complement, in which values that are not above rounding are zero."""
         answer = self.result.about_reference
         if not answer.invertible:
             values = np.linalg.eigvalsh(0.5 * (free + free.T))
@@ -149,7 +149,7 @@ def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
         raise InputError(
             "result",
             got=result,
-            expected="what stiffness answers of a robot with legs, or of a network",
+            expected="a result of stiffness for a robot with legs, or for a network",
             hint="write stiffness(robot)",
         )
     if result.batch_shape:

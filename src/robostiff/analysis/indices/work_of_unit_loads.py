@@ -1,4 +1,4 @@
-"""Virtual work of unit loads: how much energy a load of given size puts into the robot."""
+"""Virtual work of unit loads: the elastic energy under a load of given size."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def virtual_work(result: RobotStiffness, *, length: float | None = None) -> Virt
 
     Work has one unit, whatever forces and moments have; the length only says which moments count as
     much as a force of 1 N. The mean is tr(S C S) / 2n, S = diag(1, 1, 1, L, L, L). The work of a
-    particular load is the energy that `deflection` tells.
+    particular load is the energy of `deflection`.
 
     Parameters
     ----------

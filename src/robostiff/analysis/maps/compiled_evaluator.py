@@ -47,7 +47,7 @@ class CompiledEvaluator:
 
     @classmethod
     def of(cls, batched: BatchedEvaluator, backend: Backend) -> CompiledEvaluator:
-        """What computes the same as a batched evaluator.
+        """The kernel for the quantities of a batched evaluator.
 
         Raises
         ------
@@ -62,29 +62,29 @@ class CompiledEvaluator:
             raise InputError(
                 subject, got="actuator forces", expected="other quantities", hint=_OTHERWISE
             )
-        told = tuple(coordinate.value for coordinate in robot.coordinates)
-        if not columns.of_joints and columns.names != told:
+        free = tuple(coordinate.value for coordinate in robot.coordinates)
+        if not columns.of_joints and columns.names != free:
             raise InputError(
                 subject,
                 got=" ".join(columns.names),
-                expected=f"coordinates that are free: {' '.join(told)}",
+                expected=f"coordinates that are free: {' '.join(free)}",
                 hint=_OTHERWISE,
             )
         compiled = compile_robot(robot, _outputs(batched), backend=backend)
         if columns.of_joints and not compiled.takes_joints:
             raise InputError(
-                subject, got="joint coordinates", expected=" ".join(told), hint=_OTHERWISE
+                subject, got="joint coordinates", expected=" ".join(free), hint=_OTHERWISE
             )
         return cls(compiled, batched)
 
     @property
     def method(self) -> str:
-        """How."""
+        """Name of the method."""
         return "compiled record, wrench-basis where it is unsafe"
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """What `evaluate` returns."""
+        """The variables that `evaluate` returns."""
         return self.batched.variables
 
     @property

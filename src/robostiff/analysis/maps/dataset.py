@@ -87,8 +87,10 @@ def open_map(path: Path) -> xarray.Dataset:
         found = xarray.open_zarr(store, consolidated=False, zarr_format=3)
     except InputError:
         raise
-    except Exception as error:  # whatever Zarr makes of what robostiff has not written
-        raise damaged(path, f"what Zarr cannot read ({type(error).__name__}: {error})") from None
+    except Exception as error:  # any failure of Zarr at a store of another program
+        raise damaged(
+            path, f"contents that Zarr cannot read ({type(error).__name__}: {error})"
+        ) from None
     about = found.attrs.pop(IDENTITY)
     ordered = [name for name in about["variables"] if name in found.data_vars]
     words = {

@@ -34,7 +34,7 @@ from robostiff.spatial.batch import empty_batch
 
 
 class PoseBatch:
-    """What the quantities of a map are computed from, each step once.
+    """Results from which the quantities of a map are computed, each computed once.
 
     Parameters
     ----------
@@ -130,17 +130,17 @@ class Evaluator(Protocol):
 
     @property
     def method(self) -> str:
-        """How, in words; part of what makes a map that map."""
+        """Name of the method; part of the fingerprint of a map."""
         ...
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """What `evaluate` returns, rank and status among them."""
+        """The variables that `evaluate` returns, rank and status among them."""
         ...
 
     @property
     def most_poses(self) -> int:
-        """How many poses it wants at once, at most."""
+        """Largest suitable number of poses in a call."""
         ...
 
     def evaluate(
@@ -196,12 +196,12 @@ class BatchedEvaluator:
 
     @property
     def method(self) -> str:
-        """How."""
+        """Name of the method."""
         return "wrench-basis, batched"
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """What `evaluate` returns."""
+        """The variables that `evaluate` returns."""
         return map_variables(self.robot, self.quantities)
 
     @property

@@ -1,4 +1,4 @@
-"""Packages that only maps need, and what to write when they are missing."""
+"""Packages that only maps need, and the message when they are missing."""
 
 from __future__ import annotations
 

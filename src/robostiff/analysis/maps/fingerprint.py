@@ -1,4 +1,4 @@
-"""What makes a map that map: a description that is the same wherever and whenever it is made."""
+"""Fingerprints of maps: descriptions that do not depend on machine and time."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _plain(thing: Any) -> Any:
     if is_dataclass(thing):
         own = {field.name: _plain(getattr(thing, field.name)) for field in fields(thing)}
         return [type(thing).__name__, own]
-    # Symbols and other exact numbers are told apart by what they print.
+    # Symbols and other exact numbers are distinguished by their text.
     return [type(thing).__name__, str(thing)]
 
 

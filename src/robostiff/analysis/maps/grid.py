@@ -145,7 +145,7 @@ class Grid:
         return {name: axis.values for name, axis in self.axes.items()}
 
     def parameter(self) -> None:
-        """Nothing runs along a grid."""
+        """None: a grid has no parameter."""
 
     @property
     def units_given(self) -> Mapping[str, str]:

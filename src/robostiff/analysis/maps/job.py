@@ -98,7 +98,7 @@ def poses_in_a_block(bytes_a_pose: int, most: int) -> int:
 
 
 Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
-"""Takes arrays of coordinates by name, one entry a pose; tells which poses to compute."""
+"""Takes arrays of coordinates by name, one entry a pose; returns which poses to compute."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ class MapJob:
 
     @cached_property
     def partition(self) -> Partition:
-        """The blocks, which depend on the question alone, not on who answers it."""
+        """The blocks, which depend on the poses only, not on the processors."""
         most = poses_in_a_block(self.bytes_a_pose, self.evaluator.most_poses)
         return Partition.of(self.source.shape, most)
 

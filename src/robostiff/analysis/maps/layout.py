@@ -1,4 +1,4 @@
-"""What a map looks like to its reader: coordinates, attributes, words."""
+"""Layout of a map: coordinates, attributes, descriptions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robostiff.version import __version__
 _CONVENTIONS = (
     "F = K t; twist: displacement of the reference point, then rotation; wrench: force, then "
     "moment about the reference point; world axes; SI units; rx ry rz: rotation vector. "
-    "NaN: no answer at this pose, and 'status' tells why."
+    "NaN: no answer at this pose; 'status' gives the reason."
 )
 
 
@@ -92,7 +92,7 @@ def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
 def map_attributes(
     robot: Robot, job: MapJob, wrench: tuple[float, ...], length: float
 ) -> dict[str, Any]:
-    """What is known before the first pose is computed."""
+    """Attributes that are known before the first pose is computed."""
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": f"stiffness map of {robot.name}",
@@ -115,7 +115,7 @@ def map_attributes(
 
 
 def summary_attributes(summary: MapSummary) -> dict[str, Any]:
-    """What is known when all poses are computed."""
+    """Attributes that are known when all poses are computed."""
     words = {status_words(code): count for code, count in summary.statuses.items()}
     return {
         "poses": summary.poses,

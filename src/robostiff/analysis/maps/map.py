@@ -76,11 +76,11 @@ def stiffness_map(
     characteristic_length : float, optional
         Of the indices [m]; that of the robot at home when left out.
     where : callable, optional
-        Takes a mapping of coordinates to arrays, one entry a pose, and tells which poses to compute
-        (array of bool); the others get the status ``excluded``.
+        Takes a mapping of coordinates to arrays, one entry a pose, and returns which poses to
+        compute (array of bool); the others get the status ``excluded``.
     method : Compiled or Batched, optional
         ``Compiled()`` records the robot once as a kernel and runs that at all poses, millions a
-        second; ``Batched()`` goes the way of `stiffness`, and computes everything. When left out,
+        second; ``Batched()`` computes everything as `stiffness` does. By default,
         large maps are compiled where a kernel has what they ask for.
     store : path, optional
         Where to write the map as Zarr, block by block; it may be larger than memory. Without it the
@@ -99,7 +99,7 @@ def stiffness_map(
     -------
     xarray.Dataset
         Dimensions of `poses`, then those of the quantity. Floats hold NaN where there is no answer,
-        and ``status`` tells why.
+        and ``status`` gives the reason.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def stiffness_map(
 
 @dataclass(frozen=True)
 class _Workforce:
-    """Who computes."""
+    """Threads, processes or cluster that compute a map."""
 
     threads: Threads | None
     workers: int | None
@@ -152,7 +152,7 @@ class _Workforce:
 
     @contextmanager
     def ready(self) -> Iterator[Callable[[MapStore, Iterable[int]], _Blocks]]:
-        """What computes blocks of a store."""
+        """The function that computes blocks of a store."""
         threads = self.threads
         if threads is not None:
             yield lambda store, todo: run_in_threads(store.compute, todo, threads)

@@ -1,4 +1,4 @@
-"""An empty map on disk, and what tells one map from another."""
+"""An empty map on disk, and the identity of a map."""
 
 from __future__ import annotations
 
@@ -142,13 +142,13 @@ def check_identity(path: Path, identity: Mapping[str, str]) -> None:
 
 
 def already_there(path: Path) -> InputError:
-    """The complaint about a path that is taken."""
+    """The error for a path that exists."""
     return InputError(
         "output of a map",
         got=str(path),
         expected="a path where nothing is yet",
         hint="use another path"
-        + ("; an interrupted map goes on with resume=True (--resume)" if path.is_dir() else ""),
+        + ("; an interrupted map continues with resume=True (--resume)" if path.is_dir() else ""),
     )
 
 

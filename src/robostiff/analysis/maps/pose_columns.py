@@ -1,4 +1,4 @@
-"""What the numbers of a pose are: free coordinates, all six, or the joints of a serial arm."""
+"""Columns of poses: free coordinates, all six, or the joints of a serial arm."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _UNITS = Space.SPATIAL.twist_units
 
 @dataclass(frozen=True)
 class PoseColumns:
-    """Names, units and home values of the numbers that tell a pose.
+    """Names, units and home values of the coordinates of a pose.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class PoseColumns:
 
 
 def pose_columns(robot: Robot, used: Sequence[str]) -> PoseColumns:
-    """The columns of poses that are told by the coordinates `used`; the others stay at home.
+    """The columns of poses given by the coordinates `used`; the others stay at home.
 
     Free coordinates of the robot alone leave the rest to its legs; any other pose coordinate makes
     it all six; names of joints pose a serial arm.

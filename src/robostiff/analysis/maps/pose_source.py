@@ -1,4 +1,4 @@
-"""Where the poses of a map come from: what grids, lists and random poses have in common."""
+"""Sources of the poses of a map: the interface of grids, lists and random poses."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class PoseSource(Protocol):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The coordinates that it tells; the others stay at home."""
+        """The coordinates that it gives; the others stay at home."""
         ...
 
     @property
@@ -48,14 +48,14 @@ class PoseSource(Protocol):
         ...
 
     def description(self) -> Mapping[str, Any]:
-        """What makes it this source and no other."""
+        """A description that identifies the source."""
         ...
 
 
 def read_coordinate(
     subject: str, values: Any, expected: str, name: str = ""
 ) -> tuple[np.ndarray, str | None]:
-    """Values of a coordinate in SI units, and in which unit they came if only that tells it.
+    """Values of a coordinate in SI units, and their unit if they came with one.
 
     Parameters
     ----------

@@ -107,7 +107,7 @@ class RandomPoses:
         return {}
 
     def parameter(self) -> None:
-        """Nothing runs along random poses."""
+        """None: random poses have no parameter."""
 
     def description(self) -> Mapping[str, Any]:
         """Count, ranges and seed."""

@@ -96,7 +96,7 @@ def checked_request(
     method: Method | None = None,
     check_room: Callable[[MapJob], None] = lambda _: None,
 ) -> MapRequest:
-    """The map that is asked for; the one place that chooses who computes it.
+    """The checked request for a map; it chooses the method.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def check_memory(job: MapJob) -> None:
     """Raise when a map does not fit into the memory of this machine."""
     try:
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # not every system tells
+    except (AttributeError, ValueError, OSError):  # not available on every system
         return
     needed = job.bytes_a_pose * job.partition.poses
     if needed > _MEMORY_SHARE * memory:
@@ -169,7 +169,7 @@ def check_memory(job: MapJob) -> None:
 
 
 def _evaluator(batched: BatchedEvaluator, method: Method | None, count: int) -> Evaluator:
-    """The kernel where it is worth its making and knows the way, unless a method is asked for."""
+    """The kernel where it exists and saves time, unless a method is given."""
     if isinstance(method, Compiled):
         return CompiledEvaluator.of(batched, method.backend)
     if method is not None and not isinstance(method, Batched):
@@ -227,7 +227,7 @@ def _length(robot: Robot, given: float | None) -> float:
 
 
 def _sampled_selection(job: MapJob) -> list[np.ndarray] | None:
-    """What `where` selects in some blocks: a function cannot be compared, its answers can."""
+    """Poses that `where` selects in some blocks, since functions cannot be compared."""
     if job.where is None:
         return None
     count = len(job.partition)

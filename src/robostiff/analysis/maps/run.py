@@ -1,4 +1,4 @@
-"""Running the blocks of a map by threads or Dask workers, and how far they are."""
+"""Running the blocks of a map by threads or Dask workers, with progress."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def _processors() -> int:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a map is.
+    """Progress of a map.
 
     Attributes
     ----------
@@ -237,7 +237,7 @@ def followed(
     total: int,
     progress: Callable[[Progress], None] | None,
 ) -> MapSummary:
-    """Run all blocks, tell of each, and sum up.
+    """Run all blocks, report each, and return the summary.
 
     Parameters
     ----------

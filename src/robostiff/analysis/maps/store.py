@@ -1,4 +1,4 @@
-"""A map on disk: Zarr written block by block, which a kill at any moment leaves good to resume.
+"""A map on disk: Zarr written block by block, which can be resumed after a kill at any moment.
 
 A block is one chunk of every array. When its chunks are safely on disk, one line is added to a
 journal, with the summary of the block; what the journals hold is done, anything else is computed

@@ -1,4 +1,4 @@
-"""What a map on disk must be: its description checked before anything of its size is made.
+"""Checks of a map on disk: its description is checked before memory is allocated.
 
 Every array, and the attributes of the whole, have a checksum in the attributes; every chunk has
 its own (crc32c). So damage is seen when a store is opened, or when the damaged chunk is read.
@@ -67,7 +67,7 @@ class StoredMap:
     ----------
     path : Path
     identity : mapping
-        What it says of itself: ``parts``, ``variables``, ``complete``, ``summary``.
+        Attributes of the map: ``parts``, ``variables``, ``complete``, ``summary``.
     arrays : mapping of str to StoredArray
     """
 
@@ -77,7 +77,7 @@ class StoredMap:
 
 
 def damaged(path: Path, what: str) -> InputError:
-    """The complaint about a store that is not as it was written."""
+    """The error for a damaged store."""
     return InputError(
         f"map {str(path)!r} is damaged: it has {what}",
         hint="make the map again at another path, or take a copy of it",

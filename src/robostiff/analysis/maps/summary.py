@@ -1,4 +1,4 @@
-"""What happened in a map: poses, statuses, and between which values the quantities lie."""
+"""Summary of a map: numbers of poses, statuses, and ranges of the quantities."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class MapSummary:
 
     @property
     def excluded(self) -> int:
-        """Poses that were not asked for."""
+        """Number of poses left out by `where`."""
         return self.statuses.get(EXCLUDED, 0)
 
     @property
     def computed(self) -> int:
-        """Poses that were asked for."""
+        """Number of poses to compute."""
         return self.poses - self.excluded
 
     @property

@@ -1,4 +1,4 @@
-"""The arrays of a map: names, dimensions, units, and what stands where there is no answer."""
+"""The arrays of a map: names, dimensions, units and fill values."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ class Variable:
 
     @property
     def is_float(self) -> bool:
-        """Whether NaN stands where there is no answer."""
+        """Whether the fill value is NaN."""
         return np.dtype(self.dtype).kind == "f"
 
     @property
     def missing(self) -> float | int:
-        """What stands where there is no answer."""
+        """Fill value of poses without an answer."""
         if self.is_float:
             return float("nan")
         return NO_RANK if self.name == "rank" else NOT_COMPUTED
@@ -74,9 +74,9 @@ STATUS = Variable(
     (),
     (),
     "1",
-    "what happened at the pose",
+    "status of the pose",
     dtype="uint16",
-    note="0 is a plain answer; several flags may hold at once",
+    note="0: nothing to report; several flags may hold at once",
 )
 
 

@@ -134,10 +134,10 @@ def check_platform(place: Place, robot: Robot) -> None:
             platform_flexibility(robot.platform, list(dict.fromkeys(robot.holds)), robot.space)
 
 
-def _held(place: Place, leg: Leg, platform: FlexiblePlatform, told: str | None) -> Leg:
+def _held(place: Place, leg: Leg, platform: FlexiblePlatform, given: str | None) -> Leg:
     hint = f"write {leg.name}: {platform.nodes[0].name} or the like under legs: of the platform"
     with place.complaints(hint=hint):
-        node = told or platform.node_of(leg.node, leg.attachment.p)
+        node = given or platform.node_of(leg.node, leg.attachment.p)
     if leg.node is None:
         return replace(leg, node=node)
     return replace(leg, attachment=Frame(leg.attachment.R, platform.point_of(node)))

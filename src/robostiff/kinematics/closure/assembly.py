@@ -99,7 +99,7 @@ def nearest(
 
 
 def shortened(chain: Chain, q: np.ndarray) -> np.ndarray:
-    """Where a beam of a telescope would be no longer than nothing (...)."""
+    """Where a beam of a telescope would have no positive length (...)."""
     short = np.zeros(q.shape[:-1], dtype=bool)
     for element, place in chain.moving:
         if isinstance(element, Telescope):

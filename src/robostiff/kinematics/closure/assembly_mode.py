@@ -1,4 +1,4 @@
-"""The assembly mode of a posture: what a path without singularity reaches from it."""
+"""The assembly mode of a posture: postures reached on paths without singularity."""
 
 from __future__ import annotations
 
@@ -80,10 +80,10 @@ class Found:
 
 @dataclass(frozen=True)
 class AssemblyMode:
-    """The assembly mode of a closed posture: what a path without singularity reaches from there.
+    """The assembly mode of a closed posture: postures reached on paths without singularity.
 
     Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
-    than nothing, and each Newton step is at most half of the one before, six at most. The way is
+    than zero, and each Newton step is at most half of the one before, six at most. The way is
     gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64. The answer at a pose is
     the same to the last bit whatever other poses come with it.
 
@@ -322,7 +322,7 @@ def _directions(part: Part, J: np.ndarray) -> _Directions:
 
 
 def _spans(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal bases of what a matrix reaches, and of what it does not lose."""
+    """Orthonormal bases of the range of a matrix, and of the complement of its null space."""
     if 0 in A.shape:
         return np.zeros((A.shape[0], 0)), np.zeros((A.shape[1], 0))
     U, s, V_T = np.linalg.svd(A, full_matrices=False)

@@ -74,7 +74,7 @@ def _moves_alike(one: Screw, other: Screw) -> bool:
 
 
 def _kinds(chain: Chain) -> list[object]:
-    """What the coordinates mean; who drives them does not matter."""
+    """Kinds of the coordinates, independent of their roles."""
     return [
         element.kind if isinstance(element, Joint) else type(element)
         for element, _ in chain.moving

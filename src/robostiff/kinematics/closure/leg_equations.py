@@ -1,4 +1,4 @@
-"""Closure of legs as equations: what stays open, and the rates at which coordinates close it."""
+"""Closure of legs as equations: gaps, and the rates at which coordinates close them."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class NewtonTask:
         return np.concatenate(parts, axis=-1)
 
     def rates(self, x: np.ndarray) -> np.ndarray:
-        """Rates of the gaps closed by the moving coordinates, then by the open pose coordinates."""
+        """Rates of the gaps closed by the moving coordinates, then by the free pose coordinates."""
         if len(x) == 1:
             return self.rates(np.repeat(x, 2, axis=0))[:1]
         pose, q = self._apart(x)
@@ -147,7 +147,7 @@ class NewtonTask:
         return J * self._unit_steps
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Postures after steps of the moving coordinates and the open pose coordinates."""
+        """Postures after steps of the moving coordinates and the free pose coordinates."""
         x, step = x.copy(), step * self._unit_steps
         pose, q = self._apart(x)
         column = 0
@@ -188,7 +188,7 @@ class NewtonTask:
 
     @cached_property
     def _unit_steps(self) -> np.ndarray:
-        """What a step of 1 means for each unknown: the length for a shift, a radian for a turn."""
+        """Unit of each unknown: the length for a shift, a radian for a turn."""
         steps = []
         for leg in self.legs:
             steps += [
@@ -203,7 +203,7 @@ class NewtonTask:
 def gaps(
     leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
 ) -> Iterator[Loop]:
-    """What must close: the leg on its frame of the platform, then the loops inside the leg."""
+    """Gaps of a leg: at its frame of the platform, then of the loops inside the leg."""
     main = tuple(leg.chain.main_places.tolist())
     yield Loop("", placed.R, placed.p, R_platform, p_platform, own=main, leading=())
     yield from placed.loops
@@ -251,7 +251,7 @@ def _pose_twist(coordinate: int, rates: np.ndarray, arm: np.ndarray) -> np.ndarr
 
 
 def pose_of_end(leg: Leg, q: np.ndarray) -> np.ndarray:
-    """Pose coordinates (6,) of the platform to which a leg alone brings it."""
+    """Pose coordinates (6,) of the platform at the end of a leg."""
     placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
     R = placed.R @ leg.attachment.R.T
     return np.concatenate([placed.p - R @ leg.attachment.p, vector_of_turn(R)])

@@ -1,4 +1,4 @@
-"""The way to close one leg: its closed form where it has one, Newton otherwise."""
+"""Closure of one leg: by its closed form if it has one, otherwise by Newton's method."""
 
 from __future__ import annotations
 
@@ -282,7 +282,7 @@ class LegSolver:
 
 
 def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
-    """The way to close a leg of a robot.
+    """The solver that closes a leg of a robot.
 
     Parameters
     ----------
@@ -325,7 +325,7 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
 
 
 def _recognised(path: Chain) -> ClosedForm | None:
-    """The closed form of a chain without blocks; drawn points tell first, meeting axes then."""
+    """The closed form of a chain without blocks, by given points first, then by meeting axes."""
     for joined in (False, True):
         skeleton = skeleton_of(path, joined_where_axes_meet=joined)
         found = (

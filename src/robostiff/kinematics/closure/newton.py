@@ -1,4 +1,4 @@
-"""Newton's method for the nearest closed posture, and what it needs to know of the equations."""
+"""Newton's method for the nearest closed posture, and the interface of its equations."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Part:
 
 
 class Equations(Protocol):
-    """What must be closed, at postures x, one a row.
+    """Equations of closure at postures x, one in each row.
 
     Gaps and unknowns are scaled to radians and parts of the length. ``given`` are the places in x
     of coordinates that are prescribed, ``parts`` what has an assembly mode of its own; the last of
@@ -52,11 +52,11 @@ class Equations(Protocol):
 
     @property
     def parts(self) -> Any:
-        """What has, a sequence of `Part`, an assembly mode of its own, then all."""
+        """Parts with an assembly mode of their own, a sequence of `Part`, then all."""
         ...
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
-        """What stays open (N, m)."""
+        """Gaps (N, m)."""
         ...
 
     def rates(self, x: np.ndarray) -> np.ndarray:
@@ -68,12 +68,12 @@ class Equations(Protocol):
         ...
 
     def lengths(self, x: np.ndarray) -> np.ndarray:
-        """What must be longer than nothing (N, k) [m]."""
+        """Lengths that must be positive (N, k) [m]."""
         ...
 
 
 def nearest(equations: Equations, x: np.ndarray) -> np.ndarray:
-    """Postures closed, or as nearly as it goes, by Levenberg steps from guesses x (N, size).
+    """Postures closed, or as nearly as possible, by Levenberg steps from guesses x (N, size).
 
     Steps are damped by the square of the gap. They may lead to another assembly mode.
     """

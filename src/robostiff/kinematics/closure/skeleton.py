@@ -1,4 +1,4 @@
-"""What a leg looks like with all coordinates zero: the geometry that closed forms recognise."""
+"""Geometry of a leg with all coordinates zero, by which closed forms recognise it."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ ROUNDING = 4e-15
 
 
 def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
-    """The same entries, those that are 0 or +-1 but for rounding as integers.
+    """The same entries, those that are 0 or +-1 up to rounding as integers.
 
     Parameters
     ----------
@@ -90,11 +90,11 @@ class Body:
         return self.p + self.R @ self._local(x)
 
     def direction(self, e: np.ndarray) -> np.ndarray:
-        """What a direction of the body has become that was e."""
+        """The present direction of the body that was e."""
         return self.R @ tidied(self.R_zero.T @ e)
 
     def axes(self, R: np.ndarray) -> np.ndarray:
-        """What axes of the body have become that were the columns of R."""
+        """The present axes of the body that were the columns of R."""
         return self.R @ tidied(self.R_zero.T @ R)
 
     def at(self, x: np.ndarray, p: np.ndarray) -> Body:

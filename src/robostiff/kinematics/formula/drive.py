@@ -108,7 +108,7 @@ def coordinate_axis_along(d: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Driven:
-    """What a drive carries.
+    """Point and axes that a drive carries.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ def driven_by_slide(
 def driven_by_crank(
     base: Body, crank: Cluster, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
 ) -> Driven:
-    """Crank with |B - A(s)| = l, from x cos s + y sin s = c, told by cosine and sine.
+    """Crank with |B - A(s)| = l, from x cos s + y sin s = c, given by cosine and sine.
 
     x and y are the components of B along the arm at zero and across it, r the radius of A, and
     ``c = (|B|^2 + r^2 - l^2) / 2 r``, all seen from the centre of the circle of A.

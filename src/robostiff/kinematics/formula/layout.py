@@ -33,7 +33,7 @@ from robostiff.spatial import cross
 
 @dataclass(frozen=True)
 class Stretch:
-    """Coordinate of a slide [m], told by a recorded length: ``length + offset``."""
+    """Coordinate of a slide [m] from a recorded length: ``length + offset``."""
 
     length: Any
     offset: Any
@@ -65,7 +65,7 @@ _UNSHIFTED = _Shift(np.zeros(3, dtype=object), np.zeros(3, dtype=object))
 
 @dataclass(frozen=True)
 class _Tour:
-    """What is met while elements are laid out."""
+    """State while elements are laid out."""
 
     loops: Mapping[str, Loop]
     misses: list[np.ndarray] = field(default_factory=list)

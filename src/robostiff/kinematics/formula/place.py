@@ -65,7 +65,7 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
         Samples of its inputs, and of those of the leg, must be generic: what is 0 or 1 at all of
         them counts as a number.
     solver : LegSolver
-        Of the same leg in floats; it knows the closed form and the working mode.
+        Of the same leg in floats, with its closed form and working mode.
 
     Raises
     ------

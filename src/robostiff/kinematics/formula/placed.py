@@ -51,7 +51,7 @@ class PlacedFormula:
     leg : PlacedLeg
         Points, axes, rotations and compliances are arrays of objects, in world axes.
     gap : tuple of Entry
-        What vanishes when the leg meets the platform: squares of sines, and of shifts over the
+        Gaps, zero when the leg meets the platform: squares of sines, and of shifts over the
         length of the rod or crank. Those that vanish at all samples are left out.
     lengths : tuple of Entry
         Lengths of the telescopes' beams that must be positive [m].

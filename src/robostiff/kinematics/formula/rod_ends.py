@@ -1,4 +1,4 @@
-"""The two joints at the ends of a rod on entries: where they turn the rod, and what they miss."""
+"""The two joints at the ends of a rod on entries: the turned rod, and its gaps."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class PlacedRod:
     misses : list of Entry or number
         Squares that vanish when the leg closes.
     out_of_reach : list of Entry or number
-        Positive where directions ask for more than the axes can give.
+        Positive where the axes cannot reach the directions.
     """
 
     bodies: dict[int, Body]

@@ -51,7 +51,7 @@ def regions(found: xarray.Dataset, values: np.ndarray, full_rank: int) -> tuple[
     """
     status, rank = found["status"].values, found["rank"].values
     flags = {name: flag for flag, name in status_flags().items()}
-    told = np.zeros(status.shape, dtype=bool)
+    marked = np.zeros(status.shape, dtype=bool)
     parts = []
 
     def add(name: str, where: np.ndarray, cover: Cover) -> None:
@@ -59,16 +59,16 @@ def regions(found: xarray.Dataset, values: np.ndarray, full_rank: int) -> tuple[
             parts.append(Region(name, where, cover, _NAMES.index(name)))
 
     for name in _INSTEAD:
-        where = ((status & flags[name]) != 0) & ~told
+        where = ((status & flags[name]) != 0) & ~marked
         add(name, where, Cover.INSTEAD)
-        told |= where
-    deficient = (rank < full_rank) & ~told
+        marked |= where
+    deficient = (rank < full_rank) & ~marked
     add(RANK_DEFICIENT, deficient, Cover.INSTEAD)
-    told |= deficient
-    add(NO_VALUE, ~np.isfinite(values) & ~told, Cover.INSTEAD)
-    told |= ~np.isfinite(values)
+    marked |= deficient
+    add(NO_VALUE, ~np.isfinite(values) & ~marked, Cover.INSTEAD)
+    marked |= ~np.isfinite(values)
     for name in _OVER:
-        add(name, ((status & flags[name]) != 0) & ~told, Cover.OVER)
+        add(name, ((status & flags[name]) != 0) & ~marked, Cover.OVER)
     return tuple(parts)
 
 
