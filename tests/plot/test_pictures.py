@@ -148,7 +148,7 @@ def test_directions_without_limit_are_told_and_not_closed():
     result = rs.stiffness(robot("gough-stewart-a"))
     scene = ellipsoid_picture(result, Quality.COMPLIANCE)
     labels = [item.label for item in scene.items if isinstance(item, Path)]
-    assert labels[1:] == ["free: without limit"] * 2
+    assert labels[1:] == ["free: unlimited"] * 2
     assert "free in 2 directions" in scene.notes
     (mesh,) = (item for item in scene.items if isinstance(item, Mesh))
     assert len(mesh.triangles) == 4  # two plates

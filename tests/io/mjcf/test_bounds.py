@@ -19,8 +19,8 @@ def _read(folder, body, before="", after=""):
 @pytest.mark.parametrize(
     ("body", "message", "line"),
     [
-        ('<replicate count="999999999"><body/></replicate>', "once replicate is carried out", 4),
-        ('<replicate count="1e9"><body/></replicate>', "once replicate is carried out", 4),
+        ('<replicate count="999999999"><body/></replicate>', "more elements after replicate", 4),
+        ('<replicate count="1e9"><body/></replicate>', "more elements after replicate", 4),
         ("<body><joint/></body>" * 2500, "at most 4000 bodies", 4),
         ('<body pos="0 nan 0"/>', "pos of <body>: got '0 nan 0', expected finite numbers", 4),
         ('<body pos="0 0 0">\n<joint axis="inf 0 0"/></body>', "axis of <joint>", 5),
@@ -102,7 +102,7 @@ def test_a_child_process_answers(tmp_path):
         ("return {'x': 'a' * 10**10}", "more than 1000000000 bytes of memory"),
         ("ctypes.string_at(0)", "m.xml: MJCF: got a file at which MuJoCo fails"),
         ("os.abort()", "fails: exit status -6"),
-        ("answer(request)", "in circles, or too deep"),
+        ("answer(request)", "circular or too deep nesting"),
         ("return {'refusal': 'a\\n  b'}", "got a b, expected what MuJoCo can read"),
         ("subprocess.run(['touch', 'x'])", "fails: PermissionError"),
         ("open('x', 'w')", "fails: PermissionError"),

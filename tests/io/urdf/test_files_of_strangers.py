@@ -80,7 +80,7 @@ def _folder(folder, name):
 def test_copies_in_mjcf_are_counted(tmp_path):
     many = '<mujoco><worldbody><replicate count="9999"><replicate count="9999"><body/>'
     many += "</replicate></replicate></worldbody></mujoco>"
-    _refused(tmp_path, many, "once replicate is carried out", "arm.xml")
+    _refused(tmp_path, many, "more elements after replicate", "arm.xml")
 
 
 def test_meshes_are_not_opened(tmp_path):

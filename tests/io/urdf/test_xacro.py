@@ -82,8 +82,8 @@ def test_included_files_obey_the_same_rules(text, message, line, tmp_path):
 def test_macros_without_end_are_stopped(tmp_path):
     path = tmp_path / "arm.xacro"
     path.write_text(f'{HEAD}<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/></robot>')
-    with pytest.raises(rs.FileError, match="in circles, or too deep"):
+    with pytest.raises(rs.FileError, match="circular or too deep nesting"):
         expand_xacro(path)
     path.write_text(f'{HEAD}<xacro:include filename="arm.xacro"/></robot>')
-    with pytest.raises(rs.FileError, match="in circles, or too deep"):
+    with pytest.raises(rs.FileError, match="circular or too deep nesting"):
         expand_xacro(path)
