@@ -14,7 +14,7 @@ from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.formula.body import tidied
-from robostiff.model import ALL_COORDINATES, Actuated, Motion, Robot
+from robostiff.model import ALL_COORDINATES, Actuated, Robot
 from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, least
 from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
 from robostiff.recorded.parameters import (
@@ -246,7 +246,7 @@ def _turns(guess: _Guess) -> Iterator[Any]:
     for own in guess.legs:
         freedoms, roles = own.leg.chain.freedoms, own.leg.chain.roles
         for i, (freedom, role) in enumerate(zip(freedoms, roles, strict=True)):
-            if freedom.motion is Motion.TRANSLATION or not isinstance(role, Actuated):
+            if not freedom.is_rotation or not isinstance(role, Actuated):
                 continue
             if role.limits is None:
                 continue

@@ -15,7 +15,7 @@ from robostiff.kinematics.formula.body import tidied, tidied_point
 from robostiff.kinematics.formula.placed import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist
-from robostiff.model import Joint, JointKind, Leg, Motion, Telescope
+from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_zero, sine, square_root
 from robostiff.recorded.sparse_elimination import Equation, SparseElimination
 from robostiff.spatial import cross, skew
@@ -189,7 +189,7 @@ def _rates_of_leg(
         for i in places:
             if free[i]:
                 twist = freedom_twist(freedoms[i], at) * sign
-                if freedoms[i].motion is not Motion.TRANSLATION:
+                if freedoms[i].turns:
                     twist = _per_turn(twist, length)
                 name = own.names[i]
                 rates[name] = rates[name] + twist if name in rates else twist
@@ -239,9 +239,8 @@ def _in_coordinates(
             turn = [found[name] for name in names]
             if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
                 turn = list(_vector_rate(own.q[place]) @ np.array(turn, dtype=object))
-            for name, step, freedom in zip(names, turn, freedoms[place], strict=True):
-                slides = freedom.motion is Motion.TRANSLATION
-                steps[name] = step * length if slides else step
+            for name, step, screw in zip(names, turn, freedoms[place], strict=True):
+                steps[name] = step if screw.turns else step * length
     for k, name in open_.items():
         steps[name] = found[name] * length if k < 3 else found[name]
     return steps
