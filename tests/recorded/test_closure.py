@@ -11,7 +11,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import compiled_robot
-from robostiff.compiled import kernel, machine_code_is_available
+from robostiff.compiled import closed, machine_code_is_available
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.turn import turn_by_vector
@@ -69,7 +69,6 @@ def largest_difference(K: np.ndarray, expected: np.ndarray) -> float:
 def test_coordinates_are_those_of_find_posture(name: str):
     robot = robot_called(name)
     closure = closure_of(robot)
-    assert 4 <= closure.steps <= 6
     poses = around_home(robot, 40, 0.1)
     q, arrived = arrivals(closure, poses)
     assert np.mean(arrived) > 0.95
@@ -108,21 +107,36 @@ def test_poses_out_of_reach():
 
 def test_a_loop_over_one_step_is_the_same_as_all_steps_written_out(monkeypatch):
     robot = robot_called("exechon")
-    poses = around_home(robot, 1500, 0.1)
+    poses = around_home(robot, 1500, 0.2)
     monkeypatch.setattr(compiled_robot, "is_trusted", lambda *_: True)
     whole = rs.compile(robot, backend=rs.Backend.ARRAYS)
-    monkeypatch.setattr(kernel, "_LONGEST", 0)
+    monkeypatch.setattr(closed, "_LONGEST", 0)
     for backend in BACKENDS:
         loop = rs.compile(robot, backend=backend)
-        assert type(loop.kernel.code) is not type(whole.kernel.code)
+        assert isinstance(loop.kernel.code, closed.ClosedCode)
+        assert loop.kernel.code.whole is None
         assert 0.9 < loop.kernel.operations / whole.kernel.operations < 1.5
         found, expected = loop.attempt(poses), whole.attempt(poses)
         np.testing.assert_array_equal(found.guarded, expected.guarded)
-        assert largest_difference(found.values["K"], expected.values["K"]) < 1e-11
+        own = ~found.guarded
+        assert largest_difference(found.values["K"][own], expected.values["K"][own]) < 1e-11
         rows = np.ascontiguousarray(poses.T)
         again = pickle.loads(pickle.dumps(loop.kernel)).evaluate(rows, threads=2)  # noqa: S301
         np.testing.assert_array_equal(again, loop.kernel.evaluate(rows))
         assert loop.kernel.evaluate(rows[:, :0]).shape == (loop.kernel.rows, 0)
+
+
+def test_poses_far_from_home_take_more_steps():
+    robot = robot_called("t3r1")
+    poses = around_home(robot, 600, 0.25)
+    closure = closure_of(robot)
+    _, arrived = arrivals(closure, poses)
+    assert 0.02 < np.mean(~arrived) < 0.6
+    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
+    found = compiled.attempt(poses)
+    assert not found.guarded.any()
+    some = np.flatnonzero(~arrived)[:20]
+    assert largest_difference(found.values["K"][some], rs.stiffness(robot, poses[some]).K) < 1e-9
 
 
 def test_half_a_turn_is_not_closed():

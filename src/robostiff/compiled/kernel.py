@@ -11,16 +11,13 @@ from functools import reduce
 import numpy as np
 
 from robostiff.compiled.arrays import ArrayCode
-from robostiff.compiled.iterated import IteratedCode
+from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.machine import MachineCode, machine_code_is_available
 from robostiff.compiled.outputs import Derivative, Output
 from robostiff.errors import InputError
 from robostiff.record import Entry, Program, least
 from robostiff.recorded import RecordedRobot
 from robostiff.spatial import Space
-
-# Operations up to which Newton steps are written out; beyond, compilers take their time.
-_LONGEST = 8000
 
 
 class Backend(Enum):
@@ -71,7 +68,7 @@ class Kernel:
         where their derivatives are asked for. With a closure also ``open``, the square of what the
         legs leave open, and ``mode``, positive in the assembly mode of home.
     space : Space
-    code : MachineCode, ArrayCode or IteratedCode
+    code : MachineCode, ArrayCode or ClosedCode
         Its results are the rows of all outputs one after the other, then a row for each check.
     """
 
@@ -79,7 +76,7 @@ class Kernel:
     outputs: tuple[Output, ...]
     checks: tuple[str, ...]
     space: Space
-    code: MachineCode | ArrayCode | IteratedCode
+    code: MachineCode | ArrayCode | ClosedCode
 
     @property
     def operations(self) -> int:
@@ -189,15 +186,12 @@ def kernel_of(
         return Kernel(
             recorded.record.inputs, tuple(outputs), tuple(checked), recorded.space, code(program)
         )
-    whole = closure.composed(program)
     return Kernel(
         inputs=closure.inputs,
         outputs=tuple(outputs),
         checks=(*checked, "open", "mode"),
         space=recorded.space,
-        code=code(whole)
-        if whole.operations <= _LONGEST
-        else IteratedCode.of(closure, program, code),
+        code=ClosedCode.of(closure, program, code),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
@@ -28,9 +28,6 @@ from robostiff.recorded.parameters import (
 _CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
 # Part of a determinant's size at home below which the careful closure looks at the assembly mode.
 _WATCHED = 0.1
-_FEWEST, _MOST_STEPS = 4, 6
-# Poses that tell how many steps are enough, and how many of them may need more.
-_TRIED, _SEED, _MORE = 512, 29, 1
 #: Square of the gap, as a part of the length and radians, at which legs meet to the last digits.
 CLOSED = 1e-12**2
 # Names of what a step hands to the next, beside the unknowns.
@@ -55,8 +52,8 @@ class RecordedClosure:
         From the same to the coordinates of all legs in the order of ``joints``, the square of what
         stays open, and a number that is positive in the assembly mode of home.
     joints : tuple of str
-    steps : int
-        How many are enough around home.
+    steps, most_steps : int
+        How many are enough around home, and how many may be taken.
     """
 
     inputs: tuple[str, ...]
@@ -64,7 +61,8 @@ class RecordedClosure:
     step: Program
     arrival: Program
     joints: tuple[str, ...]
-    steps: int
+    steps: int = 4
+    most_steps: int = 6
 
     @property
     def state(self) -> dict[str, float]:
@@ -135,15 +133,13 @@ def record_closure(
     for turn in _turns(guess):
         mode = least(mode, turn)
     arrival = [*guess.q, step.gap, least(mode, margin)]
-    closure = RecordedClosure(
+    return RecordedClosure(
         inputs=guess.inputs,
         start=start,
         step=Program.of(record, [*after, step.size, contraction]),
         arrival=Program.of(record, arrival),
         joints=tuple(joints),
-        steps=_MOST_STEPS,
     )
-    return replace(closure, steps=_enough(closure, guess))
 
 
 @dataclass(frozen=True)
@@ -152,9 +148,7 @@ class _Guess:
 
     record: Record
     inputs: tuple[str, ...]
-    samples: dict[str, np.ndarray]
     start: dict[str, float]
-    robot: Robot
     legs: tuple[LegAtGuess, ...]
     pose: FormulaPose
     r: np.ndarray
@@ -204,9 +198,7 @@ class _Guess:
         return cls(
             record=record,
             inputs=tuple(inputs),
-            samples=inputs,
             start={name: float(values[-1]) for name, values in state.items()},
-            robot=own,
             legs=tuple(legs),
             pose=FormulaPose.of_coordinates(coordinates),
             r=coordinates[3:],
@@ -262,21 +254,3 @@ def _turns(guess: _Guess) -> Iterator[Any]:
 
 def _nominal(value: Any) -> float:
     return float(value.sample[-1]) if isinstance(value, Entry) else float(value)
-
-
-def _enough(closure: RecordedClosure, guess: _Guess) -> int:
-    """How many steps close nearly all poses that the most steps close."""
-    random = np.random.default_rng(_SEED)
-    values: dict[str, Any] = {}
-    for name, own in guess.samples.items():
-        home = own[-1]
-        values[name] = home + np.max(np.abs(own - home)) * random.uniform(-1, 1, _TRIED)
-    values |= {name: np.full(_TRIED, x) for name, x in closure.state.items()}
-    closed = []
-    with np.errstate(all="ignore"):
-        for taken in range(1, _MOST_STEPS + 1):
-            values |= zip(closure.state, closure.step.evaluated(values), strict=True)
-            if taken >= _FEWEST:
-                *_, gap, mode = closure.arrival.evaluated(values)
-                closed.append(int(np.count_nonzero((gap < CLOSED) & (mode > 0))))
-    return _FEWEST + next(k for k, own in enumerate(closed) if own >= max(closed) - _MORE)

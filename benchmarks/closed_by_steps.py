@@ -1,0 +1,117 @@
+"""Robots whose legs are closed by iteration: poses to K_C, rank and status, in one thread.
+
+"In the kernel": Newton steps from home are recorded in front of the stiffness, and the kernel takes
+poses. "Before it": postures are found on batches by the careful closure, and the kernel takes
+coordinates of the legs. Both must give the K_C of `rs.stiffness`.
+
+    python benchmarks/closed_by_steps.py [number of poses]
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["MKL_NUM_THREADS"] = "1"
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import robostiff as rs
+from robostiff.compiled import Kernel, kernel_of, unpack
+from robostiff.kinematics import PostureFinder
+from robostiff.model import Robot
+from robostiff.recorded import CLOSED, record_at_joints, record_closure
+
+MODELS = Path(__file__).parent.parent / "tests" / "recorded" / "models"
+ROBOTS = (
+    *("3-prs", "3-rps", "t3r1", "us-ups", "h4", "capaman"),
+    *(MODELS / "tricept.yaml", MODELS / "exechon.yaml"),
+)
+FEW = 400  # poses of the slow way, and of the comparison
+SPREADS = ((0.02, 0.02), (0.1, 0.2))  # m and rad to each side of home
+TURNS = 3
+CHUNK = 1024
+
+
+def main() -> None:
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 20_480
+    print(f"{'robot':10}{'spread':>15}{'operations':>11}{'compile s':>10}{'before it':>11}", end="")
+    print(f"{'in the kernel':>15}{'ratio':>8}{'computed again':>16}{'K':>9}")
+    for name in ROBOTS:
+        robot: Any = rs.load(name)
+        finder = PostureFinder(robot)
+        recorded = record_at_joints(robot, finder)
+        closure = record_closure(robot, finder, recorded.joints)
+        if closure is None:
+            raise SystemExit(f"{name}: no record of its closure")
+        of_joints = kernel_of(recorded, [rs.StiffnessMatrix()])
+        of_poses = kernel_of(replace(recorded, closure=closure), [rs.StiffnessMatrix()])
+        start = time.perf_counter()
+        of_poses.evaluate(np.zeros((len(closure.inputs), 8)))
+        compile_time = time.perf_counter() - start
+        for spread in SPREADS:
+            poses = random_poses(robot, finder, count, spread)
+            slow, quick = np.inf, np.inf
+            for _ in range(TURNS):
+                slow = min(slow, seconds(by_iteration, finder, of_joints, poses[:FEW]))
+                quick = min(quick, seconds(in_chunks, of_poses, poses))
+            before, within = 1e6 * slow / FEW, 1e6 * quick / count
+            again, apart = comparison(robot, of_poses, poses)
+            around = f"{1e3 * spread[0]:g} mm, {spread[1]:g}"
+            print(f"{robot.name:10}{around:>15}{of_poses.operations:11}", end="")
+            print(f"{compile_time:10.2f}{before:11.1f}{within:15.3f}", end="")
+            print(f"{before / within:8.0f}{again:16.2%}{apart:9.0e}", flush=True)
+            if apart > 1e-9:
+                raise SystemExit(f"{robot.name}: K differs from that of rs.stiffness")
+
+
+def random_poses(
+    robot: Robot, finder: PostureFinder, count: int, spread: tuple[float, float]
+) -> np.ndarray:
+    chosen = robot.coordinate_places
+    step = np.where(np.array(chosen) < 3, *spread)
+    shifts = np.random.default_rng(0).uniform(-1, 1, (count, len(chosen)))
+    return finder.home_pose[chosen] + step * shifts
+
+
+def by_iteration(finder: PostureFinder, kernel: Kernel, poses: np.ndarray) -> None:
+    posture = finder.find(poses)
+    kernel.evaluate(np.concatenate([q.T for q in posture.coordinates]))
+
+
+def in_chunks(kernel: Kernel, poses: np.ndarray) -> None:
+    out = np.empty((kernel.rows, CHUNK))
+    for start in range(0, len(poses) - CHUNK + 1, CHUNK):
+        kernel.evaluate(np.ascontiguousarray(poses[start : start + CHUNK].T), out)
+
+
+def seconds(work: Callable[..., None], *arguments: Any) -> float:
+    start = time.perf_counter()
+    work(*arguments)
+    return time.perf_counter() - start
+
+
+def comparison(robot: Robot, kernel: Kernel, poses: np.ndarray) -> tuple[float, float]:
+    """Share of poses left to `rs.stiffness`, and how far K is from its own at the others."""
+    results = kernel.evaluate(np.ascontiguousarray(poses.T))
+    checks = dict(zip(kernel.checks, results[-len(kernel.checks) :], strict=True))
+    closed = (checks["open"] < CLOSED) & (checks["mode"] > 0)
+    n = robot.space.size
+    K = np.empty((FEW, n, n))
+    unpack(results[: -len(kernel.checks), :FEW], K)
+    result = rs.stiffness(robot, poses[:FEW])
+    own = closed[:FEW] & result.answered
+    expected = result.about_reference.matrix[own]
+    size = np.sqrt(np.einsum("nii->ni", expected))
+    apart = np.abs(K[own] - expected) / (size[:, :, None] * size[:, None, :])
+    return 1 - float(np.mean(closed)), float(np.max(apart))
+
+
+if __name__ == "__main__":
+    main()

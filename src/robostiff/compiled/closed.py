@@ -1,0 +1,125 @@
+"""Newton steps from home, and what follows them, run at poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.compiled.arrays import ArrayCode
+from robostiff.compiled.machine import MachineCode
+from robostiff.record import Program
+from robostiff.recorded import CLOSED, RecordedClosure
+
+Code = MachineCode | ArrayCode
+
+# Operations up to which all steps are written out; beyond, compilers take their time.
+_LONGEST = 8000
+# Poses at once: their inputs and unknowns should stay in the second-level cache. A multiple of all
+# widths of vectors, so that no bit depends on it.
+_CHUNK = 1024
+# Poses that need more steps: so many are worth machine code of their own.
+_MANY = 500
+
+
+@dataclass(frozen=True)
+class ClosedCode:
+    """Runs a program of leg coordinates at poses, each closed by four to six steps; picklable.
+
+    Attributes
+    ----------
+    closure : RecordedClosure
+    whole : MachineCode, ArrayCode or None
+        The usual number of steps and the program in one; None where that is too long.
+    step, last : MachineCode or ArrayCode
+        One step; and the program, from the inputs of the closure and what the steps hand on.
+    few : pair of ArrayCode
+        The same two for few poses, which are not worth compiling.
+    """
+
+    closure: RecordedClosure
+    whole: Code | None
+    step: Code
+    last: Code
+    few: tuple[ArrayCode, ArrayCode]
+
+    @classmethod
+    def of(
+        cls, closure: RecordedClosure, program: Program, code: Callable[[Program], Code]
+    ) -> ClosedCode:
+        """The code of a program of leg coordinates."""
+        step, last, whole = closure.step, closure.arrived(program), closure.composed(program)
+        return cls(
+            closure=closure,
+            whole=code(whole) if whole.operations <= _LONGEST else None,
+            step=code(step),
+            last=code(last),
+            few=(ArrayCode(step), ArrayCode(last)),
+        )
+
+    @property
+    def operations(self) -> int:
+        """Number of operations a pose takes, with the usual number of steps."""
+        if self.whole is not None:
+            return self.whole.operations
+        return self.closure.steps * self.step.operations + self.last.operations
+
+    @property
+    def rows(self) -> int:
+        """Number of results."""
+        return self.last.rows
+
+    def evaluate(self, inputs: np.ndarray, outputs: np.ndarray, threads: int = 1) -> None:
+        """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
+        own = self.step, self.last
+        if self.whole is not None:
+            self.whole.evaluate(inputs, outputs, threads)
+        else:
+            self._loop(own, self.closure.steps, inputs, outputs, threads)
+        # The last two rows are the gap and the assembly mode.
+        again = np.flatnonzero(~(outputs[-2] < CLOSED) & (outputs[-1] > 0))
+        if again.size:
+            more = np.empty((self.rows, again.size))
+            few = again.size < _MANY and self.whole is not None
+            codes = self.few if few else own
+            given = np.ascontiguousarray(inputs[:, again])
+            self._loop(codes, self.closure.most_steps, given, more, threads)
+            outputs[:, again] = more
+
+    def _loop(
+        self,
+        codes: tuple[Code, Code],
+        steps: int,
+        inputs: np.ndarray,
+        outputs: np.ndarray,
+        threads: int,
+    ) -> None:
+        """Take some steps from home, then fill the results."""
+        count, given = inputs.shape[1], len(inputs)
+        start = np.array([*self.closure.state.values()])[:, None]
+        step, last = codes
+
+        def fill(part: slice) -> None:
+            for first in range(part.start, part.stop, _CHUNK):
+                where = slice(first, min(first + _CHUNK, part.stop))
+                rows = np.empty((given + len(start), where.stop - first))
+                after = np.empty((len(start), where.stop - first))
+                rows[:given], rows[given:] = inputs[:, where], start
+                for _ in range(steps):
+                    step.evaluate(rows, after)
+                    rows[given:] = after
+                found = np.empty((self.rows, where.stop - first))
+                last.evaluate(rows, found)
+                outputs[:, where] = found
+
+        # Whole chunks for each thread, so that no bit depends on their number.
+        share = max(1, -(-count // (_CHUNK * threads))) * _CHUNK
+        parts = [slice(one, min(one + share, count)) for one in range(0, count, share)]
+        if len(parts) <= 1:
+            fill(slice(0, count))
+            return
+        with ThreadPoolExecutor(len(parts)) as pool:
+            for _ in pool.map(fill, parts):
+                pass
