@@ -1,7 +1,7 @@
 """The directive ``derived``: a formula that robostiff derives while the documentation is built.
 
 ```{derived} case-b
-:show: Names for what recurs, Sum of the legs
+:show: Names for recurring expressions, Sum of the legs
 ```
 
 Its argument is a name of `theory_formulas.FORMULAS`; `show` chooses parts of the exported

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from robostiff.analytic import Part, eigenvalue_formulas, snapshot_formula
+from robostiff.analytic import StiffnessPart, eigenvalue_formulas, snapshot_formula
 from robostiff.errors import InputError
 from tests.analytic.formulas import (
     CASE_A,
@@ -33,10 +33,14 @@ def check_against_numbers(K, part, length=None, seeds=(1, 2)):
         symbols = sorted(K.free_symbols | ({length} if length is not None else set()), key=str)
         values = {s: sp.Rational(int(generator.integers(20, 90)), 37) for s in symbols}
         M = np.array(K.evalf(30, subs=values), dtype=float)
-        rows = {Part.TRANSLATION: slice(0, t), Part.ROTATION: slice(t, None)}
+        rows = {StiffnessPart.TRANSLATION: slice(0, t), StiffnessPart.ROTATION: slice(t, None)}
         M = M[rows[part], rows[part]] if part in rows else M
         ell = float(values[length]) if length is not None else 1.0
-        B = np.diag([1.0] * t + [ell**2] * (len(M) - t)) if part is Part.WHOLE else np.eye(len(M))
+        B = (
+            np.diag([1.0] * t + [ell**2] * (len(M) - t))
+            if part is StiffnessPart.WHOLE
+            else np.eye(len(M))
+        )
         scale = np.diag(1 / np.sqrt(np.diag(B)))
         expected = np.linalg.eigvalsh(scale @ M @ scale)
         numbers = []
@@ -52,7 +56,7 @@ def check_against_numbers(K, part, length=None, seeds=(1, 2)):
     return found
 
 
-@pytest.mark.parametrize("part", [Part.TRANSLATION, Part.ROTATION])
+@pytest.mark.parametrize("part", [StiffnessPart.TRANSLATION, StiffnessPart.ROTATION])
 def test_equations_27_and_28(part):
     for angles, length in ((CASE_A, L_A), (CASE_B, L_B)):
         check_against_numbers(stewart(*angles, length), part)
@@ -66,42 +70,42 @@ def test_equation_27_by_hand():
 
 
 def test_whole_matrices_with_a_length():
-    found = check_against_numbers(stewart(*CASE_A, L_A), Part.WHOLE, ELL)
+    found = check_against_numbers(stewart(*CASE_A, L_A), StiffnessPart.WHOLE, ELL)
     assert {e.multiplicity: e.value for e in found.values}[3] == 0
-    found = check_against_numbers(stewart(*CASE_B, L_B), Part.WHOLE, ELL)
+    found = check_against_numbers(stewart(*CASE_B, L_B), StiffnessPart.WHOLE, ELL)
     assert sorted(e.multiplicity for e in found.values) == [1, 1, 2, 2]
 
 
 def test_the_whole_needs_a_length_only_where_units_are_coupled():
     with pytest.raises(InputError, match="give length="):
-        eigenvalue_formulas(stewart(*CASE_B, L_B), Part.WHOLE)
+        eigenvalue_formulas(stewart(*CASE_B, L_B), StiffnessPart.WHOLE)
     decoupled = stewart(*CASE_B, L_B).subs(R, 2 * r)
-    found = check_against_numbers(sp.ImmutableMatrix(decoupled), Part.WHOLE)
+    found = check_against_numbers(sp.ImmutableMatrix(decoupled), StiffnessPart.WHOLE)
     assert sum(e.multiplicity for e in found.values) == 6
 
 
 def test_cubic_stewart_platform_at_its_centre_is_isotropic():
     K = snapshot_formula(cubic_platform()).K
     k, a = sp.symbols("k a", positive=True)
-    translation = check_against_numbers(K, Part.TRANSLATION)
+    translation = check_against_numbers(K, StiffnessPart.TRANSLATION)
     assert [(e.value, e.multiplicity) for e in translation.values] == [(2 * k, 3)]
-    check_against_numbers(K, Part.ROTATION)
+    check_against_numbers(K, StiffnessPart.ROTATION)
     assert K.free_symbols == {k, a}
 
 
 def test_3_puu_at_its_centre():
     K = snapshot_formula(three_puu()).K
-    found = check_against_numbers(K, Part.TRANSLATION)
+    found = check_against_numbers(K, StiffnessPart.TRANSLATION)
     assert sorted(e.multiplicity for e in found.values) == [1, 2]
-    check_against_numbers(K, Part.ROTATION)
+    check_against_numbers(K, StiffnessPart.ROTATION)
 
 
 def test_planar_parts():
     a, b, c, k = sp.symbols("a b c k", positive=True)
     K = sp.ImmutableMatrix([[a, b, 0], [b, c, 0], [0, 0, k]])
-    check_against_numbers(K, Part.TRANSLATION)
-    assert eigenvalue_formulas(K, Part.ROTATION).values[0].value == k
-    found = check_against_numbers(K, Part.WHOLE)
+    check_against_numbers(K, StiffnessPart.TRANSLATION)
+    assert eigenvalue_formulas(K, StiffnessPart.ROTATION).values[0].value == k
+    found = check_against_numbers(K, StiffnessPart.WHOLE)
     assert len(found.values) == 3
 
 

@@ -17,9 +17,9 @@ from robostiff.markup import (
     Heading,
     LabelledMatrix,
     Number,
+    Paragraph,
     Table,
     Tone,
-    Words,
     block_html,
     block_typst,
     number_html,
@@ -90,7 +90,7 @@ def test_rotations_begin_the_second_block():
 @given(words, words)
 def test_text_is_text_in_html(one, other):
     blocks = [
-        Words(one),
+        Paragraph(one),
         Bullets((one, other), Tone.WARNING),
         Facts(((one, other),)),
         Table([one, other], [[one, other]]),
@@ -106,7 +106,7 @@ def test_any_text_compiles_in_typst(one, other):
     typst = pytest.importorskip("typst")
     blocks = [
         Heading(f"h{one}"),
-        Words(one, Tone.QUIET),
+        Paragraph(one, Tone.QUIET),
         Bullets((one, other), Tone.WARNING),
         Facts(((one, other),)),
         Table([one, other], [[one, Number(-2e-9, other)]]),

@@ -14,8 +14,8 @@ from robostiff.markup import (
     Bullets,
     LabelledMatrix,
     Number,
+    Paragraph,
     Table,
-    Words,
     block_html,
     element,
     escaped,
@@ -104,7 +104,7 @@ def stiffness_html(result: RobotStiffness) -> str:
     if np.all(result.answered):
         blocks.append(stiffness_matrix(result))
     if Status.UNREACHABLE not in result.status:
-        blocks.append(Words(f"rank {int(result.rank)} of {result.space.size}"))
+        blocks.append(Paragraph(f"rank {int(result.rank)} of {result.space.size}"))
         blocks.append(free_motion_table(result))
     blocks.append(Bullets(tuple(result.advice)))
     return element("div", _head(result, result.status) + _written(blocks))

@@ -10,11 +10,11 @@ from robostiff.analytic.closed import canonical
 from robostiff.analytic.closed_sum import sum_of_legs
 from robostiff.analytic.combinations import NamedCombinations, name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
-from robostiff.analytic.derivatives import Derivative, derivative_formula, differentiate
+from robostiff.analytic.derivatives import FormulaDerivative, derivative_formula, differentiate
 from robostiff.analytic.eigenvalues import (
     Eigenvalue,
     Eigenvalues,
-    Part,
+    StiffnessPart,
     Unsolved,
     eigenvalue_formulas,
 )
@@ -39,19 +39,19 @@ __all__ = [
     "Closed",
     "Definition",
     "Derivation",
-    "Derivative",
     "Eigenvalue",
     "Eigenvalues",
     "ExactField",
+    "FormulaDerivative",
     "FormulaTooLargeError",
     "LegDerivation",
     "NamedCombinations",
-    "Part",
     "RankFormula",
     "RobotDerivation",
     "SnapshotFormula",
     "Stage",
     "Steps",
+    "StiffnessPart",
     "Unsolved",
     "canonical",
     "decoupling_conditions",

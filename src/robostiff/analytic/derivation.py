@@ -27,7 +27,7 @@ class Unwritten:
     write: Callable[[], Any]
 
 
-class Written:
+class WrittenField:
     """A field of a frozen dataclass that may be given as `Unwritten`; it is written at first use.
 
     Examples
@@ -98,9 +98,9 @@ class Stage:
     joint: str
     J: sp.ImmutableMatrix
     rule: str
-    u: Written = Written()
-    mu: Written = Written()
-    K: Written = Written()
+    u: WrittenField = WrittenField()
+    mu: WrittenField = WrittenField()
+    K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -136,7 +136,7 @@ class Derivation:
     name: str
     K0: sp.ImmutableMatrix
     stages: tuple[Stage, ...]
-    K: Written = Written()
+    K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
     exact: ExactMatrix | None = field(default=None, compare=False, repr=False)
 

@@ -15,7 +15,7 @@ from robostiff.errors import InputError
 
 
 @dataclass(frozen=True)
-class Derivative:
+class FormulaDerivative:
     """A derivation together with its derivative with respect to a given symbol.
 
     Attributes
@@ -80,7 +80,7 @@ class Derivative:
         return sp.ImmutableMatrix(found[:n, :]), sp.ImmutableMatrix(found[n:, :])
 
 
-def differentiate(derivation: Derivation, symbol: sp.Symbol) -> Derivative:
+def differentiate(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
     """Derivative of a stiffness formula with respect to one of its given symbols.
 
     A closed form gives canonical fractions. Named steps are differentiated one by one, in forward
@@ -120,7 +120,7 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol) -> Derivative:
             hint="name fewer symbols, such as the stiffnesses alone, so that these are numbers",
         )
     if derivation.is_closed:
-        return Derivative(derivation, symbol, derivative_formula(derivation.K, symbol))
+        return FormulaDerivative(derivation, symbol, derivative_formula(derivation.K, symbol))
     return _by_steps(derivation, symbol)
 
 
@@ -172,7 +172,7 @@ def derivative_name(name: str, symbol: sp.Symbol) -> str:
     return f"d{name}_d{symbol.name}"
 
 
-def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> Derivative:
+def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
     """Forward mode: the chain rule, one step after the other."""
     taken = {s.name for s in derivation.symbols} | {d.symbol.name for d in derivation.definitions}
     rates: dict[Any, Any] = {symbol: sp.Integer(1)}
@@ -197,4 +197,4 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> Derivative:
         rates[definition.symbol] = sp.Symbol(name)
         definitions.append(Definition(rates[definition.symbol], change))
     dK = derivation.K.applyfunc(rate)
-    return Derivative(derivation, symbol, sp.ImmutableMatrix(dK), tuple(definitions))
+    return FormulaDerivative(derivation, symbol, sp.ImmutableMatrix(dK), tuple(definitions))

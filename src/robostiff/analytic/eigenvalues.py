@@ -15,7 +15,7 @@ from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 
-class Part(Enum):
+class StiffnessPart(Enum):
     """The part of a stiffness matrix of which eigenvalues are computed."""
 
     TRANSLATION = "translation"
@@ -195,7 +195,7 @@ def _quotient(field: ExactField, above: Any, below: Any) -> Any:
 
 
 def eigenvalue_formulas(
-    K: Any, part: Part = Part.TRANSLATION, length: sp.Expr | None = None
+    K: Any, part: StiffnessPart = StiffnessPart.TRANSLATION, length: sp.Expr | None = None
 ) -> Eigenvalues:
     """Eigenvalues of a stiffness formula, from the factors of its characteristic polynomial.
 
@@ -207,12 +207,12 @@ def eigenvalue_formulas(
     Parameters
     ----------
     K : (n, n) symmetric matrix of SymPy expressions, n = 6 or 3
-    part : Part
+    part : StiffnessPart
         Translations alone, rotations alone, or all. Eigenvalues of the whole mix newtons by metre
         with newton metres wherever a translation is coupled with a rotation, so that a length is
         needed to compare them.
     length : SymPy expression, optional
-        For `Part.WHOLE`: rotations are measured by the translation at this distance [m].
+        For `StiffnessPart.WHOLE`: rotations are measured by the translation at this distance [m].
 
     Returns
     -------
@@ -236,7 +236,7 @@ def eigenvalue_formulas(
     """
     K = sp.ImmutableMatrix(K)
     M = _part_of(K, part, length)
-    is_scaled = part is Part.WHOLE and length is not None
+    is_scaled = part is StiffnessPart.WHOLE and length is not None
     symbol: Any = sp.Symbol(_free_name(M))
     field = ExactField([*M, symbol])
     elements = [[field.element(M[i, j]) for j in range(M.cols)] for i in range(M.rows)]
@@ -265,7 +265,7 @@ def eigenvalue_formulas(
     return Eigenvalues(tuple(values), tuple(unsolved), symbol)
 
 
-def _part_of(K: Any, part: Part, length: Any) -> sp.ImmutableMatrix:
+def _part_of(K: Any, part: StiffnessPart, length: Any) -> sp.ImmutableMatrix:
     space = Space.of_size(K.rows)
     t, n = space.translations, space.size
     if K.cols != n or any(
@@ -274,9 +274,9 @@ def _part_of(K: Any, part: Part, length: Any) -> sp.ImmutableMatrix:
         for j in range(i)
     ):
         raise InputError("stiffness matrix", got=f"{K.shape}", expected="a symmetric matrix")
-    if part is Part.TRANSLATION:
+    if part is StiffnessPart.TRANSLATION:
         return K[:t, :t]
-    if part is Part.ROTATION:
+    if part is StiffnessPart.ROTATION:
         return K[t:, t:]
     if length is not None:
         scale = sp.diag(*[1] * t, *[1 / sp.sympify(length)] * (n - t))
@@ -286,7 +286,7 @@ def _part_of(K: Any, part: Part, length: Any) -> sp.ImmutableMatrix:
             "eigenvalues of the whole matrix",
             got="translations coupled with rotations, so that units differ",
             expected="a length by which rotations become translations",
-            hint="give length=..., or take Part.TRANSLATION or Part.ROTATION",
+            hint="give length=..., or take StiffnessPart.TRANSLATION or .ROTATION",
         )
     return K
 

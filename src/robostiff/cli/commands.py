@@ -11,7 +11,7 @@ from robostiff.cli.output import print_data, say
 from robostiff.cli.robot_facts import home_facts, network_facts, robot_facts, snapshot_facts
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
-    Place,
+    PoseArguments,
     SideFile,
     near_from,
     parameters_from,
@@ -73,7 +73,7 @@ def check_robot(
 
 def print_stiffness(
     source: str,
-    place: Place,
+    place: PoseArguments,
     method: str,
     settings: Sequence[str],
     as_json: bool,
@@ -99,7 +99,7 @@ def print_stiffness(
 
 def print_deflection(
     source: str,
-    place: Place,
+    place: PoseArguments,
     wrench: str,
     settings: Sequence[str],
     as_json: bool,

@@ -16,7 +16,7 @@ from robostiff.cables import (
 )
 from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.output import print_data, say
-from robostiff.cli.written_arguments import Place, parameters_from, pose_from, wrench_from
+from robostiff.cli.written_arguments import PoseArguments, parameters_from, pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.cables import (
     cable_response_data,
@@ -33,7 +33,7 @@ _RULES = ("nearest", "closed-form")
 
 def print_cables(
     source: str,
-    place: Place,
+    place: PoseArguments,
     loads: tuple[str | None, str | None],
     tensions: tuple[str, float | None, str | None],
     settings: Sequence[str],

@@ -16,11 +16,11 @@ from robostiff.analytic import (
     AtHome,
     AtSymbols,
     Closed,
-    Derivative,
+    FormulaDerivative,
     FormulaTooLargeError,
-    Part,
     RobotDerivation,
     Steps,
+    StiffnessPart,
     derive_robot,
     differentiate,
     eigenvalue_formulas,
@@ -162,7 +162,7 @@ def _free_motions(K: sp.ImmutableMatrix) -> list[str]:
 
 def _eigenvalues(K: sp.ImmutableMatrix) -> list[str]:
     lines = []
-    for part, unit in ((Part.TRANSLATION, "N/m"), (Part.ROTATION, "N m/rad")):
+    for part, unit in ((StiffnessPart.TRANSLATION, "N/m"), (StiffnessPart.ROTATION, "N m/rad")):
         found = eigenvalue_formulas(K, part)
         lines.append(f"stiffness in {part.value} [{unit}]: {found.answer}")
         for e in found.values:
@@ -177,7 +177,7 @@ def _listed(expressions: Iterable[Any]) -> str:
 
 INTERRUPTED = 130
 
-_Found = RobotDerivation | Derivative
+_Found = RobotDerivation | FormulaDerivative
 _WRITERS: dict[str, Callable[[Any], str]] = {
     "text": derivation_text,
     "latex": derivation_latex,
@@ -200,7 +200,7 @@ _SUFFIXES = {
 
 
 @dataclass(frozen=True)
-class Formula:
+class FormulaRequest:
     """The formula to derive, as written on the command line."""
 
     pose: str
@@ -221,7 +221,7 @@ class Sheet:
 
 
 def print_formula(
-    source: str, asked: Formula, sheet: Sheet, questions: Questions, settings: Sequence[str]
+    source: str, asked: FormulaRequest, sheet: Sheet, questions: Questions, settings: Sequence[str]
 ) -> int:
     """Derive the stiffness of a robot and write it, or print its properties."""
     language, output = _language(sheet)
@@ -260,7 +260,9 @@ def print_formula(
     return 0
 
 
-def _robot_and_pose(source: str, asked: Formula, settings: Sequence[str]) -> tuple[Robot, Any]:
+def _robot_and_pose(
+    source: str, asked: FormulaRequest, settings: Sequence[str]
+) -> tuple[Robot, Any]:
     names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
     symbols = {"all": ALL_PARAMETERS, "none": ()}.get(asked.symbols.strip(), tuple(names))
     parameters = parameters_from(settings)
@@ -275,7 +277,7 @@ def _robot_and_pose(source: str, asked: Formula, settings: Sequence[str]) -> tup
     return robot, pose_from(asked.pose, robot)
 
 
-def _form(asked: Formula) -> Closed | Steps | None:
+def _form(asked: FormulaRequest) -> Closed | Steps | None:
     if asked.steps and (asked.closed or asked.limit is not None):
         other = "--closed" if asked.closed else "--limit"
         raise InputError(f"--steps and {other}", expected="one of them")

@@ -11,7 +11,7 @@ from robostiff.analysis.indices import indices
 from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.output import print_data, say
 from robostiff.cli.written_arguments import (
-    Place,
+    PoseArguments,
     near_from,
     parameters_from,
     point_from,
@@ -27,7 +27,7 @@ from robostiff.robots import load
 
 
 def print_indices(
-    source: str, place: Place, length: str | None, settings: Sequence[str], as_json: bool
+    source: str, place: PoseArguments, length: str | None, settings: Sequence[str], as_json: bool
 ) -> int:
     """Print the stiffness indices at a pose; 1 for a bad status."""
     robot = load(source, parameters_from(settings))

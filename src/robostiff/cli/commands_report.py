@@ -10,7 +10,7 @@ from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.output import new_file, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
-    Place,
+    PoseArguments,
     SideFile,
     near_from,
     parameters_from,
@@ -38,7 +38,11 @@ class Pages:
 
 
 def make_report(
-    source: str, place: Place, pages: Pages, settings: Sequence[str], side: SideFile = NO_SIDE_FILE
+    source: str,
+    place: PoseArguments,
+    pages: Pages,
+    settings: Sequence[str],
+    side: SideFile = NO_SIDE_FILE,
 ) -> int:
     """Write a report and print its path; 1 when the pose has a bad status."""
     paths = [report_path(pages.output)]

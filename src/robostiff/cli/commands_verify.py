@@ -10,7 +10,7 @@ from robostiff.cli.failure import BAD_STATUS
 from robostiff.cli.output import print_data, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
-    Place,
+    PoseArguments,
     SideFile,
     near_from,
     parameters_from,
@@ -23,7 +23,11 @@ from robostiff.version import __version__
 
 
 def print_verification(
-    source: str, place: Place, settings: Sequence[str], as_json: bool, side: SideFile = NO_SIDE_FILE
+    source: str,
+    place: PoseArguments,
+    settings: Sequence[str],
+    as_json: bool,
+    side: SideFile = NO_SIDE_FILE,
 ) -> int:
     """Print the distances between the methods at a pose; 1 when they disagree."""
     robot = load(source, parameters_from(settings), **side.options)

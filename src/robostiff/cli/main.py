@@ -107,9 +107,9 @@ def stiffness(
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
     from robostiff.cli.commands import print_stiffness
-    from robostiff.cli.written_arguments import Place, SideFile
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
 
-    described, place = SideFile(side, allow_xacro), Place(pose, joints, at, near)
+    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, at, near)
     return print_stiffness(robot, place, method, set_ or [], json_, described)
 
 
@@ -141,9 +141,9 @@ def deflection(
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
     from robostiff.cli.commands import print_deflection
-    from robostiff.cli.written_arguments import Place, SideFile
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
 
-    described, place = SideFile(side, allow_xacro), Place(pose, joints, at, near)
+    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, at, near)
     return print_deflection(robot, place, wrench, set_ or [], json_, described)
 
 
@@ -174,9 +174,9 @@ def indices(
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
     from robostiff.cli.commands_indices import print_indices
-    from robostiff.cli.written_arguments import Place
+    from robostiff.cli.written_arguments import PoseArguments
 
-    return print_indices(robot, Place(pose, joints, at, near), length, set_ or [], json_)
+    return print_indices(robot, PoseArguments(pose, joints, at, near), length, set_ or [], json_)
 
 
 @app.command()
@@ -198,10 +198,10 @@ def verify(
     Exit status: 0 when the methods agree, 1 when they do not, 2 for bad input.
     """
     from robostiff.cli.commands_verify import print_verification
-    from robostiff.cli.written_arguments import Place, SideFile
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
 
     described = SideFile(side, allow_xacro)
-    return print_verification(robot, Place(pose, joints, None, near), set_ or [], json_, described)
+    return print_verification(robot, PoseArguments(pose, joints, None, near), set_ or [], json_, described)
 
 
 @app.command()
@@ -228,11 +228,11 @@ def report(
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
     from robostiff.cli.commands_report import Pages, make_report
-    from robostiff.cli.written_arguments import Place, SideFile
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
 
     pages = Pages(wrench, map_, output, pdf, overwrite)
     described = SideFile(side, allow_xacro)
-    return make_report(robot, Place(pose, joints, at, near), pages, set_ or [], described)
+    return make_report(robot, PoseArguments(pose, joints, at, near), pages, set_ or [], described)
 
 
 @app.command("map")
@@ -331,9 +331,9 @@ def derive(
     Exit status: 0 for a formula, 2 for bad input or a formula beyond the limit, 130 when
     interrupted.
     """
-    from robostiff.cli.commands_derive import Formula, Questions, Sheet, print_formula
+    from robostiff.cli.commands_derive import FormulaRequest, Questions, Sheet, print_formula
 
-    asked = Formula(pose, symbols, steps, closed, limit, derivative)
+    asked = FormulaRequest(pose, symbols, steps, closed, limit, derivative)
     questions = Questions(rank, free_motions, eigenvalues)
     return print_formula(robot, asked, Sheet(format_, output, overwrite), questions, set_ or [])
 
@@ -358,9 +358,9 @@ def cables(
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
     from robostiff.cli.commands_cables import print_cables
-    from robostiff.cli.written_arguments import Place
+    from robostiff.cli.written_arguments import PoseArguments
 
-    place = Place(pose, None, None)
+    place = PoseArguments(pose, None, None)
     return print_cables(robot, place, (wrench, balance), (rule, level, tensions), set_ or [], json_)
 
 

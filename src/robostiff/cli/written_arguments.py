@@ -18,7 +18,7 @@ from robostiff.spatial import Space
 
 
 @dataclass(frozen=True)
-class Place:
+class PoseArguments:
     """Pose and reference point, as written on the command line."""
 
     pose: str | None
@@ -66,7 +66,7 @@ _POSE_DIMENSIONS = {
 }
 
 
-def pose_from(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> Pose:
+def pose_from(robot: Robot | Snapshot | Network | CableRobot, place: PoseArguments) -> Pose:
     """The pose."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
@@ -125,7 +125,9 @@ def _joints(robot: Robot, text: str) -> list[float]:
     return _leg_coordinates(robot, text, "--joints")
 
 
-def near_from(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> list[float] | None:
+def near_from(
+    robot: Robot | Snapshot | Network | CableRobot, place: PoseArguments
+) -> list[float] | None:
     """Joint coordinates that choose a posture."""
     if place.near is None:
         return None
@@ -146,7 +148,7 @@ def _leg_coordinates(robot: Robot, text: str, option: str) -> list[float]:
     return parse_quantities(text, dimensions, names, option)
 
 
-def point_from(place: Place) -> list[float] | None:
+def point_from(place: PoseArguments) -> list[float] | None:
     """The given point, or None for the robot's own."""
     if place.at is None:
         return None

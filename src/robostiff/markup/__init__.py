@@ -14,9 +14,9 @@ from robostiff.markup.blocks import (
     Heading,
     LabelledMatrix,
     Number,
+    Paragraph,
     Table,
     Tone,
-    Words,
 )
 from robostiff.markup.in_html import block_html, element, escaped, listing
 from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
@@ -41,9 +41,9 @@ __all__ = [
     "Heading",
     "LabelledMatrix",
     "Number",
+    "Paragraph",
     "Table",
     "Tone",
-    "Words",
     "block_html",
     "block_typst",
     "element",

@@ -29,7 +29,7 @@ class Tone(Enum):
 
 
 @dataclass(frozen=True)
-class Words:
+class Paragraph:
     """A paragraph."""
 
     text: str
@@ -120,4 +120,4 @@ class LabelledMatrix:
         return next(turns, len(self.columns))
 
 
-Block = Words | Heading | Bullets | Facts | Table | LabelledMatrix
+Block = Paragraph | Heading | Bullets | Facts | Table | LabelledMatrix

@@ -14,9 +14,9 @@ from robostiff.markup.blocks import (
     Heading,
     LabelledMatrix,
     Number,
+    Paragraph,
     Table,
     Tone,
-    Words,
 )
 from robostiff.markup.numbers import number_html, shown_matrix
 
@@ -73,14 +73,14 @@ def block_html(block: Block) -> str:
 
     Examples
     --------
-    >>> block_html(Words("a < b"))
+    >>> block_html(Paragraph("a < b"))
     '<p>a &lt; b</p>'
     >>> html = block_html(Table(["part", "share"], [["rod", Number(12.0, "%")]]))
     >>> html.partition("<tbody>")[2].removesuffix("</tbody></table>")
     '<tr><th scope="row">rod</th><td class="number"><data value="12.0">12</data> %</td></tr>'
     """
     match block:
-        case Words(text, tone):
+        case Paragraph(text, tone):
             return _told(element("p", escaped(text)), tone)
         case Heading(text):
             return element("h3", escaped(text))

@@ -13,9 +13,9 @@ from robostiff.markup.blocks import (
     Heading,
     LabelledMatrix,
     Number,
+    Paragraph,
     Table,
     Tone,
-    Words,
 )
 from robostiff.markup.numbers import number, shown_matrix
 
@@ -78,7 +78,7 @@ def block_typst(block: Block) -> str:
     )
     """
     match block:
-        case Words(text, tone):
+        case Paragraph(text, tone):
             return _told(typst_text(text), tone)
         case Heading(text):
             return f"== {typst_text(text)}"

@@ -6,7 +6,7 @@ Pictures are computed without them as data, in ``picture``; ``geometry`` finds t
 lines of legs, bent or not, of screws, ellipsoids and isosurfaces.
 """
 
-from robostiff.plot.backend import Backend
+from robostiff.plot.backend import PlotBackend
 from robostiff.plot.ellipsoids import ellipsoid
 from robostiff.plot.energy_bars import energy_shares
 from robostiff.plot.free_motion_screws import free_motions
@@ -22,11 +22,11 @@ from robostiff.plot.theme import Theme
 from robostiff.plot.two_designs import Measure, comparison
 
 __all__ = [
-    "Backend",
     "Colouring",
     "Kind",
     "Matplotlib",
     "Measure",
+    "PlotBackend",
     "Plotly",
     "Quality",
     "Shade",

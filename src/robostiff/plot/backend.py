@@ -21,7 +21,7 @@ else:
     Drawn_co = TypeVar("Drawn_co", covariant=True)
 
 
-class Backend(Protocol[Drawn_co]):
+class PlotBackend(Protocol[Drawn_co]):
     """Draws pictures: `Matplotlib` returns its axes, `Plotly` a figure."""
 
     def draw(self, picture: Picture) -> Drawn_co:
@@ -33,7 +33,7 @@ class Backend(Protocol[Drawn_co]):
 PAPER: Any = Matplotlib()
 
 
-def drawn_by(backend: Backend[Drawn], picture: Picture) -> Drawn:
+def drawn_by(backend: PlotBackend[Drawn], picture: Picture) -> Drawn:
     """The picture, drawn.
 
     Raises

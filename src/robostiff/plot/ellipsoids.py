@@ -7,11 +7,11 @@ import numpy as np
 from robostiff.analysis import RobotStiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot, Snapshot
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_axes
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.geometry.surfaces import ellipsoid_mesh
-from robostiff.plot.picture import Category, Face, Item, Mesh, Path, Scene, Weight
+from robostiff.plot.picture import Category, Face, Item, LineWeight, Mesh, Path, Scene
 from robostiff.plot.posture import single_stiffness, snapshot_at
 from robostiff.plot.prefix import prefixed, short
 from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane
@@ -25,7 +25,7 @@ def ellipsoid(
     quality: Quality = Quality.COMPLIANCE,
     *,
     within: Robot | Snapshot | None = None,
-    backend: Backend[Drawn] = PAPER,
+    backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw an ellipsoid of stiffness or compliance about the reference point.
 
@@ -133,7 +133,7 @@ def _items(
         else:
             label = f"{short(times * length)} {unit}"
         dashed = bool(axes.is_free[i])
-        items.append(Path(ends, Category(i + 1), Weight.LINE, dashed, label, label))
+        items.append(Path(ends, Category(i + 1), LineWeight.LINE, dashed, label, label))
     return items
 
 

@@ -6,14 +6,14 @@ import numpy as np
 
 from robostiff.analysis import Deflection
 from robostiff.errors import InputError
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
-from robostiff.plot.picture import Bars, Category, Group, Panel, Series, Tone
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
+from robostiff.plot.picture import Bars, Category, Group, Panel, PlainColour, Series
 from robostiff.plot.prefix import prefixed, short
 
 _MOST = 7  # kinds of parts that colours distinguish
 
 
-def energy_shares(deflection: Deflection, *, backend: Backend[Drawn] = PAPER) -> Drawn:
+def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER) -> Drawn:
     """Draw the share of every leg in the elastic energy, part by part.
 
     Parts of one name in several legs have one colour; beyond seven names, those with the least
@@ -71,7 +71,7 @@ def energy_picture(deflection: Deflection) -> Bars:
     ]
     if rest:
         added = [sum(shares.get((leg, name), 0.0) for name in rest) for leg in legs]
-        series.append(Series(f"{len(rest)} more parts", Tone.MUTED, np.array(added)))
+        series.append(Series(f"{len(rest)} more parts", PlainColour.MUTED, np.array(added)))
     whole = np.sum([one.values for one in series], axis=0) if series else np.zeros(len(legs))
     groups = tuple(Group(leg, f"{share:.1f} %") for leg, share in zip(legs, whole, strict=True))
     times, unit = prefixed(deflection.energy, "J")

@@ -6,10 +6,20 @@ from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.model import Robot, Snapshot
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.geometry.screw_line import screw_line
-from robostiff.plot.picture import Arrow, Category, Item, Marks, Path, Scene, Shape, Tone, Weight
+from robostiff.plot.picture import (
+    Arrow,
+    Category,
+    Item,
+    LineWeight,
+    Marks,
+    Path,
+    PlainColour,
+    Scene,
+    Shape,
+)
 from robostiff.plot.posture import single_stiffness, snapshot_at
 from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane, turning_arrow
 
@@ -21,7 +31,7 @@ def free_motions(
     result: RobotStiffness,
     *,
     within: Robot | Snapshot | None = None,
-    backend: Backend[Drawn] = PAPER,
+    backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw the free motions of a platform: rotation axes, helices, arrows.
 
@@ -81,9 +91,9 @@ def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = Non
         if not len(lines.way):
             items.append(Arrow(axis[0], axis[1], paint, label, both_ways=True))
             continue
-        items.append(Path(axis, paint, Weight.THIN, dashed=True))
+        items.append(Path(axis, paint, LineWeight.THIN, dashed=True))
         items += turning_arrow(factor * lines.way, paint, label)
-    items.append(Marks(factor * point[None], Tone.INK, Shape.CROSS, "reference point"))
+    items.append(Marks(factor * point[None], PlainColour.INK, Shape.CROSS, "reference point"))
     x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
     free = len(result.free_motions)
     count = "no free motion" if not free else f"{free} free motion{'s' if free > 1 else ''}"

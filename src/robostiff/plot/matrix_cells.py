@@ -8,7 +8,7 @@ import numpy as np
 
 from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import scaling
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.picture import ColourScale, Matrix, QuarterUnit, Ramp
 from robostiff.plot.posture import single_stiffness
 from robostiff.plot.prefix import prefixed, short
@@ -44,7 +44,7 @@ def matrix(
     kind: Kind = Kind.STIFFNESS,
     *,
     shade: Shade = Shade.SIZE,
-    backend: Backend[Drawn] = PAPER,
+    backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw the stiffness or compliance matrix with its numbers, a unit for each block.
 

@@ -10,10 +10,10 @@ from robostiff.analysis import Deflection
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
 from robostiff.model import Robot, Snapshot
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import RobotMotion, at_rest, motion_under
 from robostiff.plot.geometry.legs import extent, joint_marks
-from robostiff.plot.picture import ColourScale, Item, Scene, Tone
+from robostiff.plot.picture import ColourScale, Item, PlainColour, Scene
 from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import (
@@ -54,7 +54,7 @@ def robot(
     deflection: Deflection | None = None,
     colouring: Colouring = Colouring.LEGS,
     exaggeration: float | None = None,
-    backend: Backend[Drawn] = PAPER,
+    backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw a robot at a pose, and its deformed shape under a load.
 
@@ -108,12 +108,12 @@ def robot_picture(
     factor, unit = drawing_unit(snapshot)
     if bent is None:
         drawing = Drawing(snapshot, at_rest(snapshot), 0.0, factor)
-        items = robot_items(drawing, {}, Tone.INK)
+        items = robot_items(drawing, {}, PlainColour.INK)
         return _scene(snapshot, unit, items, is_plane(snapshot))
     motion, scale = _motion(snapshot, bent, exaggeration)
     drawing = Drawing(snapshot, motion, scale, factor)
     shares = _shares(bent, colouring)
-    items = robot_items(drawing, shares, Tone.INK if not shares else Tone.MUTED)
+    items = robot_items(drawing, shares, PlainColour.INK if not shares else PlainColour.MUTED)
     if scale:
         items = [*ghost(Drawing(snapshot, motion, 0.0, factor)), *items]
     is_flat = is_plane(snapshot) and _stays_in_plane(bent, motion)

@@ -25,12 +25,12 @@ from robostiff.plot.picture import (
     Category,
     Face,
     Item,
+    LineWeight,
     Marks,
     Paint,
     Path,
+    PlainColour,
     Shape,
-    Tone,
-    Weight,
 )
 from robostiff.plot.prefix import prefixed, short
 from robostiff.spatial import Screw, Space
@@ -57,16 +57,16 @@ def backdrop(snapshot: Snapshot, factor: float) -> list[Item]:
     """A robot in the background of something else."""
     drawing = Drawing(snapshot, at_rest(snapshot), 0.0, factor)
     paths = [
-        Path(factor * member.points, Tone.MUTED, Weight.LINE)
+        Path(factor * member.points, PlainColour.MUTED, LineWeight.LINE)
         for leg, motion in zip(snapshot.legs, drawing.motion.legs, strict=True)
         for member in leg_members(leg, motion)
     ]
-    platform = _platform_parts(drawing, {}, Tone.MUTED)
-    return [*_plates(drawing, Tone.MUTED), *platform, *paths]
+    platform = _platform_parts(drawing, {}, PlainColour.MUTED)
+    return [*_plates(drawing, PlainColour.MUTED), *platform, *paths]
 
 
 def robot_items(
-    drawing: Drawing, shares: Mapping[tuple[str, str], float], plain: Tone
+    drawing: Drawing, shares: Mapping[tuple[str, str], float], plain: PlainColour
 ) -> list[Item]:
     """Base, platform, legs and joints; parts and legs with a share in the colour of its value."""
     d = drawing
@@ -77,7 +77,7 @@ def robot_items(
             share = shares.get((leg.name, member.part), shares.get((leg.name, "")))
             paint: Paint = plain if share is None else share
             # a colour applies to a whole leg, or to a single part
-            weight = Weight.LINE if member.kind is MemberKind.RIGID else Weight.BOLD
+            weight = LineWeight.LINE if member.kind is MemberKind.RIGID else LineWeight.BOLD
             about = f"{leg.name}/{member.part}" if member.part else leg.name
             about += "" if share is None else f": {share:.1f} %"
             items.append(Path(d.factor * member.points, paint, weight, about=about))
@@ -85,35 +85,39 @@ def robot_items(
     items += _joints(marks, shares, d.factor)
     point = d.snapshot.reference_point
     moved = point + d.scale * d.motion.platform.displacement(point)
-    items.append(Marks(d.factor * moved[None], Tone.INK, Shape.CROSS, "reference point"))
+    items.append(Marks(d.factor * moved[None], PlainColour.INK, Shape.CROSS, "reference point"))
     return items
 
 
-def _plates(d: Drawing, paint: Tone = Tone.PLATE) -> list[Item]:
+def _plates(d: Drawing, paint: PlainColour = PlainColour.PLATE) -> list[Item]:
     ends = [leg.end for leg in d.snapshot.legs]
     point = d.snapshot.reference_point
     items: list[Item] = []
     base = plate(np.array([foot(leg) for leg in d.snapshot.legs]))
     if base is not None:
-        items.append(Face(d.factor * base, Tone.FAINT, 0.35))
+        items.append(Face(d.factor * base, PlainColour.FAINT, 0.35))
     moved = np.array([p + d.scale * d.motion.platform.displacement(p) for p in [*ends, point]])
     if d.snapshot.platform is not None:
         return items
     top = plate(moved[:-1])
     if top is not None:
-        items.append(Face(d.factor * top, paint, 0.35, "platform" if paint is Tone.PLATE else ""))
+        items.append(
+            Face(d.factor * top, paint, 0.35, "platform" if paint is PlainColour.PLATE else "")
+        )
     # A point of the platform that is away from the leg ends is tied to them.
     away = np.linalg.norm(moved[:-1] - moved[-1], axis=1)
     if top is None and away.max() > 1e-9:
         ties = [np.array([end, moved[-1]]) for end in moved[:-1]]
-        items += [Path(d.factor * tie, Tone.MUTED, Weight.LINE) for tie in ties]
+        items += [Path(d.factor * tie, PlainColour.MUTED, LineWeight.LINE) for tie in ties]
     elif top is not None:
         stem = np.array([moved[:-1].mean(axis=0), moved[-1]])
-        items.append(Path(d.factor * stem, Tone.MUTED, Weight.THIN))
+        items.append(Path(d.factor * stem, PlainColour.MUTED, LineWeight.THIN))
     return items
 
 
-def _platform_parts(d: Drawing, shares: Mapping[tuple[str, str], float], plain: Tone) -> list[Item]:
+def _platform_parts(
+    d: Drawing, shares: Mapping[tuple[str, str], float], plain: PlainColour
+) -> list[Item]:
     """The beams, springs and rigid members of a flexible platform, without load."""
     placed = d.snapshot.platform
     if placed is None:
@@ -124,7 +128,7 @@ def _platform_parts(d: Drawing, shares: Mapping[tuple[str, str], float], plain: 
         ends = np.array([placed.in_world(placed.platform.point_of(n)) for n in (part.a, part.b)])
         about = f"platform/{part.name}" + ("" if share is None else f": {share:.1f} %")
         paint: Paint = plain if share is None else share
-        items.append(Path(d.factor * ends, paint, Weight.BOLD, about=about))
+        items.append(Path(d.factor * ends, paint, LineWeight.BOLD, about=about))
     return items
 
 
@@ -146,7 +150,7 @@ def _joints(
         if own:
             points = factor * np.array([mark.point for mark in own])
             names = tuple(f"{mark.leg}/{mark.freedom.name}" for mark in own)
-            items.append(Marks(points, Tone.INK, shape, label, names))
+            items.append(Marks(points, PlainColour.INK, shape, label, names))
         for mark in own:
             share = shares.get((mark.leg, mark.freedom.name))
             if share is not None:
@@ -161,7 +165,7 @@ def ghost(d: Drawing) -> list[Item]:
     for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
         for member in leg_members(leg, motion):
             points = d.factor * member.points
-            items.append(Path(points, Tone.MUTED, Weight.THIN, dashed=True, label=label))
+            items.append(Path(points, PlainColour.MUTED, LineWeight.THIN, dashed=True, label=label))
             label = ""
     return items
 
@@ -200,7 +204,7 @@ def load_items(d: Drawing, bent: Deflection, is_flat: bool) -> list[Item]:
 
 def turning_arrow(way: np.ndarray, paint: Paint, label: str) -> list[Item]:
     """The way (n, 3) of a point around an axis, with an arrow head."""
-    line = Path(way[:-4], paint, Weight.LINE, label=label, about=label)
+    line = Path(way[:-4], paint, LineWeight.LINE, label=label, about=label)
     return [line, Arrow(way[-5], way[-1], paint)]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.errors import InputError
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
 from robostiff.plot.picture import Bars, Category, Group, Panel, Series
 from robostiff.plot.posture import single_stiffness
@@ -46,7 +46,7 @@ def comparison(
     measure: Measure = Measure.PRINCIPAL,
     *,
     names: tuple[str, str] | None = None,
-    backend: Backend[Drawn] = PAPER,
+    backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw two stiffnesses, or two deflections, side by side, with the ratio second over first.
 

@@ -12,7 +12,7 @@ from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, figures_json
 from robostiff.report.section import (
     Folded,
-    Formula,
+    FormulaBlock,
     Part,
     Section,
     SideBySide,
@@ -73,7 +73,7 @@ def _part_html(part: Part) -> str:
     match part:
         case Figure():
             return _figure_html(part)
-        case Formula(derivation):
+        case FormulaBlock(derivation):
             return derivation_html(derivation, first_heading=3)
         case Folded(title, parts):
             inner = "\n".join(map(_part_html, parts))

@@ -20,7 +20,7 @@ from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure
 from robostiff.report.section import (
     Folded,
-    Formula,
+    FormulaBlock,
     Part,
     Section,
     SideBySide,
@@ -94,9 +94,9 @@ def _section(section: Section) -> str:
     return f"#page(flipped: true)[\n{written}\n]" if is_wide else written
 
 
-def _formulas(parts: Iterable[Part]) -> Iterator[Formula]:
+def _formulas(parts: Iterable[Part]) -> Iterator[FormulaBlock]:
     for part in parts:
-        if isinstance(part, Formula):
+        if isinstance(part, FormulaBlock):
             yield part
         elif isinstance(part, Folded):
             yield from _formulas(part.parts)
@@ -106,7 +106,7 @@ def _part(part: Part) -> str:
     match part:
         case Figure():
             return _figure(part)
-        case Formula(derivation):
+        case FormulaBlock(derivation):
             return derivation_in_typst(derivation, first_heading=3)
         case Folded(title, parts):
             return "\n\n".join([f"== {typst_text(title)}", *map(_part, parts)])

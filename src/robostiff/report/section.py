@@ -14,7 +14,7 @@ from robostiff.report.figures import Figure
 
 
 @dataclass(frozen=True)
-class Formula:
+class FormulaBlock:
     """A block with a derivation, typeset step by step."""
 
     derivation: RobotDerivation
@@ -25,7 +25,7 @@ class Folded:
     """Blocks that are collapsed below a title; on paper they are shown."""
 
     title: str
-    parts: tuple[Block | Formula, ...]
+    parts: tuple[Block | FormulaBlock, ...]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class SideBySide:
     blocks: tuple[Block, ...]
 
 
-Part = Block | Figure | Folded | Formula | SideBySide
+Part = Block | Figure | Folded | FormulaBlock | SideBySide
 
 
 @dataclass(frozen=True)

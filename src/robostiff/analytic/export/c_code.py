@@ -11,7 +11,7 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import rows, symbols_of
-from robostiff.analytic.export.program import Program, program
+from robostiff.analytic.export.program import FormulaProgram, program
 from robostiff.analytic.export.python_code import where_it_holds
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
@@ -124,7 +124,7 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     return "\n".join(lines) + "\n"
 
 
-def _comment(derivation: Derivation, compute: Program, K: str, p: str) -> list[str]:
+def _comment(derivation: Derivation, compute: FormulaProgram, K: str, p: str) -> list[str]:
     space = Space.of_size(derivation.K.rows)
     n = space.size
     words = (
@@ -146,7 +146,7 @@ def _comment(derivation: Derivation, compute: Program, K: str, p: str) -> list[s
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
 
-def _body(compute: Program, names: Mapping[sp.Symbol, str], K: str, p: str) -> list[str]:
+def _body(compute: FormulaProgram, names: Mapping[sp.Symbol, str], K: str, p: str) -> list[str]:
     printer = _CPrinter(names)
     K_rows = rows(compute.entries)
     n = len(K_rows)
@@ -171,7 +171,9 @@ def _body(compute: Program, names: Mapping[sp.Symbol, str], K: str, p: str) -> l
     return lines
 
 
-def _guard(compute: Program, printer: _CPrinter, K: str, identifiers: Identifiers) -> list[str]:
+def _guard(
+    compute: FormulaProgram, printer: _CPrinter, K: str, identifiers: Identifiers
+) -> list[str]:
     """Lines that return 1 where the result is not finite, or a denominator or condition fails."""
     fails, i = identifiers.take("fails"), identifiers.take("i")
     n = compute.entries.rows

@@ -10,16 +10,16 @@ import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Derivation
-from robostiff.analytic.derivatives import Derivative, derivative_name
-from robostiff.analytic.export.entries import MatrixName, Names, operations
+from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
+from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
 from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
-    Equations,
-    Heading,
     MatrixEquation,
     Nomenclature,
-    Words,
+    OutlineHeading,
+    OutlineText,
+    ScalarEquations,
     WrenchSum,
     equations,
     matrix_equation,
@@ -51,24 +51,30 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     >>> wrench = sp.ImmutableMatrix([1, 0, 0])
     >>> leg = LegDerivation("rod", ("pin",), (), ("spring",), (wrench,), (1 / k,), K)
     >>> robot = RobotDerivation("robot", K, (), K, legs=(leg,), where="in the home configuration")
-    >>> [block.text for block in robot_outline(robot) if isinstance(block, Heading)]
+    >>> [block.text for block in robot_outline(robot) if isinstance(block, OutlineHeading)]
     ['Cartesian stiffness matrix robot', 'Leg 1: rod', 'Sum of the legs']
     """
-    names = Names(derivation)
-    blocks: list[Block] = [Heading(title_of(derivation), level=1), Words(_summary(derivation))]
+    names = EntryNames(derivation)
+    blocks: list[Block] = [
+        OutlineHeading(title_of(derivation), level=1),
+        OutlineText(_summary(derivation)),
+    ]
     named = _named(derivation, names)
     if named.definitions:
-        blocks += [Heading("Names for recurring expressions"), equations(named.definitions)]
+        blocks += [OutlineHeading("Names for recurring expressions"), equations(named.definitions)]
     words = [_in_words(leg) for leg in derivation.legs]
     alike = len(words) > 1 and len(set(words)) == 1
     if alike:
-        blocks += [Heading("The legs"), Words(f"Each of the {len(words)} legs: {words[0]}")]
+        blocks += [
+            OutlineHeading("The legs"),
+            OutlineText(f"Each of the {len(words)} legs: {words[0]}"),
+        ]
     for number, leg in enumerate(named.legs, start=1):
-        blocks.append(Heading(f"Leg {number}: {' '.join(leg.name.split())}"))
+        blocks.append(OutlineHeading(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
-            blocks.append(Words(words[number - 1]))
+            blocks.append(OutlineText(words[number - 1]))
         blocks += _leg(leg, number)
-    blocks += [Heading("Sum of the legs"), WrenchSum(names.result)]
+    blocks += [OutlineHeading("Sum of the legs"), WrenchSum(names.result)]
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
     rest = [d for d in derivation.definitions if d.symbol not in of_legs]
     if rest:
@@ -87,7 +93,7 @@ class _Named:
     definitions: tuple[Definition, ...]
 
 
-def _named(derivation: RobotDerivation, names: Names) -> _Named:
+def _named(derivation: RobotDerivation, names: EntryNames) -> _Named:
     """Names for K and the wrenches together, so that a name has one meaning; none in steps."""
     K, legs = derivation.K, derivation.legs
     if not derivation.is_closed:
@@ -143,16 +149,16 @@ def _leg(leg: LegDerivation, number: int) -> list[Block]:
     """Definitions, then each wrench with its compliance."""
     blocks: list[Block] = [equations(leg.definitions)] if leg.definitions else []
     if not leg.wrenches:
-        return [*blocks, Words("It transmits no wrench.")]
+        return [*blocks, OutlineText("It transmits no wrench.")]
     several = len(leg.wrenches) > 1
     for k, (w, c) in enumerate(zip(leg.wrenches, leg.compliances, strict=True), start=1):
         own = f"{number}_{k}" if several else f"{number}"
         if operations(sp.ImmutableMatrix([*w, c])) > LONGEST_STAGE:
-            blocks.append(Words(f"w_{own} is too long to be written out."))
+            blocks.append(OutlineText(f"w_{own} is too long to be written out."))
             continue
         blocks.append(_vector(w, f"w_{own}"))
         if c != sp.Symbol(f"c_{own}", real=True):
-            blocks.append(Equations(((f"c_{own}", readable(c)),)))
+            blocks.append(ScalarEquations(((f"c_{own}", readable(c)),)))
     return blocks
 
 
@@ -161,7 +167,7 @@ def _vector(column: sp.ImmutableMatrix, name: str) -> MatrixEquation:
     return matrix_equation(MatrixName(name), row, lambda _, j: f"{name}_{j + 1}")
 
 
-def _nomenclature(derivation: RobotDerivation, names: Names) -> Nomenclature:
+def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclature:
     wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
     rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
         ((names.result,), meaning_of_result(derivation)),
@@ -187,9 +193,9 @@ def _of_pose(names: Sequence[str]) -> str:
     return "pose of the platform: its point, and turns about the world's x, then y, then z"
 
 
-def outline_of(derivation: Derivation | Derivative) -> tuple[Block, ...]:
+def outline_of(derivation: Derivation | FormulaDerivative) -> tuple[Block, ...]:
     """The blocks of an exported derivation, of that of a robot, or of a derivative."""
-    if isinstance(derivation, Derivative):
+    if isinstance(derivation, FormulaDerivative):
         return derivative_outline(derivation)
     if isinstance(derivation, RobotDerivation):
         return robot_outline(derivation)
@@ -204,7 +210,7 @@ def refuse_derivative(derivation: Derivation) -> None:
     InputError
         When it is a derivative.
     """
-    if isinstance(derivation, Derivative):
+    if isinstance(derivation, FormulaDerivative):
         raise InputError(
             "derivation",
             got=f"the derivative {derivation.name}",
@@ -213,7 +219,7 @@ def refuse_derivative(derivation: Derivation) -> None:
         )
 
 
-def derivative_outline(derivative: Derivative) -> tuple[Block, ...]:
+def derivative_outline(derivative: FormulaDerivative) -> tuple[Block, ...]:
     """Definitions, the derivative of the stiffness matrix, and its nomenclature.
 
     Examples
@@ -225,7 +231,7 @@ def derivative_outline(derivative: Derivative) -> tuple[Block, ...]:
     >>> [type(b).__name__ for b in derivative_outline(differentiate(Derivation("K", K, (), K), L))]
     ['Heading', 'Words', 'Heading', 'MatrixEquation', 'Nomenclature']
     """
-    names, symbol = Names(derivative.derivation), derivative.symbol
+    names, symbol = EntryNames(derivative.derivation), derivative.symbol
     result = MatrixName(derivative_name(names.result.name, symbol))
     definitions, dK = derivative.definitions, derivative.dK
     if derivative.is_closed:
@@ -233,10 +239,10 @@ def derivative_outline(derivative: Derivative) -> tuple[Block, ...]:
         definitions, dK = named.definitions, named.matrix
     form = "in closed form" if derivative.is_closed else "in named steps, each with its derivative"
     title = f"Derivative of the stiffness matrix {names.result.name} by {symbol.name}"
-    blocks: list[Block] = [Heading(title, level=1), Words(f"Derivative {form}.")]
-    blocks.append(Heading("Result"))
+    blocks: list[Block] = [OutlineHeading(title, level=1), OutlineText(f"Derivative {form}.")]
+    blocks.append(OutlineHeading("Result"))
     if definitions:
-        blocks.append(Equations(tuple((d.symbol.name, d.expression) for d in definitions)))
+        blocks.append(ScalarEquations(tuple((d.symbol.name, d.expression) for d in definitions)))
     factor, rest = factored_matrix(dK)
     entries = names.entries_of(result)
     blocks.append(MatrixEquation(result, factor, rest, readable_matrix(dK), entries))

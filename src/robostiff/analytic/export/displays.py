@@ -12,10 +12,10 @@ import sympy as sp
 from robostiff.analytic.export.broken_lines import Breaks, broken_lines, math_width, name_width
 from robostiff.analytic.export.entries import MatrixName, rows
 from robostiff.analytic.export.outline import (
-    Equations,
     MatrixEquation,
     Recursion,
     Same,
+    ScalarEquations,
     WrenchSum,
 )
 
@@ -30,13 +30,13 @@ class Displayed:
     ----------
     factor : sympy.Expr
     matrix : sympy.ImmutableMatrix
-    named : Equations
+    named : ScalarEquations
         What the names stand for, in the order of reading.
     """
 
     factor: sp.Expr
     matrix: sp.ImmutableMatrix
-    named: Equations
+    named: ScalarEquations
 
 
 def displayed(
@@ -73,7 +73,7 @@ def displayed(
     taken = measure(block.factor) if block.factor != 1 else 0
     needed = sum(_columns(block.matrix, measure)) + (0 if stacked else taken)
     if needed <= room and taken <= room / 2:
-        return Displayed(block.factor, block.matrix, Equations(()))
+        return Displayed(block.factor, block.matrix, ScalarEquations(()))
     return _named(block, measure, _limit(_columns(block.whole, measure), room))
 
 
@@ -89,7 +89,7 @@ def _named(block: MatrixEquation, measure: Measure, limit: float) -> Displayed:
             shown.append(names.get(entry, entry))
     matrix = sp.ImmutableMatrix(whole.rows, whole.cols, shown)
     named = tuple((symbol.name, entry) for entry, symbol in names.items())
-    return Displayed(sp.Integer(1), matrix, Equations(named))
+    return Displayed(sp.Integer(1), matrix, ScalarEquations(named))
 
 
 def _columns(matrix: sp.ImmutableMatrix, measure: Measure) -> list[float]:
@@ -164,7 +164,7 @@ Display = tuple[Row, ...]
 
 
 def displays(
-    block: Equations | MatrixEquation | Recursion | Same | WrenchSum,
+    block: ScalarEquations | MatrixEquation | Recursion | Same | WrenchSum,
     language: MathLanguage,
     room: float,
 ) -> list[Display]:
@@ -172,7 +172,7 @@ def displays(
 
     Parameters
     ----------
-    block : Equations, MatrixEquation, Recursion, Same or WrenchSum
+    block : ScalarEquations, MatrixEquation, Recursion, Same or WrenchSum
     language : MathLanguage
     room : float
         Width of the page in widths of a letter.
@@ -182,7 +182,7 @@ def displays(
         return language.matrix_name(matrix.name)
 
     match block:
-        case Equations(rows):
+        case ScalarEquations(rows):
             return [tuple(_equation(name, e, language, room) for name, e in rows)]
         case MatrixEquation():
             return _matrix(block, language, room)

@@ -70,7 +70,7 @@ class MatrixName:
     name: str
 
 
-class Names:
+class EntryNames:
     """Names for matrices, vectors and their entries that differ from all given symbols.
 
     Parameters
@@ -87,7 +87,7 @@ class Names:
     --------
     >>> import sympy as sp
     >>> K = sp.ImmutableMatrix(sp.diag(sp.Symbol("K_0"), 1, 1))
-    >>> Names(Derivation("K_C", K, (), K)).stiffness(0)
+    >>> EntryNames(Derivation("K_C", K, (), K)).stiffness(0)
     MatrixName(name="K'_0")
     """
 

@@ -15,12 +15,12 @@ import sympy as sp
 from sympy.printing.printer import Printer
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays
 from robostiff.analytic.export.entries import MatrixName
-from robostiff.analytic.export.outline import Block, Heading, Nomenclature, Words
+from robostiff.analytic.export.outline import Block, Nomenclature, OutlineHeading, OutlineText
 from robostiff.analytic.export.products import printed_product
 from robostiff.analytic.export.symbol_names import GREEK, differential_parts, is_greek, name_parts
 from robostiff.analytic.export.vocabulary import constant_name, function_name
@@ -241,12 +241,12 @@ mi.matrix { font-weight: bold; }
 """
 
 
-def derivation_html(derivation: Derivation | Derivative, *, first_heading: int = 1) -> str:
+def derivation_html(derivation: Derivation | FormulaDerivative, *, first_heading: int = 1) -> str:
     """A derivation as a fragment of HTML, with formulas in MathML.
 
     Parameters
     ----------
-    derivation : Derivation or Derivative
+    derivation : Derivation or FormulaDerivative
     first_heading : int
         Level of its title, 1 to 5.
 
@@ -263,7 +263,7 @@ def derivation_html(derivation: Derivation | Derivative, *, first_heading: int =
     return "\n".join(written)
 
 
-def derivation_page(derivation: Derivation | Derivative) -> str:
+def derivation_page(derivation: Derivation | FormulaDerivative) -> str:
     """A derivation as a whole page of HTML.
 
     Examples
@@ -283,15 +283,15 @@ def derivation_page(derivation: Derivation | Derivative) -> str:
     return f'<!DOCTYPE html>\n<html lang="en">{element("head", head)}\n{body}\n</html>\n'
 
 
-def _title(derivation: Derivation | Derivative) -> str:
-    return next(block.text for block in outline_of(derivation) if isinstance(block, Heading))
+def _title(derivation: Derivation | FormulaDerivative) -> str:
+    return next(block.text for block in outline_of(derivation) if isinstance(block, OutlineHeading))
 
 
 def _written(block: Block, first: int) -> list[str]:
     match block:
-        case Heading(text, level):
+        case OutlineHeading(text, level):
             return [element(f"h{min(first + level - 1, 6)}", escaped(text))]
-        case Words(text):
+        case OutlineText(text):
             return [element("p", escaped(" ".join(text.split())))]
         case Nomenclature(rows):
             terms = "".join(

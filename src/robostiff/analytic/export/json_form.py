@@ -193,7 +193,7 @@ def derivation_from_data(data: Any) -> Derivation:
             "version of the derivation", got=shown(fields["robostiff_derivation"]), expected="1"
         )
     symbols = read_symbols(_list(fields["symbols"], "symbols"))
-    reader = _Reader(symbols, _size(fields["K"]))
+    reader = _DerivationReader(symbols, _size(fields["K"]))
     definitions = reader.definitions(fields["definitions"])
     _check_order(definitions)
     derivation = Derivation(
@@ -206,7 +206,9 @@ def derivation_from_data(data: Any) -> Derivation:
     return _of_robot(derivation, fields, reader) if is_robot else derivation
 
 
-def _of_robot(derivation: Derivation, fields: dict[str, Any], reader: _Reader) -> RobotDerivation:
+def _of_robot(
+    derivation: Derivation, fields: dict[str, Any], reader: _DerivationReader
+) -> RobotDerivation:
     """The derivation with its legs."""
     legs = [_fields(leg, "leg", LEG_KEYS) for leg in _list(fields["legs"], "legs")]
     return RobotDerivation(
@@ -268,7 +270,7 @@ def _definitions_data(definitions: Iterable[Definition]) -> list[dict[str, Any]]
     ]
 
 
-class _Reader:
+class _DerivationReader:
     """Reads the parts of a derivation of one size."""
 
     def __init__(self, symbols: Mapping[str, sp.Symbol], size: int) -> None:

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, MathLanguage, displays
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
-    Heading,
     Nomenclature,
-    Words,
+    OutlineHeading,
+    OutlineText,
 )
 from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
 
@@ -123,7 +123,7 @@ LATEX = MathLanguage(
 _ROOM = 58.0
 
 
-def derivation_latex(derivation: Derivation | Derivative) -> str:
+def derivation_latex(derivation: Derivation | FormulaDerivative) -> str:
     r"""A derivation as a fragment of LaTeX, to be put into a document that loads amsmath.
 
     Matrices are bmatrix environments, named intermediates stand in align*. Entries for which a
@@ -131,7 +131,7 @@ def derivation_latex(derivation: Derivation | Derivative) -> str:
 
     Parameters
     ----------
-    derivation : Derivation or Derivative
+    derivation : Derivation or FormulaDerivative
 
     Examples
     --------
@@ -156,10 +156,10 @@ def derivation_latex(derivation: Derivation | Derivative) -> str:
 
 def _written(block: Block) -> list[str]:
     match block:
-        case Heading(text, level):
+        case OutlineHeading(text, level):
             command = "subsection" if level == 1 else "paragraph"
             return [f"\\{command}*{{{latex_words(text)}}}"]
-        case Words(text):
+        case OutlineText(text):
             return [latex_words(text)]
         case Nomenclature(rows):
             return ["\\paragraph*{Nomenclature}", _nomenclature(rows)]

@@ -5,22 +5,22 @@ from __future__ import annotations
 import re
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, displays
 from robostiff.analytic.export.latex import LATEX, aligned_rows, listed_names
-from robostiff.analytic.export.outline import Block, Heading, Nomenclature, Words
+from robostiff.analytic.export.outline import Block, Nomenclature, OutlineHeading, OutlineText
 
 _ROOM = 70.0
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|$~&!])")
 
 
-def derivation_markdown(derivation: Derivation | Derivative) -> str:
+def derivation_markdown(derivation: Derivation | FormulaDerivative) -> str:
     r"""A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``.
 
     Parameters
     ----------
-    derivation : Derivation or Derivative
+    derivation : Derivation or FormulaDerivative
 
     Examples
     --------
@@ -45,9 +45,9 @@ def derivation_markdown(derivation: Derivation | Derivative) -> str:
 
 def _written(block: Block) -> list[str]:
     match block:
-        case Heading(text, level):
+        case OutlineHeading(text, level):
             return [f"{'#' * level} {_words(text)}"]
-        case Words(text):
+        case OutlineText(text):
             return [_words(text)]
         case Nomenclature(rows):
             items = [f"- {_names(names)}: {_words(meaning)}" for names, meaning in rows]

@@ -9,7 +9,7 @@ import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
-from robostiff.analytic.export.entries import MatrixName, Names, operations
+from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
 from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
 from robostiff.errors import printable
 from robostiff.spatial import Space
@@ -19,7 +19,7 @@ LONGEST_STAGE = 1500
 
 
 @dataclass(frozen=True)
-class Heading:
+class OutlineHeading:
     """A title; level 1 is the title of the whole."""
 
     text: str
@@ -30,7 +30,7 @@ class Heading:
 
 
 @dataclass(frozen=True)
-class Words:
+class OutlineText:
     """A paragraph without formulas."""
 
     text: str
@@ -40,7 +40,7 @@ class Words:
 
 
 @dataclass(frozen=True)
-class Equations:
+class ScalarEquations:
     """Scalars, one after the other: ``name = expression``."""
 
     rows: tuple[tuple[str, sp.Expr], ...]
@@ -103,7 +103,16 @@ class Nomenclature:
     rows: tuple[tuple[tuple[MatrixName | str, ...], str], ...]
 
 
-Block = Heading | Words | Equations | MatrixEquation | Recursion | Same | WrenchSum | Nomenclature
+Block = (
+    OutlineHeading
+    | OutlineText
+    | ScalarEquations
+    | MatrixEquation
+    | Recursion
+    | Same
+    | WrenchSum
+    | Nomenclature
+)
 
 
 def outline(derivation: Derivation) -> tuple[Block, ...]:
@@ -116,18 +125,21 @@ def outline(derivation: Derivation) -> tuple[Block, ...]:
     >>> [type(block).__name__ for block in outline(Derivation("K_C", K, (), K))]
     ['Heading', 'Words', 'Heading', 'MatrixEquation', 'Nomenclature']
     """
-    names = Names(derivation)
-    blocks: list[Block] = [Heading(title_of(derivation), level=1), Words(_summary(derivation))]
+    names = EntryNames(derivation)
+    blocks: list[Block] = [
+        OutlineHeading(title_of(derivation), level=1),
+        OutlineText(_summary(derivation)),
+    ]
     first, last = _unstaged(derivation)
     if first:
-        blocks += [Heading("Definitions"), equations(first)]
+        blocks += [OutlineHeading("Definitions"), equations(first)]
     if derivation.stages:
-        blocks += [Heading("Start: stiffness without passive joints")]
+        blocks += [OutlineHeading("Start: stiffness without passive joints")]
         blocks += _stiffness(derivation.K0, names.stiffness(0), names)
     for number, stage in enumerate(derivation.stages, start=1):
         is_result = number == len(derivation.stages) and stage.K == derivation.K
         blocks += _stage(stage, number, is_result, names)
-    blocks.append(Heading("Result"))
+    blocks.append(OutlineHeading("Result"))
     if last:
         blocks.append(equations(last))
     blocks += _result(derivation, names)
@@ -150,16 +162,19 @@ def _summary(derivation: Derivation) -> str:
     return f"Elimination of {joints}, eq. (15), {form}."
 
 
-def _stage(stage: Stage, number: int, is_result: bool, names: Names) -> list[Block]:
+def _stage(stage: Stage, number: int, is_result: bool, names: EntryNames) -> list[Block]:
     J, u, mu = names.column("J", number), names.column("u", number), names.scalar("mu", number)
     before, after = names.stiffness(number - 1), names.stiffness(number)
-    blocks: list[Block] = [Heading(f"Joint {number}: {stage.joint}"), Words(f"{stage.rule}.")]
+    blocks: list[Block] = [
+        OutlineHeading(f"Joint {number}: {stage.joint}"),
+        OutlineText(f"{stage.rule}."),
+    ]
     blocks.append(_vector(stage.J, J, names))
     if stage.definitions:
         blocks.append(equations(stage.definitions))
     blocks.append(_vector(stage.u, u, names))
     if stage.mu != sp.Symbol(mu):
-        blocks.append(Equations(((mu, readable(stage.mu)),)))
+        blocks.append(ScalarEquations(((mu, readable(stage.mu)),)))
     if stage.is_redundant:
         blocks.append(Same(after, before))
     else:
@@ -171,14 +186,14 @@ def _stage(stage: Stage, number: int, is_result: bool, names: Names) -> list[Blo
     return blocks
 
 
-def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> list[Block]:
+def _stiffness(K: sp.ImmutableMatrix, name: MatrixName, names: EntryNames) -> list[Block]:
     count = operations(K)
     if count > LONGEST_STAGE:
-        return [Words(f"{name.name} takes {count} operations and is not written out.")]
+        return [OutlineText(f"{name.name} takes {count} operations and is not written out.")]
     return [stiffness_equation(K, name, names)]
 
 
-def _result(derivation: Derivation, names: Names) -> list[Block]:
+def _result(derivation: Derivation, names: EntryNames) -> list[Block]:
     """The matrix; of a closed form also names for recurring expressions, before it."""
     if not derivation.is_closed:
         return [stiffness_equation(derivation.K, names.result, names)]
@@ -187,13 +202,15 @@ def _result(derivation: Derivation, names: Names) -> list[Block]:
     return [*blocks, stiffness_equation(named.matrix, names.result, names)]
 
 
-def stiffness_equation(K: sp.ImmutableMatrix, name: MatrixName, names: Names) -> MatrixEquation:
+def stiffness_equation(
+    K: sp.ImmutableMatrix, name: MatrixName, names: EntryNames
+) -> MatrixEquation:
     """``name = factor * matrix`` of a stiffness matrix."""
     factor, rest = factored_matrix(K)
     return MatrixEquation(name, factor, rest, readable_matrix(K), names.entries_of(name))
 
 
-def _vector(column: sp.ImmutableMatrix, name: MatrixName, names: Names) -> MatrixEquation:
+def _vector(column: sp.ImmutableMatrix, name: MatrixName, names: EntryNames) -> MatrixEquation:
     return matrix_equation(name, readable_matrix(column).T, names.entries_of(name))
 
 
@@ -204,9 +221,9 @@ def matrix_equation(
     return MatrixEquation(name, sp.Integer(1), matrix, matrix, entry_name)
 
 
-def equations(definitions: Iterable[Definition]) -> Equations:
+def equations(definitions: Iterable[Definition]) -> ScalarEquations:
     """Definitions as equations."""
-    return Equations(tuple((d.symbol.name, d.expression) for d in definitions))
+    return ScalarEquations(tuple((d.symbol.name, d.expression) for d in definitions))
 
 
 def _unstaged(derivation: Derivation) -> tuple[list[Definition], list[Definition]]:
@@ -228,7 +245,7 @@ def meaning_of_result(derivation: Derivation) -> str:
     )
 
 
-def _nomenclature(derivation: Derivation, names: Names) -> Nomenclature:
+def _nomenclature(derivation: Derivation, names: EntryNames) -> Nomenclature:
     rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
         ((names.result,), meaning_of_result(derivation))
     ]

@@ -10,7 +10,7 @@ import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.entries import entries, symbols_of
 from robostiff.analytic.export.scaled import LARGE, has_large_numbers, product, scaled
 from robostiff.analytic.export.vocabulary import check_vocabulary
@@ -129,7 +129,7 @@ class Assignment:
 
 
 @dataclass(frozen=True)
-class Program:
+class FormulaProgram:
     """Assignments, guards and conditions that compute a stiffness matrix.
 
     Attributes
@@ -161,7 +161,7 @@ class Program:
         return guards_of(found, {a.symbol: a.expression for a in self.assignments})
 
 
-def program(derivation: Derivation | Derivative) -> Program:
+def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     """Put a derivation, or its derivative with it, in the order of computation.
 
     Raises
@@ -181,7 +181,7 @@ def program(derivation: Derivation | Derivative) -> Program:
     """
     arguments = derivation.symbols
     matrix: Any = derivation.K
-    if isinstance(derivation, Derivative):
+    if isinstance(derivation, FormulaDerivative):
         matrix = sp.ImmutableMatrix.vstack(derivation.K, derivation.dK)
     definitions = derivation.definitions
     if derivation.is_closed:
@@ -214,7 +214,7 @@ def program(derivation: Derivation | Derivative) -> Program:
     assignments, renamed = _in_range(assignments, renamed)
     written: Any = sp.ImmutableMatrix(matrix.rows, n, renamed[: matrix.rows * n])
     beside = renamed[matrix.rows * n :]
-    return Program(
+    return FormulaProgram(
         arguments,
         assignments,
         tuple(written[i : i + n, :] for i in range(0, matrix.rows, n)),
@@ -240,9 +240,9 @@ def _in_range(
     return tuple(found), [product(*scaled(result, scales)) for result in results]
 
 
-def conditions_of(derivation: Derivation | Derivative) -> tuple[Condition, ...]:
+def conditions_of(derivation: Derivation | FormulaDerivative) -> tuple[Condition, ...]:
     """Conditions under which a formula holds."""
-    if isinstance(derivation, Derivative):
+    if isinstance(derivation, FormulaDerivative):
         derivation = derivation.derivation
     return derivation.conditions if isinstance(derivation, RobotDerivation) else ()
 

@@ -9,10 +9,10 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
 from robostiff.analytic.export.entries import rows
-from robostiff.analytic.export.program import Program, program
+from robostiff.analytic.export.program import FormulaProgram, program
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
 from robostiff.spatial import Space
@@ -31,12 +31,12 @@ _NUMPY_NAMES = {
 }
 
 
-def python_function(derivation: Derivation | Derivative, name: str = "stiffness") -> str:
+def python_function(derivation: Derivation | FormulaDerivative, name: str = "stiffness") -> str:
     r"""A derivation as the source of a Python module with one function.
 
     Parameters
     ----------
-    derivation : Derivation or Derivative
+    derivation : Derivation or FormulaDerivative
         The function returns K, or the pair K, dK of a derivative.
     name : str
         Name of the function. Its arguments are the given symbols, in alphabetical order; they may
@@ -99,14 +99,14 @@ def _module_start(title: str) -> list[str]:
     return [f'"""Stiffness matrix {title} as a function."""', "", "import numpy as np", "", ""]
 
 
-def _title(derivation: Derivation | Derivative) -> str:
-    if isinstance(derivation, Derivative):
+def _title(derivation: Derivation | FormulaDerivative) -> str:
+    if isinstance(derivation, FormulaDerivative):
         name, symbol = derivation.derivation.name, derivation.symbol.name
         return f"{_plain(name)} with its derivative by {_plain(symbol)}"
     return _plain(derivation.name)
 
 
-def _docstring(title: str, compute: Program, names: Mapping[sp.Symbol, str]) -> list[str]:
+def _docstring(title: str, compute: FormulaProgram, names: Mapping[sp.Symbol, str]) -> list[str]:
     space = Space.of_size(compute.entries.rows)
     n = space.size
     words = (
@@ -133,7 +133,9 @@ def _docstring(title: str, compute: Program, names: Mapping[sp.Symbol, str]) -> 
     return [f"    {line}" if line else "" for line in written]
 
 
-def _body(compute: Program, names: Mapping[sp.Symbol, str], identifiers: Identifiers) -> list[str]:
+def _body(
+    compute: FormulaProgram, names: Mapping[sp.Symbol, str], identifiers: Identifiers
+) -> list[str]:
     printer = _PythonPrinter(names)
     lines: list[str] = []
     for assignment in compute.assignments:
@@ -149,7 +151,7 @@ def _body(compute: Program, names: Mapping[sp.Symbol, str], identifiers: Identif
 
 
 def _guard(
-    compute: Program, targets: list[str], printer: _PythonPrinter, identifiers: Identifiers
+    compute: FormulaProgram, targets: list[str], printer: _PythonPrinter, identifiers: Identifiers
 ) -> list[str]:
     """Lines that raise where the result is not finite, or a denominator or condition fails."""
     holds, bad = identifiers.take("holds"), identifiers.take("bad")
@@ -172,7 +174,7 @@ def _guard(
     ]
 
 
-def where_it_holds(compute: Program) -> str:
+def where_it_holds(compute: FormulaProgram) -> str:
     """A sentence about the arguments for which a generated function gives no answer."""
     words = (
         "where the formula does not hold: where a denominator vanishes up to rounding, "

@@ -5,19 +5,19 @@ from __future__ import annotations
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import displayed
 from robostiff.analytic.export.entries import MatrixName, entries, rows
 from robostiff.analytic.export.outline import (
     Block,
-    Equations,
-    Heading,
     MatrixEquation,
     Nomenclature,
+    OutlineHeading,
+    OutlineText,
     Recursion,
     Same,
-    Words,
+    ScalarEquations,
     WrenchSum,
 )
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
@@ -26,12 +26,12 @@ from robostiff.errors import InputError
 _NARROWEST = 60
 
 
-def derivation_text(derivation: Derivation | Derivative, width: int = 88) -> str:
+def derivation_text(derivation: Derivation | FormulaDerivative, width: int = 88) -> str:
     r"""A derivation as plain text: the start, each passive joint, the result.
 
     Parameters
     ----------
-    derivation : Derivation or Derivative
+    derivation : Derivation or FormulaDerivative
     width : int
         Longest line. Longer expressions go on in the next line, indented; entries for which a
         matrix has no room get a name.
@@ -71,12 +71,12 @@ def derivation_text(derivation: Derivation | Derivative, width: int = 88) -> str
 
 def _written(block: Block, width: int) -> list[str]:
     match block:
-        case Heading(text, level):
+        case OutlineHeading(text, level):
             title = " ".join(text.split())
             lines = [title, ("=" if level == 1 else "-") * min(len(title), width)]
-        case Words(text):
+        case OutlineText(text):
             lines = wrapped_words(" ".join(text.split()), width)
-        case Equations(equations):
+        case ScalarEquations(equations):
             formulas = [
                 wrapped_formula(plain_text(e), width, f"{name} = ") for name, e in equations
             ]

@@ -10,16 +10,16 @@ import sympy as sp
 from sympy.printing.printer import Printer
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.derivatives import Derivative
+from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
-    Heading,
     Nomenclature,
-    Words,
+    OutlineHeading,
+    OutlineText,
 )
 from robostiff.analytic.export.products import printed_product
 from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
@@ -229,12 +229,12 @@ TYPST_DERIVATIONS = """\
 """
 
 
-def derivation_typst(derivation: Derivation | Derivative) -> str:
+def derivation_typst(derivation: Derivation | FormulaDerivative) -> str:
     r"""A derivation as the source of a Typst document.
 
     Parameters
     ----------
-    derivation : Derivation or Derivative
+    derivation : Derivation or FormulaDerivative
 
     Examples
     --------
@@ -249,26 +249,28 @@ def derivation_typst(derivation: Derivation | Derivative) -> str:
       0, 1, 0;
       0, 0, 0) $)
     """
-    title = next(block.text for block in outline_of(derivation) if isinstance(block, Heading))
+    title = next(
+        block.text for block in outline_of(derivation) if isinstance(block, OutlineHeading)
+    )
     quoted = title.replace("\\", "\\\\").replace('"', '\\"')
     flipped = "true" if wants_wide_page(derivation) else "false"
     preamble = _PREAMBLE.format(title=quoted, flipped=flipped)
     return f"{preamble}\n{TYPST_DERIVATIONS}\n{derivation_in_typst(derivation)}"
 
 
-def wants_wide_page(derivation: Derivation | Derivative) -> bool:
+def wants_wide_page(derivation: Derivation | FormulaDerivative) -> bool:
     """Whether its matrices need a landscape page: 6 x 6 matrices do, planar ones do not."""
     return derivation.K.rows > 3
 
 
 def derivation_in_typst(
-    derivation: Derivation | Derivative, *, first_heading: int = 1, wide: bool | None = None
+    derivation: Derivation | FormulaDerivative, *, first_heading: int = 1, wide: bool | None = None
 ) -> str:
     """A derivation as a fragment of a Typst document that begins with `TYPST_DERIVATIONS`.
 
     Parameters
     ----------
-    derivation : Derivation or Derivative
+    derivation : Derivation or FormulaDerivative
     first_heading : int
         Level of its title.
     wide : bool, optional
@@ -281,12 +283,12 @@ def derivation_in_typst(
     return "\n\n".join(written) + "\n"
 
 
-def derivation_pdf(derivation: Derivation | Derivative, path: str | Path) -> None:
+def derivation_pdf(derivation: Derivation | FormulaDerivative, path: str | Path) -> None:
     """Write a derivation as a PDF.
 
     Parameters
     ----------
-    derivation : Derivation or Derivative
+    derivation : Derivation or FormulaDerivative
     path : str or Path
         The file to write.
 
@@ -324,9 +326,9 @@ def typst_pdf(source: str) -> bytes:
 
 def _written(block: Block, room: float, first: int) -> list[str]:
     match block:
-        case Heading(text, level):
+        case OutlineHeading(text, level):
             return [f"{'=' * (first + level - 1)} {typst_text(text)}"]
-        case Words(text):
+        case OutlineText(text):
             return [typst_text(text)]
         case Nomenclature(rows):
             return [f"{'=' * (first + 1)} Nomenclature", _nomenclature(rows)]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from robostiff.errors import InputError
 from robostiff.io.expression import functions
 from robostiff.io.expression.functions import FLOATS, OPERATORS, Mathematics, Refusal
-from robostiff.io.expression.nodes import Call, Chain, Literal, Name, Negative, Node, Power
+from robostiff.io.expression.nodes import Call, Literal, Name, Negative, Node, OperatorChain, Power
 from robostiff.io.expression.parser import error_at, parse_tree
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import describe, is_quantity, make_quantity
@@ -118,7 +118,7 @@ class _Evaluation:
                 )
             case Call():
                 return self.called(node)
-            case Chain():
+            case OperatorChain():
                 return self.chained(node)
 
     def literal(self, node: Literal) -> Quantity:
@@ -126,7 +126,7 @@ class _Evaluation:
             return node.quantity
         return self.mathematics.number(node.digits, node.unit)
 
-    def chained(self, node: Chain) -> Quantity:
+    def chained(self, node: OperatorChain) -> Quantity:
         result = self.value(node.first)
         for step in node.steps:
             left, right = result, self.value(step.operand)

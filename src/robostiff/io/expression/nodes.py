@@ -38,7 +38,7 @@ class Negative:
 
 
 @dataclass(frozen=True)
-class Step:
+class OperatorStep:
     """One operator of a chain, and its right operand."""
 
     operator: str
@@ -47,14 +47,14 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Chain:
+class OperatorChain:
     """Operators of one precedence, applied from left to right: ``a - b + c`` or ``a / b * c``.
 
     A long sum is one flat node, so that evaluation needs no deep recursion.
     """
 
     first: Node
-    steps: tuple[Step, ...]
+    steps: tuple[OperatorStep, ...]
     column: int
 
 
@@ -76,4 +76,4 @@ class Call:
     column: int
 
 
-Node: TypeAlias = Literal | Name | Negative | Chain | Power | Call
+Node: TypeAlias = Literal | Name | Negative | OperatorChain | Power | Call

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING
 
 from robostiff.errors import InputError
 from robostiff.io.expression.functions import CONSTANTS, RULES
-from robostiff.io.expression.nodes import Call, Chain, Literal, Name, Negative, Node, Power, Step
+from robostiff.io.expression.nodes import (
+    Call,
+    Literal,
+    Name,
+    Negative,
+    Node,
+    OperatorChain,
+    OperatorStep,
+    Power,
+)
 from robostiff.io.suggest import Words, did_you_mean, nearest
 from robostiff.io.units import UNIT_WORDS, is_unit_word, make_quantity, read_unit
 from robostiff.io.units.text import NUMBER
@@ -200,8 +209,8 @@ class _Parser:
         while _BINDING.get(self.next.kind) == binding:
             operator = self.take()
             operand = self.expression(binding + 1)
-            steps.append(Step(operator.kind, operand, operator.column))
-        return Chain(first, tuple(steps), column)
+            steps.append(OperatorStep(operator.kind, operand, operator.column))
+        return OperatorChain(first, tuple(steps), column)
 
     def power(self, base: Node) -> Node:
         operator = self.take()

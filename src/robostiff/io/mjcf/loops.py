@@ -24,7 +24,7 @@ def frame_of(position: np.ndarray, quaternion: np.ndarray) -> Frame:
     return Frame(Rotation.from_quat([x, y, z, w]).as_matrix(), np.array(position, dtype=float))
 
 
-class Names:
+class ElementNames:
     """A name for every body, site and joint; those without one are numbered.
 
     Bodies and sites both become links, so that a site called like a body is ``NAME site``.
@@ -65,7 +65,7 @@ _SITE = 6  # mjOBJ_SITE
 
 
 def read_equalities(
-    model: CompiledModel, names: Names, file: str
+    model: CompiledModel, names: ElementNames, file: str
 ) -> tuple[tuple[TreeLoop, ...], dict[str, Mimic]]:
     """Loops, and for each joint that follows another one how it does.
 
@@ -99,7 +99,7 @@ def read_equalities(
     return tuple(loops), mimics
 
 
-def _links(model: CompiledModel, names: Names, i: int) -> tuple[str, str]:
+def _links(model: CompiledModel, names: ElementNames, i: int) -> tuple[str, str]:
     known = names.sites if int(model.eq_objtype[i]) == _SITE else names.bodies
     return known[int(model.eq_obj1id[i])], known[int(model.eq_obj2id[i])]
 
@@ -108,7 +108,7 @@ def _at(point: np.ndarray) -> Frame:
     return Frame(np.eye(3), np.array(point, dtype=float))
 
 
-def _connect(model: CompiledModel, names: Names, i: int, name: str) -> TreeLoop:
+def _connect(model: CompiledModel, names: ElementNames, i: int, name: str) -> TreeLoop:
     """A point of each of two bodies, or the origins of two sites, that coincide."""
     frames = (Frame.identity(), Frame.identity())
     if int(model.eq_objtype[i]) != _SITE:
@@ -117,7 +117,7 @@ def _connect(model: CompiledModel, names: Names, i: int, name: str) -> TreeLoop:
     return TreeLoop(name, JointType.SPHERICAL, _links(model, names, i), frames)
 
 
-def _weld(model: CompiledModel, names: Names, i: int, name: str) -> TreeLoop:
+def _weld(model: CompiledModel, names: ElementNames, i: int, name: str) -> TreeLoop:
     """The pose of the second body in the first, or the frames of two sites, that coincide."""
     frames = (Frame.identity(), Frame.identity())
     if int(model.eq_objtype[i]) != _SITE:
@@ -126,7 +126,7 @@ def _weld(model: CompiledModel, names: Names, i: int, name: str) -> TreeLoop:
     return TreeLoop(name, JointType.FIXED, _links(model, names, i), frames)
 
 
-def _joint(model: CompiledModel, names: Names, i: int, file: str) -> tuple[str, Mimic]:
+def _joint(model: CompiledModel, names: ElementNames, i: int, file: str) -> tuple[str, Mimic]:
     """A joint that is a polynomial of another one, about their reference coordinates."""
     follower = int(model.eq_obj1id[i])
     leader = int(model.eq_obj2id[i])

@@ -8,7 +8,7 @@ import numpy as np
 
 from robostiff.errors import Location
 from robostiff.io.mjcf.compiled import CompiledModel, compiled_model
-from robostiff.io.mjcf.loops import Names, frame_of, read_equalities
+from robostiff.io.mjcf.loops import ElementNames, frame_of, read_equalities
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.units import Dimension
@@ -46,7 +46,7 @@ def read_mjcf(source: Path | str) -> RigidTree:
         When mujoco is not installed.
     """
     model = compiled_model(source)
-    names = Names(model)
+    names = ElementNames(model)
     loops, mimics = read_equalities(model, names, str(source))
     joints: list[TreeJoint] = []
     for body in range(1, len(model.bodies)):
@@ -64,7 +64,7 @@ def read_mjcf(source: Path | str) -> RigidTree:
 
 
 def _joints_of_body(
-    model: CompiledModel, names: Names, body: int, mimics: dict[str, Mimic], file: str
+    model: CompiledModel, names: ElementNames, body: int, mimics: dict[str, Mimic], file: str
 ) -> list[TreeJoint]:
     """The joint, joints or weld by which a body is connected to its parent."""
     name, parent = names.bodies[body], names.bodies[int(model.body_parentid[body])]
@@ -126,7 +126,7 @@ def _role(model: CompiledModel, joint: int, is_driven: bool) -> Role:
     return Actuated(limits=limits) if is_driven else Passive()
 
 
-def _site(model: CompiledModel, names: Names, site: int) -> TreeJoint:
+def _site(model: CompiledModel, names: ElementNames, site: int) -> TreeJoint:
     parent = names.bodies[int(model.site_bodyid[site])]
     seen = frame_of(model.site_pos[site], model.site_quat[site])
     return _fixed(names.sites[site], parent, seen)

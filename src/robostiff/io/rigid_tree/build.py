@@ -12,7 +12,7 @@ from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.rigid_tree.build_joints import build_joints
 from robostiff.io.rigid_tree.build_links import TOOL, LinkEnd, build_links, far_body
-from robostiff.io.rigid_tree.build_loops import Loop, build_loops, drawn_links, starting
+from robostiff.io.rigid_tree.build_loops import BuiltLoop, build_loops, drawn_links, starting
 from robostiff.io.rigid_tree.choices import check_known
 from robostiff.io.rigid_tree.tree import RigidTree
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool
@@ -107,7 +107,7 @@ def _tool(top: Place, written: WrittenSide, tree: RigidTree) -> WrittenTool:
 
 def _ends(
     tree: RigidTree,
-    loops: list[Loop],
+    loops: list[BuiltLoop],
     tool: WrittenTool,
     tool_point: np.ndarray,
     base: str,

@@ -22,7 +22,7 @@ from robostiff.spatial import Frame
 
 
 @dataclass(frozen=True)
-class Loop:
+class BuiltLoop:
     """Frames on two links that coincide up to the motion of the element between them.
 
     Attributes
@@ -41,10 +41,10 @@ class Loop:
     element: Joint | Link | None
 
 
-def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[Loop]:
+def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[BuiltLoop]:
     """The loops of the tree, then those of the side file."""
     loops = [
-        Loop(
+        BuiltLoop(
             loop.name,
             loop.links,
             loop.frames,
@@ -65,7 +65,7 @@ def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[Loop]
     return loops
 
 
-def _loop(place: Place, entry: WrittenLoop, name: str, tree: RigidTree) -> Loop:
+def _loop(place: Place, entry: WrittenLoop, name: str, tree: RigidTree) -> BuiltLoop:
     (link_a, frame_a), (link_b, frame_b) = (
         _frame(place / "between" / i, choice, tree) for i, choice in enumerate(entry.between)
     )
@@ -80,7 +80,7 @@ def _loop(place: Place, entry: WrittenLoop, name: str, tree: RigidTree) -> Loop:
         element = build_spring(here, written, name)
     else:
         element = build_joint(here, written, name)
-    return Loop(name, (link_a, link_b), (frame_a, frame_b), element)
+    return BuiltLoop(name, (link_a, link_b), (frame_a, frame_b), element)
 
 
 def _frame(place: Place, choice: LinkFrameChoice, tree: RigidTree) -> tuple[str, Frame]:
@@ -115,7 +115,7 @@ def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str
     return frames
 
 
-def starting(loop: Loop, frames: Mapping[str, Frame]) -> Loop:
+def starting(loop: BuiltLoop, frames: Mapping[str, Frame]) -> BuiltLoop:
     """The loop with its joint as near as it comes to what is drawn, unless it says where it is."""
     joint = loop.element
     if not isinstance(joint, Joint) or any(joint.home):

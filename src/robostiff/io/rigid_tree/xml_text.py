@@ -98,10 +98,10 @@ def parse_xml(content: bytes, file: str, limits: XmlLimits = _LIMITS) -> XmlElem
     >>> parse_xml(b"<robot name='r'><link name='a'/></robot>", "r.urdf").all("link")[0].attributes
     {'name': 'a'}
     """
-    return _Reader(file, limits).read(content)
+    return _XmlReader(file, limits).read(content)
 
 
-class _Reader:
+class _XmlReader:
     def __init__(self, file: str, limits: XmlLimits) -> None:
         self.file, self.limits = file, limits
         self.open: list[XmlElement] = []

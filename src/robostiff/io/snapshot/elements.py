@@ -42,15 +42,15 @@ from robostiff.spatial import Screw, full_turn
 
 
 @dataclass(frozen=True)
-class Place:
+class DocumentPlace:
     """A path in a document."""
 
     document: Document
     path: tuple[str | int, ...] = ()
 
-    def at(self, *steps: str | int) -> Place:
+    def at(self, *steps: str | int) -> DocumentPlace:
         """A place further down."""
-        return Place(self.document, (*self.path, *steps))
+        return DocumentPlace(self.document, (*self.path, *steps))
 
     @property
     def value(self) -> Any:
@@ -90,7 +90,7 @@ _FAR = 0.5
 
 
 def placed(
-    element: BeamPart | Spring6Part | PassivePart | SpringPart, name: str, place: Place
+    element: BeamPart | Spring6Part | PassivePart | SpringPart, name: str, place: DocumentPlace
 ) -> PlacedFreedom | PlacedSpring:
     """A joint or spring in the world.
 
@@ -106,13 +106,13 @@ def placed(
     return _freedom(element, name, place)
 
 
-def _freedom(element: PassivePart | SpringPart, name: str, place: Place) -> PlacedFreedom:
+def _freedom(element: PassivePart | SpringPart, name: str, place: DocumentPlace) -> PlacedFreedom:
     role = Passive() if isinstance(element, PassivePart) else Actuated(stiffness=element.k)
     return placed_freedom(element, role, name, place)
 
 
 def placed_freedom(
-    element: PassivePart | SpringPart | FreedomPart, role: Role, name: str, place: Place
+    element: PassivePart | SpringPart | FreedomPart, role: Role, name: str, place: DocumentPlace
 ) -> PlacedFreedom:
     """A joint about or along an axis in the world."""
     with place.at("axis").to_blame():
@@ -129,7 +129,7 @@ def screw_data(screw: Screw) -> dict[str, Any]:
     return {**data, "pitch": float(screw.pitch_per_turn)} if kind == "H" else data
 
 
-def placed_beam(element: BeamData, name: str, place: Place) -> PlacedSpring:
+def placed_beam(element: BeamData, name: str, place: DocumentPlace) -> PlacedSpring:
     """A beam in the world, about its end."""
     end = np.array(element.end, dtype=float)
     along = end - np.array(element.start, dtype=float)
@@ -167,7 +167,7 @@ def placed_beam(element: BeamData, name: str, place: Place) -> PlacedSpring:
     return PlacedSpring(name, end, rotation, Elasticity(compliance))
 
 
-def question_joints(chain: Sequence[ElementPart], place: Place) -> None:
+def question_joints(chain: Sequence[ElementPart], place: DocumentPlace) -> None:
     """Warn of joints in a chain whose axis passes far from the beam beside them."""
     for i, (one, other) in enumerate(pairwise(chain)):
         for beam, joint, j in ((one, other, i + 1), (other, one, i)):
@@ -175,7 +175,7 @@ def question_joints(chain: Sequence[ElementPart], place: Place) -> None:
                 _question_joint(beam, joint, place.at(j))
 
 
-def _question_joint(beam: BeamPart, joint: PassivePart | SpringPart, place: Place) -> None:
+def _question_joint(beam: BeamPart, joint: PassivePart | SpringPart, place: DocumentPlace) -> None:
     if joint.kind == "P":
         return
     ends, axis = np.array([beam.start, beam.end]), np.array(joint.axis)
@@ -189,7 +189,7 @@ def _question_joint(beam: BeamPart, joint: PassivePart | SpringPart, place: Plac
         )
 
 
-def placed_spring6(element: Spring6Data, name: str, place: Place) -> PlacedSpring:
+def placed_spring6(element: Spring6Data, name: str, place: DocumentPlace) -> PlacedSpring:
     """A spring in the world, from its matrix."""
     with place.at("rotation").to_blame():
         rotation = rotation_matrix("rotation", element.rotation)

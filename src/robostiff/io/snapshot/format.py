@@ -25,13 +25,13 @@ Positive = Annotated[float, Field(gt=0, le=_LARGEST)]
 Informative = Annotated[Any, Field(description="any value; for people, not read")]
 
 
-class Part(BaseModel):
+class FilePart(BaseModel):
     """Settings that all parts of the file share."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
 
-class Chained(Part):
+class Chained(FilePart):
     """Common keys of the elements of a chain."""
 
     name: Name | None = Field(
@@ -40,7 +40,7 @@ class Chained(Part):
     note: Informative = None
 
 
-class ScrewData(Part):
+class ScrewData(FilePart):
     """About or along which axis a joint moves."""
 
     model_config = ConfigDict(
@@ -90,7 +90,7 @@ class SpringPart(Chained, ScrewData):
     k: Positive = Field(description="the stiffness, N m/rad for R and H, N/m for P")
 
 
-class BeamData(Part):
+class BeamData(FilePart):
     """Ends, section and material of a beam."""
 
     start: Point = Field(description="the end towards the base, or at node a [m]")
@@ -130,7 +130,7 @@ class BeamPart(Chained, BeamData):
     type: Literal["beam"]
 
 
-class Spring6Data(Part):
+class Spring6Data(FilePart):
     """A 6 x 6 matrix about a point and in axes of its own."""
 
     model_config = ConfigDict(
@@ -167,7 +167,7 @@ class Spring6Part(Chained, Spring6Data):
     type: Literal["spring6"]
 
 
-class BranchPart(Part):
+class BranchPart(FilePart):
     """A chain from the body before a parallel block to the body after it."""
 
     name: Name = Field(description="the name of the branch, unique in the block")
@@ -192,7 +192,7 @@ ElementPart = Annotated[
 ]
 
 
-class LegPart(Part):
+class LegPart(FilePart):
     """A chain from the base to the platform."""
 
     name: Name = Field(description="the name of the leg, unique in the file")
@@ -207,7 +207,7 @@ for _holder in (BranchPart, ParallelPart, LegPart):
     _holder.model_rebuild()
 
 
-class FileHead(Part):
+class FileHead(FilePart):
     """Common keys of snapshot files with legs and of those with a graph."""
 
     name: Name = Field(description="the name of the robot")
@@ -233,7 +233,7 @@ class SnapshotFile(FileHead):
     legs: list[LegPart] = Field(min_length=1, description="the chains that hold the platform")
 
 
-class BetweenPart(Part):
+class BetweenPart(FilePart):
     """Common keys of elements between two nodes."""
 
     name: Name | None = Field(
@@ -266,7 +266,7 @@ class JointBetween(BetweenPart):
     dofs: list[FreedomPart] = Field(description="its motions; none for a weld")
 
 
-class GraphPart(Part):
+class GraphPart(FilePart):
     """Rigid bodies and what is between them."""
 
     nodes: Annotated[dict[Name, Point], Field(min_length=2)] = Field(

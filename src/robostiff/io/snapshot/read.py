@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document, read_document
-from robostiff.io.snapshot.elements import Place, placed, question_joints
+from robostiff.io.snapshot.elements import DocumentPlace, placed, question_joints
 from robostiff.io.snapshot.format import (
     BranchPart,
     ElementPart,
@@ -40,7 +40,7 @@ _TOLERANCE = 1e-9
 _SPATIAL = "without planar: true the robot is spatial"
 
 
-def check_planar(snapshot: Snapshot, legs: Place) -> None:
+def check_planar(snapshot: Snapshot, legs: DocumentPlace) -> None:
     """Raise a FileError unless all legs fit the plane; `legs` is where they are written.
 
     Raises
@@ -53,7 +53,7 @@ def check_planar(snapshot: Snapshot, legs: Place) -> None:
         _check_leg(leg, snapshot.reference_point, legs.at(i, "chain"))
 
 
-def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: Place) -> None:
+def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentPlace) -> None:
     """Check a leg, or a branch of a block in it."""
     for i, element in enumerate(leg.elements):
         if isinstance(element, PlacedFreedom):
@@ -64,7 +64,7 @@ def _check_leg(leg: PlacedLeg, reference_point: np.ndarray, chain: Place) -> Non
     _check_bending(leg, reference_point, chain)
 
 
-def _check_axis(freedom: PlacedFreedom, place: Place) -> None:
+def _check_axis(freedom: PlacedFreedom, place: DocumentPlace) -> None:
     if freedom.turns and freedom.slides:
         raise place.error(
             "helical joint of a planar robot",
@@ -82,7 +82,7 @@ def _check_axis(freedom: PlacedFreedom, place: Place) -> None:
         )
 
 
-def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: Place) -> None:
+def _check_bending(leg: PlacedLeg, reference_point: np.ndarray, chain: DocumentPlace) -> None:
     """Refuse a leg that bends out of the plane, at the element that does so most."""
     parts = [
         spring_compliance(element, reference_point)
@@ -157,7 +157,7 @@ def snapshot_from_document(document: Document) -> Snapshot:
     """
     _refuse_graph(document)
     file = validate(SnapshotFile, document)
-    place = Place(document)
+    place = DocumentPlace(document)
     refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
     legs = tuple(_leg(leg, place.at("legs", i)) for i, leg in enumerate(file.legs))
     space = Space.PLANAR if file.planar else Space.SPATIAL
@@ -214,7 +214,7 @@ def _refuse_graph(document: Document) -> None:
         )
 
 
-def _leg(part: LegPart, place: Place) -> PlacedLeg:
+def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
     if not _gives_way(part.chain):
         raise place.at("chain").error(
             f"leg {part.name} without compliance",
@@ -233,7 +233,9 @@ def _gives_way(chain: Sequence[ElementPart]) -> bool:
     )
 
 
-def _chain(part: LegPart | BranchPart, place: Place, prefix: str = "") -> tuple[PlacedElement, ...]:
+def _chain(
+    part: LegPart | BranchPart, place: DocumentPlace, prefix: str = ""
+) -> tuple[PlacedElement, ...]:
     """The elements of a leg or a branch; inside blocks names begin with ``block/branch/``."""
     chain = place.at("chain")
     given = [element.name for element in part.chain if element.name is not None]
@@ -249,7 +251,7 @@ def _chain(part: LegPart | BranchPart, place: Place, prefix: str = "") -> tuple[
     return tuple(elements)
 
 
-def _block(part: ParallelPart, name: str, place: Place) -> PlacedBlock:
+def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:
     branches = place.at("branches")
     refuse_twins([branch.name for branch in part.branches], branches, "branch")
     legs = []
@@ -275,14 +277,14 @@ def _names(chain: Sequence[ElementPart]) -> list[str]:
 
 
 def refuse_twins(
-    names: Sequence[str], place: Place, what: str, numbers: Sequence[int] | None = None
+    names: Sequence[str], place: DocumentPlace, what: str, numbers: Sequence[int] | None = None
 ) -> None:
     """Raise a FileError at the second of two elements of one name.
 
     Parameters
     ----------
     names : sequence of str
-    place : Place
+    place : DocumentPlace
         Of the list that the named parts are in.
     what : str
         They are, in words.

@@ -9,7 +9,12 @@ from typing import TypeVar
 import numpy as np
 
 from robostiff.io.document import Document, read_document
-from robostiff.io.snapshot.elements import Place, placed_beam, placed_freedom, placed_spring6
+from robostiff.io.snapshot.elements import (
+    DocumentPlace,
+    placed_beam,
+    placed_freedom,
+    placed_spring6,
+)
 from robostiff.io.snapshot.format import (
     BeamBetween,
     BetweenPart,
@@ -82,7 +87,7 @@ def network_from_document(document: Document) -> Network:
     'joint1'
     """
     file = validate(NetworkFile, document)
-    graph, place = file.graph, Place(document).at("graph")
+    graph, place = file.graph, DocumentPlace(document).at("graph")
     _check_nodes(graph, place)
     space = Space.PLANAR if file.planar else Space.SPATIAL
     beams = [
@@ -118,7 +123,7 @@ def network_from_document(document: Document) -> Network:
     )
 
 
-def _check_nodes(graph: GraphPart, place: Place) -> None:
+def _check_nodes(graph: GraphPart, place: DocumentPlace) -> None:
     for i, name in enumerate(graph.fixed):
         _check_known(name, graph, place.at("fixed", i))
     _check_known(graph.platform, graph, place.at("platform"))
@@ -137,7 +142,7 @@ def _check_nodes(graph: GraphPart, place: Place) -> None:
                 )
 
 
-def _check_known(name: str, graph: GraphPart, place: Place) -> None:
+def _check_known(name: str, graph: GraphPart, place: DocumentPlace) -> None:
     if name not in graph.nodes:
         raise place.error(
             "node",
@@ -147,7 +152,7 @@ def _check_known(name: str, graph: GraphPart, place: Place) -> None:
         )
 
 
-def _named(parts: Sequence[Between], kind: str, place: Place) -> list[tuple[Between, str]]:
+def _named(parts: Sequence[Between], kind: str, place: DocumentPlace) -> list[tuple[Between, str]]:
     """Elements with their names; one without a name gets its kind and the next free number."""
     given = [part.name for part in parts if part.name is not None]
     refuse_twins(given, place, kind, [i for i, part in enumerate(parts) if part.name])
@@ -156,7 +161,7 @@ def _named(parts: Sequence[Between], kind: str, place: Place) -> list[tuple[Betw
     return [(part, part.name if part.name is not None else next(free)) for part in parts]
 
 
-def _beam(part: BeamBetween, name: str, place: Place, space: Space) -> BeamElement:
+def _beam(part: BeamBetween, name: str, place: DocumentPlace, space: Space) -> BeamElement:
     spring = placed_beam(part, name, place)
     start = np.array(part.start, dtype=float)
     compliance = spring.elasticity.compliance
@@ -166,7 +171,7 @@ def _beam(part: BeamBetween, name: str, place: Place, space: Space) -> BeamEleme
     return beam
 
 
-def _spring(part: SpringBetween, name: str, place: Place, space: Space) -> SpringElement:
+def _spring(part: SpringBetween, name: str, place: DocumentPlace, space: Space) -> SpringElement:
     placed = placed_spring6(part, name, place)
     spring = SpringElement(name, part.a, part.b, placed.point, placed.rotation, placed.elasticity)
     with place.to_blame():
@@ -174,7 +179,7 @@ def _spring(part: SpringBetween, name: str, place: Place, space: Space) -> Sprin
     return spring
 
 
-def _joint(part: JointBetween, name: str, place: Place, space: Space) -> JointElement:
+def _joint(part: JointBetween, name: str, place: DocumentPlace, space: Space) -> JointElement:
     freedoms = []
     for i, freedom in enumerate(part.dofs):
         role = Passive() if freedom.k is None else Actuated(stiffness=freedom.k)

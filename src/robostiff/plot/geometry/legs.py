@@ -68,7 +68,7 @@ def leg_members(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> list[M
     list of Member
         From base to platform, without lines too short to be visible.
     """
-    return list(_Walk(leg.name, scale, _apart(leg)).along(leg, motion, None))
+    return list(_LegWalk(leg.name, scale, _apart(leg)).along(leg, motion, None))
 
 
 def joint_marks(leg: PlacedLeg, motion: LegMotion, scale: float = 0.0) -> Iterator[JointMark]:
@@ -132,7 +132,7 @@ class _Place:
 
 
 @dataclass(frozen=True)
-class _Walk:
+class _LegWalk:
     name: str
     scale: float
     apart: float

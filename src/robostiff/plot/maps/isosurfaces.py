@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.surfaces import isosurface
 from robostiff.plot.maps.selection import At, select
 from robostiff.plot.picture import Category, Item, Marks, Mesh, Scene, Shape
@@ -30,7 +30,7 @@ def map_isosurface(
     z: str,
     at: At | None = None,
     full_rank: int | None = None,
-    backend: Backend[Drawn] = PAPER,
+    backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw the surfaces on which a quantity of a map has given values.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.maps.selection import At, select
 from robostiff.plot.picture import Bands, Cover, Percentile
 
@@ -27,7 +27,7 @@ def map_bands(
     at: At | None = None,
     percents: Sequence[float] = _PERCENTS,
     full_rank: int | None = None,
-    backend: Backend[Drawn] = PAPER,
+    backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw percentiles of a quantity along one coordinate, over all poses of the others.
 

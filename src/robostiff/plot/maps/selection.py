@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.analysis.maps.variables import status_flags
 from robostiff.errors import InputError
 from robostiff.plot.extra import plot_extra
-from robostiff.plot.picture import Axis, Cover, Region
+from robostiff.plot.picture import Cover, PlotAxis, Region
 from robostiff.plot.prefix import prefixed, short
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ class Selection:
         Of the robot.
     label : str
         Of the quantity, with the unit of the values.
-    axes : tuple of Axis
+    axes : tuple of PlotAxis
     values : array
         One axis a coordinate, in the unit of the label; NaN where a region stands instead.
     regions : tuple of Region
@@ -106,7 +106,7 @@ class Selection:
 
     name: str
     label: str
-    axes: tuple[Axis, ...]
+    axes: tuple[PlotAxis, ...]
     values: np.ndarray
     regions: tuple[Region, ...]
     where: str
@@ -197,10 +197,12 @@ def select(
     )
 
 
-def coordinate_axis(found: xarray.Dataset, name: str) -> Axis:
+def coordinate_axis(found: xarray.Dataset, name: str) -> PlotAxis:
     """A coordinate with its unit."""
     unit = found[name].attrs.get("units", "")
-    return Axis(f"{name} [{unit}]" if unit else name, np.asarray(found[name].values, dtype=float))
+    return PlotAxis(
+        f"{name} [{unit}]" if unit else name, np.asarray(found[name].values, dtype=float)
+    )
 
 
 def _check_map(found: Any) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.plot.backend import PAPER, Backend, Drawn, drawn_by
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.maps.selection import At, select
 from robostiff.plot.picture import ColourScale, Field
 
@@ -25,7 +25,7 @@ def map_slice(
     at: At | None = None,
     isolines: int | Sequence[float] = 0,
     full_rank: int | None = None,
-    backend: Backend[Drawn] = PAPER,
+    backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw a quantity of a map over two of its coordinates, with isolines.
 

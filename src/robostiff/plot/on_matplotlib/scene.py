@@ -22,7 +22,7 @@ from robostiff.plot.on_matplotlib.canvas import (
     legend_below,
     norm,
 )
-from robostiff.plot.picture import Arrow, Face, Item, Marks, Mesh, Path, Scene, Shape, Weight
+from robostiff.plot.picture import Arrow, Face, Item, LineWeight, Marks, Mesh, Path, Scene, Shape
 from robostiff.plot.picture.paint import colour_of
 
 _MARKERS = {
@@ -44,7 +44,7 @@ def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
         ax: Any = canvas.axes(height)
     else:
         ax = canvas.axes_in_space(height)
-    pencil = _Pencil(ax, picture, canvas)
+    pencil = _MatplotlibPencil(ax, picture, canvas)
     for item in picture.items:
         pencil.draw(item)
     _frame(ax, picture, canvas)
@@ -60,7 +60,7 @@ def draw_scene(picture: Scene, canvas: Canvas) -> Axes:
     return ax
 
 
-class _Pencil:
+class _MatplotlibPencil:
     """Draws items, and keeps those that the legend names."""
 
     def __init__(self, ax: Any, picture: Scene, canvas: Canvas) -> None:
@@ -83,7 +83,7 @@ class _Pencil:
         if item.label:
             self.named.append((handle, item.label))
 
-    def _line(self, points: np.ndarray, colour: str, weight: Weight, dashed: bool) -> Line2D:
+    def _line(self, points: np.ndarray, colour: str, weight: LineWeight, dashed: bool) -> Line2D:
         look = {"color": colour, "linewidth": weight.value, "solid_capstyle": "round"}
         style = (0, (4, 2.5)) if dashed else "-"
         return self.ax.plot(*self._places(points), linestyle=style, **look)[0]
@@ -103,7 +103,7 @@ class _Pencil:
 
     def _arrow(self, item: Arrow, colour: str) -> Line2D:
         ends = np.stack([item.start, item.tip])
-        handle = self._line(ends, colour, Weight.LINE, False)
+        handle = self._line(ends, colour, LineWeight.LINE, False)
         self._head(item.tip, item.tip - item.start, colour)
         if item.both_ways:
             self._head(item.start, item.start - item.tip, colour)

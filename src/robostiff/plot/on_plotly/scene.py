@@ -40,7 +40,7 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
     """Draw a scene."""
     low, high = picture.box
     size = float(np.linalg.norm(high - low)) or 1.0
-    pencil = _Pencil(picture, palette, size)
+    pencil = _PlotlyPencil(picture, palette, size)
     traces = [trace for item in picture.items for trace in pencil.traces(item)]
     if picture.scale is not None:
         traces.append(_scale_alone(picture.scale, palette, picture.is_flat))
@@ -80,7 +80,7 @@ def _fill(made: go.Figure, picture: Scene) -> None:
         made.update_scenes({f"{axis}axis_range": [float(start), float(stop)]})
 
 
-class _Pencil:
+class _PlotlyPencil:
     """Makes the traces of items."""
 
     def __init__(self, picture: Scene, palette: Palette, size: float) -> None:

@@ -13,14 +13,23 @@ from robostiff.plot.picture.charts import (
     Region,
     Series,
 )
-from robostiff.plot.picture.paint import Axis, Category, ColourScale, Paint, Ramp, Tone
-from robostiff.plot.picture.scene import Arrow, Face, Item, Marks, Mesh, Path, Scene, Shape, Weight
+from robostiff.plot.picture.paint import Category, ColourScale, Paint, PlainColour, PlotAxis, Ramp
+from robostiff.plot.picture.scene import (
+    Arrow,
+    Face,
+    Item,
+    LineWeight,
+    Marks,
+    Mesh,
+    Path,
+    Scene,
+    Shape,
+)
 
 Picture = Scene | Matrix | Bars | Field | Bands
 
 __all__ = [
     "Arrow",
-    "Axis",
     "Bands",
     "Bars",
     "Category",
@@ -30,6 +39,7 @@ __all__ = [
     "Field",
     "Group",
     "Item",
+    "LineWeight",
     "Marks",
     "Matrix",
     "Mesh",
@@ -38,12 +48,12 @@ __all__ = [
     "Path",
     "Percentile",
     "Picture",
+    "PlainColour",
+    "PlotAxis",
     "QuarterUnit",
     "Ramp",
     "Region",
     "Scene",
     "Series",
     "Shape",
-    "Tone",
-    "Weight",
 ]

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.errors import printable
-from robostiff.plot.picture.paint import Axis, ColourScale, Paint
+from robostiff.plot.picture.paint import ColourScale, Paint, PlotAxis
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Field:
     Attributes
     ----------
     title : str
-    x, y : Axis
+    x, y : PlotAxis
     values : (y, x) array
         NaN where a region stands instead.
     scale : ColourScale
@@ -123,8 +123,8 @@ class Field:
     """
 
     title: str
-    x: Axis
-    y: Axis
+    x: PlotAxis
+    y: PlotAxis
     values: np.ndarray
     scale: ColourScale
     regions: tuple[Region, ...] = ()
@@ -147,7 +147,7 @@ class Bands:
     Attributes
     ----------
     title : str
-    x : Axis
+    x : PlotAxis
     label : str
         Of the values, with their unit.
     percentiles : tuple of Percentile
@@ -158,7 +158,7 @@ class Bands:
     """
 
     title: str
-    x: Axis
+    x: PlotAxis
     label: str
     percentiles: tuple[Percentile, ...]
     left_out: tuple[Region, ...] = ()

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.plot.theme import Palette
 
 
-class Tone(Enum):
+class PlainColour(Enum):
     """Colours that need no legend."""
 
     INK = "ink"
@@ -65,7 +65,7 @@ class ColourScale:
 
 
 # A number is a value on the colour scale of its picture.
-Paint = Tone | Category | float
+Paint = PlainColour | Category | float
 
 
 def colour_of(paint: Paint, palette: Palette, scale: ColourScale | None = None) -> str:
@@ -77,7 +77,7 @@ def colour_of(paint: Paint, palette: Palette, scale: ColourScale | None = None) 
     >>> colour_of(Category(0), Theme.LIGHT.palette)
     '#0072B2'
     """
-    if isinstance(paint, Tone):
+    if isinstance(paint, PlainColour):
         return getattr(palette, paint.value)
     if isinstance(paint, Category):
         return palette.categories[paint.index % len(palette.categories)]
@@ -87,7 +87,7 @@ def colour_of(paint: Paint, palette: Palette, scale: ColourScale | None = None) 
 
 
 @dataclass(frozen=True)
-class Axis:
+class PlotAxis:
     """Name, unit and values of an axis.
 
     Attributes

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.plot.picture.paint import ColourScale, Paint
 
 
-class Weight(Enum):
+class LineWeight(Enum):
     """Width of a line, in points."""
 
     THIN = 0.9
@@ -34,7 +34,7 @@ class Path:
 
     points: np.ndarray
     paint: Paint
-    weight: Weight = Weight.LINE
+    weight: LineWeight = LineWeight.LINE
     dashed: bool = False
     label: str = ""
     about: str = ""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.markup import Words, number
+from robostiff.markup import Paragraph, number
 from robostiff.plot.maps.slice import slice_picture
 from robostiff.plot.picture import Field
 from robostiff.report.contents import ReportContents
@@ -37,11 +37,11 @@ def map_section(contents: ReportContents) -> Section | None:
     title = "Over the workspace"
     if len(axes) < 2 or any(name not in found.coords for name in axes):
         why = "The map has no grid over two coordinates, so there is no slice to draw."
-        return section("map", title, [Words(why)])
+        return section("map", title, [Paragraph(why)])
     figures = [figure for name in _SHOWN if (figure := _slices(contents, name, axes)) is not None]
     poses = int(np.prod([found.sizes[name] for name in axes]))
     words = f"{poses} poses over {', '.join(axes)}."
-    return section("map", title, [Words(words), *figures])
+    return section("map", title, [Paragraph(words), *figures])
 
 
 def _slices(contents: ReportContents, variable: str, axes: list[str]) -> Figure | None:

@@ -16,7 +16,7 @@ from robostiff.analysis.result_tables import (
     stiffness_matrix,
 )
 from robostiff.elastostatics import Status
-from robostiff.markup import Bullets, Cell, Heading, Number, Table, Tone, Words, number, row
+from robostiff.markup import Bullets, Cell, Heading, Number, Paragraph, Table, Tone, number, row
 from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.free_motion_screws import free_motions_picture
@@ -36,12 +36,14 @@ def matrices_section(contents: ReportContents) -> Section:
         K, C = stiffness_matrix(result), compliance_matrix(result)
         parts.append(SideBySide((K,) if C is None else (K, C)))
         if C is None:
-            parts.append(Words("K is singular: there is no compliance matrix."))
+            parts.append(Paragraph("K is singular: there is no compliance matrix."))
     else:
-        parts.append(Words(f"There is no stiffness matrix: status {result.status}."))
+        parts.append(Paragraph(f"There is no stiffness matrix: status {result.status}."))
     if Status.UNREACHABLE in result.status:
         return section("stiffness", _TITLE, parts)
-    parts.append(Words(f"Rank {int(result.rank)} of {result.space.size}: {_meaning(contents)}."))
+    parts.append(
+        Paragraph(f"Rank {int(result.rank)} of {result.space.size}: {_meaning(contents)}.")
+    )
     parts.append(free_motion_table(result))
     if result.free_motions and contents.snapshot is not None:
         caption = "Free motions of the platform."
@@ -49,7 +51,7 @@ def matrices_section(contents: ReportContents) -> Section:
         parts.append(one_figure("free-motions", caption, picture))
     lost = tuple(f"redundant passive joint: {name}" for name in result.redundant_joints)
     parts.append(Bullets(lost) if lost else None)
-    parts.append(Words(f"Rank decided by {result.decision}.", Tone.QUIET))
+    parts.append(Paragraph(f"Rank decided by {result.decision}.", Tone.QUIET))
     return section("stiffness", _TITLE, parts)
 
 
@@ -66,7 +68,7 @@ def weakest_section(contents: ReportContents) -> Section | None:
     found = contents.indices
     if found is None:
         return None
-    words = Words(
+    words = Paragraph(
         "These are the stiffnesses along principal directions, for forces while the platform is "
         "free to turn, and for moments while it is free to move; the first of each is the smallest."
     )
@@ -128,7 +130,7 @@ def bending_section(contents: ReportContents) -> Section | None:
     if bent is None:
         return None
     if not bent.has_answer:
-        words = Words(f"There is no deflection: status {bent.status}.")
+        words = Paragraph(f"There is no deflection: status {bent.status}.")
         return section("load", _LOAD, [words, Bullets(tuple(bent.advice), Tone.WARNING)])
     parts: list[Part | None] = [displacement_table(bent)]
     if bent.energy > 0 and contents.snapshot is not None:

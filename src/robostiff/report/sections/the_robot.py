@@ -5,13 +5,13 @@ from __future__ import annotations
 import platform
 from importlib.metadata import version
 
-from robostiff.markup import Facts, Table, Words, row
+from robostiff.markup import Facts, Paragraph, Table, row
 from robostiff.model import Robot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import one_figure
-from robostiff.report.section import Folded, Formula, Part, Section, section
+from robostiff.report.section import Folded, FormulaBlock, Part, Section, section
 from robostiff.version import __version__
 
 
@@ -21,10 +21,10 @@ def robot_section(contents: ReportContents) -> Section:
     parts: list[Part | None] = []
     if isinstance(robot, Robot):
         if robot.source:
-            parts.append(Words(f"Source: {robot.source}"))
+            parts.append(Paragraph(f"Source: {robot.source}"))
         free = ", ".join(coordinate.value for coordinate in robot.coordinates)
         if free:
-            parts.append(Words(f"Free coordinates of the platform: {free}."))
+            parts.append(Paragraph(f"Free coordinates of the platform: {free}."))
         legs = [(leg.name, ", ".join(elements_in_words(leg.chain))) for leg in robot.legs]
     else:
         legs = [(leg.name, ", ".join(placed_in_words(leg))) for leg in robot.legs]
@@ -66,6 +66,8 @@ def formula_section(contents: ReportContents) -> Section:
     derivation = contents.derivation
     title = "The formula"
     if derivation is None:
-        return section("formula", title, [Words(f"There is no formula: {contents.no_derivation}.")])
+        return section(
+            "formula", title, [Paragraph(f"There is no formula: {contents.no_derivation}.")]
+        )
     words = "Derivation of the stiffness matrix in the home configuration, step by step"
-    return section("formula", title, [Folded(words, (Formula(derivation),))])
+    return section("formula", title, [Folded(words, (FormulaBlock(derivation),))])
