@@ -227,8 +227,7 @@ def test_frames(written, message):
          "legs.chain[1].role: unknown word: got 'actuatd', expected 'passive' or 'actuated' or "
          "'locked'; did you mean actuated?"),
         ("{type: prismatic, axis: z, stiffness: k}",
-         "legs.chain[1].role: missing key; role is passive, actuated or locked: what holds the "
-         "joint"),
+         "legs.chain[1].role: missing key; role is passive, actuated or locked"),
         (DRIVE.replace(": k", ": 300 mm"),
          "legs.chain[1].stiffness: translational stiffness (in leg1): got '300 mm', expected a "
          "translational stiffness, such as 1e8 N/m"),
