@@ -201,7 +201,9 @@ def verify(
     from robostiff.cli.written_arguments import PoseArguments, SideFile
 
     described = SideFile(side, allow_xacro)
-    return print_verification(robot, PoseArguments(pose, joints, None, near), set_ or [], json_, described)
+    return print_verification(
+        robot, PoseArguments(pose, joints, None, near), set_ or [], json_, described
+    )
 
 
 @app.command()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,6 +58,12 @@ class ClosedCode:
             last=code(last),
             few=(ArrayCode(step), ArrayCode(last)),
         )
+
+    def in_machine_code(self) -> ClosedCode:
+        """The same, compiled by heyoka."""
+        whole = None if self.whole is None else MachineCode(self.whole.program)
+        step, last = MachineCode(self.step.program), MachineCode(self.last.program)
+        return replace(self, whole=whole, step=step, last=last)
 
     @property
     def operations(self) -> int:

@@ -131,9 +131,8 @@ class Kernel:
     def in_machine_code(self) -> Kernel:
         """The same kernel, compiled by heyoka."""
         code = self.code
-        if isinstance(code, IteratedCode):
-            step, last = MachineCode(code.step.program), MachineCode(code.last.program)
-            return replace(self, code=replace(code, step=step, last=last))
+        if isinstance(code, ClosedCode):
+            return replace(self, code=code.in_machine_code())
         return replace(self, code=MachineCode(code.program))
 
 
