@@ -89,6 +89,7 @@ outputs: $(STAMP)-test $(STAMP)-docs
 
 bench: $(STAMP)-bench
 	$(BIN)/python benchmarks/batched_stiffness.py
+	$(BIN)/python benchmarks/one_pose_and_many.py
 	$(BIN)/python benchmarks/accuracy_of_forms.py
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/derivations.py

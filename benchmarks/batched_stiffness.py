@@ -1,5 +1,8 @@
 """Time a pose takes: `rs.stiffness` over a batch, beside loops over poses of eq. (7) in NumPy.
 
+`rs.stiffness` runs the robot's record, which the first run makes; the careful form, which chooses
+pivots at each pose, computes what else a result holds, and the poses that a record leaves to it.
+
 The robot is the Stewart-Gough platform of case B whose legs are flexible tubes with elastic
 actuators. Every row begins with platform poses and ends with K_C, inverse kinematics included, in
 one thread. The loops are what one would write for this robot alone; they must give the same K_C.
@@ -21,6 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import robostiff as rs
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.model import Actuated, Telescope
 
 K_ACTUATOR = 1e8  # N/m
@@ -49,6 +53,7 @@ def main() -> None:
 
     rows: list[tuple[str, Callable[[], np.ndarray]]] = [
         ("rs.stiffness, all poses at once", lambda: rs.stiffness(robot, poses).K),
+        ("the careful form, all poses at once", lambda: careful_stiffness(robot, poses).K),
         ("NumPy loop over poses, six legs stacked", lambda: loop(numbers, poses, legs_stacked)),
         ("NumPy loop over poses and legs", lambda: loop(numbers, poses, leg_by_leg)),
     ]

@@ -209,11 +209,6 @@ def test_wrenches_that_do_not_fit(wrench, message: str):
         deflection(five_bar(), wrench=LOAD)
 
 
-def test_one_pose_at_a_time():
-    with pytest.raises(InputError, match="got '2 poses', expected one pose"):
-        deflection(case_b(), np.stack([POSE, POSE]), LOAD)
-
-
 def test_no_load_no_energy():
     bent = deflection(case_b(), wrench=np.zeros(6))
     assert not bent.twist.any()

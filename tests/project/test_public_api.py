@@ -37,6 +37,7 @@ PUBLIC = [
     "CrossSection",
     "Deflection",
     "DeflectionUnder",
+    "DeflectionsOfPoses",
     "Derivative",
     "DisagreementError",
     "Elasticity",

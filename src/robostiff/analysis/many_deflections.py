@@ -179,10 +179,11 @@ def deflection(
     >>> bent = rs.deflection(robot, wrench=[0, 0, -1000, 0, 0, 0])
     >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
     (-2.161, 0.167)
-    >>> poses = [[0, 0, 0.8, 0, 0, 0], [0, 0, 9.0, 0, 0, 0], [0.1, 0, 0.8, 0, 0, 0]]
-    >>> bent = rs.deflection(robot, poses, [0, 0, -1000, 0, 0, 0])
-    >>> (1e6 * bent.twist[:, 2]).round(2), bent[2].parts[0].leg
-    (masked_array(data=[-2.16, -2.04, -2.18], ...), 'leg2')
+    >>> bent = rs.deflection(rs.load("3-puu"), [[0, 0, 0.3], [1, 0, 0.3]], [0, 0, -100, 0, 0, 0])
+    >>> print((1e6 * bent.twist[:, 2]).round(1), bent[0].parts[0].part)
+    [-2.4 --] drive
+    >>> [str(rs.Status(code)) for code in bent.status_codes.tolist()]
+    ['ok', 'unreachable']
     """
     if isinstance(robot, CableRobot):
         raise InputError(

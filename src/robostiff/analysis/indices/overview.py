@@ -183,7 +183,7 @@ def indices(
     >>> line = [[0, 0, 0.7, 0, 0, 0], [0, 0, 0.9, 0, 0, 0]]
     >>> found = rs.indices(rs.load("gough-stewart-b"), line)
     >>> found.each(lambda one: one.collinear.smallest / 1e6).round(1)
-    masked_array(data=[80.7, 56.8],
+    masked_array(data=[82.7, 56.2],
                  mask=[False, False],
            fill_value=1e+20)
     """
