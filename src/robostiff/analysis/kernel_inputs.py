@@ -210,7 +210,7 @@ class KernelInputs:
                     loose[own] = posture.reached & ~posture.meets(_MET)
         if len(values.rows):
             rows = np.concatenate([rows, values.rows])
-        return InputRows(np.ascontiguousarray(rows), missed, loose)
+        return InputRows(rows, missed, loose)
 
     @property
     def _joints_in_words(self) -> str:
