@@ -18,7 +18,7 @@ from robostiff.kinematics import posture_finder
 from tests.generators.kernel_robots import thin_legs
 
 # Closed forms, closure by iteration, a loop inside a leg, free motions, a plane, arms by joints.
-ROBOTS = ["hexapod", "3-puu", "3-rps", "delta", "gough-stewart-a", "3-rpr", "six-joint-arm"]
+ROBOTS = ["hexapod", "3-puu", "3-rps", "delta", "gough-stewart-a", "3-rpr", "h4", "six-joint-arm"]
 
 
 @pytest.fixture
@@ -87,7 +87,7 @@ def test_both_ways_say_the_same(name, spread, recorded_at_once):
     robot: Any = rs.load(name)
     pose = posed(robot, 40, spread)
     found, expected = rs.stiffness(robot, pose), careful_stiffness(robot, pose)
-    assert ("_robot_record" in vars(robot)) == (name != "3-rps")  # which is closed by iteration
+    assert "_robot_record" in vars(robot)
     np.testing.assert_array_equal(found.status_codes, expected.status_codes)
     np.testing.assert_array_equal(found.rank, expected.rank)
     np.testing.assert_array_equal(found.answered, expected.answered)
@@ -101,7 +101,7 @@ def test_both_ways_say_the_same(name, spread, recorded_at_once):
         assert found[i].advice == alone.advice
 
 
-@pytest.mark.parametrize("name", ["hexapod", "delta", "six-joint-arm"])
+@pytest.mark.parametrize("name", ["hexapod", "delta", "3-prs", "six-joint-arm"])
 def test_one_pose_takes_the_record_as_well(name, recorded_at_once, asked_of_careful_form):
     robot: Any = rs.load(name)
     pose = row_of(posed(robot, 3, 0.05), 1)

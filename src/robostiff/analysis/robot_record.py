@@ -92,7 +92,7 @@ def recorded_answer(robot: Robot, asked: AskedPoses) -> RecordedAnswer | None:
     """What the record of a robot says of poses; None where the careful form is to be used.
 
     That is so for other methods, tolerances and postures than a record has, for robots that have
-    none or that are closed by iteration, and until a record pays.
+    none, and until a record pays.
 
     Raises
     ------
@@ -124,8 +124,7 @@ def _inputs(robot: Robot, asked: AskedPoses) -> np.ndarray | None:
     request, numbers = asked.request, asked.numbers
     if isinstance(request, np.ndarray):
         return numbers if robot.is_posed_by_joints else None
-    # Iteration takes longer than all that a record does after it.
-    if robot.is_posed_by_joints or asked.finder.iterates:
+    if robot.is_posed_by_joints:
         return None
     free = [place for place in robot.coordinate_places if place in robot.space.rows]
     left = tuple(place for place in robot.space.rows if place not in free)

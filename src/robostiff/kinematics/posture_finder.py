@@ -85,14 +85,6 @@ class PostureFinder:
             for solver in solvers
         )
 
-    @cached_property
-    def iterates(self) -> bool:
-        """Whether a leg has no closed form, or coordinates that the legs decide do not stay."""
-        if any(solver.closed_form is None for solver in self.solvers):
-            return True
-        decided = set(self.robot.space.rows) - set(self.robot.coordinate_places)
-        return bool(decided) and not self._open_stay_at_home
-
     def request(self, pose: Pose) -> PoseRequest | np.ndarray:
         """Read a pose; for a serial arm posed by its joints, their coordinates (..., size)."""
         if self.robot.is_serial:
