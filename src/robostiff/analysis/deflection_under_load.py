@@ -164,7 +164,7 @@ class Deflection:
 def deflection_at(
     answer: RobotStiffness, wrench: np.ndarray, posed: Snapshot | Network | Callable[[], Snapshot]
 ) -> Deflection:
-    """How a robot gives way at the single pose of an answer.
+    """How a robot deflects at the single pose of an answer.
 
     Parameters
     ----------

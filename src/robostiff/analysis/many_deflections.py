@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,7 +26,7 @@ from robostiff.spatial import Space, as_floats, move_twist, move_wrench
 
 @dataclass(frozen=True, repr=False)
 class DeflectionsOfPoses:
-    """How a robot gives way at a batch of poses; who bends at a pose is worked out when asked for.
+    """How a robot deflects at a batch of poses; who bends at a pose is worked out when asked for.
 
     ``found[i]`` is the `Deflection` of one pose, ``found[found.answered]`` are those of some.
 
@@ -149,8 +149,8 @@ def deflection(
     Parameters
     ----------
     robot : Robot, Snapshot or Network
-        The parts of a network are told by name; joints of it whose reaction is not determined,
-        because rigid parts brace one another, are left out.
+        The parts of a network are reported by name; joints of it whose reaction is not determined,
+        because rigid parts hold one another, are left out.
     pose : RigidTransform, array, JointCoordinates or None
         One pose or a batch, as for `stiffness`.
     wrench : (6,) or (..., 6) array, or (3,) or (..., 3) for a planar robot
@@ -194,11 +194,14 @@ def deflection(
         )
     answer = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
     F = _checked_wrench(wrench, answer)
-    if isinstance(answer, PosedStiffness):
-        if answer.batch_shape:
-            return DeflectionsOfPoses(F, answer)
-        return deflection_at(answer, F, answer.snapshot)
-    return deflection_at(answer, F, robot)
+    if not isinstance(robot, Robot):
+        return deflection_at(answer, F, robot)
+    posed = cast("PosedStiffness", answer)
+    return (
+        DeflectionsOfPoses(F, posed)
+        if posed.batch_shape
+        else deflection_at(posed, F, posed.snapshot)
+    )
 
 
 def _fill(
