@@ -192,3 +192,29 @@ def test_few_rows_are_held():
         y = sine(y) + k
     code = ArrayCode(Program.of(record, [y]))
     assert code._rows == 1
+
+
+def test_one_pose_has_the_numbers_of_a_batch_also_where_there_are_none():
+    """One pose is computed on floats, which raise where arrays hold no number."""
+    record = Record({"x": [0.3, 0.7], "y": [0.5, 0.2]})
+    x, y = record.input("x"), record.input("y")
+    entries = [
+        square_root(1 - x * x),
+        reciprocal(x),
+        arc_cosine(x),
+        least(square_root(y), x),
+        least(x, square_root(y)),
+        sine(x) * greater(x, y) + arc_tangent(y, x),
+        x * 1e200 * x * 1e200 - y * 1e300 * 1e300,
+    ]
+    code = ArrayCode(Program.of(record, entries))
+    inputs = np.array(
+        [[0.3, 2.0, 0.0, 0.3, -0.0, 1e300, 0.9], [0.5, 0.5, 0.5, -1.0, 0.0, 0.1, 0.9]]
+    )
+    whole = np.empty((len(entries), inputs.shape[1]))
+    code.evaluate(inputs, whole)
+    assert np.isnan(whole).any()
+    for k in range(inputs.shape[1]):
+        alone = np.empty((len(entries), 1))
+        code.evaluate(inputs[:, k : k + 1], alone)
+        np.testing.assert_allclose(alone[:, 0], whole[:, k], rtol=1e-14)
