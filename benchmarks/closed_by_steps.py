@@ -36,11 +36,11 @@ ROBOTS = (
 FEW = 400  # poses of the slow way, and of the comparison
 SPREADS = ((0.02, 0.02), (0.1, 0.2))  # m and rad to each side of home
 TURNS = 3
-CHUNK = 1024
+CHUNK = 8192  # as compiled robots do
 
 
 def main() -> None:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 20_480
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 16_384
     print(f"{'robot':10}{'spread':>15}{'operations':>11}{'compile s':>10}{'before it':>11}", end="")
     print(f"{'in the kernel':>15}{'ratio':>8}{'computed again':>16}{'K':>9}")
     for name in ROBOTS:

@@ -9,9 +9,11 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.kinematics import Posture, PostureFinder
+from robostiff.recorded import CLOSED, record_closure
 
 RADIUS, CRANK, BAR = 0.120, 0.090, 0.110
 SWING = CRANK * np.sin(np.radians(20))
+UNITS = np.diag([0, 0, 0.1, 1.0, 1.0, 0])[[2, 3, 4]]
 TURNED = np.radians([-120.0, 0.0, 120.0])
 
 
@@ -44,21 +46,26 @@ def on_circles(six: np.ndarray) -> np.ndarray:
     return (np.sum(swings(six) ** 2, axis=-1) - CRANK**2) / CRANK**2
 
 
+def rates_of_circles(six: np.ndarray) -> np.ndarray:
+    """Rates of `on_circles` by z in tenths of a metre, rx and ry (N, 3, 3)."""
+    sides = [(on_circles(six + 1e-6 * u) - on_circles(six - 1e-6 * u)) for u in UNITS]
+    return np.stack(sides, axis=-1) / 2e-6
+
+
 def tracked(poses: np.ndarray, steps: int = 150) -> tuple[np.ndarray, np.ndarray]:
     """Where z, rx, ry follow the straight way from home, and how singular they came to be."""
     six = np.zeros((len(poses), 6))
     six[:, 2] = CRANK * np.cos(np.radians(20)) + BAR
-    units, alive = np.diag([0, 0, 0.1, 1.0, 1.0, 0])[[2, 3, 4]], np.ones(len(poses), dtype=bool)
+    alive = np.ones(len(poses), dtype=bool)
     nearest = np.full(len(poses), np.inf)
     for k in range(1, steps + 1):
         six[:, [0, 1, 5]] = k / steps * poses
         for _ in range(4):
-            sides = [(on_circles(six + 1e-6 * u) - on_circles(six - 1e-6 * u)) for u in units]
-            J = np.stack(sides, axis=-1) / 2e-6
+            J = rates_of_circles(six)
             singular = np.linalg.svd(J)[1][:, -1]
             J[singular < 1e-6] = np.eye(3)
             step = np.linalg.solve(J, -on_circles(six)[..., None])[..., 0]
-            six = np.where(alive[:, None], six + np.clip(step, -0.2, 0.2) @ units, six)
+            six = np.where(alive[:, None], six + np.clip(step, -0.2, 0.2) @ UNITS, six)
         alive &= np.abs(on_circles(six)).max(axis=1) < 1e-9
         # Cranks that are level are flat parallelograms, where the crossed ones begin.
         level = swings(six)[..., 1].min(axis=1) / CRANK
@@ -101,12 +108,41 @@ def test_another_assembly_mode_is_no_answer() -> None:
     assert any("another assembly mode" in sentence for sentence in one.advice)
     with pytest.raises(rs.NoAnswerError, match="another assembly mode"):
         _ = one.K
-    answer = rs.compile(robot).evaluate(poses)
+    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
+    answer = compiled.evaluate(poses)
     np.testing.assert_array_equal(answer.status_codes, result.status_codes)
+    assert np.all(answer.guarded[away])
+    assert np.mean(answer.guarded[result.answered]) < 0.2
     ok = result.answered
     K, reference = answer.values["K"][ok], result[ok].K
     scale = np.abs(reference).max(axis=(1, 2), keepdims=True)
     assert np.abs((K - reference) / scale).max() < 1e-9
+
+
+def test_recorded_steps_know_the_assembly_mode() -> None:
+    """Where they arrive, couplers are level and cranks upright; elsewhere they often close, too."""
+    robot = rs.load("capaman")
+    joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
+    closure = record_closure(robot, PostureFinder(robot), joints)
+    assert closure is not None
+    poses = np.concatenate([capaman_poses(3000, size, 4) for size in (0.03, 0.06, 0.1)])
+    values = dict(zip(closure.inputs, poses.T, strict=True)) | closure.state
+    with np.errstate(all="ignore"):
+        for _ in range(closure.most_steps):
+            values |= zip(closure.state, closure.step.evaluated(values), strict=True)
+        *q, gap, mode = closure.arrival.evaluated(values)
+    names = ("x", "y", "z", "rx", "ry", "rz")
+    six = np.stack([np.broadcast_to(values[name], len(poses)) for name in names], axis=-1)
+    closed, arrived = gap < CLOSED, (gap < CLOSED) & (mode > 0)
+    lean = [np.abs(q[k] + q[k + 1]) for k in range(0, len(q), len(q) // 3)]
+    assert np.sum(arrived) > 3000
+    assert np.max(lean, axis=0)[arrived].max() < 1e-9
+    assert np.abs(on_circles(six[arrived])).max() < 1e-9
+    assert swings(six[arrived])[..., 1].min() > 0
+    home = np.array([[0, 0, CRANK * np.cos(np.radians(20)) + BAR, 0, 0, 0]])
+    sign = np.linalg.det(rates_of_circles(six)) / np.linalg.det(rates_of_circles(home))
+    assert sign[arrived].min() > 0
+    assert np.any(sign[closed] < 0)
 
 
 @pytest.mark.slow

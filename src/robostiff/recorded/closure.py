@@ -118,6 +118,21 @@ def record_closure(
     RecordedClosure or None
         None where a record does not serve: home is singular, or it leaves coordinates undetermined,
         so that the way of the iteration chooses them.
+
+    Raises
+    ------
+    InputError
+        When home has no room around it.
+
+    Examples
+    --------
+    >>> from robostiff.kinematics import posture_finder
+    >>> from robostiff.robots import load
+    >>> robot = load("3-rps")
+    >>> joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
+    >>> closure = record_closure(robot, posture_finder(robot), joints)
+    >>> closure.inputs, len(closure.start)
+    (('z', 'rx', 'ry'), 18)
     """
     guess = _Guess.of(robot, finder, joints)
     if guess is None:

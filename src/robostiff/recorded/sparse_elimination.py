@@ -47,6 +47,15 @@ class SparseElimination:
         Of each group, in the order of elimination.
     undetermined : list of str
         Unknowns that no equation determines.
+
+    Examples
+    --------
+    >>> elimination = SparseElimination()
+    >>> equations = [Equation({"x": 1, "y": 1}, 3), Equation({"x": 1, "y": -1}, 1)]
+    >>> elimination.eliminate(equations, ["x", "y"])
+    []
+    >>> sorted(elimination.solution().items())
+    [('x', 2.0), ('y', 1.0)]
     """
 
     pivots: list[list[Any]] = field(default_factory=list)

@@ -18,6 +18,8 @@ ROBOTS = {
     "tripteron": ("d", "l"),
     "two-link-arm": ("l1", "b"),
     "planar-link": ("L",),
+    "3-rps": ("R", "r", "k"),
+    "t3r1": ("l", "k"),
 }
 
 
