@@ -17,12 +17,7 @@ from robostiff.kinematics.formula.body import tidied
 from robostiff.model import ALL_COORDINATES, Actuated, Robot
 from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, least
 from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
-from robostiff.recorded.parameters import (
-    ClosedSamples,
-    closed_samples,
-    parameter_samples,
-    with_inputs,
-)
+from robostiff.recorded.parameters import closed_samples, parameter_samples, with_inputs
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
 _CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
@@ -187,7 +182,7 @@ class _Guess:
         q_home = np.concatenate([solver.home for solver in finder.solvers])
         pose = np.concatenate([closed.pose, finder.home_pose[None]])
         q = np.concatenate([q, q_home[None]])
-        parameters = _with_nominal(robot, closed)
+        parameters = _with_nominal(robot)
         inputs = {names[k]: pose[:, k] for k in chosen} | parameters
         free = np.concatenate([leg.chain.free for leg in robot.legs])
         state = {name: pose[:, k] for k, name in open_.items()}
@@ -221,7 +216,7 @@ class _Guess:
         )
 
 
-def _with_nominal(robot: Robot, closed: ClosedSamples) -> dict[str, np.ndarray]:
+def _with_nominal(robot: Robot) -> dict[str, np.ndarray]:
     """Values of the parameters at the samples, the nominal ones last, as at home."""
     samples = parameter_samples(robot)
     return {name: np.append(own, float(robot.nominal[name])) for name, own in samples.items()}
