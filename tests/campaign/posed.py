@@ -32,9 +32,9 @@ from tests.campaign.walk import end_of, frame_of
 from tests.generators.elements import BAR, ROD, STEEL, random_element, random_transform
 from tests.generators.elements import KINDS as ELEMENTS
 from tests.generators.kernel_robots import HAND_MADE
-from tests.generators.legs import PLANAR, RODS, SLIDING, STRUTS, random_leg
+from tests.generators.legs import PLANAR, RODS, SCREWS, SLIDING, STRUTS, random_leg
 
-SIX_FREEDOMS = ("UPS", "SPS", "PUS", "PSU", "RUS", "RSU", "SPU", "UCU")
+SIX_FREEDOMS = ("UPS", "SPS", "PUS", "PSU", "RUS", "RSU", "SPU", "UCU", "UHS")
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def random_posed(rng: np.random.Generator, kind: str, count: int = 4) -> Posed |
 
 def _one_leg(rng: np.random.Generator, count: int) -> Posed:
     """A single leg carried forward from coordinates near home."""
-    kinds = (*STRUTS, *RODS, *PLANAR, *SLIDING)
+    kinds = (*STRUTS, *RODS, *PLANAR, *SLIDING, *SCREWS)
     case = random_leg(kinds[rng.integers(len(kinds))], int(rng.integers(2**31)))
     leg = case.leg
     if rng.uniform() < 0.4:

@@ -124,6 +124,9 @@ def _joint(joint: Joint) -> dict[str, Any]:
     match joint.kind:
         case JointKind.REVOLUTE | JointKind.PRISMATIC:
             return {**data, "axis": axes[0], "home": home[0]}
+        case JointKind.HELICAL:
+            pitch = float(joint.freedoms[0].pitch_per_turn)
+            return {**data, "axis": axes[0], "pitch": pitch, "home": home[0]}
         case JointKind.UNIVERSAL:
             return {**data, "axes": axes, "home": home}
         case JointKind.SPHERICAL:

@@ -21,6 +21,7 @@ from robostiff.model import (
     beam_axes,
     beam_link,
     cylindrical,
+    helical,
     planar,
     prismatic,
     revolute,
@@ -47,6 +48,7 @@ KINDS = (
     "beam",
     "spring",
     "part",
+    "helical",
 )
 
 
@@ -75,6 +77,8 @@ def random_joint_of(kind: str, rng: np.random.Generator, role: Role) -> Joint:
             return revolute(a, role, home=home[:1])
         case "prismatic":
             return prismatic(a, role, home=home[:1])
+        case "helical":
+            return helical(a, rng.uniform(0.02, 0.4) * rng.choice([-1, 1]), role, home=home[:1])
         case "universal":
             return universal(a, b, role, home=home[:2])
         case "spherical":

@@ -25,6 +25,7 @@ from robostiff.model import (
     beam_axes,
     beam_link,
     cylindrical,
+    helical,
     prismatic,
     revolute,
     spherical,
@@ -120,6 +121,7 @@ STRUTS = ("UPS", "SPS", "UPU", "UCU", "SPU")
 RODS = ("PUU", "PUS", "PSU", "RUU", "RUS", "RSU")
 PLANAR = ("RPR", "RRR", "PRR")
 SLIDING = ("PRRR", "CRR")
+SCREWS = ("UHS", "SHU")  # closed by Newton's method
 
 
 def random_leg(kind: str, seed: int) -> LegCase:
@@ -129,13 +131,17 @@ def random_leg(kind: str, seed: int) -> LegCase:
         elements = _planar_elements(kind, rng)
     elif kind in SLIDING:
         elements = _sliding_elements(kind, rng)
-    elif kind in STRUTS:
+    elif kind in (*STRUTS, *SCREWS):
         along = _unit(rng)
         elements = [_joint(kind[0], rng, along)]
         elements.append(random_slider(rng, along, rng.uniform(0.5, 0.9)))
         if kind[1] == "C":
             elements[-1] = cylindrical(along, FREE, home=[rng.uniform(0.5, 0.9), 0.3])
             elements.append(beam_link(0.2 * along, STEEL, ROD))
+        elif kind[1] == "H":
+            pitch = 10 ** rng.uniform(-2.3, -0.5) * rng.choice([-1, 1])
+            turns = rng.uniform(0.5, 0.9) / pitch
+            elements[-1] = helical(along, pitch, DRIVE, home=[2 * np.pi * turns])
         elements.append(_joint(kind[2].replace("U", "u"), rng, along))
     else:
         along = _unit(rng)

@@ -9,7 +9,16 @@ from robostiff.elasticity import circle, material
 from robostiff.kinematics import place_chain
 from robostiff.linkage import Connection, Linkage, close, essential, robot_of
 from robostiff.linkage.network_at import network_of
-from robostiff.model import Actuated, Chain, Passive, beam_link, prismatic, revolute, universal
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Passive,
+    beam_link,
+    helical,
+    prismatic,
+    revolute,
+    universal,
+)
 from robostiff.spatial import Frame
 
 
@@ -29,6 +38,8 @@ def _element(rng, name, kind):
             return revolute(axis, Actuated(3e4), home=home[:1], name=name)
         case 3:
             return prismatic(axis, Actuated(2e6), home=home[:1], name=name)
+        case 5:
+            return helical(axis, 0.1, Passive(), home=home[:1], name=name)
     return revolute(axis, Passive(), home=home[:1], name=name)
 
 
@@ -48,7 +59,7 @@ def _parallel(rng, legs):
     for leg in range(legs):
         bodies = ["base", *(f"{leg}.{i}" for i in range(5)), "platform"]
         frames |= {body: _frame(rng) for body in bodies[1:-1]}
-        kinds = rng.permutation([0, 1, 2, 3, 4, 0])
+        kinds = rng.permutation([0, 1, 2, 3, 5, 0])
         for i, kind in enumerate(kinds):
             a, b = bodies[i : i + 2] if rng.random() < 0.5 else bodies[i : i + 2][::-1]
             name = f"leg{leg}.{i}"

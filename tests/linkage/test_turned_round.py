@@ -16,6 +16,7 @@ from robostiff.model import (
     PlacedSpring,
     beam_link,
     cylindrical,
+    helical,
     planar,
     prismatic,
     revolute,
@@ -34,6 +35,7 @@ def _frame():
 JOINTS = [
     revolute([1, 2, 3], Passive(), home=[0.4]),
     prismatic([1, 2, -3], Passive(), home=[0.4]),
+    helical([2, -1, 1], 0.03, Passive(), home=[5.0]),
     universal([1, 0, 0], [0.3, 1, 0], Passive(), home=[0.4, -0.7]),
     spherical(Passive(), home=[0.3, -0.5, 0.8]),
     cylindrical([0, 1, 1], Passive(), home=[0.2, 0.9]),

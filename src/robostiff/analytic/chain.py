@@ -48,11 +48,14 @@ def _motion_and_rule(J: Any) -> tuple[str, str]:
         vanish = f"row and column {p + 1} vanish"
         motion = f"rotation about {axes[p]} at the reference point"
         return motion, f"trivial joint (19), {vanish}"
+    slides = space.size == 6 and sp.expand(sum(J[p, 0] * J[p + t, 0] for p in range(t))) != 0
     if len(turns) == 1:
-        motion = f"rotation about {axes[turns[0]]} away from the reference point"
+        where = "at" if slides and len(moves) == 1 else "away from"
+        kind = "screw motion" if slides else "rotation"
+        motion = f"{kind} about {axes[turns[0]]} {where} the reference point"
         return motion, "quasi-trivial joint (18)"
-    motion = "oblique rotation" if turns else "oblique translation"
-    return motion, "recursion (15)"
+    motion = "screw motion" if slides else "rotation" if turns else "translation"
+    return f"oblique {motion}", "recursion (15)"
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,8 @@ from robostiff.kinematics.pose import FARTHEST, FULL_TURN
 
 # Elastic moduli [Pa]: with a unit, and as bare numbers, which are often in another unit.
 _SOFTEST, _SOFTEST_BARE, _HARDEST = 1e3, 1e6, 1e13
+# Advance of a screw in one turn [m].
+_STEEPEST = 2.0
 
 
 def question(
@@ -51,6 +53,11 @@ def _length(number: float, _: bool) -> tuple[str, str] | None:
     return (f"a length of {number:g} m", "mm") if abs(number) > FARTHEST else None
 
 
+def _advance(number: float, _: bool) -> tuple[str, str] | None:
+    steep = abs(number) > _STEEPEST
+    return (f"an advance of {number:g} m in one turn", "mm") if steep else None
+
+
 def _angle(number: float, has_unit: bool) -> tuple[str, str] | None:
     if has_unit or abs(number) <= FULL_TURN:
         return None
@@ -69,6 +76,7 @@ def _modulus(number: float, has_unit: bool) -> tuple[str, str] | None:
 _NAMES = {"deg": "degrees"}
 _DOUBTS = {
     Dimension.LENGTH: _length,
+    Dimension.ADVANCE_PER_TURN: _advance,
     Dimension.ANGLE: _angle,
     Dimension.MODULUS: _modulus,
 }

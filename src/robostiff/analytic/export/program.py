@@ -179,7 +179,11 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     >>> compute.entries[0, 0]
     t1**2
     """
-    arguments = derivation.symbols
+    conditions = conditions_of(derivation)
+    # What the legs need to close may hold symbols that cancel in K.
+    needed = {x for condition in conditions for x in condition.expression.free_symbols}
+    needed -= {d.symbol for d in derivation.definitions}
+    arguments = tuple(sorted({*derivation.symbols, *needed}, key=str))
     matrix: Any = derivation.K
     if isinstance(derivation, FormulaDerivative):
         matrix = sp.ImmutableMatrix.vstack(derivation.K, derivation.dK)
@@ -192,7 +196,6 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     for name in names:
         if names.count(name) > 1:
             raise InputError("symbols", got=f"two called {name!r}", expected="one of each name")
-    conditions = conditions_of(derivation)
     expressions = [
         *(d.expression for d in definitions),
         *entries(matrix),

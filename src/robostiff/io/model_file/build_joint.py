@@ -50,7 +50,7 @@ def build_joint(place: Place, written: WrittenJoint, name: str) -> Joint:
             make = revolute if written.type == "revolute" else prismatic
             construct = partial(make, direction(place / "axis", written.axis))
         case WrittenHelical():
-            pitch = (place / "pitch").number(written.pitch, Dimension.LENGTH)
+            pitch = (place / "pitch").number(written.pitch, Dimension.ADVANCE_PER_TURN)
             construct = partial(helical, direction(place / "axis", written.axis), pitch)
         case WrittenUniversal():
             places = [place / "axes" / i for i in range(2)]

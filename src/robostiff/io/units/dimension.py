@@ -37,6 +37,7 @@ class Dimension(Enum):
 
     NUMBER = ("a plain number", "", "0.3")
     LENGTH = ("a length", "m", "300 mm")
+    ADVANCE_PER_TURN = ("an advance per turn", "m", "5 mm")
     AREA = ("an area", "m^2", "120 mm^2")
     SECOND_MOMENT = ("a second moment of area", "m^4", "4.9e4 mm^4")
     ANGLE = ("an angle", "rad", "10 deg")
@@ -164,7 +165,9 @@ def _measures(quantity: Quantity, dimension: Dimension) -> bool:
     *wanted, _ = _dimension_exponents(dimension)
     if not _equal(came, wanted):
         return False
-    refused = {Dimension.NUMBER: 1, Dimension.MOMENT: -1}.get(dimension)
+    refused = {Dimension.NUMBER: 1, Dimension.MOMENT: -1, Dimension.ADVANCE_PER_TURN: -1}.get(
+        dimension
+    )
     return refused is None or not _equal((rad,), (refused,))
 
 

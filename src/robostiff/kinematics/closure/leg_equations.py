@@ -11,6 +11,7 @@ import numpy as np
 
 from robostiff.kinematics.closure.assembly_mode import AssemblyMode
 from robostiff.kinematics.closure.newton import CLOSED, Part, nearest
+from robostiff.kinematics.closure.spin import Spin, spins_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
@@ -130,14 +131,18 @@ class NewtonTask:
         columns = sum(int(np.count_nonzero(leg.chain.free)) for leg in self.legs)
         J = np.zeros((len(pose), 6 * sum(self._gap_counts), columns + len(self.open)))
         row, column = 0, 0
-        for leg, own in zip(self.legs, q, strict=True):
+        for leg, own, own_spins in zip(self.legs, q, self._spins, strict=True):
             moving = np.flatnonzero(leg.chain.free)
             frame = attachment_frame(leg, R_platform, pose[:, :3])
             arm = frame[1] - pose[:, :3]
             placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
+            spins = [spin.at(placed) for spin in own_spins]
             for number, gap in enumerate(gaps(leg, placed, *frame)):
                 rows = J[:, row : row + 6]
-                rows[:, :, column : column + moving.size] = closing_rates(gap, placed)[:, :, moving]
+                own_rates = closing_rates(gap, placed)
+                for spin in spins:
+                    spin.add_to(own_rates)
+                rows[:, :, column : column + moving.size] = own_rates[:, :, moving]
                 if number == 0:  # the platform's own
                     for k, coordinate in enumerate(self.open):
                         rows[:, :, columns + k] = -_pose_twist(coordinate, rates, arm)
@@ -151,12 +156,20 @@ class NewtonTask:
         x, step = x.copy(), step * self._unit_steps
         pose, q = self._apart(x)
         column = 0
-        for leg, own in zip(self.legs, q, strict=True):
+        for leg, own, spins in zip(self.legs, q, self._spins, strict=True):
             free = leg.chain.free
             count = int(np.count_nonzero(free))
             delta = np.zeros_like(own)
             delta[:, free] = step[:, column : column + count]
-            own[:] = advance(leg, own, delta)
+            if spins:
+                placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
+                back = np.zeros_like(own)
+                for spin in spins:
+                    spin.at(placed).take_from(delta, back)
+                # Last, so that what is turned back is turned about the very axis of the screw.
+                own[:] = advance(leg, advance(leg, own, delta), back)
+            else:
+                own[:] = advance(leg, own, delta)
             column += count
         pose[:, list(self.open)] += step[:, column:]
         return x
@@ -185,6 +198,11 @@ class NewtonTask:
             placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
             counts.append(1 + len(placed.loops))
         return tuple(counts)
+
+    @cached_property
+    def _spins(self) -> tuple[tuple[Spin, ...], ...]:
+        """Of each leg, the screws whose turns another joint takes back."""
+        return tuple(spins_of(leg.chain, self.length) for leg in self.legs)
 
     @cached_property
     def _unit_steps(self) -> np.ndarray:

@@ -1,0 +1,341 @@
+"""Helical joints through every way to an answer."""
+
+import json
+from inspect import signature
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic import derive_chain
+from robostiff.analytic.export import python_function
+from robostiff.elastostatics import chain_stiffness
+from robostiff.errors import InputError
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
+from robostiff.io.snapshot import (
+    network_from_document,
+    network_to_data,
+    snapshot_from_document,
+    snapshot_to_data,
+)
+from robostiff.kinematics import JointCoordinates, leg_compliance, passive_jacobian
+from robostiff.linkage import Connection, Linkage, close, network_at, robot_of
+from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
+from robostiff.network import network_of_snapshot
+from robostiff.plot.geometry.displacement import motion_under
+from robostiff.plot.posed_robot import robot_picture
+from robostiff.robots import robot_file
+from robostiff.spatial import Frame, Screw
+from tests.generators.chains import random_rotation
+from tests.generators.leg_wrenches import random_beam
+
+HERE = Path(__file__).parent
+LEAD = 0.005  # m in one turn
+H = LEAD / (2 * np.pi)
+FORMS = (rs.SaddlePoint(), rs.Block(), rs.Recursive(), rs.WrenchBasis())
+POSES = np.array([0, 0, 0.8, 0, 0, 0]) + np.random.default_rng(0).uniform(-0.15, 0.15, (6, 6))
+LOAD = [100.0, 20, -500, 3, 2, 1]
+
+
+def lead_screws(**options) -> rs.Robot:
+    """Case B with a nut and screw in every leg for its slide, equally stiff along the leg."""
+    text = robot_file("gough-stewart-b").read_text()
+    slide = "type: prismatic, name: actuator, axis: z, role: actuated, stiffness: k"
+    assert slide in text
+    screw = "type: helical, name: actuator, axis: z, pitch: lead, role: actuated"
+    text = text.replace(slide, f"{screw}, stiffness: k*(lead/(2*pi))^2")
+    text = text.replace("parameters:", "parameters:\n  lead: 5 mm")
+    return model_from_document(parse_document(text), **options)
+
+
+def apart(one, other) -> float:
+    return float(np.max(np.abs(np.asarray(one) - other)) / np.max(np.abs(other)))
+
+
+def random_leg(rng: np.random.Generator, pitch: float | None, role=Passive()) -> PlacedLeg:  # noqa: B008
+    """Beams, a turn, and a joint of some pitch."""
+    e, other = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+    joints = (
+        PlacedFreedom(other, rng.normal(size=3), 0.0, "turn", Passive()),
+        PlacedFreedom(e, rng.normal(size=3), pitch, "screw", role),
+    )
+    return PlacedLeg("leg", (random_beam(rng, 0.02), *joints, random_beam(rng, 0.03)), np.ones(3))
+
+
+def stiffness_of(leg: PlacedLeg) -> np.ndarray:
+    return rs.stiffness(Snapshot("leg", (leg,), leg.end)).K
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_fine_screw_is_a_turn_and_a_steep_one_a_slide(seed: int):
+    """K differs by the pitch to the first power, and by its inverse."""
+    turn, slide = (stiffness_of(random_leg(np.random.default_rng(seed), p)) for p in (0.0, None))
+    for h in (1e-4, 1e-6):
+        fine = stiffness_of(random_leg(np.random.default_rng(seed), h))
+        steep = stiffness_of(random_leg(np.random.default_rng(seed), 1 / h))
+        assert 1e-4 * h < apart(fine, turn) < 100 * h
+        assert 1e-4 * h < apart(steep, slide) < 100 * h
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_driven_steep_screw_is_a_driven_slide(seed: int):
+    """k of the angle is h^2 times k of the advance."""
+    h, k = 1e6, 3e5
+    steep = random_leg(np.random.default_rng(seed), h, Actuated(k * h**2))
+    slide = random_leg(np.random.default_rng(seed), None, Actuated(k))
+    assert apart(stiffness_of(steep), stiffness_of(slide)) < 1e-4
+    assert apart(stiffness_of(steep), stiffness_of(random_leg(np.random.default_rng(seed), None)))
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+def test_every_form_with_columns_by_hand(form):
+    """C and J_q of eq. (17) written out, [e x r + h e; e]."""
+    rng = np.random.default_rng(3)
+    leg = random_leg(rng, 0.07)
+    _, turn, screw, _ = leg.elements
+    r = leg.end - screw.point
+    column = [*(np.cross(screw.axis, r) + 0.07 * screw.axis), *screw.axis]
+    other = [*np.cross(turn.axis, leg.end - turn.point), *turn.axis]
+    J_q = np.transpose([other, column])
+    assert passive_jacobian(leg, leg.end)[0] == pytest.approx(J_q, abs=1e-15)
+    by_hand = chain_stiffness(leg_compliance(leg, leg.end), J_q, form=form).K
+    found = rs.stiffness(Snapshot("leg", (leg,), leg.end), method=form).K
+    assert apart(found, by_hand) < 1e-11
+
+
+def test_a_robot_on_lead_screws_is_as_stiff_as_one_on_slides():
+    robot, slides = lead_screws(), rs.load("gough-stewart-b")
+    found, expected = rs.stiffness(robot, POSES), rs.stiffness(slides, POSES)
+    assert found.status.has_stiffness
+    assert apart(found.K, expected.K) < 1e-11
+    lengths = [q[:, 2] for q in rs.find_posture(slides, POSES).coordinates]
+    angles = [q[:, 2] for q in rs.find_posture(robot, POSES).coordinates]
+    assert np.min(angles) > 100 * 2 * np.pi  # a hundred turns at least
+    assert H * np.array(angles) == pytest.approx(np.array(lengths), rel=1e-9)
+
+
+def test_the_same_as_network_snapshot_and_graph():
+    snapshot = rs.find_posture(lead_screws(), POSES[0]).snapshot.one(0)
+    K = rs.stiffness(snapshot).K
+    network = network_of_snapshot(snapshot)
+    assert apart(rs.stiffness(network).K, K) < 1e-11
+    data = json.dumps(snapshot_to_data(snapshot))
+    again = snapshot_from_document(parse_document(data))
+    (screw,) = (f for f in again.legs[0].freedoms if f.name == "actuator")
+    assert screw.pitch == pytest.approx(H, rel=1e-15)
+    assert apart(rs.stiffness(again).K, K) < 1e-12
+    graph = network_from_document(parse_document(json.dumps(network_to_data(network))))
+    assert apart(rs.stiffness(graph).K, K) < 1e-11
+
+
+def test_deflection_energy_and_picture_are_those_of_slides():
+    robot, slides = lead_screws(), rs.load("gough-stewart-b")
+    bent, expected = (
+        rs.deflection(robot, POSES[0], wrench=LOAD),
+        rs.deflection(slides, POSES[0], wrench=LOAD),
+    )
+    assert apart(bent.twist, expected.twist) < 1e-10
+    shares, others = ([part.share for part in one.parts] for one in (bent, expected))
+    assert shares == pytest.approx(others, rel=1e-9)
+    snapshot = rs.find_posture(robot, POSES[0]).snapshot.one(0)
+    motion = motion_under(snapshot, bent)
+    for leg, own in zip(snapshot.legs, motion.legs, strict=True):
+        (i,) = (i for i, e in enumerate(leg.elements) if e.name == "actuator")
+        screw, before, after = leg.elements[i], own.bodies[i], own.bodies[i + 1]
+        turn = (after.rotation - before.rotation) @ screw.axis
+        shift = after.displacement(screw.point) - before.displacement(screw.point)
+        assert shift == pytest.approx(H * turn * screw.axis, abs=1e-15)
+    # Along the screw the line is that of a slide.
+    scene = robot_picture(snapshot)
+    about = {getattr(item, "about", "") for item in scene.items}
+    assert "leg1/actuator" in about
+
+
+def test_kernel_at_poses():
+    robot = lead_screws()
+    answer = rs.compile(robot).evaluate(POSES)
+    assert apart(answer.values["K"], rs.stiffness(robot, POSES).K) < 1e-9
+
+
+def test_formula_with_a_symbolic_pitch_and_its_export():
+    """The pitch cancels, exactly: k of the angle is k (lead / 2 pi)^2."""
+    names = ("k", "R", "r", "h", "lead")
+    derivation = rs.derive(lead_screws(symbols=names))
+    K = rs.stiffness(lead_screws()).K
+    assert "lead" not in {symbol.name for symbol in derivation.symbols}
+    given = {"k": 1e8, "R": 0.5, "r": 0.3, "h": 0.8, "lead": LEAD}
+    q = rs.find_posture(lead_screws()).coordinates
+    given |= {f"q_leg{i + 1}_{j + 1}": q[i][0, j] for i in range(6) for j in range(6)}
+    module: dict = {}
+    exec(python_function(derivation, "K"), module)  # noqa: S102
+    # These are in the closure of the legs, and cancel in K.
+    assert "r" not in {symbol.name for symbol in derivation.K.free_symbols}
+    found = module["K"](**{name: given[name] for name in signature(module["K"]).parameters})
+    assert apart(found, K) < 1e-10
+
+
+def test_recursion_of_a_chain_with_a_screw():
+    h, k = sp.symbols("h k", positive=True)
+    K0 = sp.diag(k, k, k, k, k, k)
+    derivation = derive_chain(K0, {"nut": [0, 0, h, 0, 0, 1]})
+    assert derivation.stages[0].rule == (
+        "screw motion about z at the reference point: quasi-trivial joint (18)"
+    )
+    assert sp.simplify(derivation.K[2, 2] - k / (1 + h**2)) == 0
+
+
+def arm(pitch: str = "20 mm", more: str = "") -> str:
+    return f"""
+robostiff: 1
+name: screw arm
+source: made for these tests
+parameters: {{p: {pitch}, kq: 50 N m/rad}}
+legs:
+  - name: arm
+    chain:
+      - {{type: revolute, axis: z, role: actuated, stiffness: 2e4 N m/rad}}
+      - {{type: beam, to: [400 mm, 0, 0], material: steel,
+         section: {{circle: {{diameter: 30 mm}}}}}}
+      - {{type: helical, name: quill, axis: z, pitch: p, role: actuated, stiffness: kq,
+         home: 90 deg{more}}}
+      - {{type: beam, to: [0, 100 mm, -200 mm], material: steel,
+         section: {{circle: {{diameter: 20 mm}}}}}}
+"""
+
+
+def load_arm(pitch: str = "20 mm", more: str = "", **options) -> rs.Robot:
+    return model_from_document(parse_document(arm(pitch, more)), **options)
+
+
+def test_an_arm_posed_by_its_joints_in_numbers_formula_and_kernel():
+    robot = load_arm()
+    q = np.array([[0.3, 40.0], [-0.5, -7.0]])
+    posture = rs.find_posture(robot, JointCoordinates(q))
+    quill = posture.snapshot.legs[0].elements[2]
+    end = posture.snapshot.legs[0].end
+    # 40 rad are 6.37 turns of 20 mm.
+    assert end[:, 2] == pytest.approx(-0.2 + 0.02 * q[:, 1] / (2 * np.pi))
+    assert quill.pitch == pytest.approx(0.02 / (2 * np.pi))
+    K = rs.stiffness(robot, JointCoordinates(q)).K
+    fast = rs.compile(robot)
+    assert apart(fast.evaluate(JointCoordinates(q)).values["K"], K) < 1e-10
+    formula = rs.derive(
+        load_arm(symbols=("p", "kq")), pose=rs.AtCoordinates({"q1": 0.3, "q2": 40.0})
+    )
+    values = {"p": 0.02, "kq": 50.0}
+    module: dict = {}
+    exec(python_function(formula, "K"), module)  # noqa: S102
+    found = module["K"](*(values[symbol.name] for symbol in formula.symbols))
+    assert apart(found, K[0]) < 1e-10
+
+
+def test_limits_are_an_angle():
+    robot = load_arm(more=", limits: [0, 4 deg*360]")
+    assert robot.legs[0].chain.roles[1].limits == pytest.approx((0, 8 * np.pi))
+    posture = rs.find_posture(robot, JointCoordinates([0, 30.0]))
+    assert "'quill' of leg 'arm' is at 1718.9 deg" in posture.complaints[0]
+    inside = rs.find_posture(robot, JointCoordinates([0, 20.0]))
+    assert not inside.complaints
+
+
+def test_a_platform_pose_of_an_arm_keeps_the_turns_of_its_screw():
+    """An angle of a screw is not brought near to home: there the platform would be elsewhere."""
+    robot = load_arm()
+    q = np.array([0.3, 15.0])
+    pose = rs.find_posture(robot, JointCoordinates(q)).pose
+    found = rs.find_posture(robot, pose, near=JointCoordinates([0.25, 14.0]))
+    assert np.ravel(found.coordinates[0]) == pytest.approx(q, abs=1e-8)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_linkage_with_a_screw_is_the_robot_and_its_network(sign: int):
+    """Base, screw, arm: right-handed and left-handed, told from either end."""
+    rng = np.random.default_rng(5)
+    nut = rs.helical(rng.normal(size=3), sign * 0.02, Actuated(40.0), home=[3.0], name="nut")
+    beam = rs.beam_link([0.2, 0.1, 0.4], rs.material("steel"), rs.circle(0.03), name="beam")
+    frames = [Frame(random_rotation(rng), rng.normal(size=3)) for _ in range(3)]
+    connections = (
+        Connection("nut", "base", "body", frames[0], nut, frames[1]),
+        Connection("beam", "body", "tip", frames[2], beam, Frame.identity()),
+    )
+    linkage = Linkage("jack", connections, "base", "tip", np.zeros(3))
+    C = rs.compliance(network_at(linkage))
+    robot = robot_of(linkage, close(linkage))
+    snapshot = rs.find_posture(robot).snapshot.one(0)
+    assert apart(rs.compliance(snapshot), C) < 1e-10
+
+
+def test_ball_screws_move_the_carriages_of_a_hexapod():
+    """Motor and nut in parallel with a rail: as stiff as slides of c / h^2."""
+    robot = rs.load(HERE / "ball-screws.yaml")
+    h = 0.010 / (2 * np.pi)
+    slides = rs.load("hexapod-pus", {"k": f"{120 / h**2!r} N/m"})
+    poses = np.array([0, 0, 0.7, 0, 0, 0]) + np.random.default_rng(2).uniform(-0.05, 0.05, (3, 6))
+    assert apart(rs.stiffness(robot, poses).K, rs.stiffness(slides, poses).K) < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("pitch", "message"),
+    [
+        (
+            "0 mm",
+            "got 0.0, expected a finite length per turn, not zero [m]; a joint of no pitch is",
+        ),
+        ("5 mm/rad", "got 'p', which is 0.005 m/rad, expected an advance per turn, such as 5 mm"),
+        ("5 deg", "(an angle), expected an advance per turn, such as 5 mm"),
+    ],
+)
+def test_pitches_that_are_refused(pitch: str, message: str):
+    with pytest.raises(InputError) as caught:
+        load_arm(pitch)
+    assert message in str(caught.value)
+
+
+def test_a_planar_robot_has_no_screws():
+    text = arm().replace("name: screw arm", "name: screw arm\nplanar: true")
+    text = text.replace("[0, 100 mm, -200 mm]", "[0, 100 mm, 0]")
+    with pytest.raises(InputError, match="quill in a planar robot: got a helical joint"):
+        model_from_document(parse_document(text))
+    screw = {"type": "spring", "kind": "H", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 5.0}
+    leg = {"name": "a", "end": [1, 0, 0], "chain": [{**screw, "pitch": 0.01}]}
+    file = {"name": "p", "planar": True, "reference_point": [1, 0, 0], "legs": [leg]}
+    with pytest.raises(InputError, match="helical joint of a planar robot"):
+        snapshot_from_document(parse_document(json.dumps(file)))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"kind": "H"}, "pitch of a joint of kind H: got none, expected an advance per turn"),
+        ({"kind": "H", "pitch": 0}, "pitch of a joint of kind H: got 0"),
+        ({"kind": "R", "pitch": 0.01}, "pitch of a joint of kind R: got 0.01, expected none"),
+    ],
+)
+def test_pitches_of_snapshots_that_are_refused(given: dict, message: str):
+    part = {"type": "spring", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 5.0, **given}
+    leg = {"name": "a", "end": [1, 0, 0], "chain": [part]}
+    file = {"name": "p", "reference_point": [1, 0, 0], "legs": [leg]}
+    with pytest.raises(InputError) as caught:
+        snapshot_from_document(parse_document(json.dumps(file)))
+    assert message in str(caught.value)
+
+
+def test_a_free_screw_is_told_as_one():
+    leg = Leg(
+        "leg",
+        Frame.identity(),
+        Chain(
+            (
+                rs.helical([0, 0, 1], 0.01, Passive()),
+                rs.beam_link([0, 0, 1], rs.material("steel"), rs.circle(0.02)),
+            )
+        ),
+        Frame.identity(),
+    )
+    (free,) = rs.stiffness(rs.Robot("jack", (leg,))).free_motions
+    assert str(free) == "screw motion about z through (0, 0, 1) m, 1.592 mm per radian"
+    assert isinstance(free.screw, Screw)
+    assert free.screw.pitch == pytest.approx(0.01 / (2 * np.pi))
