@@ -98,6 +98,7 @@ PUBLIC = [
     "deflection",
     "derive",
     "find_posture",
+    "helical",
     "i_section",
     "indices",
     "load",
