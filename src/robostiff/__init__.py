@@ -131,6 +131,17 @@ _HOMES = {
     "robostiff.network": ("Network",),
     "robostiff.report": ("write_report",),
     "robostiff.spatial": ("Frame",),
+    "robostiff.statics": (
+        "Bowing",
+        "CriticalLoad",
+        "DeadForce",
+        "Equilibria",
+        "Equilibrium",
+        "EquilibriumStatus",
+        "Linear",
+        "critical_load",
+        "equilibrium",
+    ),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _PACKAGES = ("plot",)

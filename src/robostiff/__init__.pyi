@@ -110,6 +110,15 @@ from robostiff.robots import shipped_robots as shipped_robots
 from robostiff.robots.derivation import derive as derive
 from robostiff.robots.descriptions import load_linkage as load_linkage
 from robostiff.spatial import Frame as Frame
+from robostiff.statics import Bowing as Bowing
+from robostiff.statics import CriticalLoad as CriticalLoad
+from robostiff.statics import DeadForce as DeadForce
+from robostiff.statics import Equilibria as Equilibria
+from robostiff.statics import Equilibrium as Equilibrium
+from robostiff.statics import EquilibriumStatus as EquilibriumStatus
+from robostiff.statics import Linear as Linear
+from robostiff.statics import critical_load as critical_load
+from robostiff.statics import equilibrium as equilibrium
 from robostiff.version import __version__ as __version__
 
 __all__: list[str]

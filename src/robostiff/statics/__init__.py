@@ -1,0 +1,22 @@
+"""Robots under finite loads: equilibrium, loaded stiffness, stability."""
+
+from robostiff.statics.beam_bowing import Bowing, Linear
+from robostiff.statics.critical_load import CriticalLoad, critical_load
+from robostiff.statics.equilibrium import equilibrium
+from robostiff.statics.from_snapshot import DeadForce
+from robostiff.statics.loaded_parts import LoadedPart
+from robostiff.statics.result import Equilibria, Equilibrium
+from robostiff.statics.status import EquilibriumStatus
+
+__all__ = [
+    "Bowing",
+    "CriticalLoad",
+    "DeadForce",
+    "Equilibria",
+    "Equilibrium",
+    "EquilibriumStatus",
+    "Linear",
+    "LoadedPart",
+    "critical_load",
+    "equilibrium",
+]

@@ -1,0 +1,184 @@
+"""The critical load of a robot: how often a wrench may act before stability is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Near, Pose
+from robostiff.model import Robot, Snapshot
+from robostiff.spatial import as_float
+from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.critical_point import CriticalPoint, first_critical
+from robostiff.statics.equilibrium import Loads, one_question
+from robostiff.statics.newton import Found
+from robostiff.statics.problem import Loading
+from robostiff.statics.status import EquilibriumStatus
+
+_BOWING = Bowing()
+
+
+@dataclass(frozen=True, repr=False)
+class CriticalLoad:
+    """The smallest factor of a wrench at which a robot loses its stability.
+
+    Attributes
+    ----------
+    name : str
+    wrench : (r,) array
+        At factor 1 [N, N m].
+    status : EquilibriumStatus
+        Bad where the path of equilibria could not be followed.
+    searched_to : float
+        Factor up to which equilibria were followed.
+    point : CriticalPoint or None
+        None where the robot is stable up to `searched_to`.
+    """
+
+    name: str
+    wrench: np.ndarray
+    status: EquilibriumStatus
+    searched_to: float
+    point: CriticalPoint | None
+
+    @property
+    def is_found(self) -> bool:
+        """Whether there is a critical load up to `searched_to`."""
+        return self.point is not None
+
+    @property
+    def factor(self) -> float:
+        """Of the wrench.
+
+        Raises
+        ------
+        NoAnswerError
+            Where none was found.
+        """
+        return self._required.factor
+
+    @property
+    def mode(self) -> str:
+        """How the robot leaves its place, in words."""
+        return self._required.words
+
+    @property
+    def leg(self) -> str | None:
+        """The leg that buckles while the platform stays; None where the platform moves."""
+        return self._required.leg
+
+    @property
+    def twist(self) -> np.ndarray:
+        """Motion of the platform, about its point, per metre or radian (r,)."""
+        return self._required.twist
+
+    @property
+    def is_limit(self) -> bool:
+        """Whether no larger load is carried at all: the platform snaps through."""
+        return self._required.is_limit
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to know about this answer, a sentence each."""
+        return self.status.advice
+
+    @property
+    def _required(self) -> CriticalPoint:
+        if self.point is None:
+            why = "; ".join(self.advice) or f"stable up to factor {self.searched_to:g}"
+            raise NoAnswerError(f"no critical load of {self.name!r}: {why}")
+        return self.point
+
+    def __repr__(self) -> str:
+        if self.point is None:
+            return (
+                f"<CriticalLoad of {self.name!r}: none up to factor {self.searched_to:g}, "
+                f"status {self.status}>"
+            )
+        return f"<CriticalLoad of {self.name!r}: factor {self.factor:.6g}, {self.mode}>"
+
+
+def critical_load(
+    robot: Robot | Snapshot,
+    pose: Pose = None,
+    wrench: ArrayLike = (),
+    *,
+    at: ArrayLike | None = None,
+    loads: Loads | None = None,
+    preload: Mapping[str, Any] | None = None,
+    beams: Beams = _BOWING,
+    near: Near = None,
+    up_to: float = 1e3,
+) -> CriticalLoad:
+    """Smallest factor of a wrench at which a robot stops being stable, and how it leaves.
+
+    Equilibria are followed from the wrench zero on, `loads` and `preload` acting throughout, until
+    the energy has no minimum any more; the point between is then solved for.
+
+    Parameters
+    ----------
+    robot, pose, at, loads, preload, beams, near
+        As for `equilibrium`.
+    wrench : (6,) array, or (3,) for a planar robot
+        At factor 1, as for `equilibrium` [N, N m].
+    up_to : float
+        Factor at which the search ends.
+
+    Returns
+    -------
+    CriticalLoad
+
+    Raises
+    ------
+    InputError
+        As for `equilibrium`; when the wrench is zero.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> found = rs.critical_load(rs.load("gough-stewart-b"), wrench=[0, 0, -1e6, 0, 0, 0])
+    >>> round(found.factor, 2), found.mode
+    (71.6, 'the platform buckles: ...')
+    """
+    up_to = as_float("up_to of a critical load", up_to, "a positive factor")
+    if not up_to > 0:
+        raise InputError("up_to of a critical load", got=up_to, expected="a positive factor")
+    question, F = one_question(robot, pose, wrench, at, loads, preload, beams, near)
+    if not np.any(F):
+        raise InputError(
+            f"wrench of the critical load of {question.name!r}",
+            got=F.tolist(),
+            expected="a load that grows",
+            hint="write critical_load(robot, pose, [0, 0, -1000, 0, 0, 0])",
+        )
+    problem, status = question.problem, question.status
+    nothing = np.zeros(problem.size)
+    if status & EquilibriumStatus.UNREACHABLE:
+        return CriticalLoad(question.name, F, status, 0.0, None)
+    unloaded = problem.linearised(problem.unloaded, Loading(nothing, nothing, 0.0, 0.0), 0.0)
+    if unloaded.rigid:
+        status |= EquilibriumStatus.RIGID_DIRECTION
+        return CriticalLoad(question.name, F, status, 0.0, None)
+    loading = Loading(nothing, F, share=1.0, share_rate=0.0)
+    ended, point = first_critical(problem, loading, unloaded, up_to)
+    return _answer(question.name, F, status, ended, point, up_to)
+
+
+def _answer(
+    name: str,
+    F: np.ndarray,
+    status: EquilibriumStatus,
+    ended: Found | None,
+    point: CriticalPoint | None,
+    up_to: float,
+) -> CriticalLoad:
+    if point is not None:
+        return CriticalLoad(name, F, status, point.factor, point)
+    if ended is None:
+        return CriticalLoad(name, F, status | EquilibriumStatus.NO_EQUILIBRIUM, 0.0, None)
+    return CriticalLoad(name, F, status, min(up_to, ended.factor), None)

@@ -1,0 +1,178 @@
+"""Where stability is lost along a growing load: the critical point, and its mode in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robostiff.analysis.free_motion import free_motions_in_words
+from robostiff.statics.newton import (
+    Found,
+    arc_unit,
+    equilibrium_at,
+    path,
+    path_direction,
+    step_along,
+)
+from robostiff.statics.problem import Linearised, Loading, Problem
+from robostiff.statics.stability import Margin, leg_margins, platform_margin
+
+# Of the margins around a critical point: where interpolation begins, and how many are tried.
+_SMALL, _TRIALS = 1e-4, 30
+# Of load times mode: below this the load does no work on the mode, and equilibria branch.
+_BRANCHES = 1e-4
+
+
+@dataclass(frozen=True)
+class CriticalPoint:
+    """The first equilibrium along a growing load that is not stable.
+
+    Attributes
+    ----------
+    factor : float
+        Of the load.
+    words : str
+        How the robot leaves it.
+    leg : str or None
+        The leg that buckles while the platform is held; None where the platform moves.
+    twist : (r,) array
+        Of the platform, per metre or radian; zero where a leg buckles by itself.
+    is_limit : bool
+        Whether the load cannot grow further; it can, on an unstable branch, where equilibria
+        branch.
+    found : Found
+    """
+
+    factor: float
+    words: str
+    leg: str | None
+    twist: np.ndarray
+    is_limit: bool
+    found: Found
+
+
+def first_critical(
+    problem: Problem, loading: Loading, unloaded: Linearised, up_to: float
+) -> tuple[Found | None, CriticalPoint | None]:
+    """The first critical point from factor 0 up to a factor.
+
+    Parameters
+    ----------
+    problem : Problem
+    loading : Loading
+    unloaded : Linearised
+        The equations without any load.
+    up_to : float
+        Factor at which the search ends.
+
+    Returns
+    -------
+    Found or None
+        The last stable equilibrium of the path, at or beyond `up_to` unless it ended before; None
+        where there is none from which to start.
+    CriticalPoint or None
+        None where none was met.
+    """
+    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
+    if not here.converged:
+        return None, None
+    least = _least(problem, here, unloaded)
+    if least[1].value <= 0:
+        return here, _point(problem, here, *least)
+    unit = arc_unit(problem, here)
+    before = None
+    for step in path(problem, loading, here):
+        direction = path_direction(problem, here, before, unit)
+        found_least = _least(problem, step.found, unloaded)
+        if found_least[1].value < 0:
+            critical = _refined(problem, loading, unloaded, here, direction, step.arc, unit)
+            return here, critical if critical.factor <= up_to else None
+        here, before = step.found, direction
+        if here.factor >= up_to:
+            return here, None
+    return None, None
+
+
+def _refined(
+    problem: Problem,
+    loading: Loading,
+    unloaded: Linearised,
+    here: Found,
+    direction: np.ndarray,
+    arc: float,
+    unit: float,
+) -> CriticalPoint:
+    """Where the margin vanishes between a stable equilibrium and an unstable one.
+
+    By regula falsi (Illinois) up to where equations are nearly singular; arc and load factor are
+    interpolated from there.
+    """
+    left, right = 0.0, arc
+    best = step_along(problem, loading, here, direction, arc, unit)
+    at_left = _least(problem, here, unloaded)[1].value
+    at_right = _least(problem, best, unloaded)[1].value
+    small = _SMALL * max(at_left, -at_right)
+    met = [(at_left, here.factor), (at_right, best.factor)]
+    smallest = -at_right
+    for _ in range(_TRIALS):
+        h = (left * at_right - right * at_left) / (at_right - at_left)
+        found = step_along(problem, loading, here, direction, h, unit)
+        if not found.converged:
+            break
+        value = _least(problem, found, unloaded)[1].value
+        met.append((value, found.factor))
+        if abs(value) < smallest:
+            smallest, best = abs(value), found
+        if smallest < small:
+            break
+        if value * at_right < 0:
+            left, at_left = right, at_right
+        else:
+            at_left *= 0.5
+        right, at_right = h, value
+    point = _point(problem, best, *_least(problem, best, unloaded))
+    return replace(point, factor=_at_zero(met))
+
+
+def _at_zero(met: list[tuple[float, float]]) -> float:
+    """Load factor at the margin 0, by the polynomial through the four points nearest to it."""
+    nearest = sorted(met, key=lambda own: abs(own[0]))[:4]
+    total = 0.0
+    for i, (m, factor) in enumerate(nearest):
+        weight = 1.0
+        for k, (other, _) in enumerate(nearest):
+            if k != i:
+                weight *= other / (other - m)
+        total += weight * factor
+    return total
+
+
+def _least(problem: Problem, found: Found, unloaded: Linearised) -> tuple[int | None, Margin]:
+    """The least margin, and the leg that has it; None for the platform."""
+    margins: dict[int | None, Margin] = {None: platform_margin(problem, found.known, unloaded)}
+    margins |= leg_margins(problem, found.known)
+    leg = min(margins, key=lambda key: margins[key].value)
+    return leg, margins[leg]
+
+
+def _point(problem: Problem, found: Found, leg: int | None, least: Margin) -> CriticalPoint:
+    if leg is not None:
+        for group in problem.groups:
+            if leg in group.indices:
+                i = group.indices.index(leg)
+                name, part = group.names[i], group.largest_part(least.mode, i)
+                words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
+                twist = np.zeros(problem.size)
+                return CriticalPoint(found.factor, words, name, twist, False, found)
+    mode = least.mode
+    size = np.linalg.norm(mode * problem.scale)
+    twist = mode / (size if size > 0 else 1.0)
+    motion = free_motions_in_words(twist[None], found.state.p, problem.length)[0]
+    load = found.known.by_factor
+    work = abs(float(load @ twist))
+    whole = float(np.linalg.norm(load / problem.scale))
+    is_limit = work > _BRANCHES * whole
+    how = "snaps through" if is_limit else "buckles"
+    words = f"the platform {how}: {motion}"
+    return CriticalPoint(found.factor, words, None, motion.twist, is_limit, found)

@@ -1,0 +1,390 @@
+"""Equilibrium of a robot under load: from the question to the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.one_pose import require_one_pose
+from robostiff.errors import InputError
+from robostiff.kinematics import Near, Pose, Posture, find_posture
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Robot, Snapshot
+from robostiff.spatial import Space, as_float, as_floats
+from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.critical_point import CriticalPoint, first_critical
+from robostiff.statics.from_snapshot import DeadForce, legs_of, load_vector
+from robostiff.statics.newton import FREE, Found, Target, equilibrium_at
+from robostiff.statics.problem import Linearised, Loading, Problem
+from robostiff.statics.result import Equilibria, Equilibrium
+from robostiff.statics.stability import leg_margins, platform_margin
+from robostiff.statics.status import EquilibriumStatus
+
+Loads = Mapping[str, Any]
+_BOWING = Bowing()
+# A margin above which Newton's method has not passed a critical load, if no step of it was cut.
+_SAFE = 0.3
+# Of the largest entry of a scaled matrix: an eigenvalue below it resists nothing.
+_FREE = 1e-9
+
+
+@dataclass(frozen=True)
+class Question:
+    """A robot at one posture with its loads, ready to be solved.
+
+    Attributes
+    ----------
+    name : str
+    problem : Problem
+    space : Space
+    frame : tuple of (3, 3) and (3,) arrays
+        Axes and origin of the platform frame at the unloaded posture [m].
+    status : EquilibriumStatus
+        What is to be said of the posture.
+    """
+
+    name: str
+    problem: Problem
+    space: Space
+    frame: tuple[np.ndarray, np.ndarray]
+    status: EquilibriumStatus
+
+
+def equilibrium(
+    robot: Robot | Snapshot,
+    pose: Pose = None,
+    wrench: ArrayLike | None = None,
+    *,
+    displacement: ArrayLike | None = None,
+    at: ArrayLike | None = None,
+    loads: Loads | None = None,
+    preload: Mapping[str, Any] | None = None,
+    beams: Beams = _BOWING,
+    near: Near = None,
+) -> Equilibrium | Equilibria:
+    """Equilibrium of a robot under finite loads: where it is, how stiff, whether it stays.
+
+    Actuators are springs that are unloaded at the coordinates of `pose`. Either the wrench on the
+    platform is given, and it moves until all is in balance; or its displacement is given, and the
+    wrench that holds it there follows.
+
+    Parameters
+    ----------
+    robot : Robot or Snapshot
+        Legs with parallel blocks to any depth, on a rigid platform.
+    pose : RigidTransform, array, JointCoordinates or None
+        The unloaded posture, as for `stiffness`; a batch (N, 6) asks for an answer at each.
+    wrench : (6,) array, or (3,) for a planar robot
+        Force [N] and moment [N m] of the environment on the platform about `at`, in world axes,
+        which keep their directions while the platform moves; none when left out. A batch (N, 6)
+        asks for an answer under each.
+    displacement : (6,) array, or (3,) for a planar robot
+        Of the point `at` [m] and rotation vector of the platform [rad], from the unloaded posture,
+        world axes; in place of the wrench.
+    at : (3,) array, optional
+        Point of the platform at the unloaded posture, in the world [m], where the wrench acts and
+        about which K is given; it moves along. The robot's reference point when left out.
+    loads : mapping of str to force, DeadForce or a sequence of them, optional
+        Forces [N] that keep their directions, by the name of the part before the body on which
+        they act, ``leg/part``, or ``platform``.
+    preload : mapping of str to float, optional
+        Force or moment with which the drive of a joint, ``leg/part``, pushes along its coordinate
+        at the unloaded posture [N or N m].
+    beams : Bowing or Linear
+        What axial load does to a beam between its ends: ``Bowing(elements=None)`` chooses the
+        number of elements by how a beam is held.
+    near : joint coordinates, optional
+        Those that choose the posture, as for `stiffness`.
+
+    Returns
+    -------
+    Equilibrium
+        `Equilibria` of a batch, with a status for each.
+
+    Raises
+    ------
+    InputError
+        When a load does not fit, both wrench and displacement are given, or the robot has what is
+        not covered: a flexible platform, cables, a network.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> loaded = rs.equilibrium(rs.load("hexapod"), wrench=[0, 0, -1e6, 0, 0, 0])
+    >>> loaded.stable, round(1e3 * float(loaded.displacement[2]), 3), round(loaded.margin, 3)
+    (True, -3.11, 0.935)
+    """
+    if wrench is not None and displacement is not None:
+        raise InputError(
+            "wrench and displacement of an equilibrium",
+            got="both",
+            expected="one of them: the other follows",
+        )
+    postures = _postures(robot, pose, near)
+    space = robot.space
+    given = _rows_of(
+        "displacement" if displacement is not None else "wrench",
+        wrench if displacement is None else displacement,
+        space,
+    )
+    batch = np.broadcast_shapes(postures.batch, given.shape[:-1])
+    if len(batch) > 1:
+        raise InputError(
+            "batch of equilibria", got=batch, expected="poses and wrenches along one axis"
+        )
+    given = np.broadcast_to(given, (*batch, space.size)).reshape(-1, space.size)
+    answers = []
+    question: Question | None = None
+    for i, own in enumerate(given):
+        if question is None or postures.batch:
+            question = postures.question(i, at, loads, preload, beams)
+        target = None if displacement is None else own
+        answers.append(solved(question, own if target is None else None, target))
+    return Equilibria(tuple(answers)) if batch else answers[0]
+
+
+def one_question(
+    robot: Robot | Snapshot,
+    pose: Pose,
+    wrench: ArrayLike,
+    at: ArrayLike | None,
+    loads: Loads | None,
+    preload: Mapping[str, Any] | None,
+    beams: Beams,
+    near: Near,
+) -> tuple[Question, np.ndarray]:
+    """A robot at one posture, and one wrench (r,)."""
+    postures = _postures(robot, pose, near)
+    given = _rows_of("wrench", wrench, robot.space)
+    require_one_pose("a critical load", postures.batch)
+    if given.ndim > 1:
+        raise InputError("wrench", got=wrench, expected="one wrench")
+    return postures.question(0, at, loads, preload, beams), given
+
+
+@dataclass(frozen=True)
+class Postures:
+    """The unloaded postures of a robot."""
+
+    robot: Robot | Snapshot
+    posture: Posture | None
+    batch: tuple[int, ...]
+
+    def question(
+        self,
+        i: int,
+        at: ArrayLike | None,
+        loads: Loads | None,
+        preload: Mapping[str, Any] | None,
+        beams: Beams,
+    ) -> Question:
+        """What is asked at posture i."""
+        if self.posture is None:
+            snapshot, status = self.robot, EquilibriumStatus.OK
+            if not isinstance(snapshot, Snapshot):
+                raise TypeError("a snapshot has no posture")
+            frame = (np.eye(3), np.asarray(snapshot.reference_point, dtype=float))
+        else:
+            k = i if self.batch else 0
+            own = self.posture
+            snapshot = own.snapshot.one(k)
+            status = EquilibriumStatus.OK
+            if not own.reached[k]:
+                status |= EquilibriumStatus.UNREACHABLE
+            elif not own.within_limits[k]:
+                status |= EquilibriumStatus.BEYOND_LIMITS
+            if own.undetermined[k]:
+                status |= EquilibriumStatus.ILL_CONDITIONED
+            frame = (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3])
+        point = np.asarray(snapshot.reference_point, dtype=float)
+        if at is not None:
+            point = as_floats("at", at, "three numbers [m]", "m")
+            if point.shape != (3,):
+                raise InputError("at", got=at, expected="three numbers [m]: one point")
+        forces = {name: _forces(name, value) for name, value in (loads or {}).items()}
+        on_platform = forces.pop("platform", ())
+        pushes = {
+            name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
+            for name, value in (preload or {}).items()
+        }
+        groups = legs_of(snapshot, point, beams, forces, pushes)
+        places = [
+            point if force.point is None else load_vector("point", "platform", force.point)
+            for force in on_platform
+        ]
+        length = float(snapshot.characteristic_length)
+        problem = Problem(
+            groups,
+            snapshot.space.rows,
+            point,
+            length if length > 0 else 1.0,
+            np.array([place - point for place in places]).reshape(-1, 3),
+            np.array(
+                [load_vector("force", "platform", force.force) for force in on_platform]
+            ).reshape(-1, 3),
+        )
+        return Question(snapshot.name, problem, snapshot.space, frame, status)
+
+
+def _postures(robot: Any, pose: Pose, near: Near) -> Postures:
+    if isinstance(robot, Robot):
+        robot.check_platform_is_rigid("equilibrium")
+        posture = find_posture(robot, pose, near=near)
+        return Postures(robot, posture, posture.batch)
+    if not isinstance(robot, Snapshot):
+        raise InputError(
+            "robot of an equilibrium",
+            got=robot,
+            expected="a Robot or a Snapshot of legs",
+            hint="cable_response answers for cables; networks and linkages are not covered yet",
+        )
+    if pose is not None or near is not None:
+        raise InputError(
+            f"pose of snapshot {robot.name!r}",
+            got=pose if pose is not None else near,
+            expected="none: a snapshot is frozen at its own pose",
+        )
+    if robot.platform is not None:
+        raise InputError(
+            f"equilibrium of {robot.name!r}",
+            got="a flexible platform",
+            expected="a rigid one: how a platform bends under finite loads is not covered yet",
+        )
+    if robot.reference_point.ndim > 1:
+        raise InputError(
+            f"equilibrium of snapshot {robot.name!r}",
+            got="a batch of poses",
+            expected="one pose: snapshot.one(i)",
+        )
+    return Postures(robot, None, ())
+
+
+def solved(
+    question: Question, wrench: np.ndarray | None, displacement: np.ndarray | None
+) -> Equilibrium:
+    """The equilibrium of one question."""
+    problem, status = question.problem, question.status
+    if status & EquilibriumStatus.UNREACHABLE:
+        return Equilibrium(question.name, question.space, status)
+    nothing = np.zeros(problem.size)
+    loading = Loading(nothing, nothing if wrench is None else wrench)
+    unloaded = problem.linearised(problem.unloaded, Loading(nothing, nothing, 0.0, 0.0), 0.0)
+    if unloaded.rigid:
+        return Equilibrium(
+            question.name, question.space, status | EquilibriumStatus.RIGID_DIRECTION
+        )
+    target = FREE if displacement is None else _target(problem, displacement)
+    found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target)
+    critical: CriticalPoint | None = None
+    if displacement is None:
+        found, critical = _confirmed(problem, loading, unloaded, found)
+    if critical is not None:
+        status |= EquilibriumStatus.BEYOND_CRITICAL_LOAD
+    if not found.converged:
+        return Equilibrium(
+            question.name,
+            question.space,
+            status | EquilibriumStatus.NO_EQUILIBRIUM,
+            critical,
+        )
+    return _answer(question, loading, unloaded, found, status, critical, displacement is not None)
+
+
+def _confirmed(
+    problem: Problem, loading: Loading, unloaded: Linearised, found: Found
+) -> tuple[Found, CriticalPoint | None]:
+    """The equilibrium on the path from the unloaded posture, and the critical load before it."""
+    least = least_margin(problem, found.known, unloaded) if found.converged else -np.inf
+    if found.converged and not found.cut and least > _SAFE:
+        return found, None
+    if not _holds(problem, unloaded):
+        return found, None  # what nothing elastic holds leaves the unloaded posture at once
+    ended, critical = first_critical(problem, loading, unloaded, 1.0)
+    if critical is not None:
+        return found, critical
+    if ended is None:
+        return replace(found, converged=False), None
+    at_load = equilibrium_at(problem, loading, 1.0, ended.state)
+    return at_load, None
+
+
+def least_margin(problem: Problem, known: Linearised, unloaded: Linearised) -> float:
+    """Of the platform and of every leg."""
+    legs = [own.value for own in leg_margins(problem, known).values()]
+    return min([platform_margin(problem, known, unloaded).value, *legs])
+
+
+def _holds(problem: Problem, known: Linearised) -> bool:
+    """Whether every motion of the platform meets stiffness."""
+    scaled = known.K_total / np.outer(problem.scale, problem.scale)
+    values = np.abs(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
+    return bool(values.min() > _FREE * max(values.max(), 0.0))
+
+
+def _answer(
+    question: Question,
+    loading: Loading,
+    unloaded: Linearised,
+    found: Found,
+    status: EquilibriumStatus,
+    critical: CriticalPoint | None,
+    held: bool,
+) -> Equilibrium:
+    problem, known = question.problem, found.known
+    if not held and not _holds(problem, known):
+        status |= EquilibriumStatus.FREE_MOTIONS
+    if not known.regular:
+        status |= EquilibriumStatus.REDUNDANT_JOINTS
+    margins = {"platform": platform_margin(problem, known, unloaded).value}
+    names = {k: name for g in problem.groups for k, name in zip(g.indices, g.names, strict=True)}
+    for index, own in leg_margins(problem, known).items():
+        margins[names[index]] = own.value
+    answer = Equilibrium(
+        name=question.name,
+        space=question.space,
+        status=status,
+        critical=critical,
+        problem=problem,
+        loading=loading,
+        found=found,
+        margins=margins,
+        held=held,
+        frame=question.frame,
+    )
+    return answer if answer.stable else replace(answer, status=status | _UNSTABLE)
+
+
+_UNSTABLE = EquilibriumStatus.UNSTABLE
+
+
+def _target(problem: Problem, displacement: np.ndarray) -> Target:
+    full = np.zeros(6)
+    full[list(problem.rows)] = displacement
+    return Target(turn_by_vector(full[3:]), problem.point + full[:3])
+
+
+def _rows_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
+    if value is None:
+        return np.zeros(space.size)
+    order, units = (
+        (space.wrench_order, space.wrench_units)
+        if what == "wrench"
+        else (space.twist_order, space.twist_units)
+    )
+    expected = f"{space.size} numbers: {' '.join(order)} [{', '.join(dict.fromkeys(units))}]"
+    array = as_floats(what, value, expected, units)
+    if array.ndim == 0 or array.shape[-1] != space.size or array.ndim > 2:
+        raise InputError(what, got=value, expected=f"{expected}, or a row for each answer")
+    return array
+
+
+def _forces(name: str, value: Any) -> tuple[DeadForce, ...]:
+    if isinstance(value, DeadForce):
+        return (value,)
+    if isinstance(value, Sequence) and value and all(isinstance(v, DeadForce) for v in value):
+        return tuple(value)
+    return (DeadForce(load_vector("force", name, value)),)

@@ -1,0 +1,296 @@
+"""A robot at a pose as chains between bodies, ready to be loaded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.model import Motion, PlacedBlock, PlacedFreedom, PlacedSpring, Snapshot
+from robostiff.model.snapshot import PlacedElement
+from robostiff.spatial import Space, as_floats, block_rotation, compliance_modes
+from robostiff.statics.beam_bowing import Beams, Bowing, uniform_beam
+from robostiff.statics.chain import BodyLoad, Chain
+from robostiff.statics.element import BeamShape, Element, JointElement, SpringElement
+from robostiff.statics.legs import LegGroup
+
+_ACROSS = 1e-6  # sine of the angle below which a joint turns a beam about its own axis alone
+
+
+@dataclass(frozen=True)
+class DeadForce:
+    """A force that keeps its direction in the world, at a point of a body of the robot.
+
+    Attributes
+    ----------
+    force : (3,) array
+        In world axes [N].
+    point : (3,) array or None
+        Where it acts at the unloaded posture, in the world [m]; None for the place of the part
+        that names the body.
+
+    Examples
+    --------
+    >>> DeadForce([0, 0, -120]).point is None
+    True
+    """
+
+    force: object
+    point: object = None
+
+
+def legs_of(
+    snapshot: Snapshot,
+    platform_point: np.ndarray,
+    beams: Beams,
+    loads: Mapping[str, Sequence[DeadForce]],
+    preload: Mapping[str, float],
+) -> tuple[LegGroup, ...]:
+    """The legs of a snapshot, those built alike in one group.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        At one pose.
+    platform_point : (3,) array
+        Point of the platform about which wrenches are [m].
+    beams : Bowing or Linear
+    loads : mapping of str to sequence of DeadForce
+        By ``leg/part``: on the body behind the part.
+    preload : mapping of str to float
+        By ``leg/part``: of the drive of a joint [N or N m].
+
+    Raises
+    ------
+    InputError
+        When a name is no part of the robot, or a preload is not of an elastic or passive joint.
+    """
+    walks = []
+    for leg in snapshot.legs:
+        walk = _Walk(snapshot.space, beams, f"{leg.name}/")
+        walk.along(leg.elements, None, None)
+        walks.append(walk)
+    named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
+    for name, forces in loads.items():
+        k, part = _found(named, name, "loads")
+        for force in forces:
+            point = part.point if force.point is None else load_vector("point", name, force.point)
+            body = BodyLoad(part.after, point[None], load_vector("force", name, force.force)[None])
+            walks[k].loads.setdefault(part.chain, []).append(body)
+    for name, value in preload.items():
+        k, part = _found(named, name, "preload")
+        if part.drive is None:
+            raise InputError(
+                f"preload of {name!r}",
+                expected="the name of one joint that moves: passive, or with a stiffness",
+                hint="a rigid drive holds whatever it must; springs are preloaded by a drive",
+            )
+        chain = walks[k].chains[part.chain]
+        joint = chain[2][part.drive]
+        if isinstance(joint, JointElement):
+            chain[2][part.drive] = replace(joint, preload=joint.preload + value)
+    groups: dict[tuple[object, ...], list[LegGroup]] = {}
+    for k, (leg, walk) in enumerate(zip(snapshot.legs, walks, strict=True)):
+        one = LegGroup(
+            (k,),
+            (leg.name,),
+            tuple(
+                Chain(start, end, tuple(elements), tuple(walk.loads.get(c, ())))
+                for c, (start, end, elements) in enumerate(walk.chains)
+            ),
+            tuple(point[None] for point in walk.points),
+            platform_point,
+            snapshot.space.rows,
+        )
+        groups.setdefault(one.signature, []).append(one)
+    return tuple(LegGroup.stacked(legs) for legs in groups.values())
+
+
+@dataclass(frozen=True)
+class _Part:
+    """What a name stands for.
+
+    Attributes
+    ----------
+    chain, after : int
+        The chain, and how many of its elements lie before the body behind the part.
+    point : (3,) array
+        Of the part [m].
+    drive : int or None
+        Which element is its joint.
+    """
+
+    chain: int
+    after: int
+    point: np.ndarray
+    drive: int | None
+
+
+@dataclass
+class _Walk:
+    """The chains of one leg, as they are found on the way from base to platform."""
+
+    space: Space
+    beams: Beams
+    prefix: str
+    chains: list[tuple[int | None, int | None, list[Element]]] = field(default_factory=list)
+    points: list[np.ndarray] = field(default_factory=list)
+    named: dict[str, _Part] = field(default_factory=dict)
+    loads: dict[int, list[BodyLoad]] = field(default_factory=dict)
+
+    def along(self, elements: Sequence[PlacedElement], start: int | None, end: int | None) -> None:
+        """Chains from one body to another, through the blocks between them."""
+        run: list[PlacedFreedom | PlacedSpring] = []
+        for i, element in enumerate(elements):
+            if not isinstance(element, PlacedBlock):
+                run.append(element)
+                continue
+            moving = [e for e in run if _moves(e)]
+            if moving:
+                body = self.body(moving[-1].point)
+                self.chain(run, start, body)
+                start, run = body, []
+            goes_on = any(_moves(later) for later in elements[i + 1 :])
+            target = self.body(element.branches[0].end) if goes_on else end
+            for branch in element.branches:
+                self.along(branch.elements, start, target)
+            if not goes_on:
+                return
+            start = target
+        self.chain(run, start, end)
+
+    def body(self, point: np.ndarray) -> int:
+        self.points.append(point)
+        return len(self.points) - 1
+
+    def chain(
+        self,
+        run: Sequence[PlacedFreedom | PlacedSpring],
+        start: int | None,
+        end: int | None,
+    ) -> None:
+        own: list[Element] = []
+        for i, element in enumerate(run):
+            drive = None
+            if isinstance(element, PlacedSpring):
+                own += _springs(element, self.space, self._parts(run, i))
+            elif _moves(element):
+                drive = len(own)
+                own.append(_joint(element))
+            part = _Part(len(self.chains), len(own), np.asarray(element.point, float), drive)
+            self.named[self.prefix + element.name] = part
+            whole = element.name.partition("[")[0]
+            if whole != element.name:  # the last freedom of a joint has its body behind it
+                self.named[self.prefix + whole] = replace(part, drive=None)
+        self.chains.append((start, end, own))
+
+    def _parts(self, run: Sequence[PlacedFreedom | PlacedSpring], i: int) -> int:
+        """Into how many elements the beam at place i is cut; 0 for a linear spring."""
+        if not isinstance(self.beams, Bowing):
+            return 0
+        if self.beams.elements is not None:
+            return self.beams.elements
+        spring = run[i]
+        if not isinstance(spring, PlacedSpring):
+            return 0
+        along = spring.rotation[:, 0]
+        moving = [e for e in run if _moves(e) or e is spring]
+        at = next(k for k, e in enumerate(moving) if e is spring)
+        alone = not any(
+            isinstance(e, PlacedSpring) for e in (*moving[at - 1 : at], *moving[at + 1 :][:1])
+        )
+        hinged = [
+            any(_bends_freely(e, along) for e in side) for side in (moving[:at], moving[at + 1 :])
+        ]
+        return 2 if alone and all(hinged) else 1
+
+
+def _moves(element: PlacedElement) -> bool:
+    if isinstance(element, PlacedFreedom):
+        return element.is_passive or element.stiffness is not None
+    return True
+
+
+def _bends_freely(element: PlacedElement, along: np.ndarray) -> bool:
+    """Whether it is a passive joint that turns about an axis across a direction."""
+    return (
+        isinstance(element, PlacedFreedom)
+        and element.is_passive
+        and element.motion is Motion.ROTATION
+        and float(np.linalg.norm(np.cross(element.axis, along))) > _ACROSS
+    )
+
+
+def _joint(freedom: PlacedFreedom) -> JointElement:
+    k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
+    return JointElement(
+        (freedom.name,),
+        np.array(freedom.point, dtype=float)[None],
+        np.array(freedom.axis, dtype=float)[None],
+        freedom.motion is Motion.ROTATION,
+        np.array([k]),
+        np.zeros(1),
+    )
+
+
+def _springs(spring: PlacedSpring, space: Space, parts: int) -> list[Element]:
+    """An elastic part as one spring, or a beam as so many elements with their bowing."""
+    C = np.array(spring.elasticity.compliance, dtype=float)
+    beam = uniform_beam(C) if parts and not spring.elasticity.freedoms.size else None
+    if beam is None:
+        return [_spring(spring, space, C, spring.point, None)]
+    shape = BeamShape(np.array([beam.EA / beam.length * parts]), beam.shortening(parts)[None])
+    C = beam.compliance(parts)
+    x = spring.rotation[:, 0] * beam.length
+    ends = [spring.point - x * (1 - (i + 1) / parts) for i in range(parts)]
+    return [_spring(spring, space, C, end, shape) for end in ends]
+
+
+def _spring(
+    spring: PlacedSpring, space: Space, C: np.ndarray, end: np.ndarray, shape: BeamShape | None
+) -> SpringElement:
+    free = np.array(spring.elasticity.freedoms, dtype=float)
+    own = np.eye(6)
+    if space is not Space.SPATIAL:
+        rows = list(space.rows)
+        world = block_rotation(spring.rotation)
+        own = world.T[:, rows]
+        C = (world @ C @ world.T)[np.ix_(rows, rows)]
+        free = (world @ free)[rows]
+    modes = compliance_modes(C)
+    modes = modes[:, np.any(modes != 0, axis=0)]
+    free = free[:, np.any(free != 0, axis=0)]
+    stiffness = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
+    return SpringElement(
+        (spring.name,),
+        np.array(end, dtype=float)[None],
+        np.array(spring.rotation, dtype=float)[None],
+        (own @ np.concatenate([modes, free], axis=1))[None],
+        stiffness[None],
+        shape,
+    )
+
+
+def _found(named: Mapping[str, tuple[int, _Part]], name: str, subject: str) -> tuple[int, _Part]:
+    if name in named:
+        return named[name]
+    near = get_close_matches(str(name), named, n=3)
+    raise InputError(
+        subject,
+        got=name,
+        expected="leg/part" + (f", such as {', '.join(map(repr, near or list(named)[:3]))}"),
+    )
+
+
+def load_vector(what: str, name: str, value: object) -> np.ndarray:
+    """Force [N] or point [m] of a load on a body (3,)."""
+    units = "N" if what == "force" else "m"
+    vector = as_floats(f"{what} of the load on {name!r}", value, f"three numbers [{units}]", units)
+    if vector.shape != (3,):
+        raise InputError(
+            f"{what} of the load on {name!r}", got=value, expected=f"three numbers [{units}]"
+        )
+    return vector

@@ -1,0 +1,123 @@
+"""What every joint and elastic part of a loaded robot carries, and how it has moved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.analysis import PartShare
+from robostiff.spatial import cross
+from robostiff.statics.chain import Chain, Moved
+from robostiff.statics.element import JointElement
+from robostiff.statics.problem import Problem, State
+
+
+@dataclass(frozen=True)
+class LoadedPart:
+    """A joint or an elastic part under load.
+
+    Attributes
+    ----------
+    leg, part : str
+    number, of : int
+        Which of the elements into which a beam is cut, from 1; 1 of 1 elsewhere.
+    wrench : (6,) array
+        Force [N] and moment about `point` [N m] that the platform side exerts on the base side,
+        world axes.
+    point : (3,) array
+        Where it has moved: a point of the joint, the far end of an elastic part [m].
+    motion : (m,) array
+        Coordinate of a joint from the unloaded posture [m or rad]; of an elastic part
+        displacement and rotation vector of its far end, in its own axes [m, rad].
+    load : float or None
+        What the load does along the coordinate of a joint: ``k q`` less its preload [N or N m].
+    energy : float
+        Elastic [J].
+    """
+
+    leg: str
+    part: str
+    number: int
+    of: int
+    wrench: np.ndarray
+    point: np.ndarray
+    motion: np.ndarray
+    load: float | None
+    energy: float
+
+
+def loaded_parts(problem: Problem, state: State, share: float) -> tuple[LoadedPart, ...]:
+    """Every joint and elastic part, leg by leg from base to platform.
+
+    Parameters
+    ----------
+    problem : Problem
+    state : State
+    share : float
+        Of preloads and of forces on legs that acts.
+    """
+    found: list[tuple[int, LoadedPart]] = []
+    for group, own in zip(problem.groups, state.legs, strict=True):
+        energies = group.energies(own)
+        for c, (chain, motion) in enumerate(zip(group.chains, group.moved(own), strict=True)):
+            W = np.zeros((group.count, 6))
+            W[:, list(problem.rows)] = own.W[c]
+            P = motion.end.of(group.end_point(c))
+            for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, share)):
+                element, x = chain.elements[k], own.x[c][:, chain.places[k]]
+                for i, index in enumerate(group.indices):
+                    load, moved = None, x[i]
+                    if isinstance(element, JointElement):
+                        load = float(element.stiffness[i] * x[i, 0] - share * element.preload[i])
+                    else:
+                        moved = element.modes[i] @ x[i]
+                    alike = [e.names[i] == element.names[i] for e in chain.elements]
+                    part = LoadedPart(
+                        leg=group.names[i],
+                        part=element.names[i],
+                        number=1 + sum(alike[:k]),
+                        of=sum(alike),
+                        wrench=wrench[i],
+                        point=point[i],
+                        motion=moved,
+                        load=load,
+                        energy=float(energies[c][k][i]),
+                    )
+                    found.append((index, part))
+    return tuple(part for _, part in sorted(found, key=lambda item: item[0]))
+
+
+def shares(parts: tuple[LoadedPart, ...]) -> tuple[PartShare, ...]:
+    """Energy of every elastic part, largest first, the elements of a beam together."""
+    energies: dict[tuple[str, str], float] = {}
+    for part in parts:
+        if part.load is None or part.energy > 0:
+            name = (part.leg, part.part)
+            energies[name] = energies.get(name, 0.0) + part.energy
+    total = sum(energies.values())
+    found = [
+        PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
+        for (leg, part), energy in energies.items()
+    ]
+    return tuple(sorted(found, key=lambda share: -round(share.share, 9)))
+
+
+def _carried(
+    chain: Chain, motion: Moved, W: np.ndarray, P: np.ndarray, share: float
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Wrench (N, 6) of every element about its own point, and that point (N, 3)."""
+    for k, element in enumerate(chain.elements):
+        behind = motion.placements[k + 1]
+        C = behind.of(element.point)
+        if isinstance(element, JointElement):
+            C = motion.placements[k].of(element.point)
+        f = W[:, :3]
+        m = W[:, 3:] + cross(P - C, f)
+        for load in chain.loads:
+            if load.after > k:
+                force = share * load.force
+                f = f + force
+                m = m + cross(motion.placements[load.after].of(load.point) - C, force)
+        yield np.concatenate([f, m], axis=-1), C

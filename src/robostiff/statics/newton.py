@@ -1,0 +1,238 @@
+"""Newton's method on coordinates, wrenches and platform pose at once; paths of equilibria."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robostiff.statics.legs import turn_between
+from robostiff.statics.problem import Linearised, Loading, Problem, State, solve_least
+
+#: Largest step of a rotation [rad], and of a shift by the robot's length.
+CAP = 0.2
+# Steps of this size are rounding, or so near that the next one would be.
+_DONE, _NEAR = 1e-13, 1e-7
+_STEPS = 40
+# Steps of a path at most, and how far one of them shifts the platform, by the robot's length.
+_LONGEST, _FURTHEST = 250, 0.1
+_REFINEMENTS = 2
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where Newton's method ended.
+
+    Attributes
+    ----------
+    state : State
+    factor : float
+        Of the loads.
+    known : Linearised
+        The equations there, refined.
+    converged : bool
+    cut : bool
+        Whether some step was cut.
+    steps : int
+    """
+
+    state: State
+    factor: float
+    known: Linearised
+    converged: bool
+    cut: bool
+    steps: int
+
+
+@dataclass(frozen=True)
+class Target:
+    """What closes the equations of the platform.
+
+    Attributes
+    ----------
+    R, p : (3, 3) and (3,) arrays, or None
+        Pose at which it is held; None where it moves under the loads.
+    """
+
+    R: np.ndarray | None = None
+    p: np.ndarray | None = None
+
+    def twist(self, problem: Problem, state: State) -> np.ndarray | None:
+        """From a state to the pose; None where there is none."""
+        if self.R is None or self.p is None:
+            return None
+        turn = turn_between(state.R[None], self.R[None])[0]
+        return np.concatenate([self.p - state.p, turn])[list(problem.rows)]
+
+
+FREE = Target()
+
+
+def equilibrium_at(
+    problem: Problem,
+    loading: Loading,
+    factor: float,
+    start: State,
+    target: Target = FREE,
+    steps: int = _STEPS,
+) -> Found:
+    """Newton's method at one load factor, from a state.
+
+    Parameters
+    ----------
+    problem : Problem
+    loading : Loading
+    factor : float
+    start : State
+    target : Target
+    steps : int
+        At most.
+    """
+    state, last, cut = start, np.inf, False
+    for done in range(1, steps + 1):
+        known = problem.linearised(state, loading, factor)
+        twist = target.twist(problem, state)
+        if twist is None:
+            furthest = CAP * problem.length
+            twist = solve_least(known.K_total, known.missing, problem.scale, furthest)
+        state, size, part = problem.stepped(state, known, twist, 0.0, CAP)
+        if not np.isfinite(size):
+            break
+        cut = cut or part < 1
+        if size < _DONE or (size < _NEAR and size > 0.3 * last):
+            return _ended(problem, loading, factor, state, True, cut, done)
+        last = size
+    return _ended(problem, loading, factor, start, False, cut, steps)
+
+
+def _ended(
+    problem: Problem,
+    loading: Loading,
+    factor: float,
+    state: State,
+    converged: bool,
+    cut: bool,
+    steps: int,
+) -> Found:
+    known = problem.linearised(state, loading, factor, _REFINEMENTS)
+    return Found(state, factor, known, converged, cut, steps)
+
+
+@dataclass(frozen=True)
+class Step:
+    """An equilibrium on a path, and the arc from the one before."""
+
+    found: Found
+    arc: float
+
+
+def path(
+    problem: Problem,
+    loading: Loading,
+    start: Found,
+    largest: float = 0.25,
+) -> Iterator[Step]:
+    """Equilibria along a growing load, through its turning points, from one at factor 0.
+
+    The arc is measured by the motion of the platform and by the load factor. A step that does not
+    converge is halved; the path ends where that does not help.
+
+    Parameters
+    ----------
+    problem : Problem
+    loading : Loading
+    start : Found
+    largest : float
+        Step of the load factor, up to the whole load; it grows with the load beyond.
+    """
+    here, h, unit = start, 0.02, arc_unit(problem, start)
+    direction = path_direction(problem, here, None, unit)
+    shortest = 1e-7 * h
+    for _ in range(_LONGEST):
+        if h < shortest:
+            return
+        found = step_along(problem, loading, here, direction, h, unit)
+        if not found.converged:
+            h *= 0.5
+            continue
+        yield Step(found, h)
+        direction = path_direction(problem, found, direction, unit)
+        here = found
+        if found.steps <= 5:
+            of_load = largest * (1.0 + abs(found.factor)) / max(abs(float(direction[-1])), 1e-12)
+            h = min(of_load, _FURTHEST * problem.length / unit, 1.6 * h)
+
+
+def arc_unit(problem: Problem, at: Found) -> float:
+    """Shift [m] that counts as much as the whole load: what the platform does under it."""
+    K, load = at.known.K_total, at.known.by_factor
+    twist = solve_least(K, load, problem.scale, problem.length)
+    shift = float(np.linalg.norm(twist * problem.scale))
+    return min(max(shift, 1e-9 * problem.length), problem.length)
+
+
+def path_direction(
+    problem: Problem, at: Found, before: np.ndarray | None, unit: float
+) -> np.ndarray:
+    """Unit direction (r + 1,) of the path in scaled twist and factor."""
+    known = at.known
+    r = problem.size
+    scaled = known.K_total / problem.scale[:, None] / problem.scale * unit
+    load = known.by_factor / problem.scale
+    system = np.column_stack([scaled, -load])
+    size = np.linalg.norm(system, axis=1)
+    v = np.linalg.svd(system / np.where(size > 0, size, 1.0)[:, None])[2][r]
+    if before is None:
+        return v if v[-1] >= 0 else -v
+    return v if float(v @ before) >= 0 else -v
+
+
+def step_along(
+    problem: Problem,
+    loading: Loading,
+    here: Found,
+    direction: np.ndarray,
+    h: float,
+    unit: float,
+) -> Found:
+    """The equilibrium a step h further along the arc.
+
+    Parameters
+    ----------
+    problem : Problem
+    loading : Loading
+    here : Found
+    direction : (r + 1,) array
+    h : float
+    unit : float
+        Shift that counts as much as the whole load [m].
+    """
+    r, scale = problem.size, problem.scale
+    state, factor, known = here.state, here.factor, here.known
+    moved = np.zeros(r + 1)
+    last, cut = np.inf, False
+    for done in range(1, 13):
+        system = np.zeros((r + 1, r + 1))
+        system[:r, :r] = known.K_total / scale[:, None] / scale * unit
+        system[:r, r] = -known.by_factor / scale
+        system[r] = direction * (np.linalg.norm(system[:r], axis=1).mean() or 1.0)
+        rest = h - float(direction @ moved)
+        b = np.concatenate([known.missing / scale, [rest * (system[r] @ direction)]])
+        try:
+            step = np.linalg.solve(system, b)
+        except np.linalg.LinAlgError:
+            break
+        twist = step[:r] * unit / scale
+        state, size, part = problem.stepped(state, known, twist, float(step[r]), CAP)
+        size = max(size, abs(float(step[r])) / (1.0 + abs(factor)))
+        if not np.isfinite(size) or size > 4.0:
+            break
+        moved = moved + part * step
+        factor += part * float(step[r])
+        cut = cut or part < 1
+        if size < _DONE or (size < _NEAR and size > 0.3 * last):
+            return _ended(problem, loading, factor, state, True, cut, done)
+        last = size
+        known = problem.linearised(state, loading, factor)
+    return replace(here, converged=False)

@@ -1,0 +1,280 @@
+"""A robot under load: its legs, its platform, and what acts on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from robostiff.spatial import skew
+from robostiff.statics.equilibrated import Equilibrated, equilibrated
+from robostiff.statics.legs import LegEquations, LegGroup, LegState, Share, turned_by
+
+# Of the terms of an equation: what is left of it says that it has no solution.
+_MISSED = 1e-6
+# Of the largest stiffness of the platform, shifts and turns alike: rounding.
+LOST = 1e-14
+# Of the largest component of a load: what is below it is rounding.
+_PULLS = 1e-9
+
+
+@dataclass(frozen=True)
+class Loading:
+    """What acts on a robot at load factor s.
+
+    Attributes
+    ----------
+    wrench, wrench_rate : (r,) arrays
+        ``wrench + s wrench_rate`` acts on the platform about its point, world axes [N, N m].
+    share, share_rate : float
+        ``share + s share_rate`` of all preloads and of all forces on legs and platform acts.
+    """
+
+    wrench: np.ndarray
+    wrench_rate: np.ndarray
+    share: float = 0.0
+    share_rate: float = 1.0
+
+    def shares(self, factor: float) -> Share:
+        """Of preloads and forces on bodies."""
+        return Share(self.share + factor * self.share_rate, self.share_rate)
+
+
+@dataclass(frozen=True)
+class State:
+    """Where everything is: the platform, and the coordinates of the legs group by group."""
+
+    R: np.ndarray
+    p: np.ndarray
+    legs: tuple[LegState, ...]
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The equations of a robot at a state, legs eliminated.
+
+    Attributes
+    ----------
+    K : (r, r) array
+        Rate of what all legs carry by the twist of the platform.
+    K_total : (r, r) array
+        The same less that of the forces that act on the platform.
+    missing : (r,) array
+        What has to be carried more, all legs in closure and equilibrium.
+    by_factor : (r,) array
+        How that grows with the load factor.
+    steps, by_twist, factor_steps : tuple of arrays
+        Steps of the unknowns of the legs: by themselves (N, n), by the twist of the platform
+        (N, n, r), by the load factor (N, n).
+    leg_K : tuple of (N, r, r) arrays
+    equations : tuple of LegEquations
+    rigid : bool
+        Whether some leg cannot follow the platform.
+    regular : bool
+        Whether the coordinates of all legs follow from the pose of the platform.
+    """
+
+    K: np.ndarray
+    K_total: np.ndarray
+    missing: np.ndarray
+    by_factor: np.ndarray
+    steps: tuple[np.ndarray, ...]
+    by_twist: tuple[np.ndarray, ...]
+    factor_steps: tuple[np.ndarray, ...]
+    leg_K: tuple[np.ndarray, ...]
+    equations: tuple[LegEquations, ...]
+    rigid: bool
+    regular: bool
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A robot, unloaded at a posture, and the forces on its platform.
+
+    Attributes
+    ----------
+    groups : tuple of LegGroup
+    rows : tuple of int
+        Coordinates of the platform: six in space, three in the plane.
+    point : (3,) array
+        Of the platform, about which wrenches are [m].
+    length : float
+        Characteristic length [m].
+    arms, forces : (k, 3) arrays
+        Dead forces on the platform [N], from its point at the unloaded posture [m].
+    """
+
+    groups: tuple[LegGroup, ...]
+    rows: tuple[int, ...]
+    point: np.ndarray
+    length: float
+    arms: np.ndarray
+    forces: np.ndarray
+
+    @property
+    def unloaded(self) -> State:
+        """The posture from which it is loaded."""
+        return State(np.eye(3), self.point, tuple(group.unloaded() for group in self.groups))
+
+    @property
+    def size(self) -> int:
+        """Coordinates of the platform."""
+        return len(self.rows)
+
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """Length that makes shifts and turns alike: 1 for shifts (r,), `length` for turns."""
+        return np.array([1.0 if row < 3 else self.length for row in self.rows])
+
+    @cached_property
+    def leg_sizes(self) -> tuple[np.ndarray, ...]:
+        """What a unit of each free unknown of the legs turns or shifts, group by group."""
+        return tuple(group.sizes(self.length) for group in self.groups)
+
+    def linearised(
+        self, state: State, loading: Loading, factor: float, refinements: int = 0
+    ) -> Linearised:
+        """The equations at a state."""
+        share = loading.shares(factor)
+        r = self.size
+        K, missing, by_factor = np.zeros((r, r)), np.zeros(r), np.zeros(r)
+        steps, by_twist, factor_steps, leg_K, equations = [], [], [], [], []
+        rigid, regular = False, True
+        for group, own in zip(self.groups, state.legs, strict=True):
+            eq = group.equations(own, state.R, state.p, share)
+            inverse = equilibrated(eq.A)
+            wanted = -np.concatenate([eq.r[..., None], eq.A_t, eq.r_factor[..., None]], axis=-1)
+            found = inverse.solve(wanted, refinements)
+            rigid = rigid or _leaves_out(inverse, found[..., 1:-1], wanted[..., 1:-1])
+            regular = regular and bool(np.all(inverse.regular))
+            ends = [group.wrench_places[i] for i in group.on_platform]
+            carried = sum(found[:, place] for place in ends)
+            leg_K.append(carried[..., 1:-1])
+            K += np.sum(leg_K[-1], axis=0)
+            missing -= np.sum(eq.carried + carried[..., 0], axis=0)
+            by_factor -= np.sum(carried[..., -1], axis=0)
+            steps.append(found[..., 0])
+            by_twist.append(found[..., 1:-1])
+            factor_steps.append(found[..., -1])
+            equations.append(eq)
+        acting, rate, turning = self._on_platform(state, loading, factor)
+        return Linearised(
+            K=K,
+            K_total=K - turning,
+            missing=missing + acting,
+            by_factor=by_factor + rate,
+            steps=tuple(steps),
+            by_twist=tuple(by_twist),
+            factor_steps=tuple(factor_steps),
+            leg_K=tuple(leg_K),
+            equations=tuple(equations),
+            rigid=rigid,
+            regular=regular,
+        )
+
+    def stepped(
+        self, state: State, known: Linearised, twist: np.ndarray, more: float, cap: float
+    ) -> tuple[State, float, float]:
+        """A step of the platform and of all that follows, cut to at most `cap` [rad].
+
+        Parameters
+        ----------
+        state : State
+        known : Linearised
+        twist : (r,) array
+            Of the platform.
+        more : float
+            By how much the load factor grows.
+        cap : float
+
+        Returns
+        -------
+        State
+        size : float
+            Of the whole step [rad].
+        part : float
+            Of the step that was made.
+        """
+        wide = [
+            s + by @ twist + f * more
+            for s, by, f in zip(known.steps, known.by_twist, known.factor_steps, strict=True)
+        ]
+        size = self.size_of(twist)
+        for step, own in zip(wide, self.leg_sizes, strict=True):
+            size = max(size, float(np.max(np.abs(step[:, : own.shape[1]]) * own, initial=0.0)))
+        part = 1.0 if size <= cap else cap / size
+        full = np.zeros(6)
+        full[list(self.rows)] = part * twist
+        legs = tuple(
+            group.stepped(own, part * step)
+            for group, own, step in zip(self.groups, state.legs, wide, strict=True)
+        )
+        R = turned_by(full[None, 3:])[0] @ state.R
+        return State(R, state.p + full[:3], legs), size, part
+
+    def size_of(self, twist: np.ndarray) -> float:
+        """How much a twist turns or shifts, shifts by the robot's length [rad]."""
+        return float(np.max(np.abs(twist * self.scale))) / self.length
+
+    def platform_potential(self, state: State, loading: Loading, factor: float) -> float:
+        """Potential of the forces on platform and legs, the wrench left out [J]."""
+        share = loading.shares(factor).value
+        total = sum(
+            group.load_potential(own, share)
+            for group, own in zip(self.groups, state.legs, strict=True)
+        )
+        for arm, force in zip(self.arms, self.forces, strict=True):
+            total -= share * float(force @ (state.p + state.R @ arm - self.point - arm))
+        return total
+
+    def _on_platform(
+        self, state: State, loading: Loading, factor: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What acts on the platform, how that grows, and its rate by the twist."""
+        rows = list(self.rows)
+        share = loading.shares(factor)
+        total, turning = np.zeros(6), np.zeros((6, 6))
+        for arm, force in zip(self.arms, self.forces, strict=True):
+            b = state.R @ arm
+            total += np.concatenate([force, np.cross(b, force)])
+            turning[3:, 3:] += skew(force) @ skew(b)
+        acting = loading.wrench + factor * loading.wrench_rate + share.value * total[rows]
+        rate = loading.wrench_rate + share.rate * total[rows]
+        return acting, rate, share.value * turning[np.ix_(rows, rows)]
+
+
+def _leaves_out(inverse: Equilibrated, found: np.ndarray, wanted: np.ndarray) -> bool:
+    """Whether legs cannot follow some motion of the platform."""
+    if np.all(inverse.regular):
+        return False
+    return bool(np.any(inverse.misses(found, wanted)[~inverse.regular] > _MISSED))
+
+
+def solve_least(K: np.ndarray, b: np.ndarray, scale: np.ndarray, furthest: float) -> np.ndarray:
+    """The x with ``K x = b``; where K has lost a direction, no motion, or a whole step to rest.
+
+    A direction without stiffness in which nothing pulls stays as it is. One in which something
+    does pull has its first step cut to `furthest`; stiffness of the load meets it there.
+
+    Parameters
+    ----------
+    K : (r, r) array
+    b : (r,) array
+    scale : (r,) array
+        Length of each coordinate.
+    furthest : float
+        In coordinates times `scale`.
+
+    Examples
+    --------
+    >>> solve_least(np.diag([2.0, 0.0, 0.0]), np.array([1.0, 0.0, -1.0]), np.ones(3), 0.1)
+    array([ 0.5,  0. , -0.1])
+    """
+    U, values, Vt = np.linalg.svd(K / np.outer(scale, scale))
+    along = U.T @ (b / scale)
+    lost = values <= LOST * values[0]
+    pulled = np.abs(along) > _PULLS * np.max(np.abs(along), initial=0.0)
+    x = np.where(lost, 0.0, along / np.where(lost, 1.0, values))
+    x = np.where(lost & pulled, np.sign(along) * furthest, x)
+    return Vt.T @ x / scale

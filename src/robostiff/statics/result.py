@@ -1,0 +1,287 @@
+"""What `equilibrium` answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robostiff.analysis import PartShare
+from robostiff.errors import NoAnswerError
+from robostiff.spatial import Space
+from robostiff.statics.critical_point import CriticalPoint
+from robostiff.statics.legs import turn_between
+from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares
+from robostiff.statics.newton import Found
+from robostiff.statics.problem import Loading, Problem
+from robostiff.statics.status import EquilibriumStatus
+
+
+@dataclass(frozen=True, repr=False)
+class Equilibrium:
+    """A robot under load, or why there is none.
+
+    Everything but `status`, `advice`, `stable` and `critical_factor` raises `NoAnswerError` where
+    ``has_answer`` is false.
+
+    Attributes
+    ----------
+    name : str
+    space : Space
+    status : EquilibriumStatus
+    critical : CriticalPoint or None
+        Where stability is lost on the way to the full load.
+    margins : mapping of str to float
+        Of the platform, and of every leg with the platform held, by name: the least ratio of the
+        curvature of the energy to that without load.
+    held : bool
+        Whether the pose of the platform was given, and the wrench follows.
+    problem, loading, found, frame
+        What was solved, where it ended, and the unloaded frame of the platform.
+    """
+
+    name: str
+    space: Space
+    status: EquilibriumStatus
+    critical: CriticalPoint | None = None
+    margins: Mapping[str, float] = field(default_factory=dict)
+    held: bool = False
+    problem: Problem | None = None
+    loading: Loading | None = None
+    found: Found | None = None
+    frame: tuple[np.ndarray, np.ndarray] | None = None
+
+    @property
+    def has_answer(self) -> bool:
+        """Whether there is an equilibrium."""
+        return self.found is not None
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to know about this answer, a sentence each."""
+        if self.critical is None:
+            return self.status.advice
+        return (
+            f"at {self.critical.factor:.4g} of the load {self.critical.words}",
+            *self.status.advice,
+        )
+
+    @property
+    def critical_factor(self) -> float | None:
+        """Factor of the load at which stability is lost on the way to it; None where it is not."""
+        return None if self.critical is None else self.critical.factor
+
+    @property
+    def margin(self) -> float:
+        """Least of the margins that decide stability: 1 without load, 0 at the critical load."""
+        self._require()
+        deciding = [m for name, m in self.margins.items() if name != "platform" or not self.held]
+        return min(deciding, default=1.0)
+
+    @property
+    def stable(self) -> bool:
+        """Whether the energy has a minimum: within the legs, and as a whole where it is not held.
+
+        A motion that nothing resists, before and under load, is neither: it counts as stable.
+        """
+        return self.has_answer and self.margin >= 0
+
+    @property
+    def displacement(self) -> np.ndarray:
+        """Of the point and rotation vector of the platform, from the unloaded posture (r,)."""
+        problem, found = self._require()
+        turn = turn_between(np.eye(3)[None], found.state.R[None])[0]
+        full = np.concatenate([found.state.p - problem.point, turn])
+        return full[list(problem.rows)]
+
+    @property
+    def pose(self) -> np.ndarray:
+        """Of the platform frame: x, y, z [m] and rotation vector [rad] (6,).
+
+        Of a snapshot the frame is at its reference point, along the world axes without load.
+        """
+        problem, found = self._require()
+        R, p = self.frame or (np.eye(3), problem.point)
+        state = found.state
+        place = state.p + state.R @ (p - problem.point)
+        return np.concatenate([place, Rotation.from_matrix(state.R @ R).as_rotvec()])
+
+    @property
+    def point(self) -> np.ndarray:
+        """Where the point is now, about which matrices and wrenches are (3,) [m]."""
+        return self._require()[1].state.p
+
+    @property
+    def K(self) -> np.ndarray:
+        """Rate of the wrench that the legs carry by the twist of the platform (r, r).
+
+        World axes, about `point`, which moves along. Under a moment its rotation block has the
+        antisymmetric part ``-skew(M) / 2``.
+        """
+        return self._require()[1].known.K
+
+    @property
+    def K_sym(self) -> np.ndarray:
+        """Hessian of the energy in exponential coordinates: the symmetric part of K (r, r)."""
+        return 0.5 * (self.K + self.K.T)
+
+    @property
+    def K_total(self) -> np.ndarray:
+        """K less the rate of the forces on the platform (r, r): what more load meets."""
+        return self._require()[1].known.K_total
+
+    @property
+    def leg_K(self) -> tuple[np.ndarray, ...]:
+        """K of each leg (r, r); they add up to K."""
+        problem, found = self._require()
+        pairs = zip(problem.groups, found.known.leg_K, strict=True)
+        own = {k: K for group, all_K in pairs for k, K in zip(group.indices, all_K, strict=True)}
+        return tuple(own[k] for k in sorted(own))
+
+    @property
+    def leg_wrenches(self) -> tuple[np.ndarray, ...]:
+        """What the platform exerts on each leg about `point`, world axes (r,) [N, N m]."""
+        problem, found = self._require()
+        own: dict[int, np.ndarray] = {}
+        for group, state in zip(problem.groups, found.state.legs, strict=True):
+            carried = np.sum([state.W[i] for i in group.on_platform], axis=0)
+            own |= dict(zip(group.indices, carried, strict=True))
+        return tuple(own[k] for k in sorted(own))
+
+    @property
+    def wrench(self) -> np.ndarray:
+        """Of the environment on the platform about `point` (r,): given, or what holds the pose."""
+        if self.loading is None:
+            self._require()
+        if not self.held and self.loading is not None:
+            return self.loading.wrench + self.loading.wrench_rate
+        problem, _ = self._require()
+        forces = np.zeros(6)
+        for arm, force in zip(problem.arms, problem.forces, strict=True):
+            b = self._require()[1].state.R @ arm
+            forces += np.concatenate([force, np.cross(b, force)])
+        return np.sum(self.leg_wrenches, axis=0) - forces[list(problem.rows)]
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy [J]."""
+        return sum(part.energy for part in self.parts)
+
+    @property
+    def potential(self) -> float:
+        """Energy less the work of preloads and dead forces, the wrench left out [J]."""
+        problem, found = self._require()
+        if self.loading is None:
+            return self.energy
+        return self.energy + problem.platform_potential(found.state, self.loading, found.factor)
+
+    @cached_property
+    def parts(self) -> tuple[LoadedPart, ...]:
+        """What every joint and elastic part carries, and how it has moved."""
+        problem, found = self._require()
+        share = 1.0 if self.loading is None else self.loading.shares(found.factor).value
+        return loaded_parts(problem, found.state, share)
+
+    @property
+    def shares(self) -> tuple[PartShare, ...]:
+        """Who bends: energy of every elastic part, largest first."""
+        return shares(self.parts)
+
+    def __repr__(self) -> str:
+        if not self.has_answer:
+            return f"<Equilibrium of {self.name!r}, status {self.status}>"
+        moved = ", ".join(f"{x:.4g}" for x in self.displacement)
+        return (
+            f"<Equilibrium of {self.name!r}: moved ({moved}) m, rad, margin {self.margin:.3g}, "
+            f"status {self.status}>"
+        )
+
+    def _require(self) -> tuple[Problem, Found]:
+        if self.problem is None or self.found is None:
+            raise NoAnswerError(
+                f"no equilibrium of {self.name!r} ({self.status}): {'; '.join(self.advice)}"
+            )
+        return self.problem, self.found
+
+
+@dataclass(frozen=True, repr=False)
+class Equilibria:
+    """Equilibria of a batch of poses or wrenches, one a row; those without an answer are masked.
+
+    Attributes
+    ----------
+    each : tuple of Equilibrium
+    """
+
+    each: tuple[Equilibrium, ...]
+
+    @property
+    def status_codes(self) -> np.ndarray:
+        """Status of each (N,) as uint16."""
+        return np.array([int(one.status) for one in self.each], dtype=np.uint16)
+
+    @property
+    def status(self) -> EquilibriumStatus:
+        """Everything that happened to any of them."""
+        return EquilibriumStatus(int(np.bitwise_or.reduce(self.status_codes, initial=0)))
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Which of them have an answer (N,)."""
+        return np.array([one.has_answer for one in self.each], dtype=bool)
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Which of them are stable (N,)."""
+        return np.array([one.stable for one in self.each], dtype=bool)
+
+    @property
+    def K(self) -> np.ma.MaskedArray:
+        """Of each (N, r, r); see `Equilibrium.K`."""
+        return self._all("K")
+
+    @property
+    def K_total(self) -> np.ma.MaskedArray:
+        """Of each (N, r, r); see `Equilibrium.K_total`."""
+        return self._all("K_total")
+
+    @property
+    def displacement(self) -> np.ma.MaskedArray:
+        """Of each (N, r); see `Equilibrium.displacement`."""
+        return self._all("displacement")
+
+    @property
+    def pose(self) -> np.ma.MaskedArray:
+        """Of each (N, 6); see `Equilibrium.pose`."""
+        return self._all("pose")
+
+    @property
+    def margin(self) -> np.ma.MaskedArray:
+        """Of each (N,); see `Equilibrium.margin`."""
+        return self._all("margin")
+
+    def _all(self, what: str) -> np.ma.MaskedArray:
+        known = {i: np.asarray(getattr(e, what)) for i, e in enumerate(self.each) if e.has_answer}
+        r = self.each[0].space.size if self.each else 6
+        shapes = {"K": (r, r), "K_total": (r, r), "displacement": (r,), "pose": (6,), "margin": ()}
+        found = np.ma.masked_all((len(self.each), *shapes[what]))
+        found.data[...] = np.nan  # what is read past the mask is no number
+        for i, value in known.items():
+            found[i] = value
+        return found
+
+    def __len__(self) -> int:
+        return len(self.each)
+
+    def __getitem__(self, i: int) -> Equilibrium:
+        return self.each[i]
+
+    def __iter__(self) -> Iterator[Equilibrium]:
+        return iter(self.each)
+
+    def __repr__(self) -> str:
+        stable = int(np.count_nonzero(self.stable))
+        return f"<{len(self.each)} equilibria, {stable} stable, status {self.status}>"

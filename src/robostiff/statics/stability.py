@@ -1,0 +1,111 @@
+"""Stability: the energy of a loaded robot beside that of the unloaded one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.statics.legs import LegGroup
+from robostiff.statics.problem import Linearised, Problem
+
+# Of the largest eigenvalue: below this there is no stiffness.
+_NONE = 1e-10
+# Of the largest curvature: what rounding leaves of none.
+_ROUNDING = 1e-8
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far the energy is from losing its minimum.
+
+    Attributes
+    ----------
+    value : float
+        Least ratio of the curvature of the energy under load to that of the elastic energy without
+        load, over all motions that do not tear the robot apart: 1 without load, 0 at the critical
+        load, negative beyond it. Where nothing elastic resists some motion, the sign alone has a
+        meaning; 0 if nothing resists it under load, either.
+    mode : (n,) array
+        The motion that has it.
+    """
+
+    value: float
+    mode: np.ndarray
+
+
+def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
+    """Least ratio of two quadratic forms (n, n), the second positive semidefinite.
+
+    Examples
+    --------
+    >>> round(margin(np.diag([1.0, 6.0]), np.diag([2.0, 8.0])).value, 12)
+    0.5
+    """
+    n = len(Q)
+    if n == 0:
+        return Margin(1.0, np.zeros(0))
+    Q, Q0 = 0.5 * (Q + Q.T), 0.5 * (Q0 + Q0.T)
+    w, V = np.linalg.eigh(Q0)
+    held = w > _NONE * max(w[-1], 0.0)
+    largest = max(float(np.max(np.abs(Q))), float(w[-1]))
+    if not np.all(held):
+        own, vectors = np.linalg.eigh(Q)
+        if not np.any(held) or own[0] < -_ROUNDING * largest:
+            least = own[0] / largest if largest > 0 else 0.0
+            return Margin(least if abs(least) > _ROUNDING else 0.0, vectors[:, 0])
+        free = V[:, ~held]
+        along = np.linalg.eigvalsh(free.T @ Q @ free)
+        if along[0] < _ROUNDING * largest:
+            return Margin(0.0, free[:, 0])
+    T = V[:, held] / np.sqrt(w[held])
+    ratios, vectors = np.linalg.eigh(T.T @ Q @ T)
+    return Margin(float(ratios[0]), T @ vectors[:, 0])
+
+
+def platform_margin(problem: Problem, known: Linearised, unloaded: Linearised) -> Margin:
+    """Of the platform, legs in equilibrium; its mode is a twist (r,)."""
+    scale = np.outer(problem.scale, problem.scale)
+    found = margin(known.K_total / scale, unloaded.K / scale)
+    return Margin(found.value, found.mode / problem.scale)
+
+
+def leg_margins(problem: Problem, known: Linearised) -> dict[int, Margin]:
+    """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
+    found = {}
+    for group, eq in zip(problem.groups, known.equations, strict=True):
+        m = group.free_size
+        for i, index in enumerate(group.indices):
+            own = _leg_margin(group, eq.A[i, :m, :m], eq.A[i, m:, :m], i)
+            if own is not None:
+                found[index] = own
+    return found
+
+
+def _leg_margin(group: LegGroup, Q: np.ndarray, C: np.ndarray, i: int) -> Margin | None:
+    """Of one leg; None where the platform holds all its coordinates."""
+    if Q.shape[0] <= C.shape[0]:
+        return None
+    Q0 = group.unloaded_curvature[i]
+    stiff = np.diagonal(Q0)
+    # Unit energy where there is any, unit motion elsewhere.
+    scale = np.where(stiff > 0, 1.0 / np.sqrt(np.where(stiff > 0, stiff, 1.0)), 1.0)
+    columns = C * scale
+    norms = np.linalg.norm(columns, axis=0)
+    elastic = (stiff > 0) & (norms > 0)
+    if np.any(elastic):
+        typical = float(np.median(norms[elastic]))
+        passive = (stiff == 0) & (norms > 0)
+        scale = np.where(passive, typical / np.where(norms > 0, norms, 1.0), scale)
+    columns = C * scale
+    rows = np.linalg.norm(columns, axis=1)
+    columns = columns / np.where(rows > 0, rows, 1.0)[:, None]
+    _, values, Vt = np.linalg.svd(columns)
+    rank = int(np.sum(values > _NONE * values[0]))
+    N = Vt[rank:].T * scale[:, None]
+    if N.shape[1] == 0:
+        return None
+    found = margin(N.T @ Q @ N, N.T @ Q0 @ N)
+    if found.value == 0.0:  # a joint that nothing holds, such as the spin of a rod
+        return None
+    return Margin(found.value, N @ found.mode)
