@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
@@ -140,6 +141,17 @@ def column(k: float, stretch: float, L: float, guide: float) -> Snapshot:
     )
     legs = (PlacedLeg("links", links, tip), PlacedLeg("guide", rail, tip))
     return Snapshot("column", legs, tip, Space.PLANAR)
+
+
+def root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function vanishes."""
+    return float(brentq(function, low, high, xtol=1e-15))  # type: ignore[arg-type]
+
+
+def number(value: float | None) -> float:
+    """A number that is there."""
+    assert value is not None
+    return value
 
 
 def loaded(robot: rs.Snapshot | rs.Robot, **options: Any) -> rs.Equilibrium:

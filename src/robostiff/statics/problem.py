@@ -149,7 +149,7 @@ class Problem:
             rigid = rigid or _leaves_out(inverse, found[..., 1:-1], wanted[..., 1:-1])
             regular = regular and bool(np.all(inverse.regular))
             ends = [group.wrench_places[i] for i in group.on_platform]
-            carried = sum(found[:, place] for place in ends)
+            carried = np.sum([found[:, place] for place in ends], axis=0)
             leg_K.append(carried[..., 1:-1])
             K += np.sum(leg_K[-1], axis=0)
             missing -= np.sum(eq.carried + carried[..., 0], axis=0)
