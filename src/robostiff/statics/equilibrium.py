@@ -280,8 +280,11 @@ def solved(
     target = FREE if displacement is None else _target(problem, displacement)
     found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target)
     critical: CriticalPoint | None = None
-    if displacement is None:
+    margins = _margins(problem, found.known, unloaded) if found.converged else {}
+    near = not found.converged or found.cut or min(margins.values()) < _SAFE
+    if displacement is None and near:
         found, critical = _confirmed(problem, loading, unloaded, found)
+        margins = _margins(problem, found.known, unloaded) if found.converged else {}
     if critical is not None:
         status |= EquilibriumStatus.BEYOND_CRITICAL_LOAD
     if not found.converged:
@@ -291,16 +294,14 @@ def solved(
             status | EquilibriumStatus.NO_EQUILIBRIUM,
             critical,
         )
-    return _answer(question, loading, unloaded, found, status, critical, displacement is not None)
+    held = displacement is not None
+    return _answer(question, loading, margins, found, status, critical, held)
 
 
 def _confirmed(
     problem: Problem, loading: Loading, unloaded: Linearised, found: Found
 ) -> tuple[Found, CriticalPoint | None]:
     """The equilibrium on the path from the unloaded posture, and the critical load before it."""
-    least = least_margin(problem, found.known, unloaded) if found.converged else -np.inf
-    if found.converged and not found.cut and least > _SAFE:
-        return found, None
     if not _holds(problem, unloaded):
         return found, None  # what nothing elastic holds leaves the unloaded posture at once
     ended, critical = first_critical(problem, loading, unloaded, 1.0)
@@ -308,14 +309,14 @@ def _confirmed(
         return found, critical
     if ended is None:
         return replace(found, converged=False), None
-    at_load = equilibrium_at(problem, loading, 1.0, ended.state)
-    return at_load, None
+    return equilibrium_at(problem, loading, 1.0, ended.state), None
 
 
-def least_margin(problem: Problem, known: Linearised, unloaded: Linearised) -> float:
-    """Of the platform and of every leg."""
-    legs = [own.value for own in leg_margins(problem, known).values()]
-    return min([platform_margin(problem, known, unloaded).value, *legs])
+def _margins(problem: Problem, known: Linearised, unloaded: Linearised) -> dict[str, float]:
+    """Of the platform and of every leg, by name."""
+    names = {k: name for g in problem.groups for k, name in zip(g.indices, g.names, strict=True)}
+    margins = {"platform": platform_margin(problem, known, unloaded).value}
+    return margins | {names[k]: own.value for k, own in leg_margins(problem, known).items()}
 
 
 def _holds(problem: Problem, known: Linearised) -> bool:
@@ -328,7 +329,7 @@ def _holds(problem: Problem, known: Linearised) -> bool:
 def _answer(
     question: Question,
     loading: Loading,
-    unloaded: Linearised,
+    margins: dict[str, float],
     found: Found,
     status: EquilibriumStatus,
     critical: CriticalPoint | None,
@@ -339,10 +340,6 @@ def _answer(
         status |= EquilibriumStatus.FREE_MOTIONS
     if not known.regular:
         status |= EquilibriumStatus.REDUNDANT_JOINTS
-    margins = {"platform": platform_margin(problem, known, unloaded).value}
-    names = {k: name for g in problem.groups for k, name in zip(g.indices, g.names, strict=True)}
-    for index, own in leg_margins(problem, known).items():
-        margins[names[index]] = own.value
     answer = Equilibrium(
         name=question.name,
         space=question.space,

@@ -12,8 +12,8 @@ from robostiff.statics.problem import Linearised, Loading, Problem, State, solve
 
 #: Largest step of a rotation [rad], and of a shift by the robot's length.
 CAP = 0.2
-# Steps of this size are rounding, or so near that the next one would be.
-_DONE, _NEAR = 1e-13, 1e-7
+# After a step of this size the next would be rounding; near a critical load rounding is larger.
+_DONE, _NEAR = 1e-9, 1e-7
 _STEPS = 40
 # Steps of a path at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
