@@ -1,0 +1,48 @@
+"""Outcomes that are no plain answer."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.model import PlacedLeg, Snapshot
+from robostiff.spatial import Space
+from tests.statics.robots_under_load import column, joint, loaded
+
+PAGE = (Path(__file__).parents[2] / "docs/under-load.md").read_text()
+
+
+@pytest.mark.parametrize("status", list(rs.EquilibriumStatus))
+def test_every_status_has_advice_and_is_on_the_page(status: rs.EquilibriumStatus):
+    assert len(status.advice) == 1
+    bad = "yes" if status.is_bad else "no"
+    assert f"| `{status.name}` | {bad} |" in PAGE
+
+
+def test_a_load_on_a_free_motion_finds_no_rest():
+    """A moment turns a hinge that nothing holds."""
+    answer = loaded(rs.load("planar-link"), wrench=[0, 0, 5])
+    assert str(answer.status) == "no-equilibrium"
+    assert not answer.stable
+    with pytest.raises(rs.NoAnswerError, match="no equilibrium was found"):
+        _ = answer.displacement
+
+
+def test_a_platform_that_nothing_can_move_is_rigid():
+    tip = np.array([0.5, 0, 0])
+    elements = (joint("hinge", [0, 0, 0], [0, 0, 1], "R", 50.0),)
+    robot = Snapshot("lever", (PlacedLeg("lever", elements, tip),), tip, Space.PLANAR)
+    answer = loaded(robot, wrench=[0, -1, 0])
+    assert str(answer.status) == "rigid-direction"
+    found = rs.critical_load(robot, wrench=[0, -1, 0])
+    assert not found.is_found
+    with pytest.raises(rs.NoAnswerError, match="infinite"):
+        _ = found.factor
+
+
+def test_pull_has_no_critical_load():
+    found = rs.critical_load(column(40.0, 1e7, 0.3, 1e7), wrench=[0, 1, 0], up_to=500.0)
+    assert not found.is_found
+    assert found.status == 0
+    assert found.searched_to == 500.0
