@@ -16,7 +16,6 @@ from robostiff.elasticity import Elasticity
 from robostiff.elasticity.cantilever import cantilever_compliance
 from robostiff.model import (
     Actuated,
-    Motion,
     Passive,
     PlacedFreedom,
     PlacedLeg,
@@ -40,8 +39,9 @@ def joint(
     k: float | None = None,
 ) -> PlacedFreedom:
     role = Passive() if k is None else Actuated(k)
+    pitch = 0.0 if kind == "R" else None
     return PlacedFreedom(
-        name, Motion(kind), np.array(point, dtype=float), np.array(axis, dtype=float), role
+        np.array(axis, dtype=float), np.array(point, dtype=float), pitch, name, role
     )
 
 

@@ -42,7 +42,7 @@ class Chain:
         Body at its start; None for the base.
     end : int or None
         Body at its end; None for the platform.
-    elements : tuple of JointElement or SpringElement
+    elements : tuple of FiniteJoint or FiniteSpring
     loads : tuple of BodyLoad
     """
 

@@ -59,8 +59,8 @@ class Energy:
 
 
 @dataclass(frozen=True)
-class JointElement:
-    """A joint that turns about or slides along its axis by q; energy ``k q^2 / 2 - f q``.
+class FiniteJoint:
+    """A joint that moves by q along its screw; energy ``k q^2 / 2 - f q``.
 
     Attributes
     ----------
@@ -68,7 +68,9 @@ class JointElement:
     point, axis : (N, 3) arrays
         In the world, at the unloaded posture [m].
     turns : bool
-        Whether it turns; it slides otherwise.
+        Whether it turns by q about its axis.
+    slide : (N,) array
+        How far it slides along its axis for each unit of q: the pitch where it turns, otherwise 1.
     stiffness : (N,) array
         k of its drive or lock, 0 where it is passive [N/m or N m/rad].
     preload : (N,) array
@@ -79,6 +81,7 @@ class JointElement:
     point: np.ndarray
     axis: np.ndarray
     turns: bool
+    slide: np.ndarray
     stiffness: np.ndarray
     preload: np.ndarray
 
@@ -90,13 +93,14 @@ class JointElement:
         return ("joint", self.turns)
 
     @staticmethod
-    def stacked(joints: Sequence[JointElement]) -> JointElement:
+    def stacked(joints: Sequence[FiniteJoint]) -> FiniteJoint:
         """The same joint of several legs as one element."""
-        return JointElement(
+        return FiniteJoint(
             tuple(name for e in joints for name in e.names),
             np.concatenate([e.point for e in joints]),
             np.concatenate([e.axis for e in joints]),
             joints[0].turns,
+            np.concatenate([e.slide for e in joints]),
             np.concatenate([e.stiffness for e in joints]),
             np.concatenate([e.preload for e in joints]),
         )
@@ -114,14 +118,14 @@ class JointElement:
         """Velocities of the body behind it, and where that is."""
         a = np.einsum("nij,nj->ni", before.R, self.axis)
         C = before.of(self.point)
-        zero = np.zeros((len(a), 3, 1))
+        v = a * self.slide[:, None]
         if not self.turns:
-            after = Placement(before.R, before.t + a * q)
-            return Columns(a[..., None], zero, C), after
+            after = Placement(before.R, before.t + v * q)
+            return Columns(v[..., None], np.zeros((len(a), 3, 1)), C), after
         Q = turns(self.axis, q[:, 0])
         R = before.R @ Q
-        after = Placement(R, C - np.einsum("nij,nj->ni", R, self.point))
-        return Columns(zero, a[..., None], C), after
+        after = Placement(R, C + v * q - np.einsum("nij,nj->ni", R, self.point))
+        return Columns(v[..., None], a[..., None], C), after
 
     def energy(self, q: np.ndarray, share: float) -> Energy:
         """Energy at coordinates (N, 1), with this share of the preload."""
@@ -151,7 +155,7 @@ class BeamShape:
 
 
 @dataclass(frozen=True)
-class SpringElement:
+class FiniteSpring:
     """An elastic part: its far end is displaced by d and turned by the rotation vector r.
 
     ``th = (d, r) = V y`` in its own axes; energy ``sum(k y^2) / 2`` with ``k`` 1, or 0 along
@@ -189,10 +193,10 @@ class SpringElement:
         return ("spring", self.size, self.bowing is None)
 
     @staticmethod
-    def stacked(springs: Sequence[SpringElement]) -> SpringElement:
+    def stacked(springs: Sequence[FiniteSpring]) -> FiniteSpring:
         """The same elastic part of several legs as one element."""
         shapes = [e.bowing for e in springs if e.bowing is not None]
-        return SpringElement(
+        return FiniteSpring(
             tuple(name for e in springs for name in e.names),
             np.concatenate([e.point for e in springs]),
             np.concatenate([e.rotation for e in springs]),
@@ -261,4 +265,4 @@ class SpringElement:
         return np.zeros(self.stiffness.shape)
 
 
-Element = JointElement | SpringElement
+Element = FiniteJoint | FiniteSpring

@@ -9,12 +9,12 @@ from difflib import get_close_matches
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model import Motion, PlacedBlock, PlacedFreedom, PlacedSpring, Snapshot
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedElement
 from robostiff.spatial import Space, as_floats, block_rotation, compliance_modes
 from robostiff.statics.beam_bowing import Beams, Bowing, uniform_beam
 from robostiff.statics.chain import BodyLoad, Chain
-from robostiff.statics.element import BeamShape, Element, JointElement, SpringElement
+from robostiff.statics.element import BeamShape, Element, FiniteJoint, FiniteSpring
 from robostiff.statics.legs import LegGroup
 
 _ACROSS = 1e-6  # sine of the angle below which a joint turns a beam about its own axis alone
@@ -90,7 +90,7 @@ def legs_of(
             )
         chain = walks[k].chains[part.chain]
         joint = chain[2][part.drive]
-        if isinstance(joint, JointElement):
+        if isinstance(joint, FiniteJoint):
             chain[2][part.drive] = replace(joint, preload=joint.preload + value)
     groups: dict[tuple[object, ...], list[LegGroup]] = {}
     for k, (leg, walk) in enumerate(zip(snapshot.legs, walks, strict=True)):
@@ -219,18 +219,19 @@ def _bends_freely(element: PlacedElement, along: np.ndarray) -> bool:
     return (
         isinstance(element, PlacedFreedom)
         and element.is_passive
-        and element.motion is Motion.ROTATION
+        and element.turns
         and float(np.linalg.norm(np.cross(element.axis, along))) > _ACROSS
     )
 
 
-def _joint(freedom: PlacedFreedom) -> JointElement:
+def _joint(freedom: PlacedFreedom) -> FiniteJoint:
     k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
-    return JointElement(
+    return FiniteJoint(
         (freedom.name,),
         np.array(freedom.point, dtype=float)[None],
         np.array(freedom.axis, dtype=float)[None],
-        freedom.motion is Motion.ROTATION,
+        freedom.turns,
+        np.array([freedom.advance(1.0)]),
         np.array([k]),
         np.zeros(1),
     )
@@ -251,7 +252,7 @@ def _springs(spring: PlacedSpring, space: Space, parts: int) -> list[Element]:
 
 def _spring(
     spring: PlacedSpring, space: Space, C: np.ndarray, end: np.ndarray, shape: BeamShape | None
-) -> SpringElement:
+) -> FiniteSpring:
     free = np.array(spring.elasticity.freedoms, dtype=float)
     own = np.eye(6)
     if space is not Space.SPATIAL:
@@ -264,7 +265,7 @@ def _spring(
     modes = modes[:, np.any(modes != 0, axis=0)]
     free = free[:, np.any(free != 0, axis=0)]
     stiffness = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
-    return SpringElement(
+    return FiniteSpring(
         (spring.name,),
         np.array(end, dtype=float)[None],
         np.array(spring.rotation, dtype=float)[None],

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.analysis import PartShare
 from robostiff.spatial import cross
 from robostiff.statics.chain import Chain, Moved
-from robostiff.statics.element import JointElement
+from robostiff.statics.element import FiniteJoint
 from robostiff.statics.problem import Problem, State
 
 
@@ -69,7 +69,7 @@ def loaded_parts(problem: Problem, state: State, share: float) -> tuple[LoadedPa
                 element, x = chain.elements[k], own.x[c][:, chain.places[k]]
                 for i, index in enumerate(group.indices):
                     load, moved = None, x[i]
-                    if isinstance(element, JointElement):
+                    if isinstance(element, FiniteJoint):
                         load = float(element.stiffness[i] * x[i, 0] - share * element.preload[i])
                     else:
                         moved = element.modes[i] @ x[i]
@@ -111,7 +111,7 @@ def _carried(
     for k, element in enumerate(chain.elements):
         behind = motion.placements[k + 1]
         C = behind.of(element.point)
-        if isinstance(element, JointElement):
+        if isinstance(element, FiniteJoint):
             C = motion.placements[k].of(element.point)
         f = W[:, :3]
         m = W[:, 3:] + cross(P - C, f)
