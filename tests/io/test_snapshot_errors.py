@@ -78,7 +78,7 @@ WRONG = {
     "unknown kind": (
         '"kind": "P"',
         '"kind": "p"',
-        "8:31: legs[0].chain[2].kind: unknown word: got 'p', expected 'R' or 'P'; did you mean P?",
+        "8:31: legs[0].chain[2].kind: unknown word: got 'p', expected 'R' or 'P' or 'H'; did you mean P?",
     ),
     "kind that is no text": (
         '"kind": "P"',
