@@ -36,7 +36,8 @@ WRONG = {
     "misspelt key": (
         '"axis": [0',
         '"axes": [0',
-        "5:57: legs[0].chain[0].axes: unknown key: expected one of type, kind, point, axis, name, "
+        "5:57: legs[0].chain[0].axes: unknown key: expected one of kind, point, axis, "
+        "type, pitch, name, "
         "note; did you mean axis?",
     ),
     "misspelt key at the top": (
@@ -49,7 +50,8 @@ WRONG = {
     "key of another element": (
         '"k": 2e6',
         '"k": 2e6, "E": 2e11',
-        "8:87: legs[0].chain[2].E: unknown key: expected one of type, kind, point, axis, k, name, "
+        "8:87: legs[0].chain[2].E: unknown key: expected one of kind, point, axis, "
+        "type, k, pitch, name, "
         "note",
     ),
     "missing key": (
@@ -78,12 +80,13 @@ WRONG = {
     "unknown kind": (
         '"kind": "P"',
         '"kind": "p"',
-        "8:31: legs[0].chain[2].kind: unknown word: got 'p', expected 'R' or 'P' or 'H'; did you mean P?",
+        "8:31: legs[0].chain[2].kind: unknown word: got 'p', expected 'R' or 'P' or "
+        "'H'; did you mean P?",
     ),
     "kind that is no text": (
         '"kind": "P"',
         '"kind": 1',
-        "8:31: legs[0].chain[2].kind: unknown word: got 1, expected 'R' or 'P'",
+        "8:31: legs[0].chain[2].kind: unknown word: got 1, expected 'R' or 'P' or 'H'",
     ),
     "NaN": (
         '"axis": [0, 0, 1]',
@@ -184,12 +187,14 @@ WRONG = {
     "two mistakes": (
         '"kind": "R", "point": [0, 0, 0]',
         '"kind": "S", "point": 0',
-        "5:32: legs[0].chain[0].kind: unknown word: got 'S', expected 'R' or 'P'; and 1 more error",
+        "5:32: legs[0].chain[0].kind: unknown word: got 'S', expected 'R' or 'P' or "
+        "'H'; and 1 more error",
     ),
     "three mistakes": (
         '"kind": "R", "point": [0, 0, 0], "axis"',
         '"kind": "S", "point": 0, "axsi"',
-        "5:49: legs[0].chain[0].axsi: unknown key: expected one of type, kind, point, axis, name, "
+        "5:49: legs[0].chain[0].axsi: unknown key: expected one of kind, point, axis, "
+        "type, pitch, name, "
         "note; did you mean axis? (and 2 more errors)",
     ),
     "zero axis": (
