@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import robostiff as rs
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.document import parse_document
@@ -25,6 +26,8 @@ from tests.campaign.walk import Walker, end_of, frame_of, gap, pose_matrix, want
 from tests.generators.documents import model_data
 
 _DECISIVE = ~int(Status.ILL_CONDITIONED)
+# Poses at which recording a robot pays.
+_RECORDED = 6000
 
 
 class Case:
@@ -33,7 +36,7 @@ class Case:
     def __init__(self, posed: Posed, rng: np.random.Generator) -> None:
         self.posed, self.robot, self.rng = posed, posed.robot, rng
         self.complaints: list[Complaint] = []
-        self.batch = rs.stiffness(self.robot, posed.pose())
+        self.batch = careful_stiffness(self.robot, posed.pose())
         self.finder = PostureFinder(self.robot)
         self.posture = self.finder.find(posed.pose())
         self.size = _extent(self.posture.snapshot.one(0))
@@ -77,6 +80,17 @@ def _alone(case: Case) -> None:
     row = int(case.rng.integers(len(case.posed.rows)))
     one = rs.stiffness(case.robot, case.posed.pose(row))
     case.same("alone", row, one.K if bool(one.answered) else None, int(one.status), int(one.rank))
+
+
+def _many(case: Case) -> None:
+    """So many poses that the robot is recorded."""
+    count = len(case.posed.rows)
+    rows = np.tile(case.posed.rows, (-(-_RECORDED // count), 1))
+    found = rs.stiffness(case.robot, case.posed.pose(rows))
+    for row in range(count):
+        one = found[row]
+        K = one.K if bool(one.answered) else None
+        case.same("many poses", row, K, int(one.status), int(one.rank))
 
 
 def _bad_poses(case: Case) -> None:
@@ -358,6 +372,7 @@ class PosedWay:
 WAYS = (
     PosedWay("alone", _alone, 1),
     PosedWay("bad poses beside", _bad_poses, 2),
+    PosedWay("many poses", _many, 8),
     PosedWay("planted coordinates", _posture, 1),
     PosedWay("walk", _walk, 2),
     PosedWay("frozen", _frozen, 3),

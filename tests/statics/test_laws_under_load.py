@@ -8,7 +8,8 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, Snapshot
+from robostiff.elasticity import elasticity_from_stiffness
+from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.statics.from_snapshot import legs_of
 from robostiff.statics.legs import LegGroup, LegState, Share
 from tests.cases.metric import distance
@@ -210,6 +211,22 @@ def moved_robot(robot: Snapshot, Q: np.ndarray, shift: np.ndarray, unit: float) 
     return replace(
         robot, legs=tuple(legs), reference_point=unit * (Q @ robot.reference_point + shift)
     )
+
+
+def test_a_nut_advances_while_it_turns():
+    """A push F along a screw of pitch h turns it by h F / k, also over many turns."""
+    k, h, load, tip = 2.0, 0.005, 3000.0, np.array([0.0, 0.0, 0.2])
+    stiffness = np.diag([1e7, 1e7, 1e7, 1e5, 1e5, 1e5])
+    part = PlacedSpring("part", tip, np.eye(3), elasticity_from_stiffness(stiffness))
+    screw = PlacedFreedom(np.array([0, 0, 1.0]), np.zeros(3), h, "screw", Actuated(k))
+    robot = Snapshot("nut", (PlacedLeg("leg", (screw, part), tip),), tip)
+    found = rs.equilibrium(robot, wrench=[0, 0, load, 0, 0, 0])
+    turn = h * load / k
+    assert turn > 2 * np.pi
+    assert found.displacement[2] == pytest.approx(h * turn + load / 1e7, rel=1e-9)
+    without = rs.equilibrium(robot)
+    expected = rs.stiffness(robot).K
+    np.testing.assert_allclose(without.K, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("unit", [1.0, 1e3])
