@@ -20,9 +20,8 @@ from robostiff.analysis.maps.evaluator import room_for
 from robostiff.analysis.maps.job import MapJob
 from robostiff.analysis.maps.new_store import create_store
 from robostiff.analysis.maps.pose_columns import SIX, pose_columns
-from robostiff.analysis.maps.run import followed
 from robostiff.analysis.maps.quantities import map_variables
-from robostiff.analysis.maps.run import run_in_threads
+from robostiff.analysis.maps.run import followed, run_in_threads
 from robostiff.analysis.maps.store import MapStore
 from robostiff.analysis.maps.summary import MapSummary
 

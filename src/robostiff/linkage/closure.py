@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.kinematics import freedom_twists, place_chain
-from robostiff.kinematics.closure import AssemblyMode, Part, nearest
+from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
 from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
@@ -224,11 +224,11 @@ class _Loops:
         return np.flatnonzero(np.concatenate(own))
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ClosurePart, ...]:
         """All loops together."""
         count = sum(c.size for c in self.unknowns)
         equations = np.arange(6 * len(self.tree.cuts))
-        return (Part(np.arange(0), equations, np.arange(count)),)
+        return (ClosurePart(np.arange(0), equations, np.arange(count)),)
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """Gaps of all loops, turns as such and shifts as parts of the length (N, 6 m)."""

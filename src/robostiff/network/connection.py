@@ -56,7 +56,7 @@ _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
 
 @dataclass(frozen=True)
-class Connection:
+class RelativeMotion:
     """A beam, spring or joint: it carries W f, and deflects by d with ``W^T d = S f``.
 
     d is the motion of node b against node a.
@@ -102,7 +102,7 @@ def connection_of(
     scale: np.ndarray,
     space: Space,
     tolerance: Tolerance,
-) -> Connection:
+) -> RelativeMotion:
     """The connection of an element; `scale` turns twists into lengths.
 
     Parameters
@@ -134,7 +134,7 @@ def check_fits(element: Element, space: Space) -> None:
 
 def spring_connection(
     spring: SpringElement, scale: np.ndarray, space: Space, tolerance: Tolerance
-) -> Connection:
+) -> RelativeMotion:
     """Connection of a spring; `scale` turns twists into lengths."""
     C, J = spring.elasticity.compliance, spring.elasticity.freedoms
     names = tuple(f"{spring.name}/freedom {i + 1}" for i in range(J.shape[1]))
@@ -144,7 +144,7 @@ def spring_connection(
 
 def beam_connection(
     beam: BeamElement, scale: np.ndarray, space: Space, tolerance: Tolerance
-) -> Connection:
+) -> RelativeMotion:
     """Connection of a beam: its end against where its start would carry it."""
     parts = _in_space(beam.name, beam.tip_compliance, np.zeros((6, 0)), beam.rotation, space)
     return _connection(beam, beam.end, *parts, (), scale, tolerance)
@@ -156,7 +156,7 @@ def joint_connection(
     scale: np.ndarray,
     space: Space,
     tolerance: Tolerance,
-) -> Connection:
+) -> RelativeMotion:
     """Connection of a joint about the point `at`; `scale` turns twists into lengths."""
     C, passive, names = np.zeros((6, 6)), [], []
     for freedom in joint.freedoms:
@@ -197,7 +197,7 @@ def _connection(
     names: tuple[str, ...],
     scale: np.ndarray,
     tolerance: Tolerance,
-) -> Connection:
+) -> RelativeMotion:
     modes = compliance_modes(C) * scale[:, None]
     C, J = C * np.outer(scale, scale), J * scale[:, None]
     J = J / np.linalg.norm(J, axis=0)
@@ -217,4 +217,4 @@ def _connection(
         _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
         W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
         S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
-    return Connection(element.name, element.a, element.b, point, axes @ W, S, axes @ J, names)
+    return RelativeMotion(element.name, element.a, element.b, point, axes @ W, S, axes @ J, names)

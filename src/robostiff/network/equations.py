@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.elastostatics import Tolerance, matrix_length, scaling
 from robostiff.errors import InputError
-from robostiff.network.connection import Connection, connection_of
+from robostiff.network.connection import RelativeMotion, connection_of
 from robostiff.network.network import Network
 from robostiff.spatial import twist_transport
 
@@ -54,7 +54,7 @@ class Equations:
         return scaling(np.array(self.length), self.network.space)
 
     @cached_property
-    def connections(self) -> tuple[Connection, ...]:
+    def connections(self) -> tuple[RelativeMotion, ...]:
         """Beams, springs, then joints."""
         # Compliance in units of 1 / stiffness.
         scale = self.scale * np.sqrt(self.stiffness)
@@ -99,7 +99,7 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
 
 def _connections(
     network: Network, points: dict[str, np.ndarray], scale: np.ndarray, tolerance: Tolerance
-) -> tuple[Connection, ...]:
+) -> tuple[RelativeMotion, ...]:
     return tuple(
         connection_of(element, points[element.a], scale, network.space, tolerance)
         for element in network.elements

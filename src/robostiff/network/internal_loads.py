@@ -9,7 +9,7 @@ import numpy as np
 from robostiff.elastostatics import Tolerance
 from robostiff.kinematics import freedom_twist
 from robostiff.model import Actuated
-from robostiff.network.connection import Connection
+from robostiff.network.connection import RelativeMotion
 from robostiff.network.elements import JointElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import mobility
@@ -133,7 +133,7 @@ def _of_parts(
     return InternalLoads(tuple(energies), tuple(reactions), tuple(actuators))
 
 
-def _wrench(equations: Equations, c: Connection, f: np.ndarray) -> np.ndarray:
+def _wrench(equations: Equations, c: RelativeMotion, f: np.ndarray) -> np.ndarray:
     """Force and moment about the connection's point (6,), zero out of the plane of a planar one."""
     F = np.zeros(6)
     F[list(equations.network.space.rows)] = equations.scale * (c.W @ f) * equations.stiffness

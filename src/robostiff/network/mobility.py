@@ -9,7 +9,7 @@ from scipy.sparse import coo_array, csc_array, hstack
 from scipy.sparse.csgraph import connected_components
 
 from robostiff.elastostatics import Tolerance
-from robostiff.network.connection import Connection
+from robostiff.network.connection import RelativeMotion
 from robostiff.network.equations import Equations
 from robostiff.network.null_space import (
     null_spaces,
@@ -134,7 +134,7 @@ def _unit_wrenches(
     equations: Equations,
     clusters: _Clusters,
     labels: list[int],
-    connections: list[Connection],
+    connections: list[RelativeMotion],
     platform: int,
     still: set[int],
 ) -> tuple[csc_array, np.ndarray]:
@@ -174,7 +174,7 @@ def _large(
     return motions[:-n] @ Vt[moved:].T, np.eye(n) - free @ free.T, doubtful
 
 
-def _ends(connection: Connection, clusters: _Clusters) -> set[int]:
+def _ends(connection: RelativeMotion, clusters: _Clusters) -> set[int]:
     return {clusters.label_of[connection.a], clusters.label_of[connection.b]}
 
 
@@ -197,8 +197,8 @@ def _clusters(equations: Equations) -> _Clusters:
 
 
 def _parts(
-    free: list[int], connections: list[Connection], clusters: _Clusters
-) -> list[tuple[list[int], list[Connection]]]:
+    free: list[int], connections: list[RelativeMotion], clusters: _Clusters
+) -> list[tuple[list[int], list[RelativeMotion]]]:
     """Independent groups of clusters, and their connections.
 
     Connections without a free cluster come each on its own.
@@ -210,7 +210,7 @@ def _parts(
         if len(ends) == 2:
             pairs.append((ends[0], ends[1]))
     labels = _labels(pairs, len(free))
-    parts: list[tuple[list[int], list[Connection]]] = [
+    parts: list[tuple[list[int], list[RelativeMotion]]] = [
         ([], []) for _ in range(max(labels, default=-1) + 1)
     ]
     for label, i in index.items():

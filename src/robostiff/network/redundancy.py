@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from robostiff.network.connection import Connection
+from robostiff.network.connection import RelativeMotion
 from robostiff.network.equations import Equations
 from robostiff.network.mobility import Mechanism, Mobility
 from robostiff.network.null_space import null_spaces, pinning_coordinates
@@ -102,12 +102,12 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[
     return _connected([name for name, numbers in at.items() if numbers], edges, still)
 
 
-def _free_ends(connection: Connection, still: set[str]) -> list[str]:
+def _free_ends(connection: RelativeMotion, still: set[str]) -> list[str]:
     return [name for name in (connection.a, connection.b) if name not in still]
 
 
 def _connected(
-    nodes: list[str], edges: dict[int, Connection], still: set[str]
+    nodes: list[str], edges: dict[int, RelativeMotion], still: set[str]
 ) -> list[tuple[list[str], list[int]]]:
     index = {name: i for i, name in enumerate(nodes)}
     pairs = [(index[c.a], index[c.b]) for c in edges.values() if len(_free_ends(c, still)) == 2]

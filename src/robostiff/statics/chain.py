@@ -33,7 +33,7 @@ class BodyLoad:
 
 
 @dataclass(frozen=True)
-class Chain:
+class FiniteChain:
     """Elements in series from one body to another, of several legs alike.
 
     Attributes
@@ -90,12 +90,12 @@ class Moved:
         return self.placements[-1]
 
 
-def moved(chain: Chain, x: np.ndarray, start: Placement, body: Columns | None) -> Moved:
+def moved(chain: FiniteChain, x: np.ndarray, start: Placement, body: Columns | None) -> Moved:
     """The chain at coordinates x (N, n), from where its start is.
 
     Parameters
     ----------
-    chain : Chain
+    chain : FiniteChain
     x : (N, n) array
     start : Placement
         Of the body at its start.

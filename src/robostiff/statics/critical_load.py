@@ -16,8 +16,8 @@ from robostiff.spatial import as_float
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
 from robostiff.statics.equilibrium import Loads, one_question
-from robostiff.statics.newton import Found
-from robostiff.statics.problem import Loading
+from robostiff.statics.newton import FoundEquilibrium
+from robostiff.statics.problem import LoadCase
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
@@ -160,11 +160,11 @@ def critical_load(
     nothing = np.zeros(problem.size)
     if status & EquilibriumStatus.UNREACHABLE:
         return CriticalLoad(question.name, F, status, 0.0, None)
-    unloaded = problem.linearised(problem.unloaded, Loading(nothing, nothing, 0.0, 0.0), 0.0)
+    unloaded = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
     if unloaded.rigid:
         status |= EquilibriumStatus.RIGID_DIRECTION
         return CriticalLoad(question.name, F, status, 0.0, None)
-    loading = Loading(nothing, F, share=1.0, share_rate=0.0)
+    loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     ended, point = first_critical(problem, loading, unloaded, up_to)
     return _answer(question.name, F, status, ended, point, up_to)
 
@@ -173,7 +173,7 @@ def _answer(
     name: str,
     F: np.ndarray,
     status: EquilibriumStatus,
-    ended: Found | None,
+    ended: FoundEquilibrium | None,
     point: CriticalPoint | None,
     up_to: float,
 ) -> CriticalLoad:

@@ -8,14 +8,14 @@ import numpy as np
 
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.statics.newton import (
-    Found,
+    FoundEquilibrium,
     arc_unit,
     equilibrium_at,
     path,
     path_direction,
     step_along,
 )
-from robostiff.statics.problem import Linearised, Loading, Problem
+from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.stability import Margin, leg_margins, platform_margin
 
 # Of the margins around a critical point: where interpolation begins, and how many are tried.
@@ -41,7 +41,7 @@ class CriticalPoint:
     is_limit : bool
         Whether the load cannot grow further; it can, on an unstable branch, where equilibria
         branch.
-    found : Found
+    found : FoundEquilibrium
     """
 
     factor: float
@@ -49,18 +49,18 @@ class CriticalPoint:
     leg: str | None
     twist: np.ndarray
     is_limit: bool
-    found: Found
+    found: FoundEquilibrium
 
 
 def first_critical(
-    problem: Problem, loading: Loading, unloaded: Linearised, up_to: float
-) -> tuple[Found | None, CriticalPoint | None]:
+    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, up_to: float
+) -> tuple[FoundEquilibrium | None, CriticalPoint | None]:
     """The first critical point from factor 0 up to a factor.
 
     Parameters
     ----------
-    problem : Problem
-    loading : Loading
+    problem : EquilibriumProblem
+    loading : LoadCase
     unloaded : Linearised
         The equations without any load.
     up_to : float
@@ -68,7 +68,7 @@ def first_critical(
 
     Returns
     -------
-    Found or None
+    FoundEquilibrium or None
         The last stable equilibrium of the path, at or beyond `up_to` unless it ended before; None
         where there is none from which to start.
     CriticalPoint or None
@@ -95,10 +95,10 @@ def first_critical(
 
 
 def _refined(
-    problem: Problem,
-    loading: Loading,
+    problem: EquilibriumProblem,
+    loading: LoadCase,
     unloaded: Linearised,
-    here: Found,
+    here: FoundEquilibrium,
     direction: np.ndarray,
     arc: float,
     unit: float,
@@ -148,7 +148,9 @@ def _at_zero(met: list[tuple[float, float]]) -> float:
     return total
 
 
-def _least(problem: Problem, found: Found, unloaded: Linearised) -> tuple[int | None, Margin]:
+def _least(
+    problem: EquilibriumProblem, found: FoundEquilibrium, unloaded: Linearised
+) -> tuple[int | None, Margin]:
     """The least margin, and the leg that has it; None for the platform."""
     margins: dict[int | None, Margin] = {None: platform_margin(problem, found.known, unloaded)}
     margins |= leg_margins(problem, found.known)
@@ -156,7 +158,9 @@ def _least(problem: Problem, found: Found, unloaded: Linearised) -> tuple[int | 
     return leg, margins[leg]
 
 
-def _point(problem: Problem, found: Found, leg: int | None, least: Margin) -> CriticalPoint:
+def _point(
+    problem: EquilibriumProblem, found: FoundEquilibrium, leg: int | None, least: Margin
+) -> CriticalPoint:
     if leg is not None:
         for group in problem.groups:
             if leg in group.indices:

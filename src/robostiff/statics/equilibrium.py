@@ -18,8 +18,8 @@ from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
 from robostiff.statics.from_snapshot import DeadForce, legs_of, load_vector
-from robostiff.statics.newton import FREE, Found, Target, equilibrium_at
-from robostiff.statics.problem import Linearised, Loading, Problem
+from robostiff.statics.newton import FREE, FoundEquilibrium, Target, equilibrium_at
+from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.stability import leg_margins, platform_margin
 from robostiff.statics.status import EquilibriumStatus
@@ -39,7 +39,7 @@ class Question:
     Attributes
     ----------
     name : str
-    problem : Problem
+    problem : EquilibriumProblem
     space : Space
     frame : tuple of (3, 3) and (3,) arrays
         Axes and origin of the platform frame at the unloaded posture [m].
@@ -48,7 +48,7 @@ class Question:
     """
 
     name: str
-    problem: Problem
+    problem: EquilibriumProblem
     space: Space
     frame: tuple[np.ndarray, np.ndarray]
     status: EquilibriumStatus
@@ -217,7 +217,7 @@ class Postures:
             for force in on_platform
         ]
         length = float(snapshot.characteristic_length)
-        problem = Problem(
+        problem = EquilibriumProblem(
             groups,
             snapshot.space.rows,
             point,
@@ -271,8 +271,8 @@ def solved(
     if status & EquilibriumStatus.UNREACHABLE:
         return Equilibrium(question.name, question.space, status)
     nothing = np.zeros(problem.size)
-    loading = Loading(nothing, nothing if wrench is None else wrench)
-    unloaded = problem.linearised(problem.unloaded, Loading(nothing, nothing, 0.0, 0.0), 0.0)
+    loading = LoadCase(nothing, nothing if wrench is None else wrench)
+    unloaded = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
     if unloaded.rigid:
         return Equilibrium(
             question.name, question.space, status | EquilibriumStatus.RIGID_DIRECTION
@@ -299,8 +299,8 @@ def solved(
 
 
 def _confirmed(
-    problem: Problem, loading: Loading, unloaded: Linearised, found: Found
-) -> tuple[Found, CriticalPoint | None]:
+    problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, found: FoundEquilibrium
+) -> tuple[FoundEquilibrium, CriticalPoint | None]:
     """The equilibrium on the path from the unloaded posture, and the critical load before it."""
     if not _holds(problem, unloaded):
         return found, None  # what nothing elastic holds leaves the unloaded posture at once
@@ -312,14 +312,16 @@ def _confirmed(
     return equilibrium_at(problem, loading, 1.0, ended.state), None
 
 
-def _margins(problem: Problem, known: Linearised, unloaded: Linearised) -> dict[str, float]:
+def _margins(
+    problem: EquilibriumProblem, known: Linearised, unloaded: Linearised
+) -> dict[str, float]:
     """Of the platform and of every leg, by name."""
     names = {k: name for g in problem.groups for k, name in zip(g.indices, g.names, strict=True)}
     margins = {"platform": platform_margin(problem, known, unloaded).value}
     return margins | {names[k]: own.value for k, own in leg_margins(problem, known).items()}
 
 
-def _holds(problem: Problem, known: Linearised) -> bool:
+def _holds(problem: EquilibriumProblem, known: Linearised) -> bool:
     """Whether every motion of the platform meets stiffness."""
     scaled = known.K_total / np.outer(problem.scale, problem.scale)
     values = np.abs(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
@@ -328,9 +330,9 @@ def _holds(problem: Problem, known: Linearised) -> bool:
 
 def _answer(
     question: Question,
-    loading: Loading,
+    loading: LoadCase,
     margins: dict[str, float],
-    found: Found,
+    found: FoundEquilibrium,
     status: EquilibriumStatus,
     critical: CriticalPoint | None,
     held: bool,
@@ -358,7 +360,7 @@ def _answer(
 _UNSTABLE = EquilibriumStatus.UNSTABLE
 
 
-def _target(problem: Problem, displacement: np.ndarray) -> Target:
+def _target(problem: EquilibriumProblem, displacement: np.ndarray) -> Target:
     full = np.zeros(6)
     full[list(problem.rows)] = displacement
     return Target(turn_by_vector(full[3:]), problem.point + full[:3])

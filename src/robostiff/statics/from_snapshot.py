@@ -13,7 +13,7 @@ from robostiff.model import PlacedBlock, PlacedFreedom, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedElement
 from robostiff.spatial import Space, as_floats, block_rotation, compliance_modes
 from robostiff.statics.beam_bowing import Beams, Bowing, uniform_beam
-from robostiff.statics.chain import BodyLoad, Chain
+from robostiff.statics.chain import BodyLoad, FiniteChain
 from robostiff.statics.element import BeamShape, Element, FiniteJoint, FiniteSpring
 from robostiff.statics.legs import LegGroup
 
@@ -98,7 +98,7 @@ def legs_of(
             (k,),
             (leg.name,),
             tuple(
-                Chain(start, end, tuple(elements), tuple(walk.loads.get(c, ())))
+                FiniteChain(start, end, tuple(elements), tuple(walk.loads.get(c, ())))
                 for c, (start, end, elements) in enumerate(walk.chains)
             ),
             tuple(point[None] for point in walk.points),

@@ -9,13 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.chain import Chain, Moved, moved, velocities
+from robostiff.statics.chain import FiniteChain, Moved, moved, velocities
 from robostiff.statics.element import Columns, Placement
 from robostiff.statics.finite_turn import turns
 
 
 @dataclass(frozen=True)
-class Body:
+class MovingBody:
     """A rigid body of each leg: its axes (N, 3, 3), and where its own point is (N, 3) [m]."""
 
     R: np.ndarray
@@ -36,13 +36,13 @@ class LegState:
         Of each chain.
     W : tuple of (N, r) arrays
         What the body at the end of each chain exerts on it, about that body's point [N, N m].
-    bodies : tuple of Body
+    bodies : tuple of MovingBody
         Between the chains of a leg.
     """
 
     x: tuple[np.ndarray, ...]
     W: tuple[np.ndarray, ...]
-    bodies: tuple[Body, ...]
+    bodies: tuple[MovingBody, ...]
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class LegGroup:
     indices : tuple of int
         Which legs of the robot.
     names : tuple of str
-    chains : tuple of Chain
+    chains : tuple of FiniteChain
     points : tuple of (N, 3) arrays
         Of the bodies between its chains, at the unloaded posture [m].
     platform_point : (3,) array
@@ -98,7 +98,7 @@ class LegGroup:
 
     indices: tuple[int, ...]
     names: tuple[str, ...]
-    chains: tuple[Chain, ...]
+    chains: tuple[FiniteChain, ...]
     points: tuple[np.ndarray, ...]
     platform_point: np.ndarray
     rows: tuple[int, ...]
@@ -188,7 +188,7 @@ class LegGroup:
         return LegState(
             tuple(np.zeros((N, chain.size)) for chain in self.chains),
             tuple(np.zeros((N, r)) for _ in self.chains),
-            tuple(Body(R, point) for point in self.points),
+            tuple(MovingBody(R, point) for point in self.points),
         )
 
     def moved(self, state: LegState) -> tuple[Moved, ...]:
@@ -205,7 +205,7 @@ class LegGroup:
             found.append(moved(chain, x, start, self._body_columns(body)))
         return tuple(found)
 
-    def _body_columns(self, body: Body) -> Columns:
+    def _body_columns(self, body: MovingBody) -> Columns:
         unit = np.broadcast_to(np.eye(6)[:, list(self.rows)], (self.count, 6, len(self.rows)))
         return Columns(unit[:, :3], unit[:, 3:], body.p)
 
@@ -226,7 +226,7 @@ class LegGroup:
         A_t, r_factor = np.zeros((N, n, len(rows))), np.zeros((N, n))
         identity = np.eye(len(rows))
         carried = np.zeros((N, len(rows)))
-        platform = Body(np.broadcast_to(R, (N, 3, 3)), np.broadcast_to(p, (N, 3)))
+        platform = MovingBody(np.broadcast_to(R, (N, 3, 3)), np.broadcast_to(p, (N, 3)))
         for i, (chain, motion) in enumerate(zip(self.chains, self.moved(state), strict=True)):
             own, wrench = self.coordinates[i], self.wrench_places[i]
             places = self._places(i)
@@ -326,7 +326,7 @@ class LegGroup:
         for body, place in zip(state.bodies, self.body_places, strict=True):
             twist = np.zeros((self.count, 6))
             twist[:, list(self.rows)] = step[:, place]
-            bodies.append(Body(turned_by(twist[:, 3:]) @ body.R, body.p + twist[:, :3]))
+            bodies.append(MovingBody(turned_by(twist[:, 3:]) @ body.R, body.p + twist[:, :3]))
         return LegState(
             tuple(x + step[:, s] for x, s in zip(state.x, self.coordinates, strict=True)),
             tuple(W + step[:, s] for W, s in zip(state.W, self.wrench_places, strict=True)),
@@ -339,7 +339,7 @@ class LegGroup:
         body = [] if chain.start is None else [self.body_places[chain.start]]
         return np.concatenate([np.arange(s.start, s.stop) for s in (*body, own)]).astype(int)
 
-    def _felt(self, chain: Chain, after: int) -> int:
+    def _felt(self, chain: FiniteChain, after: int) -> int:
         """How many of the places of a chain move the body behind some of its elements."""
         body = 0 if chain.start is None else len(self.rows)
         return body + (chain.places[after - 1].stop if after else 0)

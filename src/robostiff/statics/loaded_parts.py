@@ -9,9 +9,9 @@ import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.spatial import cross
-from robostiff.statics.chain import Chain, Moved
+from robostiff.statics.chain import FiniteChain, Moved
 from robostiff.statics.element import FiniteJoint
-from robostiff.statics.problem import Problem, State
+from robostiff.statics.problem import EquilibriumProblem, State
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class LoadedPart:
     energy: float
 
 
-def loaded_parts(problem: Problem, state: State, share: float) -> tuple[LoadedPart, ...]:
+def loaded_parts(problem: EquilibriumProblem, state: State, share: float) -> tuple[LoadedPart, ...]:
     """Every joint and elastic part, leg by leg from base to platform.
 
     Parameters
     ----------
-    problem : Problem
+    problem : EquilibriumProblem
     state : State
     share : float
         Of preloads and of forces on legs that acts.
@@ -105,7 +105,7 @@ def shares(parts: tuple[LoadedPart, ...]) -> tuple[PartShare, ...]:
 
 
 def _carried(
-    chain: Chain, motion: Moved, W: np.ndarray, P: np.ndarray, share: float
+    chain: FiniteChain, motion: Moved, W: np.ndarray, P: np.ndarray, share: float
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Wrench (N, 6) of every element about its own point, and that point (N, 3)."""
     for k, element in enumerate(chain.elements):

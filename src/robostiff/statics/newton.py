@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.statics.legs import turn_between
-from robostiff.statics.problem import Linearised, Loading, Problem, State, solve_least
+from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State, solve_least
 
 #: Largest step of a rotation [rad], and of a shift by the robot's length.
 CAP = 0.2
@@ -21,7 +21,7 @@ _REFINEMENTS = 2
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundEquilibrium:
     """Where Newton's method ended.
 
     Attributes
@@ -58,7 +58,7 @@ class Target:
     R: np.ndarray | None = None
     p: np.ndarray | None = None
 
-    def twist(self, problem: Problem, state: State) -> np.ndarray | None:
+    def twist(self, problem: EquilibriumProblem, state: State) -> np.ndarray | None:
         """From a state to the pose; None where there is none."""
         if self.R is None or self.p is None:
             return None
@@ -70,19 +70,19 @@ FREE = Target()
 
 
 def equilibrium_at(
-    problem: Problem,
-    loading: Loading,
+    problem: EquilibriumProblem,
+    loading: LoadCase,
     factor: float,
     start: State,
     target: Target = FREE,
     steps: int = _STEPS,
-) -> Found:
+) -> FoundEquilibrium:
     """Newton's method at one load factor, from a state.
 
     Parameters
     ----------
-    problem : Problem
-    loading : Loading
+    problem : EquilibriumProblem
+    loading : LoadCase
     factor : float
     start : State
     target : Target
@@ -107,32 +107,32 @@ def equilibrium_at(
 
 
 def _ended(
-    problem: Problem,
-    loading: Loading,
+    problem: EquilibriumProblem,
+    loading: LoadCase,
     factor: float,
     state: State,
     converged: bool,
     cut: bool,
     steps: int,
-) -> Found:
+) -> FoundEquilibrium:
     known = problem.linearised(state, loading, factor, _REFINEMENTS)
-    return Found(state, factor, known, converged, cut, steps)
+    return FoundEquilibrium(state, factor, known, converged, cut, steps)
 
 
 @dataclass(frozen=True)
-class Step:
+class PathStep:
     """An equilibrium on a path, and the arc from the one before."""
 
-    found: Found
+    found: FoundEquilibrium
     arc: float
 
 
 def path(
-    problem: Problem,
-    loading: Loading,
-    start: Found,
+    problem: EquilibriumProblem,
+    loading: LoadCase,
+    start: FoundEquilibrium,
     largest: float = 0.25,
-) -> Iterator[Step]:
+) -> Iterator[PathStep]:
     """Equilibria along a growing load, through its turning points, from one at factor 0.
 
     The arc is measured by the motion of the platform and by the load factor. A step that does not
@@ -140,9 +140,9 @@ def path(
 
     Parameters
     ----------
-    problem : Problem
-    loading : Loading
-    start : Found
+    problem : EquilibriumProblem
+    loading : LoadCase
+    start : FoundEquilibrium
     largest : float
         Step of the load factor, up to the whole load; it grows with the load beyond.
     """
@@ -156,7 +156,7 @@ def path(
         if not found.converged:
             h *= 0.5
             continue
-        yield Step(found, h)
+        yield PathStep(found, h)
         direction = path_direction(problem, found, direction, unit)
         here = found
         if found.steps <= 5:
@@ -164,7 +164,7 @@ def path(
             h = min(of_load, _FURTHEST * problem.length / unit, 1.6 * h)
 
 
-def arc_unit(problem: Problem, at: Found) -> float:
+def arc_unit(problem: EquilibriumProblem, at: FoundEquilibrium) -> float:
     """Shift [m] that counts as much as the whole load: what the platform does under it."""
     K, load = at.known.K_total, at.known.by_factor
     twist = solve_least(K, load, problem.scale, problem.length)
@@ -173,7 +173,7 @@ def arc_unit(problem: Problem, at: Found) -> float:
 
 
 def path_direction(
-    problem: Problem, at: Found, before: np.ndarray | None, unit: float
+    problem: EquilibriumProblem, at: FoundEquilibrium, before: np.ndarray | None, unit: float
 ) -> np.ndarray:
     """Unit direction (r + 1,) of the path in scaled twist and factor."""
     known = at.known
@@ -189,20 +189,20 @@ def path_direction(
 
 
 def step_along(
-    problem: Problem,
-    loading: Loading,
-    here: Found,
+    problem: EquilibriumProblem,
+    loading: LoadCase,
+    here: FoundEquilibrium,
     direction: np.ndarray,
     h: float,
     unit: float,
-) -> Found:
+) -> FoundEquilibrium:
     """The equilibrium a step h further along the arc.
 
     Parameters
     ----------
-    problem : Problem
-    loading : Loading
-    here : Found
+    problem : EquilibriumProblem
+    loading : LoadCase
+    here : FoundEquilibrium
     direction : (r + 1,) array
     h : float
     unit : float

@@ -20,7 +20,7 @@ _PULLS = 1e-9
 
 
 @dataclass(frozen=True)
-class Loading:
+class LoadCase:
     """What acts on a robot at load factor s.
 
     Attributes
@@ -89,7 +89,7 @@ class Linearised:
 
 
 @dataclass(frozen=True)
-class Problem:
+class EquilibriumProblem:
     """A robot, unloaded at a posture, and the forces on its platform.
 
     Attributes
@@ -133,7 +133,7 @@ class Problem:
         return tuple(group.sizes(self.length) for group in self.groups)
 
     def linearised(
-        self, state: State, loading: Loading, factor: float, refinements: int = 0
+        self, state: State, loading: LoadCase, factor: float, refinements: int = 0
     ) -> Linearised:
         """The equations at a state."""
         share = loading.shares(factor)
@@ -217,7 +217,7 @@ class Problem:
         """How much a twist turns or shifts, shifts by the robot's length [rad]."""
         return float(np.max(np.abs(twist * self.scale))) / self.length
 
-    def platform_potential(self, state: State, loading: Loading, factor: float) -> float:
+    def platform_potential(self, state: State, loading: LoadCase, factor: float) -> float:
         """Potential of the forces on platform and legs, the wrench left out [J]."""
         share = loading.shares(factor).value
         total = sum(
@@ -229,7 +229,7 @@ class Problem:
         return total
 
     def _on_platform(
-        self, state: State, loading: Loading, factor: float
+        self, state: State, loading: LoadCase, factor: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What acts on the platform, how that grows, and its rate by the twist."""
         rows = list(self.rows)

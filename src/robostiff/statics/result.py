@@ -15,8 +15,8 @@ from robostiff.spatial import Space
 from robostiff.statics.critical_point import CriticalPoint
 from robostiff.statics.legs import turn_between
 from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares
-from robostiff.statics.newton import Found
-from robostiff.statics.problem import Loading, Problem
+from robostiff.statics.newton import FoundEquilibrium
+from robostiff.statics.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.status import EquilibriumStatus
 
 
@@ -49,9 +49,9 @@ class Equilibrium:
     critical: CriticalPoint | None = None
     margins: Mapping[str, float] = field(default_factory=dict)
     held: bool = False
-    problem: Problem | None = None
-    loading: Loading | None = None
-    found: Found | None = None
+    problem: EquilibriumProblem | None = None
+    loading: LoadCase | None = None
+    found: FoundEquilibrium | None = None
     frame: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
@@ -199,7 +199,7 @@ class Equilibrium:
             f"status {self.status}>"
         )
 
-    def _require(self) -> tuple[Problem, Found]:
+    def _require(self) -> tuple[EquilibriumProblem, FoundEquilibrium]:
         if self.problem is None or self.found is None:
             raise NoAnswerError(
                 f"no equilibrium of {self.name!r} ({self.status}): {'; '.join(self.advice)}"

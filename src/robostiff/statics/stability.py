@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.statics.legs import LegGroup
-from robostiff.statics.problem import Linearised, Problem
+from robostiff.statics.problem import EquilibriumProblem, Linearised
 
 # Of the largest eigenvalue: below this there is no stiffness.
 _NONE = 1e-10
@@ -63,14 +63,14 @@ def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
     return Margin(float(ratios[0]), T @ vectors[:, 0])
 
 
-def platform_margin(problem: Problem, known: Linearised, unloaded: Linearised) -> Margin:
+def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Linearised) -> Margin:
     """Of the platform, legs in equilibrium; its mode is a twist (r,)."""
     scale = np.outer(problem.scale, problem.scale)
     found = margin(known.K_total / scale, unloaded.K / scale)
     return Margin(found.value, found.mode / problem.scale)
 
 
-def leg_margins(problem: Problem, known: Linearised) -> dict[int, Margin]:
+def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin]:
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
     found = {}
     for group, eq in zip(problem.groups, known.equations, strict=True):

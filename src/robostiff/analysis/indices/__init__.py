@@ -10,14 +10,14 @@ from robostiff.analysis.indices.compliance_ratio import Anisotropy, anisotropy
 from robostiff.analysis.indices.condition import ConditionNumber, condition_number
 from robostiff.analysis.indices.directional import (
     DirectionalStiffness,
-    WorstDeflection,
+    WorstDeflections,
     directional_stiffness,
     stiffness_about_axis,
     worst_deflection,
 )
 from robostiff.analysis.indices.metric import Eigenstiffness, eigenstiffness
 from robostiff.analysis.indices.overview import IndicesOfPoses, StiffnessIndices, indices
-from robostiff.analysis.indices.principal import PrincipalStiffness, principal_stiffness
+from robostiff.analysis.indices.principal import PrincipalStiffnesses, principal_stiffness
 from robostiff.analysis.indices.screws import (
     CompliantAxis,
     Eigenscrews,
@@ -39,10 +39,10 @@ __all__ = [
     "Eigentwist",
     "Eigenwrench",
     "IndicesOfPoses",
-    "PrincipalStiffness",
+    "PrincipalStiffnesses",
     "StiffnessIndices",
     "VirtualWork",
-    "WorstDeflection",
+    "WorstDeflections",
     "anisotropy",
     "centre_of_compliance",
     "centre_of_stiffness",

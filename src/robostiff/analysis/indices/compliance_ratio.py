@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robostiff.analysis.indices.stiffness_parts import Part, stiffness_parts
+from robostiff.analysis.indices.stiffness_parts import EigenPart, stiffness_parts
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
 
@@ -58,5 +58,5 @@ def anisotropy(result: RobotStiffness) -> Anisotropy:
     )
 
 
-def _ratio(part: Part) -> float | None:
+def _ratio(part: EigenPart) -> float | None:
     return float(part.values[-1] / part.values[0]) if part.values[0] > 0 else None

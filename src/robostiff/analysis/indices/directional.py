@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.indices.stiffness_parts import Part, StiffnessParts, stiffness_parts
+from robostiff.analysis.indices.stiffness_parts import EigenPart, StiffnessParts, stiffness_parts
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
@@ -114,7 +114,7 @@ def stiffness_about_axis(result: RobotStiffness, axis: ArrayLike) -> Directional
 
 
 def _along(
-    parts: StiffnessParts, u: np.ndarray, free: Part, held: Part, unit: str
+    parts: StiffnessParts, u: np.ndarray, free: EigenPart, held: EigenPart, unit: str
 ) -> DirectionalStiffness:
     status = parts.status
     tolerance = parts.result.about_reference.tolerance.independence
@@ -155,7 +155,7 @@ def _vector(given: ArrayLike, subject: str) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class WorstDeflection:
+class WorstDeflections:
     """Largest displacement per unit force, largest rotation per unit moment, and their directions.
 
     Attributes
@@ -181,7 +181,7 @@ class WorstDeflection:
     status: Status
 
 
-def worst_deflection(result: RobotStiffness) -> WorstDeflection:
+def worst_deflection(result: RobotStiffness) -> WorstDeflections:
     """Largest eigenvalues of C_tt and C_rr: the most that unit vectors u make of ``|C_tt u|``.
 
     The force acts through the reference point and the platform may turn; displacement and force
@@ -212,10 +212,10 @@ def worst_deflection(result: RobotStiffness) -> WorstDeflection:
     status = parts.status
     if parts.rank < parts.space.size and (translational is None or rotational is None):
         status |= Status.UNBALANCED
-    return WorstDeflection(
+    return WorstDeflections(
         translational, forces.directions[0], rotational, moments.directions[0], status
     )
 
 
-def _largest(part: Part) -> float | None:
+def _largest(part: EigenPart) -> float | None:
     return float(1 / part.values[0]) if part.values[0] > 0 else None

@@ -15,12 +15,12 @@ from robostiff.analysis.indices.compliance_ratio import Anisotropy, anisotropy
 from robostiff.analysis.indices.condition import ConditionNumber, condition_number
 from robostiff.analysis.indices.directional import (
     DirectionalStiffness,
-    WorstDeflection,
+    WorstDeflections,
     directional_stiffness,
     worst_deflection,
 )
 from robostiff.analysis.indices.metric import Eigenstiffness, eigenstiffness, index_length
-from robostiff.analysis.indices.principal import PrincipalStiffness, principal_stiffness
+from robostiff.analysis.indices.principal import PrincipalStiffnesses, principal_stiffness
 from robostiff.analysis.indices.screws import Eigenscrews, eigenscrews
 from robostiff.analysis.indices.stiffness_parts import stiffness_parts
 from robostiff.analysis.indices.work_of_unit_loads import VirtualWork, virtual_work
@@ -45,9 +45,9 @@ class StiffnessIndices:
         The characteristic length [m] of those that need one.
     along_axes : tuple of DirectionalStiffness
         Along the world axes.
-    principal : PrincipalStiffness
+    principal : PrincipalStiffnesses
     collinear : CollinearStiffness
-    worst_deflection : WorstDeflection
+    worst_deflection : WorstDeflections
     anisotropy : Anisotropy
     eigenscrews : Eigenscrews
     centre_of_stiffness, centre_of_compliance : Centre
@@ -59,9 +59,9 @@ class StiffnessIndices:
     result: RobotStiffness
     length: float
     along_axes: tuple[DirectionalStiffness, ...]
-    principal: PrincipalStiffness
+    principal: PrincipalStiffnesses
     collinear: CollinearStiffness
-    worst_deflection: WorstDeflection
+    worst_deflection: WorstDeflections
     anisotropy: Anisotropy
     eigenscrews: Eigenscrews
     centre_of_stiffness: Centre

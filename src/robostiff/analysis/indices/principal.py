@@ -13,7 +13,7 @@ from robostiff.elastostatics import Status
 
 
 @dataclass(frozen=True)
-class PrincipalStiffness:
+class PrincipalStiffnesses:
     """Eigenvalues of K_tt and of K_rr, ascending, with their directions as rows.
 
     Attributes
@@ -37,7 +37,7 @@ class PrincipalStiffness:
     status: Status
 
 
-def principal_stiffness(result: RobotStiffness) -> PrincipalStiffness:
+def principal_stiffness(result: RobotStiffness) -> PrincipalStiffnesses:
     """Eigenvalues of the diagonal blocks of K: ``K_tt u = k u`` and ``K_rr u = k u``.
 
     They are the stiffnesses for a task that guides the platform: of a machine that
@@ -52,7 +52,7 @@ def principal_stiffness(result: RobotStiffness) -> PrincipalStiffness:
 
     Returns
     -------
-    PrincipalStiffness
+    PrincipalStiffnesses
         Zeros, exactly, along free motions.
 
     Raises
@@ -74,6 +74,6 @@ def principal_stiffness(result: RobotStiffness) -> PrincipalStiffness:
     """
     parts = stiffness_parts(result)
     forces, moments = parts.forces_rotations_held, parts.moments_translations_held
-    return PrincipalStiffness(
+    return PrincipalStiffnesses(
         forces.values, forces.directions, moments.values, moments.directions, parts.status
     )

@@ -26,7 +26,7 @@ _ROUNDING = 1e-15
 
 
 @dataclass(frozen=True)
-class Part:
+class EigenPart:
     """A symmetric matrix of one unit, as its eigenvalues and eigenvectors.
 
     Attributes
@@ -96,19 +96,19 @@ class StiffnessParts:
         return self.result.status
 
     @property
-    def forces_rotations_held(self) -> Part:
+    def forces_rotations_held(self) -> EigenPart:
         """K_tt [N/m]; it does not depend on the reference point."""
         d = self.space.translations
         return eigenparts(self.K[:d, :d], self.rank_of_forces)
 
     @property
-    def moments_translations_held(self) -> Part:
+    def moments_translations_held(self) -> EigenPart:
         """K_rr [N m/rad], about the reference point."""
         d = self.space.translations
         return eigenparts(self.K[d:, d:], self.rank_of_moments)
 
     @property
-    def forces_rotations_free(self) -> Part:
+    def forces_rotations_free(self) -> EigenPart:
         """The inverse of C_tt [N/m], for forces through the reference point."""
         d = self.space.translations
         if self.C is not None:
@@ -117,7 +117,7 @@ class StiffnessParts:
         return self._free_parts(free, self.rank - self.rank_of_moments)
 
     @property
-    def moments_translations_free(self) -> Part:
+    def moments_translations_free(self) -> EigenPart:
         """The inverse of C_rr [N m/rad]; it does not depend on the reference point."""
         d = self.space.translations
         if self.C is not None:
@@ -125,7 +125,7 @@ class StiffnessParts:
         free = _schur(self.K[d:, d:], self.K[d:, :d], self.forces_rotations_held)
         return self._free_parts(free, self.rank - self.rank_of_forces)
 
-    def _free_parts(self, free: np.ndarray, rank: int) -> Part:
+    def _free_parts(self, free: np.ndarray, rank: int) -> EigenPart:
         """Of a Schur complement, in which values that are not above rounding are zero."""
         answer = self.result.about_reference
         if not answer.invertible:
@@ -164,7 +164,7 @@ def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
     return StiffnessParts(result, K, result.compliance, forces, moments)
 
 
-def eigenparts(matrix: np.ndarray, rank: int) -> Part:
+def eigenparts(matrix: np.ndarray, rank: int) -> EigenPart:
     """Eigenvalues and eigenvectors of a positive semidefinite matrix of known rank.
 
     Directions are readable: of equal eigenvalues along world axes as far as they allow, and with
@@ -173,24 +173,24 @@ def eigenparts(matrix: np.ndarray, rank: int) -> Part:
     Examples
     --------
     >>> eigenparts(np.diag([2.0, 0.0, 2.0]), rank=2)
-    Part(values=array([0., 2., 2.]), directions=array([[0., 1., 0.],
+    EigenPart(values=array([0., 2., 2.]), directions=array([[0., 1., 0.],
            [1., 0., 0.],
            [0., 0., 1.]]))
     """
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     values = np.maximum(values, _ROUNDING * max(values[-1], 0.0))
     values[: len(values) - rank] = 0.0
-    return Part(values, _readable(values, vectors.T))
+    return EigenPart(values, _readable(values, vectors.T))
 
 
-def _inverse_parts(C: np.ndarray) -> Part:
+def _inverse_parts(C: np.ndarray) -> EigenPart:
     """Of the inverse of a regular matrix, without inverting it."""
     compliant = eigenparts(C, len(C))
     values = 1 / compliant.values[::-1]
-    return Part(values, _readable(values, compliant.directions[::-1]))
+    return EigenPart(values, _readable(values, compliant.directions[::-1]))
 
 
-def _schur(A: np.ndarray, B: np.ndarray, D: Part) -> np.ndarray:
+def _schur(A: np.ndarray, B: np.ndarray, D: EigenPart) -> np.ndarray:
     """A - B D^-1 B^T; as K is positive semidefinite, free directions of D have no part in B."""
     return A - B @ D.solve(B.T)
 

@@ -102,7 +102,7 @@ Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Block:
+class PoseBlock:
     """The answer at the poses of a block.
 
     Attributes
@@ -191,7 +191,7 @@ class MapJob:
             )
         return np.broadcast_to(answer, (len(poses),))
 
-    def compute(self, index: int, out: Mapping[str, np.ndarray] | None = None) -> Block:
+    def compute(self, index: int, out: Mapping[str, np.ndarray] | None = None) -> PoseBlock:
         """The answer at the poses of a block.
 
         Parameters
@@ -218,7 +218,7 @@ class MapJob:
             for name in places.keys() & found.keys():
                 places[name][chosen] = found[name]
         guarded = int(np.count_nonzero(found["guarded"])) if "guarded" in found else 0
-        return Block(out, summarize(out, self.evaluator.variables, guarded))
+        return PoseBlock(out, summarize(out, self.evaluator.variables, guarded))
 
 
 def _side_by_side(poses: np.ndarray, chosen: np.ndarray | None) -> np.ndarray:

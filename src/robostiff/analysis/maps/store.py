@@ -19,7 +19,7 @@ from zlib import crc32
 
 import numpy as np
 
-from robostiff.analysis.maps.job import Block, MapJob
+from robostiff.analysis.maps.job import MapJob, PoseBlock
 from robostiff.analysis.maps.layout import (
     range_attributes,
     summary_attributes,
@@ -73,7 +73,7 @@ class MapStore:
             raise damaged(self.path, f"{error.filename!r}: {error.strerror}") from None
         return block.summary
 
-    def write(self, index: int, block: Block) -> None:
+    def write(self, index: int, block: PoseBlock) -> None:
         """Put a block on disk, and only then into the journal."""
         part = self.job.partition.slices(index)
         shape = tuple(where.stop - where.start for where in part)

@@ -15,7 +15,7 @@ from robostiff.analysis.indices import (
     CollinearStiffness,
     DirectionalStiffness,
     Eigenwrench,
-    PrincipalStiffness,
+    PrincipalStiffnesses,
     StiffnessIndices,
 )
 from robostiff.elastostatics import Status
@@ -141,7 +141,7 @@ def _along_axis(along: DirectionalStiffness) -> str:
     return f"  {direction_in_words(along.direction):<25}{number(along.free):>14}{held:>12}{moves}"
 
 
-def _loads(found: PrincipalStiffness | CollinearStiffness) -> Iterator[str]:
+def _loads(found: PrincipalStiffnesses | CollinearStiffness) -> Iterator[str]:
     forces = zip(found.translational, found.translational_directions, strict=True)
     moments = zip(found.rotational, found.rotational_directions, strict=True)
     for k, u in forces:

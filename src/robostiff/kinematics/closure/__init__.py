@@ -15,14 +15,14 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver, leg_solver
-from robostiff.kinematics.closure.newton import Part, nearest
+from robostiff.kinematics.closure.newton import ClosurePart, nearest
 
 __all__ = [
     "AssemblyMode",
+    "ClosurePart",
     "Followed",
     "LegSolver",
     "NewtonTask",
-    "Part",
     "advance",
     "attachment_frame",
     "closing_rates",

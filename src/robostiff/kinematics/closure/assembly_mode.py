@@ -8,7 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
-from robostiff.kinematics.closure.newton import CLOSED, CONVERGED, Equations, Part, nearest
+from robostiff.kinematics.closure.newton import (
+    CLOSED,
+    CONVERGED,
+    ClosureEquations,
+    ClosurePart,
+    nearest,
+)
 
 _NEARLY_CLOSED = 1e-7
 _NEWTON_STEPS = 6
@@ -60,7 +66,7 @@ class _Directions:
 
 
 @dataclass(frozen=True)
-class Found:
+class FollowedPosture:
     """Postures at prescribed coordinates.
 
     Attributes
@@ -89,15 +95,15 @@ class AssemblyMode:
 
     Attributes
     ----------
-    equations : Equations
+    equations : ClosureEquations
     home : (size,) array
         The closed posture.
     """
 
-    equations: Equations
+    equations: ClosureEquations
     home: np.ndarray
 
-    def at(self, given: np.ndarray) -> Found:
+    def at(self, given: np.ndarray) -> FollowedPosture:
         """Postures at prescribed coordinates (N, g), in the order of ``equations.given``."""
         x = np.tile(self.home, (len(given), 1))
         x[:, self.equations.given] = given
@@ -122,7 +128,7 @@ class AssemblyMode:
         rows = rows[self._is_nearly_singular(x[rows])]
         beyond = rows[self._crosses(x[rows], given[rows])]
         kept[beyond], elsewhere[beyond] = False, True
-        return Found(x, kept, elsewhere)
+        return FollowedPosture(x, kept, elsewhere)
 
     def _is_nearly_singular(self, x: np.ndarray) -> np.ndarray:
         """Where the smallest singular value of a part has nearly vanished (N,)."""
@@ -293,7 +299,7 @@ def _size(e: np.ndarray) -> np.ndarray:
     return np.max(np.abs(e), axis=-1, initial=0.0)
 
 
-def _of_part(part: Part, J: np.ndarray) -> np.ndarray:
+def _of_part(part: ClosurePart, J: np.ndarray) -> np.ndarray:
     """The rates of one part, those of loops first."""
     # Indices leave equal entries of all postures side by side, which products sum in another order.
     return np.ascontiguousarray(J[..., part.equations[:, None], part.unknowns])
@@ -309,7 +315,7 @@ def _solved(T: np.ndarray, right: np.ndarray) -> np.ndarray:
         return np.where(singular[:, None, None], np.nan, np.linalg.solve(T, right))
 
 
-def _directions(part: Part, J: np.ndarray) -> _Directions:
+def _directions(part: ClosurePart, J: np.ndarray) -> _Directions:
     """Directions at one posture, by singular values; loops close before the ends do."""
     k = len(part.loops)
     U_loops, V_loops = _spans(J[:k])
@@ -330,7 +336,7 @@ def _spans(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return U[:, :rank], V_T[:rank].T
 
 
-def _carried(part: Part, before: _Directions, J: np.ndarray) -> _Directions:
+def _carried(part: ClosurePart, before: _Directions, J: np.ndarray) -> _Directions:
     """Directions at the next postures along a way, from those before: ranks stay what they were."""
     J = _of_part(part, J)
     k = len(part.loops)

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from robostiff.kinematics.closure.assembly_mode import AssemblyMode
-from robostiff.kinematics.closure.newton import CLOSED, Part, nearest
+from robostiff.kinematics.closure.newton import CLOSED, ClosurePart, nearest
 from robostiff.kinematics.closure.spin import Spin, spins_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twists
@@ -93,19 +93,19 @@ class NewtonTask:
         return np.array([k for k in range(6) if k not in self.open])
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ClosurePart, ...]:
         """Every leg, then all together."""
         parts, row, column = [], 0, 0
         for leg, count in zip(self.legs, self._gap_counts, strict=True):
             ends, loops = np.arange(row, row + 6), np.arange(row + 6, row + 6 * count)
             unknowns = column + np.arange(int(np.count_nonzero(leg.chain.free)))
-            parts.append(Part(loops, ends, unknowns))
+            parts.append(ClosurePart(loops, ends, unknowns))
             row, column = row + 6 * count, column + len(unknowns)
         if len(parts) == 1 and not self.open:
             return tuple(parts)
         loops = np.concatenate([part.loops for part in parts])
         ends = np.concatenate([part.ends for part in parts])
-        return (*parts, Part(loops, ends, np.arange(column + len(self.open))))
+        return (*parts, ClosurePart(loops, ends, np.arange(column + len(self.open))))
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """All gaps as parts of the length and radians (N, 6 m)."""

@@ -15,7 +15,7 @@ _LARGEST_STEP = 0.5
 
 
 @dataclass(frozen=True)
-class Part:
+class ClosurePart:
     """Equations whose determinant keeps its sign within an assembly mode.
 
     Attributes
@@ -37,7 +37,7 @@ class Part:
         return np.concatenate([self.loops, self.ends])
 
 
-class Equations(Protocol):
+class ClosureEquations(Protocol):
     """Equations of closure at postures x, one in each row.
 
     Gaps and unknowns are scaled to radians and parts of the length. ``given`` are the places in x
@@ -52,7 +52,7 @@ class Equations(Protocol):
 
     @property
     def parts(self) -> Any:
-        """Parts with an assembly mode of their own, a sequence of `Part`, then all."""
+        """Parts with an assembly mode of their own, a sequence of `ClosurePart`, then all."""
         ...
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
@@ -72,7 +72,7 @@ class Equations(Protocol):
         ...
 
 
-def nearest(equations: Equations, x: np.ndarray) -> np.ndarray:
+def nearest(equations: ClosureEquations, x: np.ndarray) -> np.ndarray:
     """Postures closed, or as nearly as possible, by Levenberg steps from guesses x (N, size).
 
     Steps are damped by the square of the gap. They may lead to another assembly mode.

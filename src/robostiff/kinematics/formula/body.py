@@ -69,7 +69,7 @@ def _tidy(value: Any, scale: float) -> Any:
 
 
 @dataclass(frozen=True)
-class Body:
+class LegBody:
     """A frame of a body at zero coordinates and now; all else of the body moves along.
 
     Attributes
@@ -97,9 +97,9 @@ class Body:
         """The present axes of the body that were the columns of R."""
         return self.R @ tidied(self.R_zero.T @ R)
 
-    def at(self, x: np.ndarray, p: np.ndarray) -> Body:
+    def at(self, x: np.ndarray, p: np.ndarray) -> LegBody:
         """A body of the same orientation, whose point x is at p."""
-        return Body(self.R_zero, x, self.R, p)
+        return LegBody(self.R_zero, x, self.R, p)
 
     def _local(self, x: np.ndarray) -> np.ndarray:
         size = max(size_of(c) for c in (*x, *self.p_zero))
@@ -109,7 +109,7 @@ class Body:
 def body_of_directions(
     zero: tuple[np.ndarray, np.ndarray, np.ndarray],
     now: tuple[np.ndarray, np.ndarray, np.ndarray],
-) -> Body:
+) -> LegBody:
     """The body that carries a point and two directions u, v at a constant angle.
 
     Parameters
@@ -121,7 +121,7 @@ def body_of_directions(
     """
     (x, u0, v0), (p, u, v) = zero, now
     c = constant_cosine(u0, v0)
-    return Body(_axes(u0, v0, c), x, _axes(u, v, c), p)
+    return LegBody(_axes(u0, v0, c), x, _axes(u, v, c), p)
 
 
 def constant_cosine(u: np.ndarray, v: np.ndarray) -> Any:

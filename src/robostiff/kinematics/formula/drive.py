@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
-from robostiff.kinematics.formula.body import Body, tidied, tidied_point
+from robostiff.kinematics.formula.body import LegBody, tidied, tidied_point
 from robostiff.record import Entry, is_zero, least, square_root
 from robostiff.spatial import cross
 
@@ -112,7 +112,7 @@ class Driven:
 
     Attributes
     ----------
-    carrier : Body
+    carrier : LegBody
         Carriage or crank.
     A_now : (3,) array
         Where the near end of the rod is [m].
@@ -127,7 +127,7 @@ class Driven:
         of its rod, which leaves it undetermined.
     """
 
-    carrier: Body
+    carrier: LegBody
     A_now: np.ndarray
     A_to_B: np.ndarray
     slide: Any
@@ -136,13 +136,13 @@ class Driven:
 
 
 def driven_by_slide(
-    base: Body, slide: Slide, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
+    base: LegBody, slide: Slide, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
 ) -> Driven:
     """Slide with |B - A - s e| = l: s = e.(B - A) +- sqrt(l^2 - |across|^2).
 
     Parameters
     ----------
-    base : Body
+    base : LegBody
         What carries the drive.
     slide : Slide
     A : (3,) array
@@ -166,7 +166,7 @@ def driven_by_slide(
 
 
 def driven_by_crank(
-    base: Body, crank: Cluster, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
+    base: LegBody, crank: Cluster, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
 ) -> Driven:
     """Crank with |B - A(s)| = l, from x cos s + y sin s = c, given by cosine and sine.
 
@@ -175,7 +175,7 @@ def driven_by_crank(
 
     Parameters
     ----------
-    base : Body
+    base : LegBody
         What carries the drive.
     crank : Cluster
         One axis.
@@ -202,5 +202,5 @@ def driven_by_crank(
     out = m * cosine + n * sine
     A_now = centre + out * radius
     now = np.stack([out, n * cosine - m * sine, e], axis=-1)
-    carrier = Body(R_zero, hub, now, centre)
+    carrier = LegBody(R_zero, hub, now, centre)
     return Driven(carrier, A_now, B_now - A_now, None, -least(left, 0) / square, square / size)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.formula.body import Body, direction_across, size_of, tidied_point
+from robostiff.kinematics.formula.body import LegBody, direction_across, size_of, tidied_point
 from robostiff.kinematics.frames import Loop, PlacedChain, telescopic_elasticity
 from robostiff.kinematics.turn import Turn
 from robostiff.model import (
@@ -55,7 +55,7 @@ class _Shift:
     zero: np.ndarray
     now: np.ndarray
 
-    def point(self, body: Body, x: np.ndarray) -> np.ndarray:
+    def point(self, body: LegBody, x: np.ndarray) -> np.ndarray:
         """Where a point of a copy is, which a body like this one carries."""
         return body.point(x) if self is _UNSHIFTED else body.point(x - self.zero) + self.now
 
@@ -77,7 +77,7 @@ class Layout:
 
     Attributes
     ----------
-    bodies : dict of int to Body
+    bodies : dict of int to LegBody
         A body begins after that many elementary joints.
     slides : dict of int to Stretch
         By place in the coordinate vector.
@@ -85,11 +85,11 @@ class Layout:
         Axes of spherical joints, which may have any three.
     """
 
-    bodies: dict[int, Body]
+    bodies: dict[int, LegBody]
     slides: dict[int, Stretch]
     ball_axes: dict[int, np.ndarray]
 
-    def after(self, joints: int) -> Body:
+    def after(self, joints: int) -> LegBody:
         """The body that follows so many elementary joints."""
         return self.bodies[max(start for start in self.bodies if start <= joints)]
 
@@ -217,7 +217,7 @@ class Layout:
         axis = body.direction(freedom.axis) if axis is None else axis
         return replace(freedom, axis=axis, point=shift.point(body, freedom.point))
 
-    def _spring(self, spring: PlacedSpring, body: Body, shift: _Shift) -> PlacedSpring:
+    def _spring(self, spring: PlacedSpring, body: LegBody, shift: _Shift) -> PlacedSpring:
         return PlacedSpring(
             spring.name,
             shift.point(body, spring.point),

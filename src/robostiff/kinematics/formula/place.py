@@ -15,7 +15,7 @@ from robostiff.kinematics.closure.rod import Rod
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
 from robostiff.kinematics.closure.strut import Strut
 from robostiff.kinematics.formula.body import (
-    Body,
+    LegBody,
     constant_cosine,
     direction_across,
     size_of,
@@ -100,7 +100,7 @@ class _Site:
         For each coordinate of the leg its place on the main path.
     whole, zero : PlacedChain
         The leg and its main path at zero coordinates in its own base frame, locked joints at home.
-    base, platform : Body
+    base, platform : LegBody
     pose : FormulaPose
         Of the platform.
     """
@@ -110,19 +110,19 @@ class _Site:
     copies: Sequence[int]
     whole: PlacedChain
     zero: PlacedChain
-    base: Body
-    platform: Body
+    base: LegBody
+    platform: LegBody
     pose: FormulaPose
 
     @classmethod
     def of(cls, leg: Leg, pose: FormulaPose, solver: LegSolver) -> _Site:
         whole, zero = _at_zero(leg.chain), _at_zero(leg.chain.main_path)
         identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
-        base = Body(*identity, tidied(leg.base.R), tidied_point(leg.base.p))
+        base = LegBody(*identity, tidied(leg.base.R), tidied_point(leg.base.p))
         # the platform frame at zero coordinates, in the leg's base frame
         R_platform = zero.R @ leg.attachment.R.T
         p_platform = zero.p - R_platform @ leg.attachment.p
-        platform = Body(
+        platform = LegBody(
             tidied(R_platform), tidied_point(p_platform), tidied(pose.R), tidied_point(pose.p)
         )
         return cls(leg, solver.leg, solver.copies.tolist(), whole, zero, base, platform, pose)
@@ -202,7 +202,7 @@ class _Site:
         return replace(placed, losses=() if is_zero(drive.loss) else (drive.loss,))
 
     def _formula(
-        self, rod: PlacedRod, bodies: dict[int, Body], slides: dict[int, Stretch]
+        self, rod: PlacedRod, bodies: dict[int, LegBody], slides: dict[int, Stretch]
     ) -> PlacedFormula:
         leg, zero = self.leg, self.zero
         layout = Layout(bodies, slides, rod.ball_axes)

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.kinematics.closure.assembly import Mode
 from robostiff.kinematics.closure.skeleton import Cluster
-from robostiff.kinematics.formula.body import Body, body_of_directions, constant_cosine, tidied
+from robostiff.kinematics.formula.body import LegBody, body_of_directions, constant_cosine, tidied
 from robostiff.kinematics.formula.drive import aim, coordinate_axis_along, shortest_turn_of
 from robostiff.kinematics.turn import Turn, turn_by_vector_of_entries
 from robostiff.record import is_zero
@@ -22,7 +22,7 @@ class RodEnds:
 
     Attributes
     ----------
-    near, platform : Body
+    near, platform : LegBody
         What carries the joints.
     A, B : Cluster
     along : (3,) array
@@ -43,8 +43,8 @@ class RodEnds:
         Whether the turn about itself matters of a rod between two spherical joints.
     """
 
-    near: Body
-    platform: Body
+    near: LegBody
+    platform: LegBody
     A: Cluster
     B: Cluster
     along: np.ndarray
@@ -69,7 +69,7 @@ class PlacedRod:
 
     Attributes
     ----------
-    bodies : dict of int to Body
+    bodies : dict of int to LegBody
         A body begins after that many elementary joints.
     ball_axes : dict of int to (3,) array
     misses : list of Entry or number
@@ -78,7 +78,7 @@ class PlacedRod:
         Positive where the axes cannot reach the directions.
     """
 
-    bodies: dict[int, Body]
+    bodies: dict[int, LegBody]
     ball_axes: dict[int, np.ndarray]
     misses: list[Any]
     out_of_reach: list[Any]
@@ -87,7 +87,7 @@ class PlacedRod:
 def placed_rod(ends: RodEnds) -> PlacedRod:
     """Turn a rod so that it points from A to B and its joints meet the platform."""
     A, B = ends.A, ends.B
-    bodies: dict[int, Body] = {}
+    bodies: dict[int, LegBody] = {}
     rod, gimbal, misses, lacks = _at_first(ends)
     if gimbal is not None:
         bodies[A.places[0] + 1] = gimbal
@@ -112,7 +112,7 @@ def placed_rod(ends: RodEnds) -> PlacedRod:
     return PlacedRod(bodies, ball_axes, misses + more_misses, lacks + more_lacks)
 
 
-def _at_first(ends: RodEnds) -> tuple[Body, Body | None, list[Any], list[Any]]:
+def _at_first(ends: RodEnds) -> tuple[LegBody, LegBody | None, list[Any], list[Any]]:
     """The rod as joint A points it, what lies between two axes, misses and lacks."""
     A = ends.A
     if A.is_ball:
@@ -125,7 +125,7 @@ def _at_first(ends: RodEnds) -> tuple[Body, Body | None, list[Any], list[Any]]:
     return rod, gimbal, [], [lack]
 
 
-def _at_second(ends: RodEnds, rod: Body) -> tuple[Body, list[Any], list[Any]]:
+def _at_second(ends: RodEnds, rod: LegBody) -> tuple[LegBody, list[Any], list[Any]]:
     """The rod at joint B, which may turn it about itself, misses and lacks."""
     B = ends.B
     if B.is_ball:
@@ -140,13 +140,13 @@ def _at_second(ends: RodEnds, rod: Body) -> tuple[Body, list[Any], list[Any]]:
     return far, [], [lack]
 
 
-def _about_one(ends: RodEnds, axis: np.ndarray, now: np.ndarray) -> tuple[Body, list[Any]]:
+def _about_one(ends: RodEnds, axis: np.ndarray, now: np.ndarray) -> tuple[LegBody, list[Any]]:
     """The rod that one axis carries, and how far the axis is from its angle to the rod."""
     missed = _square(now @ ends.d - constant_cosine(axis, ends.along))
     return _body(ends, (ends.along, ends.d), (axis, now)), [missed]
 
 
-def _pointed(ends: RodEnds) -> tuple[Body, Body, Any]:
+def _pointed(ends: RodEnds) -> tuple[LegBody, LegBody, Any]:
     """What lies between two axes, the rod that they point, and what they lack to do so."""
     a0, b0 = ends.A.axes
     a = ends.near.direction(a0)
@@ -158,7 +158,7 @@ def _pointed(ends: RodEnds) -> tuple[Body, Body, Any]:
     return gimbal, _body(ends, (ends.along, ends.d), (b0, b)), found.gap
 
 
-def _taken_up(ends: RodEnds, e: np.ndarray) -> tuple[Body, Any]:
+def _taken_up(ends: RodEnds, e: np.ndarray) -> tuple[LegBody, Any]:
     """The rod as the two axes at its far end turn it about itself, and what they lack to do so."""
     b0, e0 = ends.B.axes
     to_d, to_e = constant_cosine(b0, ends.along), constant_cosine(b0, e0)
@@ -167,7 +167,7 @@ def _taken_up(ends: RodEnds, e: np.ndarray) -> tuple[Body, Any]:
     return _body(ends, (ends.along, ends.d), (b0, b)), found.gap
 
 
-def _missed(ends: RodEnds, rod: Body) -> list[Any]:
+def _missed(ends: RodEnds, rod: LegBody) -> list[Any]:
     """Squares that vanish where the joint at the far end fits both rod and platform."""
     B = ends.B
     e = ends.platform.direction(B.axes[-1])
@@ -177,7 +177,7 @@ def _missed(ends: RodEnds, rod: Body) -> list[Any]:
     return [_square(x) for x in on_rod - e]
 
 
-def _shortest(ends: RodEnds) -> Body:
+def _shortest(ends: RodEnds) -> LegBody:
     """The rod after the shortest turn from home, or from a coordinate axis nearby."""
     sides0 = (ends.side, cross(ends.along, ends.side))
     if ends.spin_matters or ends.turned_by_second:
@@ -191,7 +191,7 @@ def _shortest(ends: RodEnds) -> Body:
     turned = shortest_turn_of(start, tuple(sides), ends.d)
     zero = np.stack([ends.along, *sides0], axis=-1)
     now = np.stack([ends.d, *turned], axis=-1)
-    return Body(zero, ends.A.point, now, ends.A_now)
+    return LegBody(zero, ends.A.point, now, ends.A_now)
 
 
 def _home_of_ball(ends: RodEnds) -> np.ndarray:
@@ -203,7 +203,7 @@ def _home_of_ball(ends: RodEnds) -> np.ndarray:
     return axes @ turn_by_vector_of_entries(home) @ axes.T
 
 
-def _spun(ends: RodEnds, rod: Body, sign: int) -> Body:
+def _spun(ends: RodEnds, rod: LegBody, sign: int) -> LegBody:
     """The rod after a turn about itself by the home angle of its spin, or before that turn."""
     angle = 0 if ends.spin is None else ends.home[ends.spin] * sign
     if is_zero(angle):
@@ -215,7 +215,7 @@ def _body(
     ends: RodEnds,
     first: tuple[np.ndarray, np.ndarray],
     second: tuple[np.ndarray, np.ndarray],
-) -> Body:
+) -> LegBody:
     """A body at A from two directions, each at zero coordinates and now."""
     (u0, u), (v0, v) = first, second
     return body_of_directions((ends.A.point, u0, v0), (ends.A_now, u, v))
