@@ -1,5 +1,8 @@
 """Settings that all tests share."""
 
+from pathlib import Path
+
+import pytest
 from hypothesis import HealthCheck, settings
 
 _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
@@ -23,3 +26,12 @@ settings.register_profile(
     suppress_health_check=_UNTIMED,
 )
 settings.load_profile("repeatable")
+
+_SLOW = frozenset((Path(__file__).parent / "slow_tests.txt").read_text().splitlines())
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark tests of ``slow_tests.txt``, which take seconds each, for `make slow`."""
+    for item in items:
+        if item.nodeid in _SLOW:
+            item.add_marker("slow")

@@ -100,7 +100,7 @@ def recorded_answer(robot: Robot, asked: AskedPoses) -> RecordedAnswer | None:
         When the record gives something else than the careful form at generic poses.
     """
     given = _inputs(robot, asked)
-    if given is None or not len(given):
+    if given is None or not given.size:  # no poses, or a structure that has one alone
         return None
     known = vars(robot).get(_KEPT)
     if known is None:

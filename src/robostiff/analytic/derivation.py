@@ -34,7 +34,7 @@ class WrittenField:
     --------
     >>> @dataclass(frozen=True)
     ... class Answer:
-    ...     value: Written = Written()
+    ...     value: WrittenField = WrittenField()
     >>> Answer(Unwritten(lambda: 6 * 7)).value
     42
     >>> Answer(42) == Answer(Unwritten(lambda: 6 * 7))

@@ -229,7 +229,7 @@ def derivative_outline(derivative: FormulaDerivative) -> tuple[Block, ...]:
     >>> k, L = sp.symbols("k L")
     >>> K = sp.ImmutableMatrix(sp.diag(k / L, 0, 0))
     >>> [type(b).__name__ for b in derivative_outline(differentiate(Derivation("K", K, (), K), L))]
-    ['Heading', 'Words', 'Heading', 'MatrixEquation', 'Nomenclature']
+    ['OutlineHeading', 'OutlineText', 'OutlineHeading', 'MatrixEquation', 'Nomenclature']
     """
     names, symbol = EntryNames(derivative.derivation), derivative.symbol
     result = MatrixName(derivative_name(names.result.name, symbol))

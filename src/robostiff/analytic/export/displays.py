@@ -68,7 +68,7 @@ def displayed(
     >>> displayed(block, lambda e: len(str(e)), 6)
     Displayed(factor=1, matrix=Matrix([
     [   a, K_12],
-    [K_12,    b]]), named=Equations(rows=(('K_12', a + b),)))
+    [K_12,    b]]), named=ScalarEquations(rows=(('K_12', a + b),)))
     """
     taken = measure(block.factor) if block.factor != 1 else 0
     needed = sum(_columns(block.matrix, measure)) + (0 if stacked else taken)

@@ -123,7 +123,7 @@ def outline(derivation: Derivation) -> tuple[Block, ...]:
     >>> k = sp.Symbol("k")
     >>> K = sp.ImmutableMatrix(sp.diag(k, k, k))
     >>> [type(block).__name__ for block in outline(Derivation("K_C", K, (), K))]
-    ['Heading', 'Words', 'Heading', 'MatrixEquation', 'Nomenclature']
+    ['OutlineHeading', 'OutlineText', 'OutlineHeading', 'MatrixEquation', 'Nomenclature']
     """
     names = EntryNames(derivation)
     blocks: list[Block] = [
