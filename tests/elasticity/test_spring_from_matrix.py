@@ -135,7 +135,7 @@ def test_a_huge_number_for_rigid_is_refused_not_guessed():
         elasticity_from_stiffness(np.diag([1e20, 1e20, 1e5, 1e3, 1e3, 1e3]))
     assert str(error.value) == (
         "stiffness matrix, entry [Fz, dz] = 100000 beside [Fx, dx] = 1e+20: expected a ratio above "
-        "1e-12, to tell a soft direction from a free one; write 0 for a free direction; for a "
+        "1e-12, between a soft direction and a free one; write 0 for a free direction; for a "
         "rigid one give the compliance, with a 0 there: elasticity_from_compliance(C)"
     )
 

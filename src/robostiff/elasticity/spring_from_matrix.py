@@ -190,7 +190,7 @@ def _refuse_penalty(K: Matrix, spectrum: ScaledSpectrum) -> None:
         raise InputError(
             f"{STIFFNESS.name}, entry {STIFFNESS.entry(K, i, i)} beside "
             f"{STIFFNESS.entry(K, largest, largest)}",
-            expected=f"a ratio above {RANK_TOLERANCE:g}, or 0 for a free direction",
+            expected=f"a ratio above {RANK_TOLERANCE:g}, between a soft direction and a free one",
             hint="write 0 for a free direction; for a rigid one give the compliance, with a 0 "
             "there: elasticity_from_compliance(C)",
         )
