@@ -309,11 +309,11 @@ def test_thirty_kilobytes_of_json_are_fast():
         ("# only words\n", "robot.yaml: empty file: expected a YAML or JSON document"),
         (
             "a:\n\tb: 1\n",
-            "robot.yaml:2:1: a tab where YAML wants spaces; indent with spaces",
+            "robot.yaml:2:1: a tab where YAML needs spaces; indent with spaces",
         ),
         (
             "a: b: c\n",
-            "robot.yaml:1:5: a colon that does not fit here; "
+            "robot.yaml:1:5: a colon that is not allowed here; "
             "check the indentation of this line and the one above, or quote the text",
         ),
         (

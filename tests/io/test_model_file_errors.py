@@ -220,7 +220,7 @@ def test_frames(written, message):
     ("element", "message"),
     [
         (DRIVE.replace("prismatic", "prismatc"),
-         "legs.chain[1].type: unknown word: got 'prismatc', expected one of revolute, prismatic, "
+         "legs.chain[1].type: unknown word: got 'prismatc', expected one of revolute, prismatic, helical, "
          "universal, spherical, cylindrical, planar, rigid, beam, spring, link, telescope, "
          "parallelogram, parallel; did you mean prismatic?"),
         (DRIVE.replace("actuated", "actuatd"),

@@ -7,7 +7,7 @@ unless a name says otherwise; SI units.
 
 from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import exact_number, is_formula
-from robostiff.spatial.frame import Frame, block_rotation, rotate_stiffness
+from robostiff.spatial.frame import Frame
 from robostiff.spatial.quantities import (
     as_float,
     as_floats,
@@ -18,10 +18,12 @@ from robostiff.spatial.quantities import (
 from robostiff.spatial.screw import Screw, cross, full_turn, screw_of_twist
 from robostiff.spatial.space import Space
 from robostiff.spatial.transport import (
+    block_rotation,
     move_compliance,
     move_stiffness,
     move_twist,
     move_wrench,
+    rotate_stiffness,
     skew,
     twist_transport,
 )
