@@ -221,8 +221,8 @@ def test_frames(written, message):
     [
         (DRIVE.replace("prismatic", "prismatc"),
          "legs.chain[1].type: unknown word: got 'prismatc', expected one of revolute, prismatic, "
-         "helical, universal, spherical, cylindrical, planar, rigid, beam, spring, link, telescope, "
-         "parallelogram, parallel; did you mean prismatic?"),
+         "helical, universal, spherical, cylindrical, planar, rigid, beam, spring, link, "
+         "telescope, parallelogram, parallel; did you mean prismatic?"),
         (DRIVE.replace("actuated", "actuatd"),
          "legs.chain[1].role: unknown word: got 'actuatd', expected 'passive' or 'actuated' or "
          "'locked'; did you mean actuated?"),

@@ -276,7 +276,8 @@ def same_element(
         assert isinstance(two, PlacedFreedom)
         np.testing.assert_allclose(one.axis, two.axis, atol=1e-15)
         assert (one.is_passive, one.stiffness) == (two.is_passive, two.stiffness)
-        assert one.pitch == pytest.approx(two.pitch, rel=1e-15)
+        assert (one.pitch is None) == (two.pitch is None)
+        assert one.pitch is None or one.pitch == pytest.approx(two.pitch, rel=1e-15)
         return
     assert isinstance(two, PlacedSpring)
     np.testing.assert_allclose(one.rotation, two.rotation, atol=1e-14)

@@ -436,6 +436,7 @@ PATHS = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
 @given(st.sampled_from(PATHS), values)
 def test_anything_anywhere_is_read_or_refused_with_its_place(path, value):
     data = {"top": json.loads(TEXT)}

@@ -76,8 +76,8 @@ WRONG = {
     "joint motion without k": (
         ', "k": null',
         "",
-        "9:14: graph.joints[0].dofs[0].k: missing key; k is the stiffness, N m/rad for R and N/m "
-        "for P; null for a passive motion",
+        "9:14: graph.joints[0].dofs[0].k: missing key; k is the stiffness, N m/rad for R and H, "
+        "N/m for P; null for a passive motion",
     ),
     "negative stiffness": (
         '"k": null',

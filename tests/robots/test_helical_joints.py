@@ -1,4 +1,5 @@
 """Helical joints through every way to an answer."""
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false
 
 import json
 from inspect import signature

@@ -54,8 +54,8 @@ def _joint(joint: Joint) -> Joint:
         case JointKind.SPHERICAL:
             return replace(joint, home=tuple((-home).tolist()))
         case JointKind.UNIVERSAL:
-            axes, last = [screw.axis for screw in freedoms[::-1]], home[::-1].tolist()
-            return universal(*axes, joint.role, home=last, name=joint.name)
+            (first, second), last = freedoms[::-1], home[::-1].tolist()
+            return universal(first.axis, second.axis, joint.role, home=last, name=joint.name)
         case JointKind.PLANAR:
             return _planar(joint)
     return replace(joint, freedoms=freedoms)

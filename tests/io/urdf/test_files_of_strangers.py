@@ -126,10 +126,10 @@ def test_slips_are_told_with_their_line(slip, repaired, match, line, tmp_path):
 
 def test_links_that_are_no_tree_are_told(tmp_path):
     loose = ARM.replace('<link name="b"/>', '<link name="b"/><link name="c"/>')
-    _refused(tmp_path, loose, "hang on no other one: got a, c, expected one root")
+    _refused(tmp_path, loose, "links without a parent: got a, c, expected one root")
     joint = '<joint name="{}" type="fixed"><parent link="{}"/><child link="{}"/></joint></robot>'
     twice = ARM.replace("</robot>", joint.format("k", "a", "b"))
-    _refused(tmp_path, twice, "lead to the link 'b': got j, k, expected one; tell what closes a")
+    _refused(tmp_path, twice, "lead to the link 'b': got j, k, expected one; write what closes a")
     ring = loose.replace("</robot>", '<link name="d"/>' + joint.format("k", "c", "d"))
     ring = ring.replace("</robot>", joint.format("l", "d", "c"))
     _refused(tmp_path, ring, "hang on each other in a circle: got c, d")

@@ -183,7 +183,7 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     # What the legs need to close may hold symbols that cancel in K.
     needed = {x for condition in conditions for x in condition.expression.free_symbols}
     needed -= {d.symbol for d in derivation.definitions}
-    arguments = tuple(sorted({*derivation.symbols, *needed}, key=str))
+    arguments: tuple[Any, ...] = tuple(sorted({*derivation.symbols, *needed}, key=str))
     matrix: Any = derivation.K
     if isinstance(derivation, FormulaDerivative):
         matrix = sp.ImmutableMatrix.vstack(derivation.K, derivation.dK)
