@@ -35,14 +35,11 @@ from robostiff.compiled import (
 )
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
-from robostiff.kinematics import JointCoordinates, Pose, PostureFinder, posture_finder
+from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.model import ALL_COORDINATES, Robot
-from robostiff.record import Entry
 from robostiff.recorded import (
     RecordedRobot,
-    record_at_joints,
-    record_at_pose,
-    record_closure,
+    record_robot,
 )
 from robostiff.spatial.batch import empty_batch
 
@@ -332,7 +329,7 @@ def compile_robot(
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
     robot = _within_its_space(robot)
     finder = posture_finder(robot.numeric)
-    recorded = _recorded(robot, finder)
+    recorded = record_robot(robot, finder)
     for output in outputs:
         _check_derivative(output, robot, recorded)
     kernel = kernel_of(recorded, outputs, backend)
@@ -384,24 +381,6 @@ def _check_derivative(output: Output, robot: Robot, recorded: RecordedRobot) -> 
         )
 
 
-def _recorded(robot: Robot, finder: PostureFinder) -> RecordedRobot:
-    """The robot's record, at its poses if it can be."""
-    by_joints = robot.is_posed_by_joints
-    if not by_joints and all(s.closed_form is not None for s in finder.solvers):
-        recorded = record_at_pose(robot, finder)
-        if not _misses(recorded):
-            return recorded
-    recorded = record_at_joints(robot, finder)
-    if by_joints:
-        return recorded
-    return replace(recorded, closure=record_closure(robot, finder, recorded.joints))
-
-
 def _inputs_of(robot: Robot, kernel: Kernel, joint_kernel: Kernel | None) -> KernelInputs:
     joints = len(kernel.inputs) - len(robot.symbols) if kernel is joint_kernel else 0
     return KernelInputs(robot, joints)
-
-
-def _misses(recorded: RecordedRobot) -> bool:
-    """Whether a leg misses the platform at generic poses: the other coordinates must follow."""
-    return any(np.any(part.sample < 0) for part in recorded.reach if isinstance(part, Entry))

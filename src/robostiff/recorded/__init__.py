@@ -15,6 +15,7 @@ from robostiff.recorded.robot import (
     assembled,
     record_at_joints,
     record_at_pose,
+    record_robot,
 )
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     "record_at_joints",
     "record_at_pose",
     "record_closure",
+    "record_robot",
     "sample_postures",
     "stiffness_entries",
 ]

@@ -20,7 +20,7 @@ from robostiff.kinematics.formula import (
 )
 from robostiff.model import Actuated, Robot
 from robostiff.record import Entry, Operation, Record, least
-from robostiff.recorded.closure import RecordedClosure
+from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
@@ -258,3 +258,24 @@ def _sum_of_squares(values: Sequence[Any]) -> Any:
 def _smallest(values: Sequence[Any]) -> Any:
     entries = {value.step: value for value in values if isinstance(value, Entry)}
     return reduce(least, entries.values()) if entries else None
+
+
+def record_robot(robot: Robot, finder: PostureFinder) -> RecordedRobot:
+    """Record a robot at its poses: legs in closed form, or closed by Newton steps.
+
+    An arm that is posed by its joints is recorded at joint coordinates.
+    """
+    by_joints = robot.is_posed_by_joints
+    if not by_joints and all(s.closed_form is not None for s in finder.solvers):
+        recorded = record_at_pose(robot, finder)
+        if not _misses(recorded):
+            return recorded
+    recorded = record_at_joints(robot, finder)
+    if by_joints:
+        return recorded
+    return replace(recorded, closure=record_closure(robot, finder, recorded.joints))
+
+
+def _misses(recorded: RecordedRobot) -> bool:
+    """Whether a leg misses the platform at generic poses: the other coordinates must follow."""
+    return any(np.any(part.sample < 0) for part in recorded.reach if isinstance(part, Entry))

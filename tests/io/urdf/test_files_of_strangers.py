@@ -132,7 +132,7 @@ def test_links_that_are_no_tree_are_told(tmp_path):
     _refused(tmp_path, twice, "lead to the link 'b': got j, k, expected one; write what closes a")
     ring = loose.replace("</robot>", '<link name="d"/>' + joint.format("k", "c", "d"))
     ring = ring.replace("</robot>", joint.format("l", "d", "c"))
-    _refused(tmp_path, ring, "hang on each other in a circle: got c, d")
+    _refused(tmp_path, ring, "connected in a circle: got c, d")
 
 
 def test_other_xml_is_told(tmp_path):
