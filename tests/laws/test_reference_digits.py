@@ -86,14 +86,18 @@ def test_exact_rank_tells_a_redundant_joint_from_a_nearly_redundant_one():
     assert independent_columns(np.stack([column, nearly], axis=1)) == [0, 1]
 
 
-def test_a_plain_inverse_would_be_caught():
-    """Eq. (7) by a plain inverse is silently wrong with redundant joints."""
-    C, J_q = redundant_chain(0).matrices()
+def _plain_inverse_is_right(seed: int) -> bool:
+    C, J_q = redundant_chain(seed).matrices()
     q = J_q.shape[1]
     S = np.block([[C, J_q], [J_q.T, 1e-300 * np.eye(q)]])
     try:
         plain = np.linalg.inv(S)[:6, :6]
     except np.linalg.LinAlgError:
-        return
+        return False
     K, _ = exact_stiffness(C, J_q)
-    assert distance(plain, K) > 1e-11
+    return distance(plain, K) <= 1e-11
+
+
+def test_a_plain_inverse_would_be_caught():
+    """Eq. (7) by a plain inverse is wrong with redundant joints, unless rounding is kind."""
+    assert not all(_plain_inverse_is_right(seed) for seed in range(12))
