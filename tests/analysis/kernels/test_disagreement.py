@@ -10,10 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 import robostiff as rs
-from robostiff.analysis import compiled_robot
 from robostiff.cli.main import app
 from robostiff.errors import DisagreementError
 from robostiff.recorded import RecordedRobot
+from robostiff.recorded import robot as recorded_robot
 from tests.generators.kernel_robots import thin_legs
 
 ARRAYS = rs.Backend.ARRAYS
@@ -67,8 +67,8 @@ def test_a_wrong_status_is_a_disagreement(plant):
 
 
 def test_parameters_are_named(monkeypatch):
-    right = compiled_robot.record_at_pose
-    monkeypatch.setattr(compiled_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
+    right = recorded_robot.record_at_pose
+    monkeypatch.setattr(recorded_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
     with pytest.raises(DisagreementError, match=r"\], R = 0\.\d+;"):
         rs.compile(rs.load("gough-stewart-b", symbols=("R",)), parameters=("R",), backend=ARRAYS)
 
@@ -83,15 +83,15 @@ def test_a_map_by_a_kernel_is_not_made_by_another_way(plant):
 
 
 def test_a_large_map_is_not_made_by_another_way(monkeypatch):
-    right = compiled_robot.record_at_pose
-    monkeypatch.setattr(compiled_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
+    right = recorded_robot.record_at_pose
+    monkeypatch.setattr(recorded_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
     with pytest.raises(DisagreementError):
         rs.stiffness_map(rs.load("gough-stewart-b"), LARGE)
 
 
 def test_the_command_says_so(monkeypatch, tmp_path):
-    right = compiled_robot.record_at_pose
-    monkeypatch.setattr(compiled_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
+    right = recorded_robot.record_at_pose
+    monkeypatch.setattr(recorded_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
     where = str(tmp_path / "map.nc")
     axes = ("--x", "-10 mm, 10 mm, 250", "--y", "-10 mm, 10 mm, 200")
     outcome = CliRunner().invoke(app, ["map", "gough-stewart-b", *axes, "-o", where])
