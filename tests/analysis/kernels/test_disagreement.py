@@ -42,9 +42,9 @@ def plant(request, monkeypatch) -> Callable[[Callable[[RecordedRobot], RecordedR
     """Makes every record wrong in some way; returns a robot that has such records."""
 
     def planted(wrong: Callable[[RecordedRobot], RecordedRobot]) -> str:
-        right = getattr(compiled_robot, request.param)
+        right = getattr(recorded_robot, request.param)
         monkeypatch.setattr(
-            compiled_robot, request.param, lambda robot, finder: wrong(right(robot, finder))
+            recorded_robot, request.param, lambda robot, finder: wrong(right(robot, finder))
         )
         return "gough-stewart-b" if request.param == "record_at_pose" else "3-rps"
 
