@@ -15,6 +15,8 @@ from robostiff.elastostatics import (
     aggregate,
     chain_stiffness,
 )
+from robostiff.elastostatics.chain_problem import ChainProblem
+from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
 from tests.generators.metric import distance
 
 E6 = np.eye(6)
@@ -275,3 +277,18 @@ def test_every_status_has_advice():
     several = Status.FREE_MOTIONS | Status.UNREACHABLE
     assert str(several) == "free-motions+unreachable"
     assert len(several.advice) == 2
+
+
+def test_rounding_in_a_block_without_stiffness_costs_no_digits():
+    """Three slides and turns about y and z leave a pure couple about x."""
+    J_q = np.delete(E6, 3, axis=1)
+    _, W, margins = unit_twists_and_wrenches(J_q, Tolerance())
+    problem = ChainProblem(C_FULL, J_q, W, margins <= 0, margins, Tolerance())
+    K = np.zeros((6, 6))
+    K[3, 3] = 1 / C_FULL[3, 3]
+    assert distance(chain_stiffness(C_FULL, J_q, form=SaddlePoint()).K, K) <= 1e-12
+    # another processor leaves other rounding in the block of translations
+    for noise in (0.0, 3e-15, 3e-14, 3e-12):
+        noisy = K + noise * K[3, 3] * np.diag([1.0, 0.5, 0, 0, 0, 0])
+        assert not problem.costs_digits(noisy)
+        assert not problem.costs_digits_to_invert(noisy)

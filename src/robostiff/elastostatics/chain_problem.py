@@ -14,7 +14,6 @@ from robostiff.spatial import Space
 
 # Rounding that grows by more than this leaves no nine digits.
 _NINE_DIGITS = 1e-6
-_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,9 @@ class ChainProblem:
         Rounding of C changes K by ``eps |C| |K|^2``, felt in the smaller block of K; dependent
         joints cost digits besides.
         """
-        return (self.compliance_ratio * _smaller_block(K, K) < _NINE_DIGITS) | self._near_dependence
+        return (
+            self.compliance_ratio * self._smaller_block(K, K) < _NINE_DIGITS
+        ) | self._near_dependence
 
     def costs_digits_to_invert(self, K: np.ndarray) -> np.ndarray:
         """Where a K that began with K0 = C^-1 has lost more than six digits (...).
@@ -78,8 +79,24 @@ class ChainProblem:
         Lost are the condition of C, what K has less than K0, and the square of the nearness of
         dependent joints.
         """
-        lost = self.regularity * _smaller_block(K, self.K0) < _NINE_DIGITS
+        lost = self.regularity * self._smaller_block(K, self.K0) < _NINE_DIGITS
         return lost | self._near_dependence
+
+    def _smaller_block(self, K: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Size of the smaller diagonal block of K, as a part of the size of another matrix (...).
+
+        A block in which no wrench is transmitted has no stiffness, whatever rounding leaves there.
+        """
+        t = Space.of_size(K.shape[-1]).translations
+        diagonal = np.abs(np.einsum("...ii->...i", K))
+        transmitted = np.abs(self.W).max(axis=-1, initial=0.0)
+        blocks, held = (
+            np.stack([values[..., :t].max(axis=-1), values[..., t:].max(axis=-1)], axis=-1)
+            for values in (diagonal, transmitted)
+        )
+        whole = np.einsum("...ii->...i", other).max(axis=-1)[..., None]
+        part = blocks / np.where(whole > 0, whole, 1.0)
+        return np.min(np.where(held > self.tolerance.rounding, part, 1.0), axis=-1)
 
     @property
     def _near_dependence(self) -> np.ndarray:
@@ -152,16 +169,3 @@ def refusal(*conditions: tuple[np.ndarray, str]) -> tuple[np.ndarray, str]:
     """Poses refused by any of several conditions, and the reasons that occur."""
     refused = np.any(np.stack([condition for condition, _ in conditions]), axis=0)
     return refused, "; ".join(reason for condition, reason in conditions if np.any(condition))
-
-
-def _smaller_block(K: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Size of the smaller diagonal block of K, as a part of the size of another matrix (...).
-
-    A block without stiffness is passed over.
-    """
-    t = Space.of_size(K.shape[-1]).translations
-    diagonal = np.abs(np.einsum("...ii->...i", K))
-    blocks = np.stack([diagonal[..., :t].max(axis=-1), diagonal[..., t:].max(axis=-1)], axis=-1)
-    whole = np.einsum("...ii->...i", other).max(axis=-1)[..., None]
-    part = blocks / np.where(whole > 0, whole, 1.0)
-    return np.min(np.where(part > _ROUNDING, part, 1.0), axis=-1)
