@@ -332,12 +332,12 @@ def compile_robot(
     recorded = record_robot(robot, finder)
     for output in outputs:
         _check_derivative(output, robot, recorded)
-    kernel = kernel_of(recorded, outputs, backend)
     joint_kernel = None
+    if recorded.closure is not None and robot.is_serial and not _by_pose(outputs):
+        joint_kernel = kernel_of(replace(recorded, closure=None), outputs, backend)
+    kernel = kernel_of(recorded, outputs, backend)
     if recorded.joints and recorded.closure is None:
         joint_kernel = kernel
-    elif recorded.closure is not None and robot.is_serial:
-        joint_kernel = kernel_of(replace(recorded, closure=None), outputs, backend)
     inputs = _inputs_of(robot, kernel, joint_kernel)
     verified = is_trusted(recorded, inputs, finder)
     rank, status = recorded.factors.rank, recorded.status
@@ -370,13 +370,21 @@ def _checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
     return tuple(outputs)
 
 
+def _by_pose(outputs: Sequence[Output]) -> bool:
+    """Whether an output is a derivative by a pose coordinate."""
+    names = {coordinate.value for coordinate in ALL_COORDINATES}
+    return any(isinstance(output, Derivative) and output.by in names for output in outputs)
+
+
 def _check_derivative(output: Output, robot: Robot, recorded: RecordedRobot) -> None:
-    """Raise where the inputs of the record cannot change one at a time."""
-    if isinstance(output, Derivative) and recorded.joints and not robot.is_posed_by_joints:
+    """Raise where a derivative needs more of the closure than its Newton steps give."""
+    if not (isinstance(output, Derivative) and recorded.joints and not robot.is_posed_by_joints):
+        return
+    if recorded.closure is None or isinstance(output.of, Derivative):
         raise InputError(
-            f"derivative by {output.by}",
+            f"derivative {output.name}",
             got=f"{robot.name!r}, whose legs are closed by iteration",
-            expected="a robot whose legs have a closed form",
+            expected="first derivatives, of a robot with a kernel from pose to matrix",
             hint="take differences of rs.stiffness at two poses instead",
         )
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.record import Entry, derivatives, is_zero
+from robostiff.record import Entry, derivatives, derivatives_along, is_zero
 from robostiff.recorded import RecordedRobot, eigenvalues, inverse_entries
 from robostiff.spatial import Space, as_floats
 
@@ -234,7 +234,12 @@ class Derivative:
                 raise NoAnswerError(
                     f"no {self.name} of {robot.name!r}: eigenvalues meet at every pose"
                 )
-        return derivatives(robot.record, self.of.recorded(robot), self.by)
+        entries = self.of.recorded(robot)
+        if robot.closure is None:
+            return derivatives(robot.record, entries, self.by)
+        return derivatives_along(
+            robot.record, entries, robot.closure.direction(robot.record, self.by)
+        )
 
     def gaps(self, robot: RecordedRobot) -> list[Any]:
         """Relative distances between eigenvalues."""

@@ -5,7 +5,7 @@ The formulas of the library work on arrays of any entries. Filled with `Entry` t
 poses, compiled, differentiated, or read as named steps.
 """
 
-from robostiff.record.derivative import derivatives
+from robostiff.record.derivative import derivatives, derivatives_along
 from robostiff.record.entry import Entry, Number, is_number, is_one, is_zero
 from robostiff.record.functions import (
     ENTRY_FUNCTIONS,
@@ -35,6 +35,7 @@ __all__ = [
     "arc_tangent",
     "cosine",
     "derivatives",
+    "derivatives_along",
     "greater",
     "is_number",
     "is_one",

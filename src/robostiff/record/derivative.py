@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from robostiff.errors import InputError
@@ -38,9 +38,25 @@ def derivatives(record: Record, outputs: Sequence[Any], name: str) -> list[Any]:
     >>> derivatives(record, [x * x / 2, 7.0], "x")[0].sample
     array([3.])
     """
-    if name not in record.inputs:
-        raise InputError("derivative", got=name, expected=", ".join(record.inputs))
-    rates: dict[int, Any] = {record.input(name).step: 1}
+    return derivatives_along(record, outputs, {name: 1})
+
+
+def derivatives_along(
+    record: Record, outputs: Sequence[Any], direction: Mapping[str, Any]
+) -> list[Any]:
+    """Rate of entries when some inputs change at rates of their own, entries or numbers.
+
+    Examples
+    --------
+    >>> record = Record({"x": [3.0], "y": [2.0], "dy": [0.5]})
+    >>> x, y = record.input("x"), record.input("y")
+    >>> derivatives_along(record, [x * y], {"x": 1, "y": record.input("dy")})[0].sample
+    array([3.5])
+    """
+    for name in direction:
+        if name not in record.inputs:
+            raise InputError("derivative", got=name, expected=", ".join(record.inputs))
+    rates: dict[int, Any] = {record.input(name).step: rate for name, rate in direction.items()}
     steps = [x.step for x in outputs if isinstance(x, Entry)]
     for step in record.needed(steps):
         if step not in rates:

@@ -134,6 +134,16 @@ class Record:
 
         return Entry(self, self._known[Operation.INPUT, name, None])
 
+    def add_input(self, name: str, sample: ArrayLike) -> Entry:
+        """One more input, after those of before, with its values at the sample points.
+
+        An input that exists already is returned as it is.
+        """
+        if name not in self.inputs:
+            self.inputs = (*self.inputs, name)
+            self._append((Operation.INPUT, name, None), np.broadcast_to(sample, self.count))
+        return self.input(name)
+
     def number(self, value: Any) -> int:
         """The step of a number."""
         key = (Operation.NUMBER, value, None)

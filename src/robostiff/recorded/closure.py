@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.formula.body import tidied
 from robostiff.model import ALL_COORDINATES, Actuated, Robot
-from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, least
+from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, derivatives, least
 from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
 from robostiff.recorded.parameters import closed_samples, parameter_samples, with_inputs
 
@@ -84,14 +85,53 @@ class RecordedClosure:
             values |= zip(self.state, after, strict=True)
         return Program.of(record, self._ended(program, values))
 
+    def rates(self, by: str) -> Program:
+        """Rates of the unknowns in a closed posture when one input changes.
+
+        A Newton step g(x, p) from a closed posture x of an input p returns to it, and does so from
+        all nearby: dg/dx = 0. So dx/dp = dg/dp, with x held.
+        """
+        record = self._empty_record((*self.inputs, *self.state))
+        given = {name: record.input(name) for name in record.inputs}
+        after = self.step.evaluated(given, ENTRY_FUNCTIONS)
+        return Program.of(record, derivatives(record, after[: len(self.start)], by))
+
+    def direction(self, record: Record, by: str) -> dict[str, Any]:
+        """Rates of the inputs of a record of leg coordinates when one input of the closure changes.
+
+        Those of the coordinates become inputs of the record, which the closure provides.
+
+        Raises
+        ------
+        InputError
+            When the closure has no such input.
+        """
+        if by not in self.inputs:
+            raise InputError("derivative", got=by, expected=", ".join(self.inputs))
+        rates: dict[str, Any] = {
+            joint: record.add_input(_rate_name(joint, by), 1.0)
+            for joint in self.start
+            if joint in self.joints
+        }
+        return rates | ({by: 1} if by in record.inputs else {})
+
     def _ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
         *q, gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)
         at_joints = {**values, **dict(zip(self.joints, q, strict=True))}
+        for by in self.inputs:
+            names = [_rate_name(joint, by) for joint in self.start]
+            if not set(names).isdisjoint(program.inputs):
+                rates = self.rates(by).evaluated(values, ENTRY_FUNCTIONS)
+                at_joints |= zip(names, rates, strict=True)
         return [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode]
 
     def _empty_record(self, names: Sequence[str]) -> Record:
         # Nothing is decided by samples here: what is alike at home need not be so elsewhere.
         return Record({name: [self.state.get(name, 0.0)] for name in names})
+
+
+def _rate_name(joint: str, by: str) -> str:
+    return f"d {joint} / d {by}"
 
 
 def record_closure(

@@ -252,7 +252,7 @@ def _rotvec_rate(r: np.ndarray) -> np.ndarray:
     a = square_root(square)
     s, c = sine(a * 0.5), cosine(a * 0.5)
     X = skew(r)
-    return np.eye(3, dtype=int) + X * (2 * s * s / square) + X @ X * ((1 - 2 * s * c / a) / square)
+    return np.eye(3, dtype=int) + X * (2 * s * s / a / a) + X @ X * ((1 - 2 * s * c / a) / a / a)
 
 
 def _vector_rate(r: np.ndarray) -> np.ndarray:

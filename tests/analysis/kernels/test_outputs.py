@@ -98,6 +98,53 @@ def test_derivatives_are_limits_of_differences(name, by, output, quantity):
     assert np.all(np.abs(found - expected) <= allowed)
 
 
+def of_fourth_order(K, h):
+    """Derivative of K(d) at 0 from values at -2h to 2h."""
+    return (8 * (K(h) - K(-h)) - (K(2 * h) - K(-2 * h))) / (12 * h)
+
+
+@pytest.mark.parametrize(("name", "by", "h"), [("3-rps", "ry", 1e-4), ("t3r1", "x", 3e-5)])
+def test_derivatives_of_a_robot_closed_by_iteration_follow_its_closure(name, by, h):
+    """Coordinates of the legs, and those of the platform that they decide, move along."""
+    robot = model(name)
+    names = [coordinate.value for coordinate in robot.coordinates]
+    pose = np.asarray(around_home(robot, 4, seed=5))
+
+    rate = rs.Derivative(rs.StiffnessMatrix(), by)
+    compiled = rs.compile(robot, [rate], backend=rs.Backend.ARRAYS)
+    step = np.eye(len(names))[names.index(by)]
+    answer = compiled.evaluate(pose)
+    assert not answer.guarded.any()
+    expected = of_fourth_order(lambda d: careful_stiffness(robot, pose + d * step).K, h)
+    sizes = np.abs(expected).max(axis=(1, 2), keepdims=True)
+    assert np.all(np.abs(answer.values[rate.name] - expected) <= 1e-9 * sizes)
+
+
+def test_derivatives_by_a_dimension_of_a_robot_closed_by_iteration():
+    robot = rs.load("3-rps", symbols=("R", "k"))
+    rates = [rs.Derivative(rs.StiffnessMatrix(), by) for by in ("R", "k")]
+    compiled = rs.compile(robot, rates, parameters=("R", "k"), backend=rs.Backend.ARRAYS)
+    pose = np.array([[0.61, 0.05, -0.1]])
+    found = compiled.evaluate(pose, parameters={"R": 0.36, "k": 7e7}).values
+    for by, value, h in (("R", 0.36, 1e-4), ("k", 7e7, 1e4)):
+        others = {"R": "360 mm", "k": "7e7 N/m"}
+
+        def K(d, by=by, value=value, others=others):
+            unit = {"R": "m", "k": "N/m"}[by]
+            given = {**others, by: f"{value + d!r} {unit}"}
+            return careful_stiffness(rs.load("3-rps", parameters=given), pose[0]).K
+
+        expected = of_fourth_order(K, h)
+        error = np.abs(found[f"dK/d{by}"][0] - expected).max() / np.abs(expected).max()
+        assert error <= 1e-8
+
+
+def test_second_derivatives_through_a_closure_by_iteration_are_refused():
+    rate = rs.Derivative(rs.Derivative(rs.StiffnessMatrix(), "z"), "rx")
+    with pytest.raises(rs.InputError, match="first derivatives"):
+        rs.compile(model("3-rps"), [rate], backend=rs.Backend.ARRAYS)
+
+
 def test_second_derivatives_are_derivatives_of_derivatives():
     robot = model("3-rpr")
     first = rs.Derivative(rs.StiffnessMatrix(), "x")
