@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.analysis.cable_result import CableStiffness
 from robostiff.analysis.cable_stiffness import cable_stiffness, judged
-from robostiff.analysis.one_pose import require_one_pose
+from robostiff.analysis.result import require_one_pose
 from robostiff.cables import CableStatus, TensionRule
 from robostiff.cables.equilibrium import Hanging, Loading, first_slack, load_path
 from robostiff.elastostatics import Tolerance

@@ -16,9 +16,10 @@ from robostiff.analysis.careful_form import (
     careful_stiffness,
     check_arguments,
 )
+from robostiff.analysis.record_agreement import SUBJECT, differences
 from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.analysis.robot_record import RecordedAnswer
-from robostiff.elastostatics import Status, Tolerance, scaling
+from robostiff.elastostatics import Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import Near, Pose, posture_finder
@@ -30,9 +31,6 @@ from robostiff.spatial import Space, move_stiffness
 _FIELDS = tuple(field.name for field in fields(RobotStiffness))
 # Poses of a batch that are worked out together when they are asked for one by one.
 _BLOCK = 64
-_AGREEMENT = 1e-9
-_FREE = 1e-6  # of the largest size: what rounding leaves of zero
-_SUBJECT = "the record of a robot and the wrench basis form"
 
 
 class Details:
@@ -166,17 +164,10 @@ class PosedStiffness(RobotStiffness):
         return self._rows.shape
 
     @property
-    def K(self) -> np.ndarray:
-        """Stiffness matrix (..., n, n) [N/m, N, N m] about the reference point.
-
-        Raises
-        ------
-        NoAnswerError
-            When a pose has none.
-        """
+    def matrix(self) -> np.ndarray:
+        """K (..., n, n) of all poses, unchecked: meaningful where they have a stiffness matrix."""
         if self._recorded is None:
-            return super().K
-        self._require_answer()
+            return super().matrix
         if self._point is None:
             return self._recorded.K
         v = (self._point - self._own_point)[..., : self.space.translations]
@@ -245,45 +236,12 @@ def careful_answer(
 def _check_agreement(
     asked: AskedPoses, rows: np.ndarray, recorded: RecordedAnswer, careful: RobotStiffness
 ) -> None:
-    """Raise where the record and the careful form say different things of a pose.
+    """Raise where the record and the careful form give different results at a pose.
 
     Raises
     ------
     DisagreementError
     """
-    n = careful.space.size
-    codes, ranks = careful.status_codes.reshape(-1), careful.rank.reshape(-1)
-    wrong = np.flatnonzero(recorded.status_codes != codes)
-    if wrong.size:
-        i = wrong[0]
-        said = Status(int(recorded.status_codes[i])), Status(int(codes[i]))
-        _disagree(asked, rows[i], f"on the status, {said[0]} and {said[1]},")
-    wrong = np.flatnonzero(recorded.rank != ranks)
-    if wrong.size:
-        i = wrong[0]
-        _disagree(asked, rows[i], f"on the rank, {recorded.rank[i]} and {ranks[i]},")
-    answered = np.flatnonzero(careful.answered.reshape(-1))
-    if not answered.size:
-        return
-    K = _matrices(careful).reshape(-1, n, n)[answered]
-    s = scaling(careful.about_reference.length.reshape(-1)[answered], careful.space)
-    # Entries are judged by sqrt(K_ii K_jj), those of free motions not by zero.
-    size = np.sqrt(np.maximum(np.einsum("...ii->...i", K), 0.0)) / s
-    size = np.maximum(size, _FREE * np.max(size, axis=-1, keepdims=True)) * s
-    apart = np.abs(recorded.K[answered] - K) / (size[:, :, None] * size[:, None, :])
-    distance = np.max(apart, axis=(-1, -2))
-    if np.max(distance) > _AGREEMENT:
-        i = int(np.argmax(distance))
-        _disagree(asked, rows[answered[i]], float(distance[i]))
-
-
-def _matrices(result: RobotStiffness) -> np.ndarray:
-    """Stiffness about the reference point (..., n, n), also where some poses have none."""
-    v = (result.reference_point - result.origin)[..., : result.space.translations]
-    K = result.about_reference.matrix
-    return move_stiffness(K, v) if np.any(v) else K
-
-
-def _disagree(asked: AskedPoses, row: np.ndarray, distance: float | str) -> None:
-    place = asked.numbers[row].tolist()
-    raise DisagreementError(_SUBJECT, distance, f"{asked.finder.robot.name!r} at {place}")
+    for i, distance in differences(recorded.K, recorded.rank, recorded.status_codes, careful):
+        place = asked.numbers[rows[i]].tolist()
+        raise DisagreementError(SUBJECT, distance, f"{asked.finder.robot.name!r} at {place}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from robostiff.analysis.careful_form import careful_stiffness
@@ -22,7 +24,8 @@ _STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
 _AGREEMENT = 1e-9
 _FREE = 1e-6  # of the largest size: what rounding leaves of zero
 _OTHER_SEED = 47
-_SUBJECT = "the record of a robot and the wrench basis form"
+#: What a difference is between.
+SUBJECT = "the record of a robot and the wrench basis form"
 
 
 def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFinder) -> bool:
@@ -46,7 +49,7 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
     robot = inputs.robot
     kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
     general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
-    by_joints, length = robot.is_posed_by_joints, recorded.length
+    by_joints = robot.is_posed_by_joints
     chosen = robot.coordinate_places
     trusted = True
     for seed in (None, _OTHER_SEED):
@@ -67,13 +70,11 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
             rows_of_K = found.rows[StiffnessMatrix.name][:, own]
             K = empty_batch((len(own),), result.about_reference.matrix.shape[1:])
             unpack(rows_of_K, K)
-            for k, pose_of_k in enumerate(own):
-                rank, code = int(found.rank[pose_of_k]), int(found.status_codes[pose_of_k])
-                distance = _distance(K[k], rank, code, result[k], length)
-                if distance and decided[k]:
-                    numbers = np.concatenate([given[pose_of_k], values.rows[:, pose_of_k]])
-                    raise DisagreementError(_SUBJECT, distance, _place(robot, numbers))
-                trusted &= not distance
+            for k, distance in differences(K, found.rank[own], found.status_codes[own], result):
+                if decided[k]:
+                    numbers = np.concatenate([given[own[k]], values.rows[:, own[k]]])
+                    raise DisagreementError(SUBJECT, distance, _place(robot, numbers))
+                trusted = False
             trusted &= not np.any(_doubtful(careful_stiffness(other, part, tolerance=_STRICT)))
     return trusted
 
@@ -82,22 +83,57 @@ def _doubtful(result: RobotStiffness) -> np.ndarray:
     return (result.status_codes & int(Status.ILL_CONDITIONED)) != 0
 
 
-def _distance(
-    K: np.ndarray, rank: int, code: int, result: RobotStiffness, length: float
-) -> float | str:
-    """How another answer at one pose differs from a result; 0 within rounding."""
-    if code != int(result.status):
-        return f"on the status, {Status(code)} and {result.status},"
-    if rank != int(result.rank):
-        return f"on the rank, {rank} and {int(result.rank)},"
-    if not result.status.has_stiffness:
-        return 0.0
-    scale = scaling(np.array(length), result.space)
-    size = np.sqrt(np.diag(result.K)) / scale
-    # Entries are judged by sqrt(K_ii K_jj), those of free motions not by zero.
-    size = np.maximum(size, _FREE * size.max()) * scale
-    distance = float(np.max(np.abs(K - result.K) / np.outer(size, size)))
-    return 0.0 if distance <= _AGREEMENT else distance
+def differences(
+    K: np.ndarray, rank: np.ndarray, status_codes: np.ndarray, careful: RobotStiffness
+) -> Iterator[tuple[int, float | str]]:
+    """Numbers of the poses at which a record differs from the careful form, and by how much.
+
+    Parameters
+    ----------
+    K : (N, n, n) array
+        Of the record, about the reference point.
+    rank, status_codes : (N,) arrays
+        Of the record.
+    careful : RobotStiffness
+        At the same poses, of any batch shape.
+
+    Yields
+    ------
+    tuple of int and (float or str)
+        Differences of the status first, then of the rank, then of K, the largest first; none within
+        rounding.
+    """
+    codes, ranks = careful.status_codes.reshape(-1), careful.rank.reshape(-1)
+    alike = status_codes == codes
+    for i in np.flatnonzero(~alike).tolist():
+        yield i, f"on the status, {Status(int(status_codes[i]))} and {Status(int(codes[i]))},"
+    for i in np.flatnonzero(alike & (rank != ranks)).tolist():
+        yield i, f"on the rank, {int(rank[i])} and {int(ranks[i])},"
+    rows = np.flatnonzero(alike & (rank == ranks) & careful.answered.reshape(-1))
+    if not rows.size:
+        return
+    own = careful.matrix.reshape(-1, *K.shape[1:])[rows]
+    scale = scaling(careful.about_reference.length.reshape(-1)[rows], careful.space)
+    distance = distances(K[rows], own, scale)
+    for i in np.argsort(-distance).tolist():
+        if not distance[i] <= _AGREEMENT:
+            yield int(rows[i]), float(distance[i])
+
+
+def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """How far stiffness matrices are from others, (..., n, n) each; scale (..., n) of wrenches.
+
+    Entries are judged by sqrt(K_ii K_jj) of the other, those of free motions not by zero. Where the
+    other vanishes as a whole, as that of legs that transmit nothing does, the distance is 0 or
+    infinite.
+    """
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", other), 0.0)) / scale
+    size = np.maximum(size, _FREE * np.max(size, axis=-1, keepdims=True)) * scale
+    each = size[..., :, None] * size[..., None, :]
+    apart = np.abs(K - other)
+    parts = np.where(apart == 0, 0.0, np.inf)
+    np.divide(apart, each, out=parts, where=each > 0)
+    return np.max(parts, axis=(-1, -2))
 
 
 def _place(robot: Robot, numbers: np.ndarray) -> str:

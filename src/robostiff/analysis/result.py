@@ -93,7 +93,12 @@ class RobotStiffness:
             When a pose has none.
         """
         self._require_answer()
-        K, v = self.about_reference.K, self._offset
+        return self.matrix
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """K (..., n, n) of all poses, unchecked: meaningful where they have a stiffness matrix."""
+        K, v = self.about_reference.matrix, self._offset
         return move_stiffness(K, v) if np.any(v) else K
 
     @property
@@ -287,3 +292,35 @@ def about_point(result: RobotStiffness, at: ArrayLike | None) -> RobotStiffness:
             "point 'at'", got=point.shape, expected=f"a shape that fits {shape}"
         ) from None
     return result.about(point)
+
+
+def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = None) -> None:
+    """Raise for a batch of poses.
+
+    Parameters
+    ----------
+    subject : str
+        What the pose is of, such as ``"a deflection"``.
+    batch : tuple of int
+        Shape of the batch, () for one pose.
+    hint : str, optional
+        What to do with several.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> require_one_pose("a deflection", ())
+    >>> require_one_pose("a deflection", (2, 3))
+    Traceback (most recent call last):
+    ...
+    robostiff.errors.InputError: pose of a deflection: got '6 poses', expected one pose
+    """
+    if not batch:
+        return
+    count = 1
+    for size in batch:
+        count *= size
+    raise InputError(f"pose of {subject}", got=f"{count} poses", expected="one pose", hint=hint)

@@ -7,10 +7,9 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.careful_form import DEFAULT_TOLERANCE, careful_stiffness
 from robostiff.analysis.network_stiffness import network_stiffness
-from robostiff.analysis.one_pose import require_one_pose
-from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.result import RobotStiffness, require_one_pose
 from robostiff.elastostatics import (
     Block,
     Form,
@@ -34,7 +33,9 @@ _EMPTY = 1e-20
 _LEAST = 1e-12
 
 
-def matrix_distance(K: np.ndarray, K_ref: np.ndarray, length: float) -> float:
+def matrix_distance(
+    K: np.ndarray, K_ref: np.ndarray, length: float, least: float = _LEAST
+) -> float:
     """Largest entry of K - K_ref in units of its block, ``max |dK_ij| / s_ij``.
 
     Parameters
@@ -44,6 +45,8 @@ def matrix_distance(K: np.ndarray, K_ref: np.ndarray, length: float) -> float:
     length : float
         Size of the robot [m], for a block of `K_ref` that is empty: there the other block, times or
         over its square, is the unit.
+    least : float
+        A block that is smaller than this part of what the other suggests is measured in that part.
 
     Returns
     -------
@@ -65,14 +68,13 @@ def matrix_distance(K: np.ndarray, K_ref: np.ndarray, length: float) -> float:
         rotation = translation * length**2
     if translation <= _EMPTY * rotation / length**2:
         translation = rotation / length**2
-    rotation = max(rotation, _LEAST * translation * length**2)
-    translation = max(translation, _LEAST * rotation / length**2)
+    rotation = max(rotation, least * translation * length**2)
+    translation = max(translation, least * rotation / length**2)
     size = np.sqrt(np.where(np.arange(len(K_ref)) < t, translation, rotation))
     return float((np.abs(K - K_ref) / np.outer(size, size)).max())
 
 
 _FORMS: tuple[Form, ...] = (SaddlePoint(), Block(), Recursive(), IndexRules())
-_DEFAULT_TOLERANCE = Tolerance()
 _AGREEMENT = 1e-9
 
 
@@ -139,7 +141,7 @@ def verify(
     *,
     near: Near = None,
     agreement: float = _AGREEMENT,
-    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
 ) -> Verification:
     """Compare the stiffness at a pose by every form of K_C, as a network, and by least energy.
 

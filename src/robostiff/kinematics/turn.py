@@ -14,7 +14,8 @@ from robostiff.record import cosine, is_number, is_one, is_zero, sine, square_ro
 from robostiff.spatial import skew
 from robostiff.spatial.batch import poses_side_by_side
 
-_TINY = 1e-300  # keeps the root of a vanishing angle regular
+#: Keeps the root of a vanishing angle regular.
+_TINY = 1e-300
 
 
 @dataclass(frozen=True)
@@ -159,10 +160,16 @@ def vector_of_turn(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*ba
     return poses_side_by_side(r.reshape(R.shape[:-1]), 1)
 
 
-def rotvec_rate(r: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
+def rotvec_rate(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:
     """Matrix that turns the rate of a rotation vector into angular velocity, w = J_l(r) dr/dt.
 
-    J_l = I + (1 - cos a)/a^2 (r x) + (a - sin a)/a^3 (r x)^2, a = |r|.
+    J_l = I + 2 sin(a/2)^2/a^2 (r x) + (1 - sin(a)/a)/a^2 (r x)^2, a = |r|. What rounding leaves
+    of the last quotient is multiplied by a^2, so that no digits are lost at small angles.
+
+    Parameters
+    ----------
+    r : (..., 3) array
+        Rotation vectors [rad]; one, without batch axes, where it has recorded entries.
 
     Examples
     --------
@@ -171,10 +178,12 @@ def rotvec_rate(r: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3
            [0., 1., 0.],
            [0., 0., 1.]])
     """
+    if r.dtype == object:
+        a = square_root(r @ r + _TINY)
+        s, c = sine(a * 0.5), cosine(a * 0.5)
+    else:
+        a = np.sqrt(np.sum(r * r, axis=-1)[..., None, None] + _TINY)
+        s, c = np.sin(a * 0.5), np.cos(a * 0.5)
     X = skew(r)
-    a = np.linalg.norm(r, axis=-1)[..., None, None]
-    small = a < 1e-4
-    safe = np.where(small, 1.0, a)
-    first = np.where(small, 0.5 - a**2 / 24, (1 - np.cos(safe)) / safe**2)
-    second = np.where(small, 1 / 6 - a**2 / 120, (safe - np.sin(safe)) / safe**3)
-    return np.eye(3) + first * X + second * (X @ X)
+    # Two divisions: the derivative of 1/a^2 would overflow at r = 0.
+    return np.eye(3, dtype=int) + X * (2 * s * s / a / a) + X @ X * ((1 - 2 * s * c / a) / a / a)

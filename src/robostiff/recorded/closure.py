@@ -1,4 +1,4 @@
-"""The closure of a robot as a record: Newton steps from home, and what tells that they arrived."""
+"""The closure of a robot as a record: Newton steps from home, and checks that they arrived."""
 
 from __future__ import annotations
 
@@ -18,7 +18,13 @@ from robostiff.kinematics.formula.body import tidied
 from robostiff.model import ALL_COORDINATES, Actuated, Robot
 from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, derivatives, least
 from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
-from robostiff.recorded.parameters import closed_samples, parameter_samples, with_inputs
+from robostiff.recorded.parameters import (
+    closed_samples,
+    coordinates_at_home,
+    parameter_samples,
+    turns_at_home,
+    with_inputs,
+)
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
 _CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
@@ -68,8 +74,8 @@ class RecordedClosure:
     def arrived(self, program: Program) -> Program:
         """A program of leg coordinates at the end of the steps, as one of inputs and state.
 
-        Its outputs are followed by the square of the gap and by the number that tells the assembly
-        mode.
+        Its outputs are followed by the square of the gap and by the number that is positive in
+        the assembly mode of home.
         """
         record = self._empty_record((*self.inputs, *self.state))
         values = {name: record.input(name) for name in record.inputs}
@@ -230,9 +236,9 @@ class _Guess:
         ones = {name: np.ones(len(pose)) for name in (_LAST, _MARGIN)}
         record = Record({**inputs, **state, **ones})
         own = with_inputs(robot, record)
-        six = _coordinates(own, finder)
-        if six is None:
+        if turns_at_home(own):
             return None
+        six: list[Any] = coordinates_at_home(own, finder)
         for k in (*chosen, *open_):
             six[k] = record.input(names[k])
         legs, first = [], 0
@@ -260,16 +266,6 @@ def _with_nominal(robot: Robot) -> dict[str, np.ndarray]:
     """Values of the parameters at the samples, the nominal ones last, as at home."""
     samples = parameter_samples(robot)
     return {name: np.append(own, float(robot.nominal[name])) for name, own in samples.items()}
-
-
-def _coordinates(robot: Robot, finder: PostureFinder) -> list[Any] | None:
-    """Pose coordinates at home; those of the position may depend on parameters."""
-    six: list[Any] = finder.home_pose.tolist()
-    if robot.home is None or not robot.has_formulas:
-        return six
-    if any(isinstance(x, Entry) for x in robot.home.R.flat):
-        return None
-    return [*robot.home.p.tolist(), *six[3:]]
 
 
 def _mode(step: NewtonStep) -> Any:

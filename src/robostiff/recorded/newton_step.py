@@ -15,6 +15,7 @@ from robostiff.kinematics.formula.body import tidied, tidied_point
 from robostiff.kinematics.formula.placed import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist
+from robostiff.kinematics.turn import rotvec_rate
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_zero, sine, square_root
 from robostiff.recorded.sparse_elimination import Equation, SparseElimination
@@ -112,7 +113,7 @@ def newton_step(
     length : float
         Characteristic length [m].
     """
-    turning = _rotvec_rate(r) if any(k >= 3 for k in open_) else None
+    turning = rotvec_rate(r) if any(k >= 3 for k in open_) else None
     elimination = SparseElimination()
     left: list[Equation] = []
     squares: list[Any] = []
@@ -244,15 +245,6 @@ def _in_coordinates(
     for k, name in open_.items():
         steps[name] = found[name] * length if k < 3 else found[name]
     return steps
-
-
-def _rotvec_rate(r: np.ndarray) -> np.ndarray:
-    """J_l with w = J_l(r) dr/dt, as `kinematics.turn.rotvec_rate`, of entries."""
-    square = r @ r + _TINY
-    a = square_root(square)
-    s, c = sine(a * 0.5), cosine(a * 0.5)
-    X = skew(r)
-    return np.eye(3, dtype=int) + X * (2 * s * s / a / a) + X @ X * ((1 - 2 * s * c / a) / a / a)
 
 
 def _vector_rate(r: np.ndarray) -> np.ndarray:

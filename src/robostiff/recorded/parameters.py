@@ -254,9 +254,7 @@ def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Ent
     six: list[float | Entry] = finder.home_pose.tolist()
     if robot.home is None or not robot.has_formulas:
         return six
-    told = set(robot.coordinate_places)
-    turned = any(isinstance(x, Entry) for x in robot.home.R.flat)
-    if turned and not {3, 4, 5} <= told:
+    if turns_at_home(robot) and not {3, 4, 5} <= set(robot.coordinate_places):
         raise InputError(
             f"parameters of {robot.name!r}",
             got="one that turns the platform at home",
@@ -264,3 +262,8 @@ def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Ent
             hint="leave that parameter at its nominal value",
         )
     return [*robot.home.p.tolist(), *six[3:]]
+
+
+def turns_at_home(robot: Robot) -> bool:
+    """Whether a parameter turns the platform of a robot on entries at home."""
+    return robot.home is not None and any(isinstance(x, Entry) for x in robot.home.R.flat)

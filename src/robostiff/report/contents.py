@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis import Deflection, RobotStiffness, deflection, stiffness
 from robostiff.analysis.indices import StiffnessIndices, indices
-from robostiff.analysis.one_pose import require_one_pose
+from robostiff.analysis.result import require_one_pose
 from robostiff.analytic import AtHome, FormulaTooLargeError, RobotDerivation, Steps
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError

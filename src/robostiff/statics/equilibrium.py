@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.one_pose import require_one_pose
+from robostiff.analysis.result import require_one_pose
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, Posture, find_posture
 from robostiff.kinematics.turn import turn_by_vector

@@ -10,6 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 import robostiff as rs
+from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.record_agreement import differences
 from robostiff.cli.main import app
 from robostiff.errors import DisagreementError
 from robostiff.recorded import RecordedRobot
@@ -117,3 +119,21 @@ def test_very_soft_legs_are_no_disagreement():
     found = compiled.evaluate(pose)
     assert np.abs(found.values["K"] - K).max() <= 1e-9 * np.abs(K).max()
     assert found.status_codes[0] == 0
+
+
+def test_differences_are_found_pose_by_pose_also_without_any_stiffness():
+    robot = rs.load("gough-stewart-b")
+    home = rs.find_posture(robot).pose
+    careful = careful_stiffness(robot, np.tile(home, (3, 1)))
+    K, rank, codes = careful.matrix, careful.rank, careful.status_codes
+    assert list(differences(K, rank, codes, careful)) == []
+    wrong = K.copy()
+    wrong[0, 0, 0] *= 1 + 1e-8
+    wrong[2, 4, 4] *= 1 + 1e-6
+    found = list(differences(wrong, rank - [0, 1, 0], codes, careful))
+    assert [pose for pose, _ in found] == [1, 2, 0]
+    assert found[0][1] == "on the rank, 5 and 6,"
+    assert [found[1][1], found[2][1]] == pytest.approx([1e-6, 1e-8], rel=1e-6)
+    nothing = replace(careful, about_reference=replace(careful.about_reference, matrix=0 * K))
+    assert list(differences(0 * K, rank, codes, nothing)) == []
+    assert [pose for pose, _ in differences(wrong, rank, codes, nothing)] == [0, 1, 2]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
@@ -28,6 +28,20 @@ from robostiff.io.model_file.written_parts import (
 VERSION = 1
 """Of the file format."""
 
+One = TypeVar("One", bound=Written)
+Pattern = TypeVar("Pattern", bound=Written)
+
+_OneOrPattern = Annotated[
+    Annotated[One, Tag("one")] | Annotated[Pattern, Tag("pattern")], Discriminator(one_or_pattern)
+]
+
+OneOrSeveral = Annotated[
+    Annotated[list[_OneOrPattern[One, Pattern]], Tag("list"), Field(min_length=1)]
+    | Annotated[Pattern, Tag("mapping")],
+    Discriminator(list_or_mapping),
+]
+"""A list in which patterns stand for several, or one pattern alone."""
+
 
 class WrittenLegBody(Written):
     """Common keys of a leg and of the template of repeated legs."""
@@ -50,16 +64,7 @@ class WrittenPattern(WrittenRepeat, WrittenLegBody):
     """A leg, and what differs from copy to copy."""
 
 
-_LegOrPattern = Annotated[
-    Annotated[WrittenLeg, Tag("one")] | Annotated[WrittenPattern, Tag("pattern")],
-    Discriminator(one_or_pattern),
-]
-
-WrittenLegs = Annotated[
-    Annotated[list[_LegOrPattern], Tag("list"), Field(min_length=1)]
-    | Annotated[WrittenPattern, Tag("mapping")],
-    Discriminator(list_or_mapping),
-]
+WrittenLegs = OneOrSeveral[WrittenLeg, WrittenPattern]
 
 
 class WrittenRobot(WrittenHead):
@@ -98,16 +103,7 @@ class WrittenCablePattern(WrittenCableBody, WrittenRepeat):
     """A cable, and what differs from copy to copy."""
 
 
-_CableOrPattern = Annotated[
-    Annotated[WrittenCable, Tag("one")] | Annotated[WrittenCablePattern, Tag("pattern")],
-    Discriminator(one_or_pattern),
-]
-
-WrittenCables = Annotated[
-    Annotated[list[_CableOrPattern], Tag("list"), Field(min_length=1)]
-    | Annotated[WrittenCablePattern, Tag("mapping")],
-    Discriminator(list_or_mapping),
-]
+WrittenCables = OneOrSeveral[WrittenCable, WrittenCablePattern]
 
 
 class WrittenWeight(Written):
