@@ -72,7 +72,7 @@ def main() -> None:
 
 
 def with_elastic_actuators(robot: rs.Robot, stiffness: float) -> rs.Robot:
-    """The robot with telescopes whose drives give way."""
+    """The robot with telescopes with elastic drives."""
     legs = []
     for leg in robot.legs:
         elements = tuple(

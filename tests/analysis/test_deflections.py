@@ -57,7 +57,7 @@ def test_linear_in_the_load():
     assert np.isclose(quadrupled.energy, 4 * deflection(robot, POSE, LOAD).energy, rtol=1e-12)
 
 
-def test_told_about_another_point():
+def test_given_about_another_point():
     robot, at = case_b(), np.array([0.2, 0.1, 0.9])
     here = deflection(robot, POSE, LOAD)
     v = at - here.stiffness.reference_point

@@ -1,4 +1,4 @@
-"""Free motions told in words, for spaces of motions made by hand."""
+"""Free motions described in words, for spaces of motions made by hand."""
 
 import numpy as np
 import pytest
@@ -77,12 +77,12 @@ def test_the_motions_span_the_space(number: int, seed: int, length: float):
     motions = free_motions_in_words(basis, point, length)
     assert len(motions) == number
     scale = np.array([1, 1, 1, length, length, length])
-    told = np.stack(
+    described = np.stack(
         [motion.twist * scale / np.linalg.norm(motion.twist * scale) for motion in motions]
     )
     given_ = basis * scale / np.linalg.norm(basis * scale, axis=1)[:, None]
-    assert np.linalg.matrix_rank(told, tol=1e-9) == number
-    assert np.linalg.matrix_rank(np.vstack([told, given_]), tol=1e-7) == number
+    assert np.linalg.matrix_rank(described, tol=1e-9) == number
+    assert np.linalg.matrix_rank(np.vstack([described, given_]), tol=1e-7) == number
 
 
 @given(st.integers(1, 3), st.integers(0, 2**32 - 1))
@@ -117,7 +117,7 @@ def test_apex_of_case_a():
     assert sorted(words) == [
         f"rotation about {axis} through (0, 0, {apex:.4g}) m" for axis in "xyz"
     ]
-    # told about another point, it is the same motion
+    # described about another point, it is the same motion
     elsewhere = stiffness(case_a(), at=[0.3, 0.4, 0.5])
     assert sorted(str(motion) for motion in elsewhere.free_motions) == sorted(words)
     for motion in elsewhere.free_motions:

@@ -88,7 +88,7 @@ def test_a_far_reference_point_changes_no_rank_and_no_status():
         np.testing.assert_allclose(far.K[:3, :3], near.K[:3, :3], rtol=1e-9, atol=1e-3)
 
 
-def test_free_motions_told_from_far_away_are_the_same():
+def test_free_motions_described_from_far_away_are_the_same():
     robot = rs.load("gough-stewart-a")
     words = [str(motion) for motion in rs.stiffness(robot, at=[0, 0, 1e8]).free_motions]
     assert words == [f"rotation about {axis} through (0, 0, 2) m" for axis in "xyz"]

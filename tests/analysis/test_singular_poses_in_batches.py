@@ -198,7 +198,7 @@ def test_indices_where_no_digit_of_the_compliance_holds():
 
 
 @pytest.mark.parametrize("ratio", [1e-15, 1e-16, 1e-20, 0.0])
-def test_a_block_of_which_one_direction_alone_can_be_told_from_rounding(ratio: float):
+def test_a_block_of_which_one_direction_alone_is_above_rounding(ratio: float):
     """The centre is somewhere along that direction; to solve for it would fail, or be rounding."""
     for axis in range(3):
         sizes = np.full(3, 1e8 * ratio)

@@ -48,26 +48,26 @@ def test_the_exported_function_at_a_general_pose_agrees_with_the_numerical_form(
         if numeric.is_serial and numeric.home is None:
             home = numeric.legs[0].chain.home
             q = home + random.uniform(-0.2, 0.2, home.shape)
-            told = {f"q{i + 1}": value for i, value in enumerate(q)}
+            given = {f"q{i + 1}": value for i, value in enumerate(q)}
             expected = rs.stiffness(numeric, rs.JointCoordinates(q))
         else:
             assert numeric.home is not None
             pose = np.zeros(6)
             pose[:3] = numeric.home.p
             angles = np.zeros(3)
-            told = {}
+            given = {}
             for coordinate in numeric.coordinates:
                 place = TURNED[coordinate.value]
                 if place < 3:
                     pose[place] += 0.02 * random.uniform(-1, 1)
-                    told[coordinate.value] = pose[place]
+                    given[coordinate.value] = pose[place]
                 else:
                     angles[place - 3] = 0.1 * random.uniform(-1, 1)
-                    told[POSE_NAMES[coordinate.value]] = angles[place - 3]
+                    given[POSE_NAMES[coordinate.value]] = angles[place - 3]
             pose[3:] = rotation_vector(*angles)
             expected = rs.stiffness(numeric, pose)
         assert not expected.status.is_bad
-        known = dict(zip(coordinates, told.values(), strict=True)) | values
+        known = dict(zip(coordinates, given.values(), strict=True)) | values
         wanted = {symbol.name: known[symbol.name] for symbol in derivation.symbols}
         K = function(**wanted)
         assert np.max(np.abs(K - expected.K)) < 1e-12 * np.max(np.abs(expected.K))

@@ -31,8 +31,8 @@ def test_three_links_at_symbolic_joint_angles_agree_with_numbers(tmp_path):
     for _ in range(3):
         values = {name: v * random.uniform(0.8, 1.2) for name, v in robot.nominal.items()}
         q = random.uniform(0.2, 1.2, 3)
-        told = values | dict(zip(derivation.coordinates, q, strict=True))
-        found = derivation.substituted({s: told[s.name] for s in derivation.symbols})
+        given = values | dict(zip(derivation.coordinates, q, strict=True))
+        found = derivation.substituted({s: given[s.name] for s in derivation.symbols})
         expected = rs.stiffness(robot.substituted(values), rs.JointCoordinates(q)).K
         size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
         difference = np.array(found.evalf(30), dtype=float) - expected
@@ -43,8 +43,8 @@ def test_planar_arm_of_beams_closes_with_all_symbols_and_stays_short(tmp_path):
     robot = rs.load(written(tmp_path, ARM_2R_OF_BEAMS), symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot, pose=rs.AtSymbols(), form=rs.Closed())
     assert max(len(sp.Add.make_args(sp.numer(e).expand())) for e in derivation.K) < 100
-    told = robot.nominal | {"q1": 0.4, "q2": 0.9}
-    found = derivation.substituted({s: told[s.name] for s in derivation.symbols})
+    given = robot.nominal | {"q1": 0.4, "q2": 0.9}
+    found = derivation.substituted({s: given[s.name] for s in derivation.symbols})
     expected = rs.stiffness(robot.numeric, rs.JointCoordinates([0.4, 0.9])).K
     size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     assert np.max(np.abs(np.array(found.evalf(30), dtype=float) - expected) / size) < 1e-10

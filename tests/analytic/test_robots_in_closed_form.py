@@ -50,8 +50,8 @@ def at_random(derivation, robot, numeric_K, count=3):
     for _ in range(count):
         values = {k: v * random.uniform(0.9, 1.1) for k, v in robot.nominal.items()}
         pose = {name: 0.05 * random.uniform(0.5, 1) for name in derivation.coordinates}
-        told = {s: (values | pose)[s.name] for s in derivation.symbols}
-        K = np.array(derivation.substituted(told).evalf(30), dtype=float)
+        given = {s: (values | pose)[s.name] for s in derivation.symbols}
+        K = np.array(derivation.substituted(given).evalf(30), dtype=float)
         expected = numeric_K(robot.substituted(values), pose)
         worst = max(worst, np.max(np.abs(K - expected)) / np.max(np.abs(expected)))
     return worst
@@ -168,7 +168,7 @@ def test_planar_link_at_home_is_eq_4():
     assert derivation.K[0, 1] == 0
 
 
-def test_a_parameter_with_the_name_of_a_coordinate_is_told_apart():
+def test_a_parameter_with_the_name_of_a_coordinate_is_distinguished():
     derivation = rs.derive("hexapod", symbols=("alpha",), pose=rs.AtSymbols())
     assert derivation.where == "at x, y, z, alpha = alpha_P, beta, gamma"
     assert {"alpha", "alpha_P"} <= {s.name for s in derivation.symbols}

@@ -168,7 +168,7 @@ def test_weight_below_steadies_and_weight_above_topples():
         assert len(result.unstable_motions) == (2 if c > 0 else 0)
 
 
-def test_crossed_tension_topples_a_platform_and_is_told():
+def test_crossed_tension_topples_a_platform_and_is_reported():
     """Turning a bar pulled across itself: elastic only along the cables, geometric negative."""
     exits, ends = np.array([[1.0, 0, 0], [-1, 0, 0]]), np.array([[-0.2, 0, 0], [0.2, 0, 0]])
     cables = tuple(

@@ -64,7 +64,7 @@ def leg_stiffness(
     J_q, _ = passive_jacobian(leg, at)
     C, J_q = leg_compliance(leg, at)[np.ix_(rows, rows)], J_q[rows]
     length = float(snapshot.characteristic_length)
-    in_one_point = length < 1e-6 * matrix_length(C, J_q)  # then the springs themselves tell it
+    in_one_point = length < 1e-6 * matrix_length(C, J_q)  # then it follows from the springs
     return chain_stiffness(C, J_q, form=form, length=None if in_one_point else length)
 
 

@@ -230,7 +230,7 @@ def test_help_imports_nothing_heavy():
     assert outcome.returncode == 0, outcome.stderr
 
 
-def test_a_pose_without_an_answer_is_told_without_a_traceback():
+def test_a_pose_without_an_answer_is_reported_without_a_traceback():
     outcome = run("verify", "3-puu", "--pose", "5 0 0")
     assert (outcome.exit_code, outcome.stdout) == (1, "")
     assert outcome.stderr.startswith("robostiff: error: nothing to verify: leg 'leg1' falls short")

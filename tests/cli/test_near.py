@@ -13,9 +13,9 @@ def test_near_chooses_the_other_posture():
     robot, pose = rs.load("3-rrr"), [0.02, 0.01, 0.1]
     other = [own[-1].coordinates for own in rs.postures(robot, pose).values()]
     words = " ".join(f"{value:.17g}" for q in other for value in q)
-    told = ["stiffness", "3-rrr", "--pose", "0.02 0.01 0.1", "--json"]
-    home = CliRunner().invoke(app, told)
-    near = CliRunner().invoke(app, [*told, "--near", words])
+    command = ["stiffness", "3-rrr", "--pose", "0.02 0.01 0.1", "--json"]
+    home = CliRunner().invoke(app, command)
+    near = CliRunner().invoke(app, [*command, "--near", words])
     assert home.exit_code == near.exit_code == 0
     expected = rs.stiffness(robot, pose, near=other).K
     K = np.array(json.loads(near.stdout)["stiffness"])

@@ -82,7 +82,7 @@ def test_one_row_of_all_wrenches_vanishes(backend: Backend):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_poses_out_of_reach_are_told_at_once(backend: Backend):
+def test_poses_out_of_reach_are_reported_at_once(backend: Backend):
     robot = load("3-rrr")
     assert isinstance(robot, Robot)
     space, rng = PoseSpace(robot), np.random.default_rng(1)

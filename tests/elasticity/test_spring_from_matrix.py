@@ -216,7 +216,7 @@ def test_a_negative_combination_is_named():
 
 
 @pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
-def test_the_length_of_a_negative_rotation_is_told(length):
+def test_the_length_of_a_negative_rotation_is_reported(length):
     K = np.diag([4.0, 4.0, 4.0, *(4.0 * length**2 * np.ones(3))])
     K[1, 5] = K[5, 1] = 6.0 * length
     with pytest.raises(InputError) as error:
@@ -280,7 +280,7 @@ def test_moved_by_rigid_body_kinematics(seed, rank):
     new = moved(spring, R, v)
     for old, there in zip(spring.freedoms.T, new.freedoms.T, strict=True):
         np.testing.assert_allclose(there, displaced(old, R, v), atol=1e-13)
-    # A wrench at P, in the axes of the element, told at E in the axes of the spring.
+    # A wrench at P, in the axes of the element, and the same at E in the axes of the spring.
     F = rng.normal(size=6)
     at_E = np.concatenate([R.T @ F[:3], R.T @ (F[3:] + np.cross(v, F[:3]))])
     expected = displaced(spring.compliance @ at_E, R, v)

@@ -43,7 +43,7 @@ def test_without_joints_the_message_says_what_to_write():
         chain_stiffness(np.eye(3), [])
 
 
-def test_asymmetry_of_one_pose_of_a_batch_is_told():
+def test_asymmetry_of_one_pose_of_a_batch_is_reported():
     with pytest.raises(InputError, match=r"symmetric matrix"):
         chain_stiffness(np.stack([E6, LOPSIDED]), NO_JOINTS)
 

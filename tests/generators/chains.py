@@ -1,6 +1,6 @@
 """Random chains as plain matrices: springs and passive joints anywhere, at any angle.
 
-Written apart from the package, with vector products only, so that signs are checked twice.
+Independent of the package, with vector products only, so that signs are checked twice.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ LENGTH = 0.7  # metres: what a turn weighs beside a shift where a test needs a l
 
 @dataclass(frozen=True)
 class Spring:
-    """A virtual spring at a point: own axes, the directions that give way, and their stiffness."""
+    """A virtual spring at a point: own axes, the compliant directions, and their stiffness."""
 
     point: np.ndarray
     axes: np.ndarray

@@ -147,7 +147,7 @@ def stiff_and_soft() -> Robot:
 
 
 def thin_legs() -> Robot:
-    """A hexapod of wires: bending gives way ten million times as easily as pulling."""
+    """A hexapod of wires: ten million times as compliant in bending as in tension."""
     legs = []
     for leg in case_b().legs:
         elements: list[Element] = []

@@ -1,4 +1,4 @@
-"""Reading documents: plain data, exact places, and refusal of what a stranger may try."""
+"""Reading documents: plain data, exact places, and refusal of harmful ones."""
 
 import io
 import json

@@ -131,7 +131,7 @@ def test_rigid_part_that_only_turns():
     assert not rigid.transform.p.any()
 
 
-# --- what gives way ---
+# --- what is elastic ---
 
 SHAPES = {
     "circle: {diameter: 20 mm}": circle(0.02),

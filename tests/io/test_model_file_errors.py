@@ -277,7 +277,7 @@ def test_joints(element, message):
         assert complaint_of(element) == message
 
 
-# --- what gives way ---
+# --- what is elastic ---
 
 
 def beam(material="steel", section="{circle: {diameter: 20 mm}}", to="[0, 0, R]", more=""):

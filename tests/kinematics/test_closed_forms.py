@@ -107,7 +107,7 @@ def test_agrees_with_newton(kind: str, seed: int):
     closed, followed = solved(solver, pose[None])[0], solved(newton, pose[None])[0]
     assert gap(case, closed, pose) <= 1e-12
     assert gap(case, followed, pose) <= 1e-10
-    if kind not in ("SPS", "SPU", "PSU", "RSU"):  # there a rod may spin, or a ball be told twice
+    if kind not in ("SPS", "SPU", "PSU", "RSU"):  # there a rod or a ball may spin
         assert np.allclose(closed, q_true, rtol=0, atol=1e-9)
         assert np.allclose(followed, q_true, rtol=0, atol=1e-9)
 
@@ -115,7 +115,7 @@ def test_agrees_with_newton(kind: str, seed: int):
 @pytest.mark.parametrize("kind", WITH_ELBOWS)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_both_elbows(kind: str, seed: int):
-    """The elbow told by its name is on the side that its description says."""
+    """The elbow given by its name is on the side that its description says."""
     case = random_leg(kind, seed)
     q, pose = case.leg.chain.home, case.home_pose
     sides = {}
@@ -168,7 +168,7 @@ def test_a_leg_that_cannot_close_at_home_says_by_how_much():
 @pytest.mark.parametrize("kind", ["UPU", "UCU", "PUU", "RUU"])
 @pytest.mark.parametrize("seed", range(8))
 def test_joints_far_from_zero_at_home(kind: str, seed: int):
-    """Axes may be told in any frame, so that home coordinates of joints are not small."""
+    """Axes may be given in any frame, so that home coordinates of joints are not small."""
     case = random_leg(kind, seed)
     rng = np.random.default_rng(seed)
     elements = []

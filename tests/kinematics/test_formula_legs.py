@@ -181,8 +181,8 @@ def test_coordinates_of_joints_are_those_in_floats(kind: str):
     for place, freedom in enumerate(case.leg.chain.roles):
         if not isinstance(freedom, Actuated):
             continue
-        told = pair.formula.coordinate(place).sample - pair.q[:, place]
-        assert np.allclose(np.sin(told[pair.reached] / 2), 0, atol=1e-10)
+        turn = pair.formula.coordinate(place).sample - pair.q[:, place]
+        assert np.allclose(np.sin(turn[pair.reached] / 2), 0, atol=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -200,8 +200,8 @@ def test_limited_angles_of_a_universal_joint_are_those_nearer_to_home(seed: int)
     )
     pair = pair_of(case, poses_around(case, np.random.default_rng(seed), 0.8))
     for place in (0, 1):
-        told = pair.formula.coordinate(place).sample
-        assert np.allclose(told[pair.reached], pair.q[pair.reached, place], atol=1e-10)
+        turn = pair.formula.coordinate(place).sample
+        assert np.allclose(turn[pair.reached], pair.q[pair.reached, place], atol=1e-10)
 
 
 def test_a_ball_of_a_closed_leg_has_no_coordinates():

@@ -1,4 +1,4 @@
-"""The freedoms that the legs leave to the platform, and coordinates that tell them."""
+"""The freedoms that the legs leave to the platform, and coordinates that describe them."""
 
 from dataclasses import replace
 

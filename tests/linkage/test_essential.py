@@ -82,7 +82,7 @@ def test_welded_bodies_are_one():
     assert kept.after.p.tolist() == [5, 0, 0]
 
 
-def test_welds_that_contradict_each_other_are_told():
+def test_welds_that_contradict_each_other_are_reported():
     linkage = _linkage(
         [
             _ball("j", "base", "platform"),
@@ -94,7 +94,7 @@ def test_welds_that_contradict_each_other_are_told():
         essential(linkage)
 
 
-def test_a_platform_welded_to_the_base_is_told():
+def test_a_platform_welded_to_the_base_is_reported():
     linkage = _linkage([_weld("w", "base", "platform"), _ball("j", "base", "x")])
     with pytest.raises(InputError, match="fixed to the base"):
         essential(linkage)
@@ -106,7 +106,7 @@ def test_long_chains_are_no_problem():
     assert len(essential(_linkage([*chain, _ball("side", "b7", "hook")])).connections) == 3001
 
 
-def test_names_that_are_not_there_are_told():
+def test_names_that_are_not_there_are_reported():
     with pytest.raises(InputError, match="platform: got 'nowhere', expected a body"):
         _linkage([_ball("j", "base", "platform")], platform="nowhere")
     with pytest.raises(InputError, match="each name once"):

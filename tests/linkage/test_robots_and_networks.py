@@ -53,7 +53,7 @@ def _closed(name, a, b, frames, element, rng):
 
 
 def _parallel(rng, legs):
-    """Legs of six elements, some of them told from platform to base, and an arm that dangles."""
+    """Legs of six elements, some described from platform to base, and an arm that dangles."""
     frames = {"base": Frame.identity(), "platform": _frame(rng)}
     connections = []
     for leg in range(legs):

@@ -66,7 +66,7 @@ def test_a_joint_leads_back_and_moves_alike(joint):
     assert turned_round(turned_round(connection)).home == pytest.approx(connection.home)
 
 
-def test_an_elastic_link_gives_way_alike():
+def test_an_elastic_link_is_as_compliant():
     A = _RNG.normal(size=(6, 6))
     beams = [
         beam_link([0.3, 0.1, -0.2], material("steel"), circle(0.02), theory=EulerBernoulli()),

@@ -127,6 +127,6 @@ def test_zero_has_no_sign():
     assert number_html(-0.0) == "0"
 
 
-def test_rounding_is_told_apart_kind_by_kind():
+def test_rounding_is_recognised_kind_by_kind():
     twist = np.array([1e-6, 1e-18, 0.0, 1e-20, 3e-20, 0.0])
     assert shown_vector(twist, 3).tolist() == [1e-6, 0.0, 0.0, 1e-20, 3e-20, 0.0]

@@ -170,7 +170,7 @@ def test_a_leg_that_is_rigid_bends_with_the_platform():
     assert np.allclose(C @ stiffness(network_of_snapshot(serial)).K, np.eye(6), atol=1e-9)
 
 
-def test_a_hinge_in_the_platform_is_held_by_legs_or_told():
+def test_a_hinge_in_the_platform_is_held_by_legs_or_reported():
     robot = star(case_b())
     platform = robot.platform
     assert platform is not None
@@ -234,7 +234,7 @@ def test_softer_platforms_hold_less():
         K_before = K
 
 
-def test_a_spring_told_about_its_end_is_the_beam():
+def test_a_spring_described_about_its_end_is_the_beam():
     a, b = PlatformNode("a", np.zeros(3)), PlatformNode("b", np.array([0, 0.4, 0]))
     beam = platform_beam(a, b, STEEL, BAR, y_axis=np.eye(3)[2])
     spring = PlatformPart("spring", "a", "b", b.at, beam.axes, beam.elasticity)

@@ -73,7 +73,7 @@ def test_a_load_that_drives_a_free_motion():
 
 
 def test_joints_that_brace_one_another_have_no_reaction_of_their_own():
-    """A door on two hinges: how they share a force along their axis, nobody can tell."""
+    """A door on two hinges: how they share a force along their axis is undetermined."""
     wall, door, handle = nodes(wall=[0, 0, 0], door=[0.5, 0, 1], handle=[1, 0, 1])
     hinges = tuple(
         JointElement(name, "wall", "door", (turning([0, 0, z], [0, 0, 1]),))

@@ -117,7 +117,7 @@ def test_least_energy_gives_the_same_stiffness(platform_ball):
     assert np.linalg.eigvalsh(K)[0] > 0
 
 
-def test_a_spinning_tie_rod_is_legal_and_told():
+def test_a_spinning_tie_rod_is_legal_and_reported():
     result = stiffness(framed(platform_ball=True))
     assert int(result.rank) == 6
     assert result.status == Status.REDUNDANT_JOINTS
@@ -240,7 +240,7 @@ def test_a_platform_held_by_rigid_parts_alone_has_rigid_directions():
         energy_stiffness(
             Network("t", (wall, table), ("wall",), "table", table.point, joints=(joint,))
         )
-    # Compliance exists: nothing but the slide gives way.
+    # Compliance exists: nothing but the slide moves.
     C = compliance_between(
         Network("t", (wall, table), ("wall",), "table", table.point, joints=(joint,)),
         [("table", table.point)],

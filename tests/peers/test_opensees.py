@@ -1,7 +1,7 @@
 """Shipped robots at general poses against OpenSees, a program for structures that knows no robots.
 
 Both get the same parts in the same places; what is compared is how they are put together. Stiff
-springs in place of joints cost OpenSees digits twice: by what gives way in them, of which
+springs in place of joints cost OpenSees digits twice: by what is compliant in them, of which
 extrapolation leaves little, and by rounding beside numbers a hundred thousand times larger.
 """
 

@@ -1,4 +1,4 @@
-"""Colours are told apart by everybody, and read on their ground."""
+"""Colours are distinguished by everybody, and read on their ground."""
 
 from itertools import combinations
 
@@ -45,7 +45,7 @@ def lab(rgb: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("theme", Theme)
 @pytest.mark.parametrize("sight", BLINDNESS)
-def test_first_categories_are_told_apart(theme: Theme, sight: str):
+def test_first_categories_are_distinguished(theme: Theme, sight: str):
     seen = [lab(BLINDNESS[sight] @ linear(colour)) for colour in theme.palette.categories[:5]]
     for one, other in combinations(seen, 2):
         assert np.linalg.norm(one - other) > 12

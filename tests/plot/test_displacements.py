@@ -170,7 +170,7 @@ def test_undeformed_members_are_the_links_and_struts():
 
 
 def test_motion_is_about_a_point_asked_for_as_well():
-    """The place about which the wrench is told does not change what bends."""
+    """The place about which the wrench is given does not change what bends."""
     snapshot = rs.find_posture(robot("hexapod"), POSE).snapshot.one(0)
     here = hexapod_deflection()
     away = np.array([0.3, -0.2, 0.1])

@@ -1,4 +1,4 @@
-"""Plots of maps show the values of the poses that have some, and tell the others apart."""
+"""Plots of maps show the values of the poses that have some, and mark the others."""
 
 import numpy as np
 import pytest

@@ -47,12 +47,14 @@ def test_robot_has_its_joints_where_they_are():
 def test_lines_have_the_energy_share_of_their_leg_or_part(colouring: Colouring):
     bent = hexapod_deflection()
     scene = robot_picture(HEXAPOD, bent, colouring)
-    told = {item.about: item.paint for item in scene.items if isinstance(item, Path) and item.about}
+    drawn = {
+        item.about: item.paint for item in scene.items if isinstance(item, Path) and item.about
+    }
     shares: dict[str, float] = {}
     for part in bent.parts:
         key = part.leg if colouring is Colouring.LEGS else f"{part.leg}/{part.part}"
         shares[key] = shares.get(key, 0.0) + 100 * part.share
-    for about, paint in told.items():
+    for about, paint in drawn.items():
         name = about.partition(":")[0]
         assert paint == pytest.approx(shares[name.split("/")[0] if name not in shares else name])
     assert scene.scale is not None
@@ -61,7 +63,7 @@ def test_lines_have_the_energy_share_of_their_leg_or_part(colouring: Colouring):
     assert scene.scale.high == pytest.approx(max(shares.values()))
 
 
-def test_exaggeration_is_round_and_told_and_displaces_the_platform():
+def test_exaggeration_is_round_and_named_and_displaces_the_platform():
     bent = hexapod_deflection()
     scene = robot_picture(HEXAPOD, bent)
     (note,) = scene.notes
@@ -114,11 +116,11 @@ def test_flexible_platform_is_drawn_with_its_beams_and_without_displacements():
     bent = rs.deflection(machine, wrench=LOAD)
     snapshot = rs.find_posture(machine).snapshot.one(0)
     scene = robot_picture(snapshot, bent, Colouring.PARTS)
-    told = {item.about.partition(":")[0]: item for item in scene.items if isinstance(item, Path)}
+    drawn = {item.about.partition(":")[0]: item for item in scene.items if isinstance(item, Path)}
     assert snapshot.platform is not None
     for part in snapshot.platform.platform.parts:
         share = sum(p.share for p in bent.parts if (p.leg, p.part) == ("platform", part.name))
-        assert told[f"platform/{part.name}"].paint == pytest.approx(100 * share)
+        assert drawn[f"platform/{part.name}"].paint == pytest.approx(100 * share)
     assert "flexible platform: shape without load" in scene.notes
     with pytest.raises(rs.InputError, match="flexible platform is not drawn"):
         robot_picture(snapshot, bent, exaggeration=100)
@@ -144,7 +146,7 @@ def test_ellipsoid_has_the_principal_compliances_as_semi_axes():
     ]
 
 
-def test_directions_without_limit_are_told_and_not_closed():
+def test_directions_without_limit_are_named_and_not_closed():
     result = rs.stiffness(robot("gough-stewart-a"))
     scene = ellipsoid_picture(result, Quality.COMPLIANCE)
     labels = [item.label for item in scene.items if isinstance(item, Path)]
@@ -277,12 +279,12 @@ def test_bars_are_the_shares_of_the_parts_leg_by_leg():
     (panel,) = energy_picture(bent).panels
     legs = [group.name for group in panel.groups]
     assert legs == [leg.name for leg in HEXAPOD.legs]
-    told = {
+    drawn = {
         (leg, series.name): value
         for series in panel.series
         for leg, value in zip(legs, series.values, strict=True)
     }
-    assert told == {(p.leg, p.part): pytest.approx(100 * p.share) for p in bent.parts}
+    assert drawn == {(p.leg, p.part): pytest.approx(100 * p.share) for p in bent.parts}
     totals = [float(group.note.split()[0]) for group in panel.groups]
     assert sum(totals) == pytest.approx(100, abs=0.4)
 

@@ -92,7 +92,7 @@ def test_names_in_the_nomenclature_exist():
     assert all(any(hasattr(module, name) for module in modules) for name in functions)
 
 
-def test_version_is_told_alike():
+def test_version_is_the_same_everywhere():
     citation = YAML(typ="safe").load(document("CITATION.cff"))
     assert citation["version"] == rs.__version__
     assert f"## [{rs.__version__}]" in document("CHANGELOG.md")

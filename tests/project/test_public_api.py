@@ -171,9 +171,9 @@ def test_public_names_are_these():
 def test_type_checkers_read_the_same_names_from_the_same_places():
     stub = ast.parse((ROOT / "src/robostiff/__init__.pyi").read_text(encoding="utf-8"))
     imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
-    told = {name.asname: node.module for node in imports for name in node.names}
-    assert set(told) == {*rs.__all__, "plot"}
-    for name, home in told.items():
+    imported = {name.asname: node.module for node in imports for name in node.names}
+    assert set(imported) == {*rs.__all__, "plot"}
+    for name, home in imported.items():
         assert getattr(import_module(str(home)), str(name)) is getattr(rs, str(name))
 
 

@@ -125,32 +125,32 @@ def test_entries_work_in_arrays(record: Record):
     assert product[1, 0] == 0
 
 
-def test_identities_are_settled_by_value(record: Record):
+def test_identities_are_found_by_value(record: Record):
     x, y = inputs(record)
     one = sine(x) * sine(x) + cosine(x) * cosine(x)
-    assert record.settled(one) == 1
-    assert record.settled(-one) == -1
-    assert record.settled(one - 1) == 0
+    assert record.simplified(one) == 1
+    assert record.simplified(-one) == -1
+    assert record.simplified(one - 1) == 0
     twice = sine(x) * cosine(x) * 2
     again = sine(x + x)
-    assert record.settled(again).step == twice.step
-    assert record.settled(-1 * again).sample == pytest.approx(-twice.sample)
+    assert record.simplified(again).step == twice.step
+    assert record.simplified(-1 * again).sample == pytest.approx(-twice.sample)
     other = sine(x + y)
-    assert record.settled(other).step == other.step
+    assert record.simplified(other).step == other.step
 
 
 def test_what_vanishes_is_judged_by_its_size(record: Record):
     x, _ = inputs(record)
     small = x * 1e-11
-    assert record.settled(small).step == small.step
-    assert record.settled(small, scale=100.0) == 0
+    assert record.simplified(small).step == small.step
+    assert record.simplified(small, scale=100.0) == 0
 
 
 def test_one_sample_that_agrees_is_not_enough():
     record = Record({"x": [0.5, 0.7]})
     x = record.input("x")
     again = x + x - 0.5  # equal to x at 0.5 only
-    assert record.settled(again).step == again.step
+    assert record.simplified(again).step == again.step
 
 
 def test_samples_must_be_as_many_for_each_input():

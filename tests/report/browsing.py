@@ -63,13 +63,13 @@ def opened(browser: Any, path: Path, *, width: int = 1280, dark: bool = False) -
     """A page once all its plots are drawn."""
     scheme = "dark" if dark else "light"
     page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
-    told = Opened(page)
-    page.on("request", lambda request: told.requests.append(request.url))
-    page.on("pageerror", lambda error: told.complaints.append(str(error)))
+    opened = Opened(page)
+    page.on("request", lambda request: opened.requests.append(request.url))
+    page.on("pageerror", lambda error: opened.complaints.append(str(error)))
     page.on(
         "console",
-        lambda message: told.complaints.append(message.text) if message.type == "error" else None,
+        lambda message: opened.complaints.append(message.text) if message.type == "error" else None,
     )
     page.goto(path.as_uri())
     page.wait_for_function(_DRAWN)
-    return told
+    return opened

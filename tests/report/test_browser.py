@@ -123,7 +123,7 @@ def test_the_slider_changes_the_slice(planar, planar_map):
     assert said == ["rz = -0.2 rad", "rz = 0 rad", "rz = 0.2 rad"]
 
 
-def test_poses_out_of_reach_are_told_in_the_legend(planar, planar_map):
+def test_poses_out_of_reach_are_named_in_the_legend(planar, planar_map):
     assert (planar_map["rank"] < 3).any()
     legend = planar.page.locator("#plot-worst-deflection .legendtext").all_text_contents()
     assert legend

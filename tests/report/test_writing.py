@@ -76,7 +76,7 @@ def test_free_motions_blocks_and_planes_are_printed(robot, tmp_path):
     assert (tmp_path / "robot.pdf").stat().st_size > 10_000
 
 
-def test_free_motions_are_told_in_words():
+def test_free_motions_are_described_in_words():
     html = report_html(report_contents(shipped("gough-stewart-a")))
     motions = rs.stiffness(shipped("gough-stewart-a")).free_motions
     assert len(motions) == 3

@@ -54,7 +54,7 @@ def test_a_load_in_the_middle_bends_the_bars_as_statics_tells():
 
 
 @pytest.mark.parametrize("stroke", [-0.25, -0.1, 0.05])
-def test_the_screw_gives_way_by_its_transmission(stroke):
+def test_the_screw_is_compliant_by_its_transmission(stroke):
     """h = 2 l sin q above feet that are l cos q apart: dh = -2 cot q ds."""
     span = SPAN + stroke
     transmission = 2 * span / np.sqrt(BAR**2 - span**2)

@@ -253,7 +253,7 @@ def test_a_platform_pose_of_an_arm_keeps_the_turns_of_its_screw():
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_linkage_with_a_screw_is_the_robot_and_its_network(sign: int):
-    """Base, screw, arm: right-handed and left-handed, told from either end."""
+    """Base, screw, arm: right-handed and left-handed, described from either end."""
     rng = np.random.default_rng(5)
     nut = rs.helical(rng.normal(size=3), sign * 0.02, Actuated(40.0), home=[3.0], name="nut")
     beam = rs.beam_link([0.2, 0.1, 0.4], rs.material("steel"), rs.circle(0.03), name="beam")
@@ -324,7 +324,7 @@ def test_pitches_of_snapshots_that_are_refused(given: dict, message: str):
     assert message in str(caught.value)
 
 
-def test_a_free_screw_is_told_as_one():
+def test_a_free_screw_is_reported_as_one():
     leg = Leg(
         "leg",
         Frame.identity(),

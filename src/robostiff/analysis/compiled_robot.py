@@ -183,15 +183,15 @@ class CompiledRobot:
         InputError
             When the poses or the parameters do not fit the robot.
         """
-        told, _, _ = self._inputs_of(pose, parameters)
-        yield from self._checked(self._kernel_for(pose), told, slice(0, len(told.missed)))
+        inputs, _, _ = self._inputs_of(pose, parameters)
+        yield from self._checked(self._kernel_for(pose), inputs, slice(0, len(inputs.missed)))
 
     def _attempt(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
     ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues]:
         threads = whole_threads(threads)
-        told, given, parameter_values = self._inputs_of(pose, parameters)
-        kernel, count = self._kernel_for(pose), len(told.missed)
+        inputs, given, parameter_values = self._inputs_of(pose, parameters)
+        kernel, count = self._kernel_for(pose), len(inputs.missed)
         answer = CompiledAnswer(
             values={
                 output.name: empty_batch((count,), output.shape(self.robot.space))
@@ -203,7 +203,7 @@ class CompiledRobot:
         )
 
         def fill(part: slice) -> None:
-            for where, found in self._checked(kernel, told, part):
+            for where, found in self._checked(kernel, inputs, part):
                 for name, values in answer.values.items():
                     unpack(found.rows[name], values[where])
                 answer.status_codes[where] = found.status_codes
@@ -234,7 +234,7 @@ class CompiledRobot:
         return by_joints or self.kernel
 
     def _checked(
-        self, kernel: Kernel, told: InputRows, part: slice
+        self, kernel: Kernel, inputs: InputRows, part: slice
     ) -> Iterator[tuple[slice, CheckedResults]]:
         general = AtGeneralPoses(self.rank, self.status, self.verified)
         buffer = np.empty((kernel.rows, min(_CHUNK, part.stop - part.start)))
@@ -242,8 +242,8 @@ class CompiledRobot:
             where = slice(start, min(start + _CHUNK, part.stop))
             count = where.stop - where.start
             room = buffer if count == buffer.shape[1] else np.empty((len(buffer), count))
-            results = kernel.evaluate(told.rows[:, where], room)
-            missed, loose = told.missed[where], told.loose[where]
+            results = kernel.evaluate(inputs.rows[:, where], room)
+            missed, loose = inputs.missed[where], inputs.loose[where]
             yield where, checked_results(kernel, results, missed, loose, general)
 
     def _compute_again(

@@ -121,13 +121,13 @@ class LegMatrices:
         )
 
     @property
-    def told_names(self) -> tuple[str, ...]:
-        """What may be redundant: its joints, its blocks, and whatever is inside those."""
+    def reported_names(self) -> tuple[str, ...]:
+        """What is reported where it is redundant: joints, blocks, and what is inside those."""
         joints = self.names[: self._joints]
         blocks = tuple(block.placed.name for block in self.blocks)
-        return (*joints, *blocks, *(name for block in self.blocks for name in block.told_names))
+        return (*joints, *blocks, *(name for block in self.blocks for name in block.reported_names))
 
-    def told(self, redundant: np.ndarray) -> np.ndarray:
+    def reported(self, redundant: np.ndarray) -> np.ndarray:
         """Which of these are redundant (..., r), from the columns of J_q that are.
 
         A block is where any of its freedoms is: how many it has may change from pose to pose.
@@ -138,7 +138,7 @@ class LegMatrices:
             stop = start + block.whole.J_q.shape[-1]
             parts.append(np.any(redundant[..., start:stop], axis=-1, keepdims=True))
             start = stop
-        return np.concatenate([*parts, *(block.told for block in self.blocks)], axis=-1)
+        return np.concatenate([*parts, *(block.reported for block in self.blocks)], axis=-1)
 
     @property
     def _joints(self) -> int:
@@ -170,17 +170,17 @@ class SolvedBlock:
     branches: tuple[LegMatrices, ...]
 
     @property
-    def told_names(self) -> tuple[str, ...]:
-        """What may be redundant inside, branch by branch."""
-        return tuple(name for branch in self.branches for name in branch.told_names)
+    def reported_names(self) -> tuple[str, ...]:
+        """What is reported where it is redundant, branch by branch."""
+        return tuple(name for branch in self.branches for name in branch.reported_names)
 
     @property
-    def told(self) -> np.ndarray:
+    def reported(self) -> np.ndarray:
         """Which of these are redundant (..., r)."""
         parts, start = [], 0
         for branch in self.branches:
             stop = start + branch.J_q.shape[-1]
-            parts.append(branch.told(self.whole.redundant[..., start:stop]))
+            parts.append(branch.reported(self.whole.redundant[..., start:stop]))
             start = stop
         return np.concatenate(parts, axis=-1)
 

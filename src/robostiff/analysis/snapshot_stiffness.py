@@ -63,7 +63,7 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     names = [
         f"{leg.name}/{name}"
         for leg, own in zip(snapshot.legs, problems, strict=True)
-        for name in own.told_names
+        for name in own.reported_names
     ]
     legs = tuple(_solved(own, method, length, tolerance) for own in problems)
     alone = len(legs) == 1 and problems[0].J_q.shape[-1] == 0
@@ -91,7 +91,7 @@ def _solved(
         solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)
     if not leg.blocks:
         return solved
-    redundant = leg.told(solved.redundant)
+    redundant = leg.reported(solved.redundant)
     status = (
         solved.status_codes
         | np.any(redundant, axis=-1) * np.uint8(Status.REDUNDANT_JOINTS)

@@ -187,7 +187,7 @@ def leg_coordinates(
         elif np.ptp(closed) <= near:
             q[j] = _number(float(np.mean(closed)), near, turns=screw.turns)
         else:
-            q[j] = record.settled(entry)
+            q[j] = record.simplified(entry)
             if isinstance(q[j], Entry) and q[j].step == entry.step:
                 left.append(name)
     return q, tuple(left)

@@ -95,7 +95,7 @@ def robot_of(part: Linkage, found: Configuration) -> Robot | None:
     InputError
         When a leg has no compliance at all.
     """
-    chains = _chains(_settled(part, found))
+    chains = _chains(_with_closed_home(part, found))
     if chains is None:
         return None
     serial = len(chains) == 1
@@ -114,7 +114,7 @@ def robot_of(part: Linkage, found: Configuration) -> Robot | None:
     return replace(robot, home=None, coordinates=()) if serial else robot
 
 
-def _settled(part: Linkage, found: Configuration) -> Linkage:
+def _with_closed_home(part: Linkage, found: Configuration) -> Linkage:
     """The linkage with the closed coordinates as home coordinates."""
     at_home = []
     # A description has zero coordinates where no posture was chosen.

@@ -81,11 +81,11 @@ def block_html(block: Block) -> str:
     """
     match block:
         case Paragraph(text, tone):
-            return _told(element("p", escaped(text)), tone)
+            return _in_tone(element("p", escaped(text)), tone)
         case Heading(text):
             return element("h3", escaped(text))
         case Bullets(items, tone):
-            return _told(listing(items), tone) if items else ""
+            return _in_tone(listing(items), tone) if items else ""
         case Facts(rows):
             rows_html = "".join(
                 element("dt", escaped(a)) + element("dd", escaped(b)) for a, b in rows
@@ -97,7 +97,7 @@ def block_html(block: Block) -> str:
             return _matrix(block)
 
 
-def _told(html: str, tone: Tone) -> str:
+def _in_tone(html: str, tone: Tone) -> str:
     match tone:
         case Tone.PLAIN:
             return html

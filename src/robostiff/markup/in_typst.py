@@ -79,11 +79,11 @@ def block_typst(block: Block) -> str:
     """
     match block:
         case Paragraph(text, tone):
-            return _told(typst_text(text), tone)
+            return _in_tone(typst_text(text), tone)
         case Heading(text):
             return f"== {typst_text(text)}"
         case Bullets(items, tone):
-            return _told("\n".join(f"- {typst_text(item)}" for item in items), tone)
+            return _in_tone("\n".join(f"- {typst_text(item)}" for item in items), tone)
         case Facts(rows):
             cells = [
                 f"  [#text(fill: luma(90))[{typst_text(a)}]], [{typst_text(b)}]," for a, b in rows
@@ -96,7 +96,7 @@ def block_typst(block: Block) -> str:
             return _matrix(block)
 
 
-def _told(text: str, tone: Tone) -> str:
+def _in_tone(text: str, tone: Tone) -> str:
     match tone:
         case Tone.PLAIN:
             return text

@@ -159,10 +159,10 @@ class Chain:
     @property
     def has_compliance(self) -> bool:
         """Whether any element is elastic."""
-        return any(_gives_way(element) for element in self.elements)
+        return any(_is_elastic(element) for element in self.elements)
 
 
-def _gives_way(element: Element) -> bool:
+def _is_elastic(element: Element) -> bool:
     if isinstance(element, ParallelBlock):
         return any(branch.chain.has_compliance for branch in element.branches)
     if isinstance(element, Link):

@@ -168,7 +168,7 @@ class Record:
             )
         return self._append(key, value)
 
-    def settled(self, value: Any, scale: float = 1.0) -> Any:
+    def simplified(self, value: Any, scale: float = 1.0) -> Any:
         """A simpler entry or number with the same value at all samples, if there is one.
 
         Identities such as cos^2 + sin^2 = 1 are found by value: two formulas that agree to 12
@@ -195,6 +195,8 @@ class Record:
             return value
         simpler = self.at(alike)
         return simpler if self._samples[alike, 0] * own[0] > 0 else -simpler
+
+    settled = simplified
 
     def _first_alike(self, step: int) -> int | None:
         """The first step with the same values up to one sign, before this one."""

@@ -191,4 +191,4 @@ def _flat(K: dict[tuple[int, int], Any], losses: Sequence[Any]) -> list[Entry]:
 
 def _keeps_the_plane(frame: WorkingFrame, record: Record) -> bool:
     """Whether the frame's z axis is that of the plane."""
-    return bool(record.settled(frame.R[2, 2]) == 1)
+    return bool(record.simplified(frame.R[2, 2]) == 1)

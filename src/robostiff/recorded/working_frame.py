@@ -77,9 +77,9 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
         for block in leg.blocks
     ]
     for element in leg.own_parts:
-        p = [record.settled(x, length) for x in turned_back(frame.R, element.point - frame.p)]
+        p = [record.simplified(x, length) for x in turned_back(frame.R, element.point - frame.p)]
         if isinstance(element, PlacedFreedom):
-            axis = [record.settled(x) for x in turned_back(frame.R, element.axis)]
+            axis = [record.simplified(x) for x in turned_back(frame.R, element.axis)]
             twist = _twist(element, axis, p)
             if element.is_passive:
                 twists.append(twist)
@@ -88,7 +88,7 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
             continue
         R = np.array(
             [
-                [record.settled(dot(frame.R[:, i], element.rotation[:, k])) for k in range(3)]
+                [record.simplified(dot(frame.R[:, i], element.rotation[:, k])) for k in range(3)]
                 for i in range(3)
             ],
             dtype=object,

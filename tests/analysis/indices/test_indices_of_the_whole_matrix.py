@@ -87,7 +87,7 @@ def test_no_axes_matter(seed: int, other: int, length: float):
 @settings(max_examples=40)
 @given(SEEDS, LENGTHS, st.sampled_from([1e3, 1e-3, 1 / 0.0254]))
 def test_the_unit_of_length_does_not_matter(seed: int, length: float, per_metre: float):
-    """A machine `per_metre` times as large, told in a unit as much larger, is the same machine."""
+    """A machine `per_metre` times as large in a unit as much larger is the same machine."""
     result = random_body(seed)
     s = np.array([1.0] * 3 + [per_metre] * 3)
     scaled = body_on_spring(result.K * np.outer(s, s) / per_metre**2)

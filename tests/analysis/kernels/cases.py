@@ -20,9 +20,9 @@ def around_home(robot: rs.Robot, count: int, spread: float = 0.05, seed: int = 7
     if robot.is_serial and robot.home is None:
         home = twin.legs[0].chain.home
         return rs.JointCoordinates(home + random.uniform(-spread, spread, (count, home.size)))
-    told = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
-    home = home_coordinates(twin)[told]
-    return home + random.uniform(-spread, spread, (count, len(told)))
+    chosen = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
+    home = home_coordinates(twin)[chosen]
+    return home + random.uniform(-spread, spread, (count, len(chosen)))
 
 
 def row(pose: Pose, i: int) -> Pose:

@@ -99,7 +99,7 @@ def test_who_asks_for_arrays_is_not_warned(no_heyoka):
         rs.compile(model("3-rpr"), backend=rs.Backend.ARRAYS)
 
 
-def test_who_asks_for_machine_code_is_told_what_to_install(no_heyoka):
+def test_who_wants_machine_code_reads_what_to_install(no_heyoka):
     with pytest.raises(rs.InputError, match="write pip install heyoka"):
         rs.compile(model("3-rpr"), backend=rs.Backend.MACHINE)
 

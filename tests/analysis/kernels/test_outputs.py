@@ -160,7 +160,7 @@ def test_second_derivatives_are_derivatives_of_derivatives():
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_derivatives_that_are_none_are_told_by_the_status(backend):
+def test_derivatives_that_are_none_are_reported_by_the_status(backend):
     rate = rs.Derivative(rs.PrincipalStiffness(), "x")
     compiled = rs.compile(model("hexapod"), [rate], backend=backend)
     # At home two pairs of eigenvalues meet; then a general pose, and one out of reach.

@@ -161,13 +161,15 @@ def test_guarded_poses_are_counted():
     np.testing.assert_allclose(found.K, slow.evaluate(job.poses((slice(None),)))["K"], rtol=1e-12)
 
 
-def test_progress_is_told_to_the_end():
-    told = []
-    rs.stiffness_map(loaded("3-rpr"), RandomPoses(20_000, {"x": (0, 0.1)}), progress=told.append)
-    assert len(told) > 1
-    assert [p.done for p in told] == sorted(p.done for p in told)
-    assert (told[-1].done, told[-1].total) == (20_000, 20_000)
-    assert told[-1].rate > 0
+def test_progress_is_reported_to_the_end():
+    reported = []
+    rs.stiffness_map(
+        loaded("3-rpr"), RandomPoses(20_000, {"x": (0, 0.1)}), progress=reported.append
+    )
+    assert len(reported) > 1
+    assert [p.done for p in reported] == sorted(p.done for p in reported)
+    assert (reported[-1].done, reported[-1].total) == (20_000, 20_000)
+    assert reported[-1].rate > 0
 
 
 GRID = Grid(x=Axis(0, 0.1, 2))

@@ -20,11 +20,11 @@ class Interruption(Exception):
 
 
 def interrupted_after(blocks):
-    told = []
+    reported = []
 
     def progress(done):
-        told.append(done)
-        if len(told) == blocks:
+        reported.append(done)
+        if len(reported) == blocks:
             raise Interruption
 
     return progress
@@ -73,10 +73,12 @@ def test_a_store_holds_what_memory_would(poses, tmp_path):
 def test_an_interrupted_map_goes_on_where_it_was(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     begun(path, blocks=2)
-    told = []
-    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True, progress=told.append)
-    assert told[0].resumed == 2 * told[0].done // 3
-    assert told[-1].done == POSES.count
+    reported = []
+    found = rs.stiffness_map(
+        loaded("3-rpr"), POSES, store=path, resume=True, progress=reported.append
+    )
+    assert reported[0].resumed == 2 * reported[0].done // 3
+    assert reported[-1].done == POSES.count
     xarray.testing.assert_identical(found.load(), undisturbed)
     assert not list(path.glob("progress*"))
 
@@ -114,13 +116,15 @@ def test_a_record_written_twice_counts_once(tmp_path, undisturbed):
 def test_a_finished_map_is_given_without_work(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     rs.stiffness_map(loaded("3-rpr"), POSES, store=path)
-    told = []
-    found = rs.stiffness_map(loaded("3-rpr"), POSES, store=path, resume=True, progress=told.append)
-    assert told == []
+    reported = []
+    found = rs.stiffness_map(
+        loaded("3-rpr"), POSES, store=path, resume=True, progress=reported.append
+    )
+    assert reported == []
     xarray.testing.assert_identical(found.load(), undisturbed)
 
 
-def test_robots_are_known_again_and_told_apart():
+def test_robots_are_recognised_and_distinguished():
     names = rs.shipped_robots()
     once, again = ([fingerprint(loaded(name)) for name in names] for _ in range(2))
     assert once == again

@@ -51,7 +51,7 @@ def test_text_tells_pose_legs_sum_and_result_in_order(derivation):
     assert max(map(len, text.splitlines())) <= 88
 
 
-def test_every_name_in_the_text_is_told_before_it_is_used(derivation):
+def test_every_name_in_the_text_is_defined_before_it_is_used(derivation):
     """The names of the text alone, in order, are those of the definitions."""
     lines = derivation_text(derivation, width=10_000).splitlines()
     given = {str(symbol) for symbol in derivation.symbols}

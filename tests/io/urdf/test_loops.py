@@ -48,12 +48,12 @@ def test_two_arms_that_hold_one_part_are_a_parallel_robot(tmp_path):
 
 
 @needs_examples
-def test_joints_told_under_home_keep_their_values(tmp_path):
+def test_joints_given_under_home_keep_their_values(tmp_path):
     cell = two_ur5(tmp_path)
     robot = robot_of(cell, with_side(tmp_path, GRASPED.format(joint="fixed")))
     left = robot.legs[0].chain
-    told = np.radians([10, -70, 100, -30, 20, 0])
-    assert np.abs(left.home - told).max() < 1e-15
+    given = np.radians([10, -70, 100, -30, 20, 0])
+    assert np.abs(left.home - given).max() < 1e-15
 
 
 @needs_examples
@@ -269,7 +269,7 @@ def test_coordinates_of_a_platform_can_be_chosen(tmp_path):
             rs.load(path, side=with_side(tmp_path, f"coordinates: {few}\n{side}"))
 
 
-def test_a_loop_that_lacks_digits_is_told_so(tmp_path):
+def test_a_loop_that_lacks_digits_is_reported(tmp_path):
     """Axes that are parallel to five digits only close no loop of hinges in space."""
     side = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ")
     path, file = _five_bar(tmp_path, side)
@@ -279,7 +279,7 @@ def test_a_loop_that_lacks_digits_is_told_so(tmp_path):
         rs.load(path, side=file)
 
 
-def test_loops_that_cannot_close_are_told(tmp_path):
+def test_loops_that_cannot_close_are_reported(tmp_path):
     side = FIVE_BAR_SIDE.replace("to: tool, ", "to: loop1, ")
     path, file = _five_bar(tmp_path, side)
     linkage = rs.load_linkage(path, side=file)

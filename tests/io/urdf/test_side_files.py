@@ -1,4 +1,4 @@
-"""Side files: how they are found, what they may say, and how slips in them are told."""
+"""Side files: how they are found, what they may say, and how slips in them are reported."""
 
 import shutil
 
@@ -49,7 +49,7 @@ def test_the_side_file_is_found_beside_the_description(arm):
     assert [leg.name for leg in robot_of(str(arm)).legs] == ["arm"]
 
 
-def test_a_missing_side_file_is_told_with_what_to_write(arm):
+def test_a_missing_side_file_is_reported_with_what_to_write(arm):
     with pytest.raises(rs.InputError, match=r"got no side file, expected .*arm\.stiffness\.yaml"):
         rs.load(arm)
 
@@ -101,7 +101,7 @@ def test_a_name_comes_before_patterns_and_the_first_pattern_counts(arm, tmp_path
     assert roles == (rs.Actuated(1e4), rs.Actuated(4e4, (-1.0, 2.0)))
 
 
-def test_limits_of_the_description_are_kept_unless_others_are_told(arm, tmp_path):
+def test_limits_of_the_description_are_kept_unless_others_are_given(arm, tmp_path):
     side = HEAD + "tool: tip\njoints: {elbow: {stiffness: 1, limits: [-10 deg, 10 deg]}}\n"
     roles = robot_of(arm, with_side(tmp_path, side)).legs[0].chain.roles
     assert roles[0] == rs.Actuated()
@@ -191,13 +191,13 @@ HEADLESS = "tool: tip\n"
         ("platform: upper\n" + STIFF[len(HEAD) :], "a link that moves against the platform"),
     ],
 )
-def test_slips_are_told_with_their_place(arm, side, match, tmp_path):
+def test_slips_are_reported_with_their_place(arm, side, match, tmp_path):
     with pytest.raises(rs.FileError, match=match) as error:
         rs.load(arm, side=with_side(tmp_path, HEAD + side))
     assert error.value.location.line is not None
 
 
-def test_versions_of_the_format_are_told(arm, tmp_path):
+def test_versions_of_the_format_are_reported(arm, tmp_path):
     with pytest.raises(rs.FileError, match="robostiff: 1 at the top"):
         rs.load(arm, side=with_side(tmp_path, "source: x\n"))
     with pytest.raises(rs.FileError, match="got 2, expected 1; this file needs a newer"):
@@ -214,9 +214,9 @@ def test_floating_and_planar_joints(arm, tmp_path):
     locked = STIFF.replace('joints: {"*"', 'joints: {shoulder: {role: locked}, "*"')
     chain = robot_of(arm, with_side(tmp_path, locked)).legs[0].chain
     assert [joint.name for joint, _ in chain.moving] == ["elbow"]
-    told = STIFF.replace('joints: {"*"', 'joints: {shoulder: {stiffness: 1}, "*"')
+    side = STIFF.replace('joints: {"*"', 'joints: {shoulder: {stiffness: 1}, "*"')
     with pytest.raises(rs.FileError, match=r"stiffness of the floating joint.*role: locked"):
-        rs.load(arm, side=with_side(tmp_path, told))
+        rs.load(arm, side=with_side(tmp_path, side))
     arm.write_text(ARM.replace('"shoulder" type="continuous"', '"shoulder" type="planar"'))
     planar = STIFF.replace('joints: {"*"', 'joints: {shoulder: {role: passive}, "*"')
     robot = robot_of(arm, with_side(tmp_path, planar))
@@ -225,7 +225,7 @@ def test_floating_and_planar_joints(arm, tmp_path):
 
 
 @pytest.mark.parametrize("role", ["[]", "pasive"])
-def test_unknown_words_in_the_joint_of_a_loop_are_told(role):
+def test_unknown_words_in_the_joint_of_a_loop_are_reported(role):
     text = f"""{{robostiff: 1, source: chosen here, tool: b, loops: [{{between: [a, b],
       joint: {{type: revolute, axis: z, role: {role}}}}}]}}"""
     with pytest.raises(rs.FileError, match=r"joint.role: .*expected 'passive' or 'actuated'"):

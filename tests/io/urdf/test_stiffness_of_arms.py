@@ -133,6 +133,6 @@ links:
     posture = rs.find_posture(one, rs.JointCoordinates(q))
     R = Rotation.from_rotvec(posture.pose[0, 3:]).as_matrix()
     up = rs.stiffness(other, rs.JointCoordinates(q[::-1]), at=[0, 0, 0])
-    # About the sole's origin, in the axes of the sole: `up` is told in those axes already.
+    # About the sole's origin, in the axes of the sole: `up` is given in those axes already.
     B = np.kron(np.eye(2), R)
     assert matrix_distance(B @ up.K @ B.T, down.K) < 1e-9

@@ -118,11 +118,11 @@ class MapStore:
                 # The last line of a killed worker may be torn: that block is not done.
                 data, _, mark = line.rpartition(" ")
                 if mark == f"{crc32(data.encode()):08x}\n":
-                    index, summary = self._told(data)
+                    index, summary = self._entry(data)
                     found[index] = summary
         return {index: found[index] for index in sorted(found) if self._is_whole(stored, index)}
 
-    def _told(self, line: str) -> tuple[int, MapSummary]:
+    def _entry(self, line: str) -> tuple[int, MapSummary]:
         try:
             data = json.loads(line)
             index, summary = data["block"], MapSummary.from_data(data)

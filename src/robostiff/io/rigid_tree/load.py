@@ -99,7 +99,7 @@ def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkag
             hint=f"write {sorted(following)[0]}: {{role: locked}}, or {{stiffness: ...}} of what "
             "makes it follow",
         )
-    if not any(_gives_way(c.element) for c in part.connections):
+    if not any(_is_elastic(c.element) for c in part.connections):
         raise (top / "joints").error(
             f"robot {linkage.name!r}",
             got=Words("no compliance at all"),
@@ -109,7 +109,7 @@ def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkag
     return linkage, part
 
 
-def _gives_way(element: Joint | Link | None) -> bool:
+def _is_elastic(element: Joint | Link | None) -> bool:
     if isinstance(element, Link):
         return bool(np.any(element.elasticity.compliance))
     return getattr(getattr(element, "role", None), "stiffness", None) is not None

@@ -215,7 +215,7 @@ def _refuse_graph(document: Document) -> None:
 
 
 def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
-    if not _gives_way(part.chain):
+    if not _is_elastic(part.chain):
         raise place.at("chain").error(
             f"leg {part.name} without compliance",
             expected="at least one beam, spring or spring6",
@@ -224,9 +224,9 @@ def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
     return PlacedLeg(part.name, _chain(part, place), np.array(part.end, dtype=float))
 
 
-def _gives_way(chain: Sequence[ElementPart]) -> bool:
+def _is_elastic(chain: Sequence[ElementPart]) -> bool:
     return any(
-        any(_gives_way(branch.chain) for branch in element.branches)
+        any(_is_elastic(branch.chain) for branch in element.branches)
         if isinstance(element, ParallelPart)
         else element.type != "passive"
         for element in chain

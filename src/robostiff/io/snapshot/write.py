@@ -193,7 +193,7 @@ def network_to_data(network: Network) -> dict[str, Any]:
     >>> network_to_data(network)["graph"]["springs"][0]["name"]
     'rod'
     """
-    if not any(_gives_way(element) for element in network.elements):
+    if not any(_is_elastic(element) for element in network.elements):
         raise InputError(
             f"network {network.name} without compliance",
             expected="at least one beam, spring or joint with a stiffness",
@@ -248,7 +248,7 @@ def _named(parts: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{**part, "name": name} for part, name in zip(parts, names, strict=True)]
 
 
-def _gives_way(element: BeamElement | SpringElement | JointElement) -> bool:
+def _is_elastic(element: BeamElement | SpringElement | JointElement) -> bool:
     if isinstance(element, JointElement):
         return any(f.stiffness is not None for f in element.freedoms)
     return bool(np.any(_elastic(element)[2].compliance))

@@ -57,7 +57,7 @@ def size_of(value: Any) -> float:
 
 def _tidy(value: Any, scale: float) -> Any:
     if isinstance(value, Entry):
-        return value.record.settled(value, scale)
+        return value.record.simplified(value, scale)
     if is_exact(value):
         return value
     if abs(value) <= ROUNDING * scale:

@@ -1,4 +1,4 @@
-"""What a URDF, a xacro or an MJCF file may not do, and how slips in them are told."""
+"""What a URDF, a xacro or an MJCF file may not do, and how slips in them are reported."""
 
 import sys
 
@@ -119,12 +119,12 @@ def test_meshes_are_not_opened(tmp_path):
         ("<model name", "<robot name", "XML: got mismatched tag", 9),
     ],
 )
-def test_slips_are_told_with_their_line(slip, repaired, match, line, tmp_path):
+def test_slips_are_reported_with_their_line(slip, repaired, match, line, tmp_path):
     location = _refused(tmp_path, ARM.replace(repaired, slip, 1), match)
     assert location.line == line
 
 
-def test_links_that_are_no_tree_are_told(tmp_path):
+def test_links_that_are_no_tree_are_reported(tmp_path):
     loose = ARM.replace('<link name="b"/>', '<link name="b"/><link name="c"/>')
     _refused(tmp_path, loose, "links without a parent: got a, c, expected one root")
     joint = '<joint name="{}" type="fixed"><parent link="{}"/><child link="{}"/></joint></robot>'
@@ -135,7 +135,7 @@ def test_links_that_are_no_tree_are_told(tmp_path):
     _refused(tmp_path, ring, "connected in a circle: got c, d")
 
 
-def test_other_xml_is_told(tmp_path):
+def test_other_xml_is_reported(tmp_path):
     _refused(tmp_path, "<svg/>", "MJCF: got <svg>, expected <mujoco>", "arm.xml")
     _refused(tmp_path, "<svg/>", "URDF: got <svg>, expected <robot>")
     _refused(tmp_path, "", "XML: got no element found")
@@ -181,7 +181,7 @@ def test_xacro_is_expanded_with_what_it_includes(tmp_path, monkeypatch):
     assert rs.find_posture(robot).pose[0].tolist() == [0, 0, 0.5, 0, 0, 0]
 
 
-def test_a_xacro_that_fails_is_told(tmp_path):
+def test_a_xacro_that_fails_is_reported(tmp_path):
     arm = (
         '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${open}"/></robot>'
     )
