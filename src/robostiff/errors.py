@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 import unicodedata
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -134,6 +136,37 @@ class FileError(InputError):
     def message(self) -> str:
         """The location, then the error."""
         return f"{self.location}: {super().message()}"
+
+
+@contextmanager
+def needs_extra(what: str, extra: str) -> Iterator[None]:
+    """Turn an import that fails into a message that names what to install.
+
+    Parameters
+    ----------
+    what : str
+        What needs the import, such as ``"plots"``.
+    extra : str
+        Of this package, with which its packages are installed.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> with needs_extra("plots", "plot"):
+    ...     import a_package_that_is_missing
+    Traceback (most recent call last):
+    robostiff.errors.InputError: plots need 'a_package_that_is_missing', ...
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"{what} need {error.name!r}, which is not installed",
+            hint=f"write pip install 'robostiff[{extra}]'",
+        ) from None
 
 
 class PlausibilityWarning(UserWarning):

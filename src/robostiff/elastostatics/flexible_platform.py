@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import block_diag
 
 from robostiff.elastostatics.aggregation import aggregate
-from robostiff.elastostatics.block_diagonal import block_diagonal
 from robostiff.elastostatics.conditioning import smallest_compliance
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
@@ -89,7 +89,7 @@ def couple_legs(
             expected=f"one row and column for each of the {count} wrenches",
         )
     tolerance = first.tolerance
-    M = platform_compliance + block_diagonal(leg_compliances)
+    M = platform_compliance + block_diag(*leg_compliances)
     M = np.where(_idle(H)[..., None] | _idle(H)[..., None, :], 0.0, M)
     work = np.broadcast_to(platform_work, (*first.batch_shape, *platform_work.shape[-2:]))
     Z, lost, doubtful = _combinations(work, tolerance)

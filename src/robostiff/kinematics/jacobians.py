@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import block_diag
 
-from robostiff.elastostatics.block_diagonal import block_diagonal
 from robostiff.errors import InputError
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import block_rotation, skew, twist_transport
@@ -93,7 +93,7 @@ def spring_jacobian(
         [np.broadcast_to(c, (*batch, *c.shape[-2:])) for c in columns], axis=-1
     )
     size = J_theta.shape[-1]
-    return J_theta, np.broadcast_to(block_diagonal(blocks), (*batch, size, size))
+    return J_theta, np.broadcast_to(block_diag(*blocks), (*batch, size, size))
 
 
 def leg_compliance(

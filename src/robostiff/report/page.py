@@ -6,8 +6,8 @@ from importlib.resources import files
 from string import Template
 
 from robostiff.analytic.export import derivation_html
+from robostiff.errors import needs_extra
 from robostiff.markup import Bullets, Table, Tone, block_html, element, escaped
-from robostiff.plot.extra import plot_extra
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, figures_json
 from robostiff.report.section import (
@@ -36,7 +36,7 @@ def report_html(contents: ReportContents) -> str:
     InputError
         When Plotly is missing.
     """
-    with plot_extra():
+    with needs_extra("plots", "plot"):
         from plotly.offline import get_plotlyjs
     sections = report_sections(contents)
     links = (

@@ -12,9 +12,9 @@ from robostiff.analytic.export.typst import (
     typst_pdf,
     wants_wide_page,
 )
+from robostiff.errors import needs_extra
 from robostiff.markup import TYPST_BLOCKS, Bullets, Tone, block_typst, typst_text
 from robostiff.plot import Matplotlib
-from robostiff.plot.extra import plot_extra
 from robostiff.plot.picture import Picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure
@@ -125,7 +125,7 @@ def _figure(figure: Figure) -> str:
 
 
 def _svg(picture: Picture) -> str:
-    with plot_extra():
+    with needs_extra("plots", "plot"):
         import matplotlib as mpl
     figure: Any = Matplotlib().draw(picture).figure
     written = StringIO()

@@ -11,7 +11,6 @@ import google_crc32c
 import numpy as np
 from zarr.storage import LocalStore
 
-from robostiff.analysis.maps.extra import maps_extra
 from robostiff.analysis.maps.job import MapJob
 from robostiff.analysis.maps.layout import (
     coordinate_arrays,
@@ -22,7 +21,7 @@ from robostiff.analysis.maps.layout import (
 )
 from robostiff.analysis.maps.stored import IDENTITY, StoredArray, StoredMap, damaged, read_store
 from robostiff.analysis.maps.summary import MapSummary
-from robostiff.errors import InputError
+from robostiff.errors import InputError, needs_extra
 
 if TYPE_CHECKING:
     import xarray
@@ -78,7 +77,7 @@ def open_map(path: Path) -> xarray.Dataset:
     InputError
         When it is damaged: now, or when the damaged values are read.
     """
-    with maps_extra():
+    with needs_extra("maps", "maps"):
         import xarray
 
     stored = read_store(path)

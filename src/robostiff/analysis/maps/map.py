@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.dataset import MapArrays, open_map
-from robostiff.analysis.maps.extra import maps_extra
 from robostiff.analysis.maps.job import Selection
 from robostiff.analysis.maps.new_store import (
     already_there,
@@ -36,7 +35,7 @@ from robostiff.analysis.maps.run import (
 from robostiff.analysis.maps.store import MapStore
 from robostiff.analysis.maps.stored import read_store
 from robostiff.analysis.maps.summary import MapSummary
-from robostiff.errors import InputError
+from robostiff.errors import InputError, needs_extra
 from robostiff.model import Robot, Snapshot
 
 if TYPE_CHECKING:
@@ -121,7 +120,7 @@ def stiffness_map(
         robot, poses, quantities, wrench, characteristic_length, where, method, room
     )
     threads = _threads(workers, scheduler)
-    with maps_extra():
+    with needs_extra("maps", "maps"):
         import xarray  # noqa: F401
     if store is None:
         if resume:
@@ -169,7 +168,7 @@ def _fill(
     progress: Callable[[Progress], None] | None,
 ) -> None:
     """Begin a store, or take that of the same request, and compute what is not there yet."""
-    with maps_extra():
+    with needs_extra("maps", "maps"):
         import zarr  # noqa: F401
     path = path.absolute()
     identity = request.identity()

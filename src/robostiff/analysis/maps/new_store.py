@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.maps.extra import maps_extra
 from robostiff.analysis.maps.job import MapJob
 from robostiff.analysis.maps.layout import coordinate_arrays, own_coordinates, variable_attributes
 from robostiff.analysis.maps.stored import (
@@ -22,7 +21,7 @@ from robostiff.analysis.maps.stored import (
     read_store,
     sealed,
 )
-from robostiff.errors import InputError
+from robostiff.errors import InputError, needs_extra
 
 _LONGEST = 2**20  # values in a chunk of a coordinate
 _SHRINKS = 20  # how much smaller a map may become on disk
@@ -41,7 +40,7 @@ def create_store(
     InputError
         When something is there already, or its folder is missing.
     """
-    with maps_extra():
+    with needs_extra("maps", "maps"):
         import zarr  # noqa: F401
 
     if not path.parent.is_dir():

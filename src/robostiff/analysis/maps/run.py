@@ -14,10 +14,9 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from robostiff.analysis.maps.extra import maps_extra
 from robostiff.analysis.maps.store import MapStore
 from robostiff.analysis.maps.summary import MapSummary
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, needs_extra
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -131,7 +130,7 @@ def dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
     InputError
         When there is no such scheduler.
     """
-    with maps_extra():
+    with needs_extra("maps", "maps"):
         import dask.config
         from distributed import Client, LocalCluster
     if isinstance(scheduler, Client):

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.analysis.maps.extra import maps_extra
-from robostiff.errors import InputError
+from robostiff.errors import InputError, needs_extra
 from robostiff.io.map_files import hdf5_trial
 from robostiff.io.whole_file import whole_file
 
@@ -104,7 +103,7 @@ def check_netcdf() -> None:
     ------
     InputError
     """
-    with maps_extra():
+    with needs_extra("maps", "maps"):
         import h5netcdf  # noqa: F401
         import h5py  # noqa: F401
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.analysis.maps.variables import status_flags
-from robostiff.errors import InputError
-from robostiff.plot.extra import plot_extra
+from robostiff.errors import InputError, needs_extra
 from robostiff.plot.picture import Cover, PlotAxis, Region
 from robostiff.plot.prefix import prefixed, short
 
@@ -206,7 +205,7 @@ def coordinate_axis(found: xarray.Dataset, name: str) -> PlotAxis:
 
 
 def _check_map(found: Any) -> None:
-    with plot_extra():
+    with needs_extra("plots", "plot"):
         import xarray
     if not isinstance(found, xarray.Dataset) or not {"rank", "status"} <= set(found.data_vars):
         raise InputError(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from robostiff.plot.extra import plot_extra
+from robostiff.errors import needs_extra
 from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
 from robostiff.plot.picture.charts import with_words
 from robostiff.plot.theme import Theme
@@ -51,7 +51,7 @@ class Matplotlib:
         InputError
             When Matplotlib is missing, or the axes given do not suit the picture.
         """
-        with plot_extra():
+        with needs_extra("plots", "plot"):
             import matplotlib as mpl
 
         from robostiff.plot.on_matplotlib import charts, scene

@@ -16,10 +16,9 @@ from robostiff.plot.on_matplotlib.canvas import (
     legend_below,
     norm,
 )
-from robostiff.plot.picture import Bands, Bars, Cover, Field, Matrix, Panel
+from robostiff.plot.picture import Bands, Bars, Cover, Field, Matrix, Panel, RegionStyle
 from robostiff.plot.picture.paint import colour_of
 from robostiff.plot.prefix import short
-from robostiff.plot.region_style import RegionStyle, region_style
 
 _NAMES = 0.5  # inches
 _ROOM = 0.32  # of the longest bar, for what is written behind it
@@ -189,7 +188,7 @@ def draw_bands(picture: Bands, canvas: Canvas) -> Axes:
         ax.tick_params(labelbottom=False)
         start = np.zeros(len(x))
         for region in picture.left_out:
-            look = patch_look(region_style(region, palette))
+            look = patch_look(region.style(palette))
             top = start + 100 * region.where
             lowest.fill_between(x, start, top, **look)
             handles.append(Patch(**look))
@@ -218,7 +217,7 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
     )
     handles, labels = [], []
     for region in picture.regions:
-        style = region_style(region, palette)
+        style = region.style(palette)
         ax.add_patch(region_patch(x_edges, y_edges, region.where, style))
         key = style
         if region.cover is Cover.OVER:  # white lines want a ground in the legend

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from robostiff.plot.extra import plot_extra
+from robostiff.errors import needs_extra
 from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
 from robostiff.plot.picture.charts import with_words
 from robostiff.plot.theme import Theme
@@ -40,7 +40,7 @@ class Plotly:
         InputError
             When Plotly is missing.
         """
-        with plot_extra():
+        with needs_extra("plots", "plot"):
             import plotly.graph_objects  # noqa: F401
 
         from robostiff.plot.on_plotly import charts, scene

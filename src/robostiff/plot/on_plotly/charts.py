@@ -11,7 +11,6 @@ from robostiff.plot.on_plotly.layout import colour_bar, colour_scale, figure
 from robostiff.plot.picture import Bands, Bars, Cover, Field, Matrix, Panel, Region
 from robostiff.plot.picture.paint import colour_of
 from robostiff.plot.prefix import short
-from robostiff.plot.region_style import region_style
 from robostiff.plot.theme import Palette
 
 _STRIP, _VALUES = (0.0, 0.16), (0.26, 1.0)  # of the height
@@ -33,7 +32,7 @@ def draw_bands(picture: Bands, palette: Palette) -> go.Figure:
         go.Scatter(x=x, y=median, mode="lines+markers", line=line, name="median", showlegend=True)
     )
     for region in picture.left_out:
-        style = region_style(region, palette)
+        style = region.style(palette)
         traces.append(
             go.Scatter(
                 x=x,
@@ -201,7 +200,7 @@ def draw_field(picture: Field, palette: Palette) -> go.Figure:
 
 def _region(region: Region, x: np.ndarray, y: np.ndarray, palette: Palette) -> list[Any]:
     """Cells of one colour, or marks over values; and a name in the legend."""
-    style = region_style(region, palette)
+    style = region.style(palette)
     if region.cover is Cover.OVER:
         rows, columns = np.nonzero(region.where)
         # dark on light, visible on every value

@@ -11,6 +11,7 @@ from robostiff.plot.picture.charts import (
     Percentile,
     QuarterUnit,
     Region,
+    RegionStyle,
     Series,
 )
 from robostiff.plot.picture.paint import Category, ColourScale, Paint, PlainColour, PlotAxis, Ramp
@@ -53,6 +54,7 @@ __all__ = [
     "QuarterUnit",
     "Ramp",
     "Region",
+    "RegionStyle",
     "Scene",
     "Series",
     "Shape",

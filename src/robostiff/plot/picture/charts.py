@@ -11,6 +11,7 @@ import numpy as np
 
 from robostiff.errors import printable
 from robostiff.plot.picture.paint import ColourScale, Paint, PlotAxis
+from robostiff.plot.theme import Palette
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,22 @@ class Cover(Enum):
     OVER = "hatched over values"
 
 
+# Looks of regions, by their order: a category of the palette, or a part of grey on the ground.
+_TINTS = (None, None, None, 5, 3, 2, 1, None, None, None)
+_GREY = (0.35, 0.15, 0.55, 0.0, 0.0, 0.0, 0.0, 0.2, 0.0, 0.0)
+_HATCHES = ("--", "..", "////", "++", "||", "\\\\\\\\", "xxxx", "oo", "\\\\", "...")
+_TINT = 0.38
+
+
+@dataclass(frozen=True)
+class RegionStyle:
+    """Fill #rrggbb, none over values; hatching as Matplotlib writes it, and its colour."""
+
+    fill: str | None
+    hatch: str
+    line: str
+
+
 @dataclass(frozen=True)
 class Region:
     """Poses that are marked, such as unreachable ones.
@@ -103,6 +120,18 @@ class Region:
     where: np.ndarray
     cover: Cover
     order: int
+
+    def style(self, palette: Palette) -> RegionStyle:
+        """Its look: the same for the same reason, in every picture."""
+        hatch = _HATCHES[self.order]
+        if self.cover is Cover.OVER:
+            return RegionStyle(None, hatch, palette.ground)
+        tint = _TINTS[self.order]
+        if tint is None:
+            fill = palette.along((palette.ground, palette.faint), _GREY[self.order])
+            return RegionStyle(fill, hatch, palette.muted)
+        colour = palette.categories[tint]
+        return RegionStyle(palette.along((palette.ground, colour), _TINT), hatch, colour)
 
 
 @dataclass(frozen=True)
