@@ -15,6 +15,9 @@ from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.compiled import MachineCode, machine_code_is_available
 from robostiff.elastostatics import CartesianStiffness
 from robostiff.kinematics import posture_finder
+from robostiff.model import Chain, Leg, Passive, beam_link, prismatic, spherical, universal
+from robostiff.spatial import Frame
+from tests.generators.elements import ROD, STEEL, shift_by
 from tests.generators.kernel_robots import thin_legs
 
 # Closed forms, closure by iteration, a loop inside a leg, free motions, a plane, arms by joints.
@@ -281,3 +284,20 @@ def test_a_robot_without_a_trusted_record_keeps_the_careful_form(
     found = rs.stiffness(robot)
     assert asked_of_careful_form == [1]
     assert found.status == careful_stiffness(robot).status
+
+
+def test_a_leg_that_transmits_nothing_has_a_record(recorded_at_once):
+    """Six passive freedoms leave no wrench: K is zero, of rank 0, by the record as well."""
+    freedoms = (
+        universal([0, 1, 0], [0, 0, 1], Passive(), name="u"),
+        prismatic([1, 0, 0], Passive(), name="p"),
+        beam_link([0.4, 0, 0], STEEL, ROD),
+        spherical(Passive(), name="s"),
+    )
+    leg = Leg("leg", Frame.identity(), Chain(freedoms), Frame.identity())
+    robot = rs.Robot("loose", (leg,), home=shift_by(0.4, 0, 0))
+    poses = np.array([[0.4, 0, 0, 0, 0, 0], [0.45, 0.02, 0.03, 0.1, 0, 0.2]])
+    assert rs.compile(robot, backend=rs.Backend.ARRAYS).evaluate(poses).rank.tolist() == [0, 0]
+    found = rs.stiffness(robot, poses)
+    assert not found.K.any()
+    assert not found.about_reference.matrix.any()  # the careful form, which must agree

@@ -15,6 +15,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="all when none is named")
     parser.add_argument("--count", type=int)
+    parser.add_argument("--first", type=int, default=0, help="number of the first robot")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2, help="of the robots")
     given = parser.parse_args()
@@ -22,7 +23,8 @@ def main() -> int:
     for part in given.parts or PARTS:
         print(f"== {part}, seed {given.seed}", flush=True)
         module = import_module(f"tests.campaign.{part}")
-        more = {"processes": given.processes} if part == "robots" else {}
+        is_robots = part == "robots"
+        more = {"processes": given.processes, "first": given.first} if is_robots else {}
         failed += module.run(given.count or COUNTS[part], given.seed, **more)
     return 1 if failed else 0
 

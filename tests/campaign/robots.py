@@ -1,6 +1,7 @@
 """Random robots through every way: run, shrink what fails, save it.
 
     python -m tests.campaign.robots --count 300 --seed 1
+    python -m tests.campaign.robots --count 500 --first 1500 --seed 1
     python -m tests.campaign.robots --seed 1 --only 17
 
 Robot i of a run is made from (seed, i) alone.
@@ -150,10 +151,13 @@ def _keep(
     (folder / f"{name}.txt").write_text("\n".join(lines) + "\n")
 
 
-def run(count: int, seed: int, processes: int = 1, folder: Path | None = FOLDER) -> int:
-    """Run robots 0 to `count` - 1 of a seed, print what came, and give the number that failed."""
+def run(
+    count: int, seed: int, processes: int = 1, folder: Path | None = FOLDER, first: int = 0
+) -> int:
+    """Run `count` robots of a seed from `first` on, print what came, and give how many failed."""
     began, total = time.perf_counter(), Tally()
-    parts = [range(i, min(i + _CHUNK, count)) for i in range(0, count, _CHUNK)]
+    end = first + count
+    parts = [range(i, min(i + _CHUNK, end)) for i in range(first, end, _CHUNK)]
     if processes == 1:
         for part in parts:
             total.add(run_part(seed, part, folder))
@@ -189,11 +193,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=20000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="number of the first robot")
     parser.add_argument("--only", type=int, help="one robot of the run, in full")
     parser.add_argument("--folder", type=Path, default=FOLDER)
     given = parser.parse_args(arguments)
     if given.only is None:
-        return 1 if run(given.count, given.seed, given.processes, given.folder) else 0
+        failed = run(given.count, given.seed, given.processes, given.folder, given.first)
+        return 1 if failed else 0
     kind, robot, complaints, taken = trial(given.seed, given.only)
     print(json.dumps({"kind": kind, "ways": taken}))
     print(robot if not isinstance(robot, dict) else "\n".join(robot.values()))
