@@ -79,6 +79,8 @@ _HOMES = {
     "robostiff.model": (
         "Actuated",
         "Chain",
+        "DHConvention",
+        "DHRow",
         "Elbow",
         "Leg",
         "Link",
@@ -95,6 +97,7 @@ _HOMES = {
         "planar",
         "prismatic",
         "revolute",
+        "serial_arm",
         "spherical",
         "universal",
     ),

@@ -80,6 +80,8 @@ from robostiff.kinematics import find_posture as find_posture
 from robostiff.kinematics import postures as postures
 from robostiff.model import Actuated as Actuated
 from robostiff.model import Chain as Chain
+from robostiff.model import DHConvention as DHConvention
+from robostiff.model import DHRow as DHRow
 from robostiff.model import Elbow as Elbow
 from robostiff.model import Leg as Leg
 from robostiff.model import Link as Link
@@ -96,6 +98,7 @@ from robostiff.model import helical as helical
 from robostiff.model import planar as planar
 from robostiff.model import prismatic as prismatic
 from robostiff.model import revolute as revolute
+from robostiff.model import serial_arm as serial_arm
 from robostiff.model import spherical as spherical
 from robostiff.model import universal as universal
 from robostiff.model.cable import Cable as Cable

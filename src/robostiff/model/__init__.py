@@ -29,6 +29,7 @@ from robostiff.model.joint import (
 from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam
 from robostiff.model.parallel_block import Branch, ParallelBlock, parallelogram
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
+from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
 from robostiff.model.snapshot import (
     PlacedBlock,
     PlacedElement,
@@ -44,6 +45,8 @@ __all__ = [
     "Branch",
     "Chain",
     "Coordinate",
+    "DHConvention",
+    "DHRow",
     "Elbow",
     "Element",
     "FlexiblePlatform",
@@ -78,6 +81,7 @@ __all__ = [
     "prismatic",
     "revolute",
     "rigid_member",
+    "serial_arm",
     "spherical",
     "universal",
     "with_entries",

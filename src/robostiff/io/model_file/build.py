@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from robostiff.io.document import Document
 from robostiff.io.expression import exact_mathematics
+from robostiff.io.model_file.build_arm import build_arm
 from robostiff.io.model_file.build_chain import build_legs
 from robostiff.io.model_file.build_platform import attached, build_platform, check_platform
 from robostiff.io.model_file.geometry import point, transform
@@ -18,6 +19,7 @@ from robostiff.io.model_file.symbols import (
     symbolic_values,
 )
 from robostiff.io.model_file.verify import verified
+from robostiff.io.model_file.written_arm import WrittenArm
 from robostiff.io.model_file.written_robot import WrittenRobot
 from robostiff.model import ALL_COORDINATES, Coordinate, Robot
 from robostiff.spatial import Space
@@ -27,7 +29,7 @@ _PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
 def build_robot(
     document: Document,
-    written: WrittenRobot,
+    written: WrittenRobot | WrittenArm,
     overrides: Mapping[str, str | float],
     symbols: Symbols = (),
 ) -> Robot:
@@ -51,12 +53,15 @@ def build_robot(
 
 
 def _assembled(
-    top: Place, written: WrittenRobot, holds: Sequence[str] = ()
+    top: Place, written: WrittenRobot | WrittenArm, holds: Sequence[str] = ()
 ) -> tuple[Robot, list[Place]]:
     """The robot that is written, not yet verified, and the places of its legs.
 
     Nodes that hold the legs are found with numbers before formulas are built.
     """
+    if isinstance(written, WrittenArm):
+        coordinates = _coordinates(top / "coordinates", written)
+        return build_arm(top, written, coordinates), [top / "dh"]
     stock = Stock.of_file(top, written.materials, written.sections)
     here = top / "platform"
     platform = build_platform(here, written.platform, stock)
@@ -84,7 +89,7 @@ def _assembled(
     return robot, [place for place, _ in legs]
 
 
-def _coordinates(place: Place, written: WrittenRobot) -> tuple[Coordinate, ...]:
+def _coordinates(place: Place, written: WrittenRobot | WrittenArm) -> tuple[Coordinate, ...]:
     if written.coordinates is None:
         if written.home is None:
             return ()  # a serial arm, posed by its joints

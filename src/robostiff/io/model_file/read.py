@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 from robostiff.errors import FileError
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.build import build_robot
+from robostiff.io.model_file.build_arm import has_table
 from robostiff.io.model_file.symbols import Symbols
+from robostiff.io.model_file.written_arm import WrittenArm
 from robostiff.io.model_file.written_robot import VERSION, WrittenRobot
 from robostiff.io.validation import validate
 
@@ -98,7 +100,8 @@ def model_from_document(
     array([0.4, 0. , 0. ])
     """
     _check_version(document)
-    return build_robot(document, validate(WrittenRobot, document), parameters or {}, symbols)
+    written = validate(WrittenArm if has_table(document) else WrittenRobot, document)
+    return build_robot(document, written, parameters or {}, symbols)
 
 
 def _check_version(document: Document) -> None:

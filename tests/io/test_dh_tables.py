@@ -1,0 +1,160 @@
+"""Tables of Denavit and Hartenberg in model files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+import robostiff as rs
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
+from robostiff.io.snapshot import snapshot_from_document, snapshot_to_data
+from robostiff.kinematics import posture_finder
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "ur5-dh.yaml"
+
+ARM = """
+robostiff: 1
+name: arm
+source: an example
+parameters: {l: 500 mm, k: 2e4 N m/rad}
+dh:
+  convention: modified
+  base: {at: [0, 0, 1 m]}
+  joints:
+    - {d: 400 mm, stiffness: k, limits: [-170 deg, 170 deg]}
+    - {name: shoulder, alpha: -90 deg, theta: -90 deg, stiffness: k, home: 20 deg}
+    - {a: l, stiffness: k, home: 45 deg}
+    - {type: prismatic, alpha: 90 deg, d: 100 mm, stiffness: 1e7 N/m, home: 50 mm}
+  tool: {at: [0, 0, 80 mm], turn: [{y: 30 deg}]}
+reference_point: [0, 0, 10 mm]
+"""
+
+
+def read(text: str, **more):
+    return model_from_document(parse_document(text, "arm.yaml"), **more)
+
+
+def refused(old: str, new: str) -> str:
+    assert old in ARM
+    with pytest.raises(rs.FileError) as caught:
+        read(ARM.replace(old, new))
+    return str(caught.value)
+
+
+def test_example_is_the_one_of_the_page():
+    page = EXAMPLE.parents[1] / "docs" / "model-files.md"
+    assert f"```yaml\n{EXAMPLE.read_text(encoding='utf-8')}```" in page.read_text(encoding="utf-8")
+
+
+def test_file_is_the_arm_that_python_makes():
+    rows = [
+        rs.DHRow(d=0.4),
+        rs.DHRow(alpha=-np.pi / 2, theta=-np.pi / 2, name="shoulder"),
+        rs.DHRow(a=0.5),
+        rs.DHRow(alpha=np.pi / 2, d=0.1, slides=True),
+    ]
+    own = rs.serial_arm(
+        rows,
+        convention=rs.DHConvention.MODIFIED,
+        joint_stiffness=[2e4, 2e4, 2e4, 1e7],
+        limits=[(-np.radians(170), np.radians(170)), None, None, None],
+        home=[0, np.radians(20), np.radians(45), 0.05],
+        base=rs.Frame(np.eye(3), np.array([0, 0, 1])),
+        tool=RigidTransform.from_components(
+            [0, 0, 0.08], Rotation.from_rotvec([0, np.radians(30), 0])
+        ),
+    )
+    found = read(ARM)
+    (leg,), (other,) = found.legs, own.legs
+    assert leg.chain.coordinate_names == ("joint1", "shoulder", "joint3", "joint4")
+    assert leg.chain.roles == other.chain.roles
+    assert leg.chain.home.tolist() == other.chain.home.tolist()
+    assert found.reference_point.tolist() == [0, 0, 0.01]
+    at = rs.stiffness(found).reference_point
+    np.testing.assert_allclose(
+        rs.compliance(found), rs.compliance(own, at=at), rtol=1e-12, atol=1e-18
+    )
+
+
+def test_other_values_of_parameters_and_symbols():
+    longer = read(ARM, parameters={"l": "700 mm"})
+    moved = rs.stiffness(longer).pose - rs.stiffness(read(ARM)).pose
+    assert np.linalg.norm(moved) == pytest.approx(0.2)
+    robot = read(ARM, symbols=("l", "k"))
+    assert [str(symbol) for symbol in robot.symbols] == ["k", "l"]
+    assert robot.nominal == {"l": 0.5, "k": 2e4}
+    np.testing.assert_allclose(
+        rs.compliance(robot.numeric), rs.compliance(read(ARM)), rtol=1e-12, atol=1e-18
+    )
+
+
+def test_snapshot_of_an_arm_is_read_again():
+    robot = rs.load(EXAMPLE)
+    data = snapshot_to_data(posture_finder(robot).find(None).snapshot)
+    again = snapshot_from_document(parse_document(json.dumps(data)))
+    np.testing.assert_allclose(rs.stiffness(again).K, rs.stiffness(robot).K, rtol=1e-9, atol=1e-6)
+
+
+SIDE = """
+robostiff: 1
+source: the stiffnesses of the example
+tool: {link: tool0}
+joints:
+  wrist_*: {stiffness: 4e3 N m/rad}
+  "*": {stiffness: 2e4 N m/rad}
+"""
+
+
+def test_published_arm_in_ten_lines_is_that_of_its_urdf(tmp_path):
+    """In ROS the base of a UR5 is turned by half a turn about z."""
+    side = tmp_path / "ur5.stiffness.yaml"
+    side.write_text(SIDE)
+    table, described = rs.load(EXAMPLE), rs.load(EXAMPLE.with_name("ur5.urdf"), side=side)
+    half = np.diag([-1.0, -1, 1])
+    both = np.kron(np.eye(2), half)
+    for q in np.random.default_rng(3).uniform(-2, 2, (4, 6)):
+        at = rs.JointCoordinates(q)
+        own, other = rs.stiffness(table, at), rs.stiffness(described, at)
+        np.testing.assert_allclose(half @ own.pose[:3], other.pose[:3], atol=1e-12)
+        C, expected = rs.compliance(table, at), rs.compliance(described, at)
+        np.testing.assert_allclose(both @ C @ both, expected, rtol=1e-9, atol=1e-15)
+
+
+def test_table_beside_legs():
+    with pytest.raises(rs.FileError, match=r"arm.yaml:15:1: legs: .*legs beside dh.*one of them"):
+        read(ARM.replace("reference_point:", "legs: []\nreference_point:"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("convention: modified", "convention: craig", "dh.convention: unknown word: got 'craig'"),
+        ("  convention: modified\n", "", "dh.convention: missing key; convention is standard (Rz"),
+        ("alpha: -90 deg", "alfa: -90 deg", "dh.joints[1].alfa: unknown key: expected one of"),
+        ("alpha: -90 deg", "alpha: -90 mm", "dh.joints[1].alpha: angle: got '-90 mm'"),
+        ("a: l,", "a: 500 deg,", "dh.joints[2].a: length: got '500 deg'"),
+        ("stiffness: 1e7 N/m", "stiffness: k", "dh.joints[3].stiffness: translational stiffness"),
+        ("stiffness: 1e7 N/m", "stiffness: 0", "expected a positive one"),
+        ("[-170 deg, 170 deg]", "[170 deg, -170 deg]", "dh.joints[0].limits: limits of the drive"),
+        ("name: shoulder", "name: joint3", "dh: names of the joints"),
+        ("name: arm\n", "name: arm\nhome: {}\n", "home: unknown key"),
+        ("name: arm\n", "name: arm\ncoordinates: [x, x]\n", "coordinates: coordinates: got"),
+    ],
+)
+def test_errors_say_where(old, new, words):
+    message = refused(old, new)
+    assert message.startswith("arm.yaml:")
+    assert words in message
+
+
+def test_rigid_arm():
+    stiff = ARM.replace("stiffness: k, ", "").replace(", stiffness: k", "")
+    with pytest.raises(rs.FileError, match="no compliance at all"):
+        read(
+            stiff.replace("{d: 400 mm, stiffness: k", "{d: 400 mm").replace(
+                ", stiffness: 1e7 N/m", ""
+            )
+        )
