@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result_tables import stiffness_html
@@ -82,6 +83,14 @@ class RobotStiffness:
     def batch_shape(self) -> tuple[int, ...]:
         """Shape of the batch of poses, () for a single one."""
         return self.about_reference.batch_shape
+
+    @property
+    def transform(self) -> RigidTransform | None:
+        """Pose of the platform as a rigid transform, or as a batch of them; None for a snapshot."""
+        if self.pose is None:
+            return None
+        turn = Rotation.from_rotvec(self.pose[..., 3:])
+        return RigidTransform.from_components(self.pose[..., :3], turn)
 
     @property
     def K(self) -> np.ndarray:

@@ -16,13 +16,14 @@ from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Rigid, Robot
-from robostiff.spatial import Space, as_floats
+from robostiff.spatial import Frame, Space, as_floats, holds_quantities
 from robostiff.spatial.batch import poses_side_by_side
 
 FARTHEST = 100.0
 """Lengths and places beyond that are probably meant in another unit [m]."""
 FULL_TURN = 2 * math.pi * (1 + 1e-9)
 """Angles beyond that are probably meant in degrees [rad]."""
+_NO_ROTATION = 1e-6  # by which R^T R of a given matrix may differ from the identity
 _AT_ONCE = 64  # poses whose numbers are compared side by side
 
 
@@ -39,7 +40,7 @@ class JointCoordinates:
     values: ArrayLike
 
 
-Pose = RigidTransform | JointCoordinates | ArrayLike | None
+Pose = RigidTransform | Frame | JointCoordinates | ArrayLike | None
 
 
 @dataclass(frozen=True)
@@ -141,6 +142,8 @@ def platform_pose(robot: Robot, q: np.ndarray) -> RigidTransform:
 def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> PoseRequest:
     """Read a pose: a rigid transform, the coordinates that are free, all six, or none for home.
 
+    A transform may be a matrix (..., 4, 4) or a frame.
+
     The coordinates of home (6,) may be given where they are known.
 
     Raises
@@ -151,6 +154,7 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     home = home_coordinates(robot) if home is None else home
     if pose is None:
         return PoseRequest((), home[None, :], ())
+    pose = _as_transform(robot, pose)
     if isinstance(pose, RigidTransform):
         as_floats(f"pose of {robot.name!r}", pose.as_matrix(), "a rigid transform")
         batch = tuple(int(k) for k in pose.shape)
@@ -189,6 +193,36 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     _question(robot, coordinates, home)
     open_ = tuple(k for k in robot.space.rows if k not in chosen)
     return PoseRequest(batch, coordinates, open_)
+
+
+def _as_transform(robot: Robot, pose: Pose) -> Pose:
+    """The pose as it is; a frame, or matrices (..., 4, 4), as a rigid transform.
+
+    Of a robot with four free coordinates, four rows of four numbers are four poses.
+    """
+    if isinstance(pose, Frame):
+        return pose.rigid_transform
+    if len(robot.coordinates) == 4 or _innermost_sizes(pose) != (4, 4) or holds_quantities(pose):
+        return pose
+    subject, expected = f"pose of {robot.name!r}", "numbers of shape (..., 4, 4)"
+    T = as_floats(subject, pose, expected)
+    R = T[..., :3, :3]
+    error = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
+    if np.any(T[..., 3, :] != (0, 0, 0, 1)) or error > _NO_ROTATION or np.any(np.linalg.det(R) < 0):
+        raise InputError(
+            subject,
+            got=pose,
+            expected="rigid transforms: a rotation, a place [m], and 0 0 0 1 in the last row",
+        )
+    return RigidTransform.from_matrix(T)
+
+
+def _innermost_sizes(pose: Any) -> tuple[int, ...]:
+    """Lengths of the last two axes, of the first entries where they are lists."""
+    sizes: tuple[int, ...] = ()
+    while isinstance(pose, list | tuple) and pose:
+        sizes, pose = (*sizes, len(pose)), pose[0]
+    return (*sizes, *getattr(pose, "shape", ()))[-2:]
 
 
 _HINT = "did you mean JointCoordinates([...])? --joints on the command line"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
@@ -126,21 +127,22 @@ def describe(name: str) -> RobotInfo:
 
 
 def load(
-    name_or_path: str | Path,
+    name_or_path: Any,
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
     side: str | Path | None = None,
     allow_xacro: bool = False,
 ) -> Any:  # which kind of robot it is, the file decides
-    """A robot by its name, or from a model file, a snapshot file or a robot description.
+    """A robot by its name, from a file, or from an object of another program.
 
     Parameters
     ----------
-    name_or_path : str or path
+    name_or_path : str or path, yourdfpy.URDF, mujoco.MjModel or pinocchio.Model
         A name of `shipped_robots`, or a file: a model (YAML with ``robostiff: 1``) or a snapshot
         (JSON or YAML, by legs or as a graph); a robot description (URDF, xacro, MJCF) with a side
-        file; ``-`` for standard input.
+        file; ``-`` for standard input. Or an object of another program that describes a robot,
+        with `side`.
     parameters : mapping of str to (str or float), optional
         Other values for some of the model's parameters, such as ``{"h": "750 mm"}``.
     symbols : iterable of str, or ALL_PARAMETERS
@@ -148,7 +150,7 @@ def load(
         their values.
     side : str or path, optional
         Side file of a robot description; ``arm.stiffness.yaml`` beside
-        ``arm.urdf`` when left out.
+        ``arm.urdf`` when left out. Objects of other programs need it.
     allow_xacro : bool
         Whether a side file may name a xacro under ``robot:``. Xacro runs Python that is written in
         it; a xacro that is named here itself is trusted.
@@ -171,8 +173,14 @@ def load(
     array([r/2, sqrt(3)*r/2, 0], dtype=object)
     """
     from robostiff.io.document import read_document
-    from robostiff.robots import descriptions
+    from robostiff.robots import descriptions, program_objects
 
+    kind = program_objects.kind_of(name_or_path)
+    if kind is not None:
+        if symbols:
+            raise descriptions.refuse_symbols(kind, symbols)
+        return program_objects.load_object(name_or_path, parameters, side=side)
+    _refuse_what_is_no_name(name_or_path)
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in _all_names()
     if not shipped and name != "-" and not Path(name).exists():
@@ -215,6 +223,15 @@ def load(
     return (
         network_from_document(document) if is_graph(document) else snapshot_from_document(document)
     )
+
+
+def _refuse_what_is_no_name(value: Any) -> None:
+    if not isinstance(value, str | os.PathLike):
+        raise InputError(
+            "robot",
+            got=value,
+            expected="a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio",
+        )
 
 
 def _names_in(folder: str) -> tuple[str, ...]:

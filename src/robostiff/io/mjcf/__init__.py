@@ -1,5 +1,5 @@
 """MJCF: robot descriptions of MuJoCo, read by MuJoCo."""
 
-from robostiff.io.mjcf.read import read_mjcf
+from robostiff.io.mjcf.read import read_mjcf, tree_of_mujoco
 
-__all__ = ["read_mjcf"]
+__all__ = ["read_mjcf", "tree_of_mujoco"]

@@ -47,6 +47,11 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
         model = spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         return {"refusal": str(error)}
+    return names_and_arrays(model, driven)
+
+
+def names_and_arrays(model: Any, driven: list[str]) -> dict[str, Any]:
+    """What is read of a compiled model, as plain data."""
     return {
         "name": bytes(model.names).split(b"\0", 1)[0].decode(),
         "driven": driven,

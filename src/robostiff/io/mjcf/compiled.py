@@ -84,7 +84,26 @@ def compiled_model(source: Path | str) -> CompiledModel:
 @lru_cache(maxsize=64)
 def _compiled(text: str, file: str) -> CompiledModel:
     place = Location(file)
-    data = answer_of(_TASK, {"text": text}, place, "MJCF", "MuJoCo")
+    return _from_data(answer_of(_TASK, {"text": text}, place, "MJCF", "MuJoCo"), place)
+
+
+def read_model(model: Any) -> CompiledModel:
+    """Names and arrays of an ``mujoco.MjModel``."""
+    from mujoco import mjtTrn
+
+    from robostiff.io.mjcf.compile_in_child import names_and_arrays
+
+    on_joints = (int(mjtTrn.mjTRN_JOINT), int(mjtTrn.mjTRN_JOINTINPARENT))
+    driven = [
+        model.joint(int(model.actuator_trnid[i, 0])).name
+        for i in range(model.nu)
+        if model.actuator_trntype[i] in on_joints
+    ]
+    data = names_and_arrays(model, sorted(set(driven)))
+    return _from_data(data, Location(f"model of MuJoCo {data['name']!r}"))
+
+
+def _from_data(data: dict[str, Any], place: Location) -> CompiledModel:
     names = {key: data.pop(key) for key in ("bodies", "joints", "sites", "equalities")}
     name, driven = data.pop("name"), frozenset(data.pop("driven"))
     arrays = {key: _array(key, values, place) for key, values in data.items()}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from robostiff.errors import Location
-from robostiff.io.mjcf.compiled import CompiledModel, compiled_model
+from robostiff.io.mjcf.compiled import CompiledModel, compiled_model, read_model
 from robostiff.io.mjcf.loops import ElementNames, frame_of, read_equalities
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
@@ -45,7 +46,22 @@ def read_mjcf(source: Path | str) -> RigidTree:
     InputError
         When mujoco is not installed.
     """
-    model = compiled_model(source)
+    return _tree(compiled_model(source), source)
+
+
+def tree_of_mujoco(model: Any) -> RigidTree:
+    """The tree of an ``mujoco.MjModel``, as `read_mjcf` makes it of a file.
+
+    Raises
+    ------
+    FileError
+        When it holds what has no counterpart here.
+    """
+    read = read_model(model)
+    return _tree(read, f"model of MuJoCo {read.name!r}")
+
+
+def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
     names = ElementNames(model)
     loops, mimics = read_equalities(model, names, str(source))
     joints: list[TreeJoint] = []

@@ -1,0 +1,119 @@
+"""From a model of Pinocchio to a tree of rigid links."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import FileError, Location
+from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
+from robostiff.io.suggest import Words
+from robostiff.model import Actuated, Passive
+from robostiff.spatial import Frame
+
+_TYPES = (
+    (r"R(UB)?[XYZ]|Revolute(Unbounded)?Unaligned", JointType.REVOLUTE),
+    (r"P[XYZ]|PrismaticUnaligned", JointType.PRISMATIC),
+    (r"Spherical", JointType.SPHERICAL),
+    (r"Planar", JointType.PLANAR),
+    (r"FreeFlyer", JointType.FLOATING),
+)
+_FARTHEST = 1e30  # beyond that a limit stands for none
+
+
+def tree_of_pinocchio(model: Any) -> RigidTree:
+    """The tree of a ``pinocchio.Model``: a link for each joint, and for each frame of a body.
+
+    Pinocchio merges links that are fixed to each other. A joint's link has the name of the body
+    whose frame is the joint's own; other bodies are fixed to it.
+
+    Parameters
+    ----------
+    model : pinocchio.Model
+
+    Raises
+    ------
+    FileError
+        For joints that have no counterpart here, such as composite ones.
+    """
+    file = f"model of Pinocchio {model.name!r}"
+    bodies = [frame for frame in model.frames if "BODY" in str(frame.type)]
+    links = [_own_link(model, bodies, joint) for joint in range(model.njoints)]
+    subspaces = _subspaces(model)
+    joints = [
+        _joint(model, joint, links, subspaces[joint], file) for joint in range(1, model.njoints)
+    ]
+    for body in bodies:
+        if body.name not in links:
+            parent, frame = links[body.parentJoint], _frame(body.placement)
+            own = f"{body.name} on {parent}"
+            joints.append(TreeJoint(own, JointType.FIXED, parent, body.name, frame, np.zeros(3)))
+    names = (links[0], *(joint.child for joint in joints))
+    return RigidTree(model.name, file, names, tuple(joints))
+
+
+def _own_link(model: Any, bodies: list[Any], joint: int) -> str:
+    for body in bodies:
+        if body.parentJoint == joint and body.placement.isIdentity(1e-12):
+            return body.name
+    return f"link of {model.names[joint]}" if joint else "universe"
+
+
+def _subspaces(model: Any) -> list[np.ndarray]:
+    """Columns (6, n) of each joint at the neutral configuration: translation, rotation."""
+    pinocchio: Any = import_module("pinocchio")
+    data = model.createData()
+    pinocchio.forwardKinematics(model, data, pinocchio.neutral(model))
+    return [np.zeros((6, 0)), *(np.array(own.S).reshape(6, -1) for own in list(data.joints)[1:])]
+
+
+def _joint(model: Any, joint: int, links: list[str], columns: np.ndarray, file: str) -> TreeJoint:
+    name, kind = model.names[joint], _kind(model, joint, file)
+    axis = np.zeros(3)
+    if kind is JointType.REVOLUTE:
+        axis = columns[3:, 0]
+    elif kind is JointType.PRISMATIC:
+        axis = columns[:3, 0]
+    elif kind is JointType.PLANAR:
+        axis = np.array([0.0, 0.0, 1.0])
+    driven = kind in (JointType.REVOLUTE, JointType.PRISMATIC)
+    return TreeJoint(
+        name=name,
+        type=kind,
+        parent=links[model.parents[joint]],
+        child=links[joint],
+        before=_frame(model.jointPlacements[joint]),
+        axis=axis,
+        role=Actuated(limits=_limits(model, joint)) if driven else Passive(),
+    )
+
+
+def _kind(model: Any, joint: int, file: str) -> JointType:
+    own = model.joints[joint].shortname().removeprefix("JointModel")
+    for pattern, kind in _TYPES:
+        if re.fullmatch(pattern, own):
+            return kind
+    raise FileError(
+        Location(file),
+        f"joint {model.names[joint]!r}",
+        got=Words(own),
+        expected="a revolute, prismatic, spherical, planar or free-flying joint",
+        hint="write it as several joints, one after the other",
+    )
+
+
+def _limits(model: Any, joint: int) -> tuple[float, float] | None:
+    own = model.joints[joint]
+    if own.nq != 1:
+        return None  # a joint that turns without end
+    low = float(model.lowerPositionLimit[own.idx_q])
+    high = float(model.upperPositionLimit[own.idx_q])
+    bounded = low < high and max(abs(low), abs(high)) < _FARTHEST
+    return (low, high) if bounded else None
+
+
+def _frame(placement: Any) -> Frame:
+    return Frame(np.array(placement.rotation), np.array(placement.translation))

@@ -1,0 +1,145 @@
+"""Objects of other programs are the robots of their files."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SIDE = EXAMPLES / "ur5.stiffness.yaml"
+
+
+def urdf_of_yourdfpy():
+    yourdfpy = pytest.importorskip("yourdfpy")
+    file = EXAMPLES / "ur5.urdf"
+    return yourdfpy.URDF.load(file, build_scene_graph=False, load_meshes=False)
+
+
+def model_of_pinocchio():
+    pinocchio = pytest.importorskip("pinocchio")
+    return pinocchio.buildModelFromUrdf(str(EXAMPLES / "ur5.urdf"))
+
+
+def model_of_mujoco(text: str):
+    mujoco = pytest.importorskip("mujoco")
+    spec = mujoco.MjSpec.from_string(text)
+    spec.compiler.boundmass = spec.compiler.boundinertia = 1.0  # bodies of the example have none
+    return spec.compile()
+
+
+@pytest.mark.parametrize("make", [urdf_of_yourdfpy, model_of_pinocchio])
+def test_urdf_as_an_object(make):
+    from_file = rs.load(EXAMPLES / "ur5.urdf")
+    robot = rs.load(make(), side=SIDE)
+    assert robot.name == "ur5"
+    assert robot.legs[0].chain.coordinate_names == from_file.legs[0].chain.coordinate_names
+    assert robot.legs[0].chain.roles == from_file.legs[0].chain.roles
+    for q in np.random.default_rng(5).uniform(-2, 2, (3, 6)):
+        at = rs.JointCoordinates(q)
+        own, expected = rs.stiffness(robot, at), rs.stiffness(from_file, at)
+        np.testing.assert_allclose(own.pose, expected.pose, atol=1e-12)
+        np.testing.assert_allclose(own.compliance, expected.compliance, rtol=1e-9, atol=1e-16)
+
+
+def test_mujoco_model_with_loops():
+    file = EXAMPLES / "four-bar.xml"
+    robot = rs.load(model_of_mujoco(file.read_text()), side=EXAMPLES / "four-bar.stiffness.yaml")
+    np.testing.assert_allclose(rs.stiffness(robot).K, rs.stiffness(rs.load(file)).K, rtol=1e-12)
+
+
+ARM = """
+<mujoco model="arm">
+  <worldbody>
+    <body name="upper" pos="0 0 0.3">
+      <joint name="shoulder" axis="0 1 0" range="-90 90" limited="true"/>
+      <body name="fore" pos="0.4 0 0">
+        <joint name="slide" type="slide" axis="1 0 0" ref="0.1"/>
+        <site name="tip" pos="0.3 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="shoulder"/><position joint="slide"/></actuator>
+</mujoco>
+"""
+ARM_SIDE = """
+robostiff: 1
+source: an example
+tool: {link: tip}
+joints: {shoulder: {stiffness: 1e4 N m/rad}, slide: {stiffness: 1e6 N/m}}
+"""
+
+
+def test_mujoco_model_of_an_arm(tmp_path):
+    side, file = tmp_path / "arm.stiffness.yaml", tmp_path / "arm.xml"
+    side.write_text(ARM_SIDE)
+    file.write_text(ARM)
+    robot, expected = rs.load(model_of_mujoco(ARM), side=side), rs.load(file)
+    assert robot.legs[0].chain.roles == expected.legs[0].chain.roles
+    at = rs.JointCoordinates([0.3, 0.2])
+    # A shoulder of 1e4 N m/rad, 0.4 + 0.2 - 0.1 + 0.3 m away from the tip.
+    across = rs.compliance(robot, at)[4, 4], rs.compliance(expected, at)[4, 4]
+    assert across == pytest.approx((1e-4, 1e-4))
+    reach = np.hypot(rs.compliance(robot, at)[0, 4], rs.compliance(robot, at)[2, 4]) / 1e-4
+    assert reach == pytest.approx(0.8)
+
+
+def test_pinocchio_joints_of_all_kinds(tmp_path):
+    pin = pytest.importorskip("pinocchio")
+    model = pin.Model()
+    model.name = "arm"
+    axis = np.array([0.6, 0, 0.8])
+    placed = pin.SE3(np.eye(3), np.array([0, 0, 0.5]))
+    joint = 0
+    for name, own in (
+        ("turn", pin.JointModelRevoluteUnaligned(axis)),
+        ("slide", pin.JointModelPY()),
+        ("endless", pin.JointModelRUBX()),
+    ):
+        joint = model.addJoint(joint, own, placed, name)
+        before = model.addJointFrame(joint)
+        model.addBodyFrame(f"after {name}", joint, pin.SE3.Identity(), before)
+    model.addBodyFrame("tip", joint, pin.SE3(np.eye(3), np.array([0.2, 0, 0])), before)
+    side = tmp_path / "side.yaml"
+    side.write_text(
+        "robostiff: 1\nsource: an example\ntool: {link: tip}\njoints:\n"
+        "  slide: {stiffness: 1e6 N/m}\n  '*': {stiffness: 1e4 N m/rad}\n"
+    )
+    robot = rs.load(model, side=side)
+    q = [0.4, 0.1, -0.7]
+    data = model.createData()
+    at = np.array([0.4, 0.1, np.cos(-0.7), np.sin(-0.7)])
+    pin.forwardKinematics(model, data, at)
+    pin.updateFramePlacements(model, data)
+    J = pin.computeFrameJacobian(
+        model, data, at, model.getFrameId("tip"), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    )
+    C = J @ np.diag([1e-4, 1e-6, 1e-4]) @ J.T
+    np.testing.assert_allclose(
+        rs.compliance(robot, rs.JointCoordinates(q)), C, rtol=1e-9, atol=1e-15
+    )
+
+
+def test_pinocchio_joint_without_counterpart():
+    pin = pytest.importorskip("pinocchio")
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelTranslation(), pin.SE3.Identity(), "table")
+    with pytest.raises(rs.FileError, match="joint 'table': got Translation, expected a rev"):
+        rs.load(model, side=SIDE)
+
+
+def test_objects_need_a_side_file():
+    with pytest.raises(rs.InputError, match="a URDF of yourdfpy: got no side file, expected side="):
+        rs.load(urdf_of_yourdfpy())
+
+
+def test_objects_have_no_symbols():
+    with pytest.raises(rs.InputError, match="the dimensions of a robot description are decimals"):
+        rs.load(urdf_of_yourdfpy(), side=SIDE, symbols=("a",))
+
+
+@pytest.mark.parametrize("value", [3, None, np.eye(4), {"legs": []}])
+def test_other_objects(value):
+    with pytest.raises(rs.InputError, match="a name, a path, or an object of yourdfpy"):
+        rs.load(value)
