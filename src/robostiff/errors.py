@@ -185,6 +185,10 @@ class NoAnswerError(RobostiffError):
     """A result has no such quantity; the message gives status and advice."""
 
 
+class TooFewDigitsError(NoAnswerError):
+    """A method has an answer, of which rounding leaves too few digits."""
+
+
 class DisagreementError(RobostiffError):
     """Two methods of robostiff disagree: one of them is wrong, and neither result is returned.
 

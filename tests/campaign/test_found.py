@@ -11,7 +11,11 @@ from tests.campaign import ways
 FOUND = Path(__file__).parent / "found"
 #: What went wrong there: the robot, and the ways that were.
 ROBOTS = {
+    "aligned-but-for-the-tolerance": ("compliance",),
+    "digits-of-the-input": ("compliance",),
+    "doubtful-energy": ("energy", "verify"),
     "drives-29-default": ("energy",),
+    "energy-of-soft-motions": ("energy", "verify"),
     "extent-of-rounding": ("batch", "network", "energy", "millimetres"),
     "far-frame": ("frame", "millimetres", "saddle-point"),
     "nothing-held": ("block", "recursive", "verify"),

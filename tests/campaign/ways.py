@@ -13,7 +13,7 @@ import numpy as np
 import robostiff as rs
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Form, Status, Tolerance
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, TooFewDigitsError
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import network_from_document, network_to_data, snapshot_from_document
 from robostiff.io.snapshot.write import snapshot_to_data
@@ -26,6 +26,7 @@ from tests.campaign.reference import Reference, _extent, reference
 from tests.generators.chains import random_rotation
 
 _FAR = 30.0  # lengths of the robot: less costs a digit or two
+_NEIGHBOURS, _SEED = 6, 7  # of a robot, by rounding
 
 
 def answer_of(way: str, ask: Callable[[], Any]) -> Answer:
@@ -58,16 +59,19 @@ def _network(snapshot: Snapshot, rng: np.random.Generator) -> Any:
 
 
 def _energy(snapshot: Snapshot, rng: np.random.Generator) -> Any:
+    # It has no status of its own: a robot in doubt is in doubt by energy too, also whether it is
+    # rigid in some direction.
+    status = rs.stiffness(snapshot).status
+    nothing_to_compare = Answer("energy", None, Status.FORM_DOES_NOT_HOLD)
     try:
         K = energy_stiffness(network_of_snapshot(snapshot), Tolerance())
+    except TooFewDigitsError:
+        return nothing_to_compare
     except NoAnswerError:
-        rigid = rs.stiffness(snapshot).status & Status.RIGID_DIRECTION
-        if rigid:
-            return Answer("energy", None, Status.FORM_DOES_NOT_HOLD)
+        if status & (Status.RIGID_DIRECTION | Status.ILL_CONDITIONED):
+            return nothing_to_compare
         return Answer("energy", error="NoAnswerError: no energy, and no rigid direction")
-    # It has no status of its own: a robot in doubt is in doubt by energy too.
-    doubt = rs.stiffness(snapshot).status & Status.ILL_CONDITIONED
-    return Answer("energy", None if doubt else K)
+    return nothing_to_compare if status & Status.ILL_CONDITIONED else Answer("energy", K)
 
 
 def written(snapshot: Snapshot) -> str:
@@ -281,7 +285,7 @@ def judged(
     if truth == "compute":
         truth = None if snapshot.platform else reference(snapshot)
     assert not isinstance(truth, str)
-    judge = Judge(truth, size, has_blocks)
+    judge = Judge(truth, size, has_blocks, lambda: _neighbours(snapshot))
     default = answer_of("default", lambda: rs.stiffness(snapshot))
     judge.hear(default, None)
     taken = ["default"] if truth is None else ["default", "reference"]
@@ -293,6 +297,22 @@ def judged(
         answer = replace(answer_of(way.name, lambda w=way, r=rng: w.ask(snapshot, r)), way=way.name)
         judge.hear(answer, default)
     return judge, taken
+
+
+def _neighbours(snapshot: Snapshot) -> list[Reference]:
+    """Exact answers of robots whose coordinates differ by one unit in the last place."""
+    rng = np.random.default_rng(_SEED)
+
+    def rounded(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
+        def anew(x: np.ndarray) -> np.ndarray:
+            return x + np.spacing(np.abs(x)) * rng.choice([-1.0, 1.0], np.shape(x))
+
+        if isinstance(part, PlacedSpring):
+            return replace(part, point=anew(part.point), rotation=anew(part.rotation))
+        return replace(part, point=anew(part.point), axis=anew(part.axis))
+
+    found = [reference(with_parts(snapshot, rounded)) for _ in range(_NEIGHBOURS)]
+    return [one for one in found if one is not None]
 
 
 def random_frame(rng: np.random.Generator, space: Space) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from robostiff.elastostatics import (
     Status,
     Tolerance,
 )
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, TooFewDigitsError
 from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
@@ -216,14 +216,14 @@ def _compared(reference: RobotStiffness, other: RobotStiffness, agreement: float
         reason = other.about_reference.reason
         return Comparison(name, Outcome.DOES_NOT_HOLD, None, None, reason)
     rigid, other_rigid = (Status.RIGID_DIRECTION in r.status for r in (reference, other))
+    doubtful = Status.ILL_CONDITIONED in other.status | reference.status
+    differs = Outcome.DOUBTFUL if doubtful else Outcome.DIFFERS
     if rigid or other_rigid:
-        outcome = Outcome.AGREES if rigid and other_rigid else Outcome.DIFFERS
+        outcome = Outcome.AGREES if rigid and other_rigid else differs
         return Comparison(name, outcome, None, rank, "a rigid direction" if other_rigid else "")
     distance = _distance(other.K, reference)
     reason = "" if rank == reference.rank else f"rank {rank}, and not {int(reference.rank)}"
     agrees = distance <= agreement and not reason
-    doubtful = Status.ILL_CONDITIONED in other.status | reference.status
-    differs = Outcome.DOUBTFUL if doubtful else Outcome.DIFFERS
     return Comparison(name, Outcome.AGREES if agrees else differs, distance, rank, reason)
 
 
@@ -231,16 +231,17 @@ def _energy(
     reference: RobotStiffness, network: Network, agreement: float, tolerance: Tolerance
 ) -> Comparison:
     rigid = Status.RIGID_DIRECTION in reference.status
-    try:
-        K = energy_stiffness(network, tolerance)
-    except NoAnswerError as error:
-        outcome = Outcome.AGREES if rigid else Outcome.DIFFERS
-        return Comparison("energy", outcome, None, None, str(error))
-    if rigid:
-        return Comparison("energy", Outcome.DIFFERS, None, None, "no rigid direction")
-    distance = _distance(K, reference)
     doubtful = Status.ILL_CONDITIONED in reference.status
     differs = Outcome.DOUBTFUL if doubtful else Outcome.DIFFERS
+    try:
+        K = energy_stiffness(network, tolerance)
+    except TooFewDigitsError as error:
+        return Comparison("energy", Outcome.DOES_NOT_HOLD, None, None, str(error))
+    except NoAnswerError as error:
+        return Comparison("energy", Outcome.AGREES if rigid else differs, None, None, str(error))
+    if rigid:
+        return Comparison("energy", differs, None, None, "no rigid direction")
+    distance = _distance(K, reference)
     outcome = Outcome.AGREES if distance <= agreement else differs
     return Comparison("energy", outcome, distance, None, "")
 

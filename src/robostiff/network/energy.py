@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from robostiff.elastostatics import Status, Tolerance
-from robostiff.errors import NoAnswerError
+from robostiff.errors import NoAnswerError, TooFewDigitsError
 from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, JointElement, SpringElement, beam_stiffness_12
 from robostiff.network.equations import Equations, equations_of
@@ -15,6 +15,7 @@ from robostiff.spatial import block_rotation
 
 _DEFAULT_TOLERANCE = Tolerance()
 _ROUNDING = 1e-13
+_LOST = 1e-10  # of the energy
 
 
 def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> np.ndarray:
@@ -41,6 +42,8 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
     ------
     NoAnswerError
         When the platform is rigid in some direction.
+    TooFewDigitsError
+        When springs differ so much that the minimum has fewer than nine digits.
 
     Examples
     --------
@@ -86,7 +89,9 @@ def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equatio
     N = _elastic(E[:, others], N, equations.tolerance)
     before = np.linalg.norm(E @ Z)
     if N.shape[1]:
-        Z[others] -= N @ _least_squares(E[:, others] @ N, E @ Z)
+        A = E[:, others] @ N
+        _check_digits(A, np.linalg.norm(E, axis=1).max())
+        Z[others] -= N @ _least_squares(A, E @ Z)
     if np.linalg.norm(E @ Z) <= _ROUNDING * before:
         return np.zeros((n, n))  # every motion of the platform is free
     to_reference = equations.transport(
@@ -95,6 +100,23 @@ def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equatio
     Z = Z @ np.linalg.inv(to_reference)
     stored = E @ Z
     return stored.T @ stored * np.outer(equations.scale, equations.scale) * equations.stiffness
+
+
+def _check_digits(A: np.ndarray, largest: float) -> None:
+    """Raise where soft motions are lost in the rounding of stiff springs that they do not deflect.
+
+    It leaves the motions an error of ``eps largest / smallest``, and the energy its square.
+
+    Raises
+    ------
+    TooFewDigitsError
+    """
+    smallest = np.linalg.svd(A, compute_uv=False)[-1]
+    if (np.finfo(float).eps * largest) ** 2 > _LOST * smallest**2:
+        raise TooFewDigitsError(
+            f"no stiffness by least energy: springs differ by {(largest / smallest) ** 2:.0e}, "
+            "which leaves the energy fewer than nine digits"
+        )
 
 
 def _least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
