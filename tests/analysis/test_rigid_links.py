@@ -1,5 +1,4 @@
 """The textbook K = J^-T k J^-1: rigid links, elastic drives; and blocks with rigid branches."""
-# pyright: reportAttributeAccessIssue=false
 
 from dataclasses import replace
 from pathlib import Path
@@ -61,12 +60,9 @@ def drive_of(leg: PlacedLeg) -> tuple[PlacedFreedom, np.ndarray]:
     if drive.is_translation:
         return drive, drive.axis
     block = next((e for e in leg.elements if isinstance(e, PlacedBlock)), None)
-    near = [
-        np.mean([branch.elements[0].point for branch in block.branches], axis=0)
-        if block is not None
-        else leg.elements[1].point
-    ]
-    return drive, np.cross(drive.axis, near[0] - drive.point)
+    ends = [leg.elements[1]] if block is None else [b.elements[0] for b in block.branches]
+    near = np.mean([end.point for end in ends if not isinstance(end, PlacedBlock)], axis=0)
+    return drive, np.cross(drive.axis, near - drive.point)
 
 
 @pytest.mark.parametrize("name", ["delta", "3-puu", "orthoglide"])

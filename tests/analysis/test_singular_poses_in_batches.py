@@ -2,8 +2,6 @@
 
 The good poses must give what they give alone; the others a status, and no number in place of one.
 """
-# pyright: reportArgumentType=false
-# pyright: reportIndexIssue=false
 
 from __future__ import annotations
 
@@ -71,12 +69,12 @@ NAMES = (
 
 
 def count_of(pose: Any) -> int:
-    return len(pose.values if isinstance(pose, rs.JointCoordinates) else pose)
+    return len(np.asarray(pose.values if isinstance(pose, rs.JointCoordinates) else pose))
 
 
 def part(pose: Any, i: int) -> Any:
     if isinstance(pose, rs.JointCoordinates):
-        return rs.JointCoordinates(pose.values[i])
+        return rs.JointCoordinates(np.asarray(pose.values)[i])
     return pose[i]
 
 

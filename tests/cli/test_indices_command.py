@@ -1,6 +1,5 @@
 """``robostiff indices`` as a user types it."""
 
-# pyright: reportArgumentType=false
 import json
 
 import numpy as np

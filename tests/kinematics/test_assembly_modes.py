@@ -1,5 +1,4 @@
 """Postures belong to the assembly mode of home: a path without singularity leads there."""
-# pyright: reportPossiblyUnboundVariable=false
 
 from __future__ import annotations
 
@@ -57,7 +56,7 @@ def tracked(poses: np.ndarray, steps: int = 150) -> tuple[np.ndarray, np.ndarray
     six = np.zeros((len(poses), 6))
     six[:, 2] = CRANK * np.cos(np.radians(20)) + BAR
     alive = np.ones(len(poses), dtype=bool)
-    nearest = np.full(len(poses), np.inf)
+    nearest = singular = np.full(len(poses), np.inf)
     for k in range(1, steps + 1):
         six[:, [0, 1, 5]] = k / steps * poses
         for _ in range(4):

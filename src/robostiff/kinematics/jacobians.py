@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -93,7 +94,8 @@ def spring_jacobian(
         [np.broadcast_to(c, (*batch, *c.shape[-2:])) for c in columns], axis=-1
     )
     size = J_theta.shape[-1]
-    return J_theta, np.broadcast_to(block_diag(*blocks), (*batch, size, size))
+    compliance: Any = block_diag(*blocks)
+    return J_theta, np.broadcast_to(compliance, (*batch, size, size))
 
 
 def leg_compliance(

@@ -1,10 +1,5 @@
 """All indices of a pose at once."""
 
-# What a regular robot has is optional for others: a None fails these tests by itself.
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-# pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
-# pyright: reportOperatorIssue=false
-
 import dataclasses
 
 import numpy as np
@@ -86,7 +81,7 @@ def test_a_pose_out_of_reach_has_no_indices():
 def test_something_else_is_refused():
     for other in (np.eye(6), rs.stiffness(rs.load("cable-8"))):
         with pytest.raises(InputError, match="a result of stiffness for a robot with legs"):
-            rs.indices(other)
+            rs.indices(other)  # pyright: ignore[reportArgumentType]
 
 
 def test_far_away_points_do_not_blur_what_does_not_depend_on_them():
