@@ -98,6 +98,7 @@ bench: $(STAMP)-bench
 	$(BIN)/python benchmarks/kernels.py
 	$(BIN)/python benchmarks/closed_by_steps.py
 	$(BIN)/python benchmarks/map_workers.py
+	$(BIN)/python benchmarks/under_load.py
 
 clean:
 	rm -rf $(VENV) docs/_build docs/gallery build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis

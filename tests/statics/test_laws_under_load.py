@@ -284,3 +284,17 @@ def test_misuse():
         rs.equilibrium(rs.load("gough-stewart-b-beams"), preload={"leg1/tube": 5.0})
     with pytest.raises(rs.InputError, match="1 to 64"):
         rs.Bowing(0)
+
+
+def test_legs_with_other_loads_are_computed_together():
+    """A load on one leg alone leaves all alike legs in one group, at the same answer."""
+    robot = rs.find_posture(rs.load("hexapod")).snapshot.one(0)
+    p = np.asarray(robot.reference_point)
+    loads = {"leg2/strut": [rs.DeadForce([0, 0, -900.0]), rs.DeadForce([50.0, 0, 0])]}
+    (group,) = legs_of(robot, p, rs.Bowing(), loads, {})
+    assert group.count == 6
+    state, share = group.unloaded(), Share(1.0, 1.0)
+    pulled = group.equations(state, np.eye(3), p, share).r
+    (free,) = legs_of(robot, p, rs.Bowing(), {}, {})
+    others = np.abs(pulled - free.equations(state, np.eye(3), p, share).r).max(axis=1) > 0
+    assert others.tolist() == [False, True, False, False, False, False]

@@ -1,4 +1,4 @@
-"""A chain of elements between two bodies in finite motion: velocities and their derivatives."""
+"""Chains of elements between two bodies, the loads on the bodies within, and how they move."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.spatial import cross
-from robostiff.statics.element import Columns, Element, Placement
+from robostiff.statics.element import Element, Placement
 
 
 @dataclass(frozen=True)
@@ -51,6 +50,17 @@ class FiniteChain:
     elements: tuple[Element, ...]
     loads: tuple[BodyLoad, ...] = ()
 
+    @staticmethod
+    def stacked(chains: Sequence[FiniteChain], counts: Sequence[int]) -> FiniteChain:
+        """Chains whose elements are alike as one, each of so many legs."""
+        first = chains[0]
+        elements = tuple(
+            type(e).stacked([own.elements[k] for own in chains])  # type: ignore[arg-type]
+            for k, e in enumerate(first.elements)
+        )
+        loads = stacked_loads([own.loads for own in chains], counts)
+        return FiniteChain(first.start, first.end, elements, loads)
+
     @cached_property
     def places(self) -> tuple[slice, ...]:
         """Coordinates of each element."""
@@ -65,123 +75,90 @@ class FiniteChain:
     @property
     def signature(self) -> tuple[object, ...]:
         """What must be alike in legs that are computed together."""
-        loads = tuple(load.after for load in self.loads)
-        return (self.start, self.end, loads, *(e.signature for e in self.elements))
+        return (self.start, self.end, *self.signature_of_elements)
+
+    @property
+    def signature_of_elements(self) -> tuple[object, ...]:
+        """What must be alike in chains that are computed together."""
+        return tuple(e.signature for e in self.elements)
+
+
+def stacked_loads(
+    loads: Sequence[tuple[BodyLoad, ...]], counts: Sequence[int]
+) -> tuple[BodyLoad, ...]:
+    """Loads of several chains as those of one; a chain that has fewer carries zero forces.
+
+    Parameters
+    ----------
+    loads : sequence of tuples of BodyLoad
+        Of each chain.
+    counts : sequence of int
+        How many legs each chain has.
+    """
+    found = []
+    for after in sorted({load.after for own in loads for load in own}):
+        there = [[load for load in own if load.after == after] for own in loads]
+        for i in range(max(len(own) for own in there)):
+            points, forces = [], []
+            for own, count in zip(there, counts, strict=True):
+                has = i < len(own)
+                points.append(own[i].point if has else np.zeros((count, 3)))
+                forces.append(own[i].force if has else np.zeros((count, 3)))
+            found.append(BodyLoad(after, np.concatenate(points), np.concatenate(forces)))
+    return tuple(found)
 
 
 @dataclass(frozen=True)
 class Moved:
-    """A chain in finite motion.
+    """Chains in finite motion.
 
     Attributes
     ----------
-    columns : tuple of Columns
-        Of the body at its start, where that moves, then of every element.
-    placements : tuple of Placement
-        Of the body at its start, and of that behind every element.
+    T : (N, K + 1, 4, 4) array
+        Motion from the unloaded posture of the body at the start, and of that behind every element.
     """
 
-    columns: tuple[Columns, ...]
-    placements: tuple[Placement, ...]
+    T: np.ndarray
+
+    @property
+    def placements(self) -> tuple[Placement, ...]:
+        """Of the body at the start, and of that behind every element."""
+        return tuple(self._placement(k) for k in range(self.T.shape[1]))
 
     @property
     def end(self) -> Placement:
-        """Where the body at its end is, as the chain has it."""
-        return self.placements[-1]
+        """Where the body at the end is, as the chain has it."""
+        return self._placement(-1)
 
+    def one(self, rows: slice) -> Moved:
+        """Some of the chains."""
+        return Moved(self.T[rows])
 
-def moved(chain: FiniteChain, x: np.ndarray, start: Placement, body: Columns | None) -> Moved:
-    """The chain at coordinates x (N, n), from where its start is.
-
-    Parameters
-    ----------
-    chain : FiniteChain
-    x : (N, n) array
-    start : Placement
-        Of the body at its start.
-    body : Columns or None
-        Velocities of that body by its own coordinates; None for the base.
-    """
-    columns = [] if body is None else [body]
-    placements = [start]
-    for element, place in zip(chain.elements, chain.places, strict=True):
-        own, after = element.step(x[:, place], placements[-1])
-        columns.append(own)
-        placements.append(after)
-    return Moved(tuple(columns), tuple(placements))
+    def _placement(self, k: int) -> Placement:
+        return Placement(self.T[:, k, :3, :3], self.T[:, k, :3, 3])
 
 
 @dataclass(frozen=True)
-class Velocities:
-    """How a point P of the last of some bodies in series moves, by the coordinates of all.
+class ChainTerms:
+    """What chains contribute to the equations of their legs.
 
     Attributes
     ----------
-    v, w : (N, 3, n) arrays
-        Velocity of P and angular velocity.
-    P : (N, 3) array
-    columns : tuple of Columns
-        Element by element.
+    end : Placement
+        Where the body at the end is, as the chain has it.
+    J : (N, 6, n) array
+        Velocity of the end point and angular velocity, by the unknowns that move the chain: of the
+        body at its start, where that moves, then its own.
+    tangent : (N, n, n) array
+        Curvature of the energy, less what wrench and loads do in second order.
+    gradient : (N, n) array
+        Of the energy, less the work of wrench and loads.
+    by_share : (N, n) array
+        Derivative of the gradient by the share of loads and preloads.
     """
 
-    v: np.ndarray
-    w: np.ndarray
-    P: np.ndarray
-    columns: tuple[Columns, ...]
-
-    @property
-    def J(self) -> np.ndarray:
-        """Both of them (N, 6, n)."""
-        return np.concatenate([self.v, self.w], axis=1)
-
-    def of_wrench(self, f: np.ndarray, m: np.ndarray) -> np.ndarray:
-        """``W . d_b J_a`` for a wrench (f, m) about P, which moves along (N, n, n), rows a.
-
-        With a nearer the base than b, ``d_b v_a = w_a x v_b`` and ``d_b w_a = 0``; with b nearer,
-        ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
-        ``d_b v_a = d_b w_a x s + w_a x (w_b x s)``, s from its point to P.
-
-        Parameters
-        ----------
-        f, m : (N, 3) arrays
-            Force [N] and moment about P [N m].
-        """
-        w = np.swapaxes(self.w, -1, -2)
-        U = w @ _crossed(self.v, f, after=True)
-        bracket = w @ _crossed(self.w, m, after=False)
-        order = self._order
-        nearer = order[:, None] < order[None, :]
-        H = np.where(nearer, U, np.swapaxes(U, -1, -2) + bracket)
-        start = 0
-        for own in self.columns:
-            size = own.w.shape[-1]
-            place = slice(start, start + size)
-            start += size
-            s = self.P - own.C
-            turned = w[:, place] @ _crossed(_crossed(own.w, s, after=True), f, after=True)
-            if own.rates is not None and own.turning is not None:
-                about_C = m + cross(s, f)
-                M = np.einsum("ni,nikb->nkb", about_C, own.rates)
-                turned = turned + np.swapaxes(own.turning, -1, -2) @ M @ own.turning
-            H[:, place, place] = turned
-        return H
-
-    @cached_property
-    def _order(self) -> np.ndarray:
-        sizes = [own.w.shape[-1] for own in self.columns]
-        return np.repeat(np.arange(len(sizes)), sizes)
-
-
-def velocities(columns: Sequence[Columns], P: np.ndarray) -> Velocities:
-    """How a point P (N, 3) of the last body moves."""
-    w = np.concatenate([own.w for own in columns], axis=-1)
-    v = np.concatenate([own.v + _crossed(own.w, P - own.C, after=True) for own in columns], axis=-1)
-    return Velocities(v, w, P, tuple(columns))
-
-
-def _crossed(vectors: np.ndarray, by: np.ndarray, *, after: bool) -> np.ndarray:
-    """Columns of (N, 3, n) times vectors (N, 3): ``column x by``, or ``by x column``."""
-    a1, a2, a3 = vectors[:, 0], vectors[:, 1], vectors[:, 2]
-    b1, b2, b3 = by[:, 0, None], by[:, 1, None], by[:, 2, None]
-    out = np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=1)
-    return out if after else -out
+    end: Placement
+    J: np.ndarray
+    tangent: np.ndarray
+    gradient: np.ndarray
+    by_share: np.ndarray

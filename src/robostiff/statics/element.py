@@ -1,6 +1,7 @@
-"""Elements of a chain in finite motion: how they move, and the energy that they store.
+"""Elements of a chain: joints and elastic parts that move far.
 
-Each holds one element of several legs alike: a leading axis N counts the legs.
+Each holds one element of several legs alike: a leading axis N counts the legs. How they move, and
+the energy that they store, is computed for all elements of a chain together, in `moving_chain`.
 """
 
 from __future__ import annotations
@@ -9,8 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-
-from robostiff.statics.finite_turn import turn_and_rates, turns
 
 
 @dataclass(frozen=True)
@@ -23,39 +22,6 @@ class Placement:
     def of(self, point: np.ndarray) -> np.ndarray:
         """Where points (N, 3) of the body are now [m]."""
         return np.einsum("nij,nj->ni", self.R, point) + self.t
-
-
-@dataclass(frozen=True)
-class Columns:
-    """Velocities of the body behind an element, by each of its coordinates.
-
-    Attributes
-    ----------
-    v : (N, 3, m) array
-        Velocity of the point C.
-    w : (N, 3, m) array
-        Angular velocity.
-    C : (N, 3) array
-        Point of the body [m].
-    rates, turning : (N, 3, 3, 3) and (N, 3, m) arrays, or None
-        Derivative of w by rotation vectors, which are ``turning`` times the coordinates; None
-        where w does not depend on the element's own coordinates.
-    """
-
-    v: np.ndarray
-    w: np.ndarray
-    C: np.ndarray
-    rates: np.ndarray | None = None
-    turning: np.ndarray | None = None
-
-
-@dataclass(frozen=True)
-class Energy:
-    """Energy of an element (N,) [J], its gradient (N, m) and its curvature (N, m, m)."""
-
-    value: np.ndarray
-    gradient: np.ndarray
-    curvature: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -113,29 +79,6 @@ class FiniteJoint:
     def unloaded_curvature(self) -> np.ndarray:
         """Curvature of its energy at the unloaded posture (N, 1, 1)."""
         return self.stiffness[:, None, None]
-
-    def step(self, q: np.ndarray, before: Placement) -> tuple[Columns, Placement]:
-        """Velocities of the body behind it, and where that is."""
-        a = np.einsum("nij,nj->ni", before.R, self.axis)
-        C = before.of(self.point)
-        v = a * self.slide[:, None]
-        if not self.turns:
-            after = Placement(before.R, before.t + v * q)
-            return Columns(v[..., None], np.zeros((len(a), 3, 1)), C), after
-        Q = turns(self.axis, q[:, 0])
-        R = before.R @ Q
-        after = Placement(R, C + v * q - np.einsum("nij,nj->ni", R, self.point))
-        return Columns(v[..., None], a[..., None], C), after
-
-    def energy(self, q: np.ndarray, share: float) -> Energy:
-        """Energy at coordinates (N, 1), with this share of the preload."""
-        k, f = self.stiffness, share * self.preload
-        value = 0.5 * k * q[:, 0] ** 2 - f * q[:, 0]
-        return Energy(value, (k * q[:, 0] - f)[:, None], k[:, None, None])
-
-    def by_share(self) -> np.ndarray:
-        """Derivative of the gradient by the share of the preload (N, 1)."""
-        return -self.preload[:, None]
 
 
 @dataclass(frozen=True)
@@ -219,50 +162,6 @@ class FiniteSpring:
     def unloaded_curvature(self) -> np.ndarray:
         """Curvature of its energy at the unloaded posture (N, m, m)."""
         return self.stiffness[:, :, None] * np.eye(self.size)
-
-    def step(self, y: np.ndarray, before: Placement) -> tuple[Columns, Placement]:
-        """Velocities of the body behind it, and where that is."""
-        th = np.einsum("nij,nj->ni", self.modes, y)
-        E, W, D = turn_and_rates(th[:, 3:])
-        A = before.R @ self.rotation
-        C = before.of(self.point) + np.einsum("nij,nj->ni", A, th[:, :3])
-        turning = self.modes[:, 3:]
-        rates = np.einsum("nij,njkb->nikb", A, D)
-        R = A @ E @ np.swapaxes(self.rotation, -1, -2)
-        after = Placement(R, C - np.einsum("nij,nj->ni", R, self.point))
-        return Columns(A @ self.modes[:, :3], A @ W @ turning, C, rates, turning), after
-
-    def energy(self, y: np.ndarray, share: float) -> Energy:
-        """Energy at coordinates (N, m)."""
-        ky = self.stiffness * y
-        value = 0.5 * np.einsum("ni,ni->n", ky, y)
-        if self.bowing is None:
-            return Energy(value, ky, self.unloaded_curvature)
-        k, G = self.bowing.axial, self.bowing.G
-        V = self.modes
-        th = np.einsum("nij,nj->ni", V, y)
-        Gth = np.einsum("nij,nj->ni", G, th)
-        u = th[:, 0]
-        half = 0.5 * np.einsum("ni,ni->n", th, Gth)
-        stretched = u + half
-        direction = Gth.copy()
-        direction[:, 0] += 1.0
-        # k/2 ((u + half)^2 - u^2), without the difference of large numbers
-        gradient = stretched[:, None] * Gth
-        gradient[:, 0] += half
-        outer = direction[:, :, None] * direction[:, None, :]
-        outer[:, 0, 0] -= 1.0
-        curvature = k[:, None, None] * (outer + stretched[:, None, None] * G)
-        gradient = k[:, None] * gradient
-        return Energy(
-            value + 0.5 * k * half * (2 * u + half),
-            ky + np.einsum("nij,ni->nj", V, gradient),
-            self.unloaded_curvature + np.swapaxes(V, -1, -2) @ curvature @ V,
-        )
-
-    def by_share(self) -> np.ndarray:
-        """Derivative of the gradient by the share of the preload (N, m): none."""
-        return np.zeros(self.stiffness.shape)
 
 
 Element = FiniteJoint | FiniteSpring

@@ -278,7 +278,8 @@ def solved(
             question.name, question.space, status | EquilibriumStatus.RIGID_DIRECTION
         )
     target = FREE if displacement is None else _target(problem, displacement)
-    found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target)
+    first = problem.under_load(unloaded, loading, 1.0) if problem.loads_platform_alone else None
+    found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target, first=first)
     critical: CriticalPoint | None = None
     margins = _margins(problem, found.known, unloaded) if found.converged else {}
     near = not found.converged or found.cut or min(margins.values()) < _SAFE

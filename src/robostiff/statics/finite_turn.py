@@ -2,68 +2,124 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from robostiff.spatial import skew
 
 # Below this angle series answer: differences of cosines lose their digits there.
 _SMALL = 0.05
-#: GENERATORS[k] is the skew matrix of the k-th unit vector.
-GENERATORS = skew(np.eye(3))
+_IDENTITY = np.eye(3)
+_SKEWS = skew(np.eye(3)).reshape(3, 9)
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
-def turn_and_rates(r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rotation exp(r x), its angular velocity W dr, and the derivative of W.
+@dataclass(frozen=True)
+class FiniteTurn:
+    """Rotation exp(r x) and its angular velocity W dr: the left Jacobian of SO(3).
 
     ``W = I + b S + c S^2`` with ``S = (r x)``, ``a = |r|``, ``b = (1 - cos a)/a^2`` and
-    ``c = (a - sin a)/a^3``: the left Jacobian of SO(3).
+    ``c = (a - sin a)/a^3``.
 
-    Parameters
+    Attributes
     ----------
-    r : (N, 3) array
+    r : (..., 3) array
         Rotation vectors [rad].
-
-    Returns
-    -------
-    R : (N, 3, 3) array
-        exp(r x).
-    W : (N, 3, 3) array
+    R, W : (..., 3, 3) arrays
         ``d exp(r x) = ((W dr) x) exp(r x)``.
-    D : (N, 3, 3, 3) array
-        ``D[..., i, k, b]`` is the derivative of ``W[i, k]`` by ``r[b]``.
+    factors : tuple of four (..., 1) arrays
+        b, c, and their derivatives by a, divided by a.
+    """
+
+    r: np.ndarray
+    R: np.ndarray
+    W: np.ndarray
+    factors: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+    def rate_felt(self, m: np.ndarray) -> np.ndarray:
+        """Derivative of ``m . W[:, k]`` by ``r[b]`` (..., 3, 3), rows k.
+
+        With ``dS^2/dr_b = E_b S + S E_b`` and ``u = m x r`` it is
+        ``(b' u + c' u x r) r^T + b (m x) + c ((m . r) I - m r^T + (u x))``.
+
+        Parameters
+        ----------
+        m : (..., 3) array
+
+        Examples
+        --------
+        >>> turn_and_rates(np.zeros((1, 3))).rate_felt(np.array([[0.0, 0, 1]]))[0, 1, 0]
+        np.float64(0.5)
+        """
+        b, c, b_rate, c_rate = self.factors
+        r = self.r
+        u = crossed(m, r)
+        along = np.sum(m * r, axis=-1, keepdims=True)
+        rows = b_rate * u + c_rate * crossed(u, r) - c * m
+        return (
+            rows[..., None] * r[..., None, :]
+            + skews(b * m + c * u)
+            + (c * along)[..., None] * _IDENTITY
+        )
+
+
+def turn_and_rates(r: np.ndarray) -> FiniteTurn:
+    """Turn by rotation vectors (..., 3) [rad].
 
     Examples
     --------
-    >>> R, W, D = turn_and_rates(np.zeros((1, 3)))
-    >>> D[0, 2, 1, 0]  # half of (e_x x e_y)
-    np.float64(0.5)
+    >>> turn_and_rates(np.array([[0.0, 0, np.pi / 2]])).R.round(12)[0, 1, 0]
+    np.float64(1.0)
     """
-    S = skew(r)
+    S = skews(r)
     SS = S @ S
-    first, b, c, b_rate, c_rate = _coefficients(np.sqrt(np.einsum("ni,ni->n", r, r)))
-    R = np.eye(3) + first * S + b * SS
-    W = np.eye(3) + b * S + c * SS
-    # dS^2/dr_b = E_b S + S E_b
-    turned = np.einsum("bij,njk->nikb", GENERATORS, S) + np.einsum("nij,bjk->nikb", S, GENERATORS)
-    D = (
-        (b_rate * S + c_rate * SS)[..., None] * r[:, None, None, :]
-        + b[..., None] * np.moveaxis(GENERATORS, 0, -1)
-        + c[..., None] * turned
-    )
-    return R, W, D
+    first, b, c, b_rate, c_rate = _coefficients(np.sqrt(np.sum(r * r, axis=-1, keepdims=True)))
+    B, C = b[..., None], c[..., None]
+    R = _IDENTITY + first[..., None] * S + B * SS
+    W = _IDENTITY + B * S + C * SS
+    return FiniteTurn(r, R, W, (b, c, b_rate, c_rate))
 
 
 def turns(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Rotations about unit vectors (N, 3) by angles (N,) [rad].
+    """Rotations about unit vectors (..., 3) by angles (...) [rad].
 
     Examples
     --------
     >>> turns(np.array([[0.0, 0, 1]]), np.array([np.pi / 2])).round(12)[0, 1, 0]
     np.float64(1.0)
     """
-    E = skew(axis)
+    E = skews(axis)
     versine = 2.0 * np.sin(0.5 * angle) ** 2
-    return np.eye(3) + np.sin(angle)[:, None, None] * E + versine[:, None, None] * (E @ E)
+    return _IDENTITY + np.sin(angle)[..., None, None] * E + versine[..., None, None] * (E @ E)
+
+
+def turn_between(R_from: np.ndarray, R_to: np.ndarray) -> np.ndarray:
+    """Rotation vector (N, 3) in world axes that turns one set of axes into the other."""
+    R = R_to @ np.swapaxes(R_from, -1, -2)
+    v = 0.5 * np.stack(
+        [R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=-1
+    )
+    s = np.sqrt(np.einsum("ni,ni->n", v, v))
+    angle = np.arctan2(s, 0.5 * (np.einsum("nii->n", R) - 1.0))
+    return v * np.where(s > 1e-9, angle / np.where(s > 1e-9, s, 1.0), 1.0)[:, None]
+
+
+def turned_by(r: np.ndarray) -> np.ndarray:
+    """Rotation matrices (N, 3, 3) of rotation vectors (N, 3)."""
+    angle = np.sqrt(np.einsum("ni,ni->n", r, r))
+    axis = r / np.where(angle > 0, angle, 1.0)[:, None]
+    return turns(axis, angle)
+
+
+def skews(v: np.ndarray) -> np.ndarray:
+    """Matrices (v x) of vectors (..., 3), by one product."""
+    return (v @ _SKEWS).reshape(*v.shape, 3)
+
+
+def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """``a x b`` of vectors (..., 3), few calls for few vectors."""
+    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
 
 
 def _coefficients(a: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -71,7 +127,7 @@ def _coefficients(a: np.ndarray) -> tuple[np.ndarray, ...]:
     u = a * a
     small = a < _SMALL
     if np.all(small):
-        return tuple(value[:, None, None] for value in _series(u))
+        return _series(u)
     safe = np.where(small, 1.0, a)
     s, v = np.sin(safe), 2.0 * np.sin(0.5 * safe) ** 2
     far = (
@@ -82,7 +138,7 @@ def _coefficients(a: np.ndarray) -> tuple[np.ndarray, ...]:
         (v / safe**3 - 3 * (safe - s) / safe**4) / safe,
     )
     near = _series(np.where(small, u, 0.0))
-    return tuple(np.where(small, n, f)[:, None, None] for n, f in zip(near, far, strict=True))
+    return tuple(np.where(small, n, f) for n, f in zip(near, far, strict=True))
 
 
 def _series(u: np.ndarray) -> tuple[np.ndarray, ...]:

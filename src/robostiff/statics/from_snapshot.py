@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -11,11 +12,12 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedElement
-from robostiff.spatial import Space, as_floats, block_rotation, compliance_modes
-from robostiff.statics.beam_bowing import Beams, Bowing, uniform_beam
+from robostiff.spatial import as_floats
+from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.chain import BodyLoad, FiniteChain
-from robostiff.statics.element import BeamShape, Element, FiniteJoint, FiniteSpring
+from robostiff.statics.element import Element, FiniteJoint
 from robostiff.statics.legs import LegGroup
+from robostiff.statics.spring_elements import SpringElements
 
 _ACROSS = 1e-6  # sine of the angle below which a joint turns a beam about its own axis alone
 
@@ -69,8 +71,9 @@ def legs_of(
         When a name is no part of the robot, or a preload is not of an elastic or passive joint.
     """
     walks = []
+    springs = SpringElements(snapshot.space)
     for leg in snapshot.legs:
-        walk = _Walk(snapshot.space, beams, f"{leg.name}/")
+        walk = _Walk(springs, beams, f"{leg.name}/")
         walk.along(leg.elements, None, None)
         walks.append(walk)
     named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
@@ -133,7 +136,7 @@ class _Part:
 class _Walk:
     """The chains of one leg, as they are found on the way from base to platform."""
 
-    space: Space
+    springs: SpringElements
     beams: Beams
     prefix: str
     chains: list[tuple[int | None, int | None, list[Element]]] = field(default_factory=list)
@@ -176,7 +179,7 @@ class _Walk:
         for i, element in enumerate(run):
             drive = None
             if isinstance(element, PlacedSpring):
-                own += _springs(element, self.space, self._parts(run, i))
+                own += self.springs.of(element, self._parts(run, i))
             elif _moves(element):
                 drive = len(own)
                 own.append(_joint(element))
@@ -196,16 +199,16 @@ class _Walk:
         spring = run[i]
         if not isinstance(spring, PlacedSpring):
             return 0
-        along = spring.rotation[:, 0]
         moving = [e for e in run if _moves(e) or e is spring]
         at = next(k for k, e in enumerate(moving) if e is spring)
         alone = not any(
             isinstance(e, PlacedSpring) for e in (*moving[at - 1 : at], *moving[at + 1 :][:1])
         )
-        hinged = [
-            any(_bends_freely(e, along) for e in side) for side in (moving[:at], moving[at + 1 :])
-        ]
-        return 2 if alone and all(hinged) else 1
+        if not alone:
+            return 1
+        along = spring.rotation[:, 0].tolist()
+        sides = (moving[:at], moving[at + 1 :])
+        return 2 if all(any(_bends_freely(e, along) for e in side) for side in sides) else 1
 
 
 def _moves(element: PlacedElement) -> bool:
@@ -214,14 +217,12 @@ def _moves(element: PlacedElement) -> bool:
     return True
 
 
-def _bends_freely(element: PlacedElement, along: np.ndarray) -> bool:
+def _bends_freely(element: PlacedElement, along: list[float]) -> bool:
     """Whether it is a passive joint that turns about an axis across a direction."""
-    return (
-        isinstance(element, PlacedFreedom)
-        and element.is_passive
-        and element.turns
-        and float(np.linalg.norm(np.cross(element.axis, along))) > _ACROSS
-    )
+    if not (isinstance(element, PlacedFreedom) and element.is_passive and element.turns):
+        return False
+    (a, b, c), (x, y, z) = element.axis.tolist(), along
+    return math.hypot(b * z - c * y, c * x - a * z, a * y - b * x) > _ACROSS
 
 
 def _joint(freedom: PlacedFreedom) -> FiniteJoint:
@@ -234,44 +235,6 @@ def _joint(freedom: PlacedFreedom) -> FiniteJoint:
         np.array([freedom.advance(1.0)]),
         np.array([k]),
         np.zeros(1),
-    )
-
-
-def _springs(spring: PlacedSpring, space: Space, parts: int) -> list[Element]:
-    """An elastic part as one spring, or a beam as so many elements with their bowing."""
-    C = np.array(spring.elasticity.compliance, dtype=float)
-    beam = uniform_beam(C) if parts and not spring.elasticity.freedoms.size else None
-    if beam is None:
-        return [_spring(spring, space, C, spring.point, None)]
-    shape = BeamShape(np.array([beam.EA / beam.length * parts]), beam.shortening(parts)[None])
-    C = beam.compliance(parts)
-    x = spring.rotation[:, 0] * beam.length
-    ends = [spring.point - x * (1 - (i + 1) / parts) for i in range(parts)]
-    return [_spring(spring, space, C, end, shape) for end in ends]
-
-
-def _spring(
-    spring: PlacedSpring, space: Space, C: np.ndarray, end: np.ndarray, shape: BeamShape | None
-) -> FiniteSpring:
-    free = np.array(spring.elasticity.freedoms, dtype=float)
-    own = np.eye(6)
-    if space is not Space.SPATIAL:
-        rows = list(space.rows)
-        world = block_rotation(spring.rotation)
-        own = world.T[:, rows]
-        C = (world @ C @ world.T)[np.ix_(rows, rows)]
-        free = (world @ free)[rows]
-    modes = compliance_modes(C)
-    modes = modes[:, np.any(modes != 0, axis=0)]
-    free = free[:, np.any(free != 0, axis=0)]
-    stiffness = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
-    return FiniteSpring(
-        (spring.name,),
-        np.array(end, dtype=float)[None],
-        np.array(spring.rotation, dtype=float)[None],
-        (own @ np.concatenate([modes, free], axis=1))[None],
-        stiffness[None],
-        shape,
     )
 
 

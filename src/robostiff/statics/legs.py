@@ -9,9 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.chain import FiniteChain, Moved, moved, velocities
-from robostiff.statics.element import Columns, Placement
-from robostiff.statics.finite_turn import turns
+from robostiff.statics.chain import FiniteChain, Moved, stacked_loads
+from robostiff.statics.element import Placement
+from robostiff.statics.finite_turn import turn_between, turned_by
+from robostiff.statics.moving_chain import MovingChains
 
 
 @dataclass(frozen=True)
@@ -107,22 +108,11 @@ class LegGroup:
     def stacked(legs: Sequence[LegGroup]) -> LegGroup:
         """Legs of one signature as one group."""
         first = legs[0]
-        chains = []
-        for i, chain in enumerate(first.chains):
-            alike = [leg.chains[i] for leg in legs]
-            elements = tuple(
-                type(e).stacked([own.elements[k] for own in alike])  # type: ignore[arg-type]
-                for k, e in enumerate(chain.elements)
-            )
-            loads = tuple(
-                replace(
-                    load,
-                    point=np.concatenate([own.loads[k].point for own in alike]),
-                    force=np.concatenate([own.loads[k].force for own in alike]),
-                )
-                for k, load in enumerate(chain.loads)
-            )
-            chains.append(replace(chain, elements=elements, loads=loads))
+        counts = [leg.count for leg in legs]
+        chains = [
+            FiniteChain.stacked([leg.chains[i] for leg in legs], counts)
+            for i in range(len(first.chains))
+        ]
         return replace(
             first,
             indices=tuple(i for leg in legs for i in leg.indices),
@@ -191,23 +181,23 @@ class LegGroup:
             tuple(MovingBody(R, point) for point in self.points),
         )
 
+    @cached_property
+    def families(self) -> tuple[ChainFamily, ...]:
+        """Its chains, those with alike elements together."""
+        alike: dict[tuple[object, ...], list[int]] = {}
+        for i, chain in enumerate(self.chains):
+            key = (chain.start is None, *chain.signature_of_elements)
+            alike.setdefault(key, []).append(i)
+        return tuple(ChainFamily.of(self, members) for members in alike.values())
+
     def moved(self, state: LegState) -> tuple[Moved, ...]:
         """Every chain in its finite motion."""
-        N = self.count
-        base = Placement(np.broadcast_to(np.eye(3), (N, 3, 3)), np.zeros((N, 3)))
-        found = []
-        for chain, x in zip(self.chains, state.x, strict=True):
-            if chain.start is None:
-                found.append(moved(chain, x, base, None))
-                continue
-            body = state.bodies[chain.start]
-            start = body.placement(self.points[chain.start])
-            found.append(moved(chain, x, start, self._body_columns(body)))
-        return tuple(found)
-
-    def _body_columns(self, body: MovingBody) -> Columns:
-        unit = np.broadcast_to(np.eye(6)[:, list(self.rows)], (self.count, 6, len(self.rows)))
-        return Columns(unit[:, :3], unit[:, 3:], body.p)
+        found: dict[int, Moved] = {}
+        for family in self.families:
+            whole = family.arrays.moved(family.coordinates(state), family.starts(self, state))
+            for i, own in family.split(self.count):
+                found[i] = whole.one(own)
+        return tuple(found[i] for i in range(len(self.chains)))
 
     def equations(
         self, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
@@ -227,60 +217,62 @@ class LegGroup:
         identity = np.eye(len(rows))
         carried = np.zeros((N, len(rows)))
         platform = MovingBody(np.broadcast_to(R, (N, 3, 3)), np.broadcast_to(p, (N, 3)))
-        for i, (chain, motion) in enumerate(zip(self.chains, self.moved(state), strict=True)):
-            own, wrench = self.coordinates[i], self.wrench_places[i]
-            places = self._places(i)
-            W = state.W[i]
-            full = np.zeros((N, 6))
+        for family in self.families:
+            W = np.concatenate([state.W[i] for i in family.members])
+            full = np.zeros((len(W), 6))
             full[:, rows] = W
-            end = platform if chain.end is None else state.bodies[chain.end]
-            P = motion.end.of(self.end_point(i))
-            if places.size:
-                known = velocities(motion.columns, P)
-                J = known.J[:, rows]
-                A[:, places[:, None], places] -= known.of_wrench(full[:, :3], full[:, 3:])
-                A[:, places, wrench] -= np.swapaxes(J, -1, -2)
-                A[:, wrench, places] += J
-                residual[:, places] -= np.einsum("nia,ni->na", J, W)
-            gap = np.concatenate([P - end.p, turn_between(end.R, motion.end.R)], axis=-1)
-            residual[:, wrench] += gap[:, rows]
-            if chain.end is None:
-                A_t[:, wrench] -= identity
-                carried += W
-            else:
-                to = self.body_places[chain.end]
-                A[:, wrench, to] -= identity
-                A[:, to, wrench] += identity
-                residual[:, to] += W
-            for element, place in zip(chain.elements, chain.places, strict=True):
-                here = slice(own.start + place.start, own.start + place.stop)
-                stored = element.energy(state.x[i][:, place], share.value)
-                A[:, here, here] += stored.curvature
-                residual[:, here] += stored.gradient
-                r_factor[:, here] += share.rate * element.by_share()
-            for load in chain.loads:
-                bodies = load.after + (chain.start is not None)
-                felt = places[: self._felt(chain, load.after)]
-                if not felt.size:
-                    continue
-                c = motion.placements[load.after].of(load.point)
-                known = velocities(motion.columns[:bodies], c)
-                pull = np.einsum("nia,ni->na", known.v, load.force)
-                f = share.value * load.force
-                A[:, felt[:, None], felt] -= known.of_wrench(f, np.zeros((N, 3)))
-                residual[:, felt] -= share.value * pull
-                r_factor[:, felt] -= share.rate * pull
+            terms = family.arrays.terms(
+                family.coordinates(state),
+                family.starts(self, state),
+                family.centres(state),
+                family.end_points,
+                full,
+                share.value,
+            )
+            J = terms.J[:, rows]
+            P = terms.end.of(family.end_points)
+            ends = [self.chains[i].end for i in family.members]
+            bodies = [platform if end is None else state.bodies[end] for end in ends]
+            gap = np.concatenate(
+                [
+                    P - np.concatenate([body.p for body in bodies]),
+                    turn_between(np.concatenate([body.R for body in bodies]), terms.end.R),
+                ],
+                axis=-1,
+            )[:, rows]
+            for i, own in family.split(N):
+                wrench, body = self.wrench_places[i], 0
+                for moving in self.moving_places(i):
+                    here = slice(body, body + moving.stop - moving.start)
+                    body, other = here.stop, 0
+                    for beside in self.moving_places(i):
+                        there = slice(other, other + beside.stop - beside.start)
+                        other = there.stop
+                        A[:, moving, beside] += terms.tangent[own, here, there]
+                    A[:, moving, wrench] -= np.swapaxes(J[own, :, here], -1, -2)
+                    A[:, wrench, moving] += J[own, :, here]
+                    residual[:, moving] += terms.gradient[own, here]
+                    r_factor[:, moving] += share.rate * terms.by_share[own, here]
+                residual[:, wrench] += gap[own]
+                end = self.chains[i].end
+                if end is None:
+                    A_t[:, wrench] -= identity
+                    carried += state.W[i]
+                else:
+                    to = self.body_places[end]
+                    A[:, wrench, to] -= identity
+                    A[:, to, wrench] += identity
+                    residual[:, to] += state.W[i]
         return LegEquations(A, residual, A_t, r_factor, carried)
 
     def energies(self, state: LegState) -> list[list[np.ndarray]]:
         """Elastic energy of every element of every chain (N,) [J], preloads left out."""
-        return [
-            [
-                element.energy(x[:, place], 0.0).value
-                for element, place in zip(chain.elements, chain.places, strict=True)
-            ]
-            for chain, x in zip(self.chains, state.x, strict=True)
-        ]
+        found: dict[int, list[np.ndarray]] = {}
+        for family in self.families:
+            energies = family.arrays.energies(family.coordinates(state))
+            for i, own in family.split(self.count):
+                found[i] = [energy[own] for energy in energies]
+        return [found[i] for i in range(len(self.chains))]
 
     def largest_part(self, mode: np.ndarray, i: int) -> str:
         """Name of the part of leg i that stores most energy in a motion of its coordinates."""
@@ -294,14 +286,16 @@ class LegGroup:
 
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
-        total = 0.0
-        for chain, motion, x in zip(self.chains, self.moved(state), state.x, strict=True):
-            for load in chain.loads:
-                shift = motion.placements[load.after].of(load.point) - load.point
-                total -= share * float(np.sum(load.force * shift))
-            for element, place in zip(chain.elements, chain.places, strict=True):
-                total += share * float(np.sum(element.by_share() * x[:, place]))
-        return total
+        return share * sum(
+            float(
+                np.sum(
+                    family.arrays.load_potential(
+                        family.coordinates(state), family.starts(self, state)
+                    )
+                )
+            )
+            for family in self.families
+        )
 
     @cached_property
     def unloaded_curvature(self) -> np.ndarray:
@@ -333,36 +327,68 @@ class LegGroup:
             tuple(bodies),
         )
 
-    def _places(self, i: int) -> np.ndarray:
+    def moving_places(self, i: int) -> tuple[slice, ...]:
         """Places of the unknowns that move chain i: of the body at its start, then its own."""
-        chain, own = self.chains[i], self.coordinates[i]
-        body = [] if chain.start is None else [self.body_places[chain.start]]
-        return np.concatenate([np.arange(s.start, s.stop) for s in (*body, own)]).astype(int)
+        start, own = self.chains[i].start, self.coordinates[i]
+        return (own,) if start is None else (self.body_places[start], own)
 
-    def _felt(self, chain: FiniteChain, after: int) -> int:
-        """How many of the places of a chain move the body behind some of its elements."""
-        body = 0 if chain.start is None else len(self.rows)
-        return body + (chain.places[after - 1].stop if after else 0)
+
+@dataclass(frozen=True)
+class ChainFamily:
+    """Chains of the legs of a group whose elements are alike, computed together.
+
+    Attributes
+    ----------
+    members : tuple of int
+        Which chains; rows of the arrays are those of the first, then of the next.
+    arrays : MovingChains
+    bodies : tuple of int
+        At their starts; none where they start at the base.
+    end_points : (N, 3) array
+        Of the bodies at their ends, at the unloaded posture [m].
+    """
+
+    members: tuple[int, ...]
+    arrays: MovingChains
+    bodies: tuple[int, ...]
+    end_points: np.ndarray
+
+    @staticmethod
+    def of(group: LegGroup, members: Sequence[int]) -> ChainFamily:
+        """Some chains of a group."""
+        chains, counts = [group.chains[i] for i in members], [group.count] * len(members)
+        first = chains[0]
+        elements = FiniteChain.stacked(chains, counts).elements
+        loads = stacked_loads([chain.loads for chain in chains], counts)
+        bodies = tuple(chain.start for chain in chains if chain.start is not None)
+        rows = () if first.start is None else group.rows
+        return ChainFamily(
+            tuple(members),
+            MovingChains(elements, loads, sum(counts), rows),
+            bodies,
+            np.concatenate([group.end_point(i) for i in members]),
+        )
+
+    def split(self, count: int) -> list[tuple[int, slice]]:
+        """Each chain with its rows."""
+        return [(i, slice(k * count, (k + 1) * count)) for k, i in enumerate(self.members)]
+
+    def coordinates(self, state: LegState) -> np.ndarray:
+        """Of all its chains (N, n)."""
+        return np.concatenate([state.x[i] for i in self.members])
+
+    def centres(self, state: LegState) -> np.ndarray | None:
+        """Where the points of the bodies at the starts are (N, 3) [m]."""
+        return np.concatenate([state.bodies[b].p for b in self.bodies]) if self.bodies else None
+
+    def starts(self, group: LegGroup, state: LegState) -> Placement | None:
+        """Of the bodies at the starts; None for the base."""
+        if not self.bodies:
+            return None
+        own = [state.bodies[b].placement(group.points[b]) for b in self.bodies]
+        return Placement(np.concatenate([e.R for e in own]), np.concatenate([e.t for e in own]))
 
 
 def _slices(start: int, sizes: Sequence[int]) -> tuple[slice, ...]:
     ends = np.cumsum([start, *sizes])
     return tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(ends))
-
-
-def turn_between(R_from: np.ndarray, R_to: np.ndarray) -> np.ndarray:
-    """Rotation vector (N, 3) in world axes that turns one set of axes into the other."""
-    R = R_to @ np.swapaxes(R_from, -1, -2)
-    v = 0.5 * np.stack(
-        [R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=-1
-    )
-    s = np.sqrt(np.einsum("ni,ni->n", v, v))
-    angle = np.arctan2(s, 0.5 * (np.einsum("nii->n", R) - 1.0))
-    return v * np.where(s > 1e-9, angle / np.where(s > 1e-9, s, 1.0), 1.0)[:, None]
-
-
-def turned_by(r: np.ndarray) -> np.ndarray:
-    """Rotation matrices (N, 3, 3) of rotation vectors (N, 3)."""
-    angle = np.sqrt(np.einsum("ni,ni->n", r, r))
-    axis = r / np.where(angle > 0, angle, 1.0)[:, None]
-    return turns(axis, angle)

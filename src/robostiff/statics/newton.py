@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.statics.legs import turn_between
+from robostiff.statics.finite_turn import turn_between
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State, solve_least
 
 #: Largest step of a rotation [rad], and of a shift by the robot's length.
@@ -76,6 +76,7 @@ def equilibrium_at(
     start: State,
     target: Target = FREE,
     steps: int = _STEPS,
+    first: Linearised | None = None,
 ) -> FoundEquilibrium:
     """Newton's method at one load factor, from a state.
 
@@ -88,10 +89,13 @@ def equilibrium_at(
     target : Target
     steps : int
         At most.
+    first : Linearised or None
+        The equations at `start`, where they are known.
     """
     state, last, cut = start, np.inf, False
     for done in range(1, steps + 1):
-        known = problem.linearised(state, loading, factor)
+        known = first if first is not None else problem.linearised(state, loading, factor)
+        first = None
         twist = target.twist(problem, state)
         if twist is None:
             furthest = CAP * problem.length

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.spatial import skew
 from robostiff.statics.equilibrated import Equilibrated, equilibrated
-from robostiff.statics.legs import LegEquations, LegGroup, LegState, Share, turned_by
+from robostiff.statics.finite_turn import turned_by
+from robostiff.statics.legs import LegEquations, LegGroup, LegState, Share
 
 # Of the terms of an equation: what is left of it says that it has no solution.
 _MISSED = 1e-6
@@ -171,6 +172,24 @@ class EquilibriumProblem:
             equations=tuple(equations),
             rigid=rigid,
             regular=regular,
+        )
+
+    @property
+    def loads_platform_alone(self) -> bool:
+        """Whether neither preloads nor forces act on the legs."""
+        return not any(family.arrays.is_loaded for g in self.groups for family in g.families)
+
+    def under_load(self, known: Linearised, loading: LoadCase, factor: float) -> Linearised:
+        """The equations at the unloaded posture, from those without load.
+
+        Only where `loads_platform_alone`: the legs are the same.
+        """
+        acting, rate, turning = self._on_platform(self.unloaded, loading, factor)
+        return replace(
+            known,
+            K_total=known.K - turning,
+            missing=known.missing + acting,
+            by_factor=known.by_factor + rate,
         )
 
     def stepped(

@@ -75,37 +75,40 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
     found = {}
     for group, eq in zip(problem.groups, known.equations, strict=True):
         m = group.free_size
-        for i, index in enumerate(group.indices):
-            own = _leg_margin(group, eq.A[i, :m, :m], eq.A[i, m:, :m], i)
-            if own is not None:
-                found[index] = own
-    return found
+        if m <= eq.A.shape[1] - m:
+            continue  # the platform holds all coordinates
+        own = _margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
+        found |= dict(zip(group.indices, own, strict=True))
+    # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
+    return {index: own for index, own in found.items() if own is not None and own.value != 0.0}
 
 
-def _leg_margin(group: LegGroup, Q: np.ndarray, C: np.ndarray, i: int) -> Margin | None:
-    """Of one leg; None where the platform holds all its coordinates."""
-    if Q.shape[0] <= C.shape[0]:
-        return None
-    Q0 = group.unloaded_curvature[i]
-    stiff = np.diagonal(Q0)
+def _margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | None]:
+    """Of legs built alike; None for one that the platform holds."""
+    Q0 = group.unloaded_curvature
+    stiff = np.diagonal(Q0, axis1=-2, axis2=-1)
     # Unit energy where there is any, unit motion elsewhere.
     scale = np.where(stiff > 0, 1.0 / np.sqrt(np.where(stiff > 0, stiff, 1.0)), 1.0)
-    columns = C * scale
-    norms = np.linalg.norm(columns, axis=0)
-    elastic = (stiff > 0) & (norms > 0)
-    if np.any(elastic):
-        typical = float(np.median(norms[elastic]))
-        passive = (stiff == 0) & (norms > 0)
-        scale = np.where(passive, typical / np.where(norms > 0, norms, 1.0), scale)
-    columns = C * scale
-    rows = np.linalg.norm(columns, axis=1)
-    columns = columns / np.where(rows > 0, rows, 1.0)[:, None]
+    norms = np.linalg.norm(C * scale[:, None], axis=1)
+    for own, elastic, passive, size in zip(
+        scale, (stiff > 0) & (norms > 0), (stiff == 0) & (norms > 0), norms, strict=True
+    ):
+        if np.any(elastic):
+            own[passive] = np.median(size[elastic]) / size[passive]
+    columns = C * scale[:, None]
+    rows = np.linalg.norm(columns, axis=2)
+    columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
     _, values, Vt = np.linalg.svd(columns)
-    rank = int(np.sum(values > _NONE * values[0]))
-    N = Vt[rank:].T * scale[:, None]
-    if N.shape[1] == 0:
-        return None
-    found = margin(N.T @ Q @ N, N.T @ Q0 @ N)
-    if found.value == 0.0:  # a joint that nothing holds, such as the spin of a rod
-        return None
-    return Margin(found.value, N @ found.mode)
+    ranks = np.sum(values > _NONE * values[:, :1], axis=1)
+    found: list[Margin | None] = [None] * len(Q)
+    for rank in np.unique(ranks):
+        if rank == Q.shape[1]:
+            continue
+        legs = np.flatnonzero(ranks == rank)
+        N = np.swapaxes(Vt[legs, rank:], -1, -2) * scale[legs, :, None]
+        across = np.swapaxes(N, -1, -2)
+        pairs = zip(across @ Q[legs] @ N, across @ Q0[legs] @ N, strict=True)
+        for leg, own, (q, q0) in zip(legs, N, pairs, strict=True):
+            least = margin(q, q0)
+            found[leg] = Margin(least.value, own @ least.mode)
+    return found

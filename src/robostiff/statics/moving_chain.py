@@ -1,0 +1,352 @@
+"""Chains in finite motion: where their bodies are, velocities, energy, and second derivatives.
+
+All elements of all chains alike are computed at once: a leading axis N counts the chains, K the
+elements. An elastic part has six coordinates here; those that it lacks are empty columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from robostiff.statics.chain import BodyLoad, ChainTerms, Moved
+from robostiff.statics.element import Element, FiniteJoint, FiniteSpring, Placement
+from robostiff.statics.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
+
+_IDENTITY = np.eye(3)
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """What the coordinates of elements do.
+
+    Attributes
+    ----------
+    E : (N, K, 3, 3) array
+        Turn of every element, in world axes of the unloaded posture.
+    shift : (N, K, 3) array
+        Of its far end, in these axes [m].
+    turned : FiniteTurn
+        Of the elastic parts, in their own axes.
+    """
+
+    E: np.ndarray
+    shift: np.ndarray
+    turned: FiniteTurn
+
+
+@dataclass(frozen=True)
+class _Energies:
+    """Energy of elastic parts (N, S), by their six coordinates: gradient and curvature."""
+
+    value: np.ndarray
+    gradient: np.ndarray
+    curvature: np.ndarray
+
+
+class MovingChains:
+    """Elements of chains alike as arrays.
+
+    Parameters
+    ----------
+    elements : sequence of FiniteJoint or FiniteSpring
+    loads : sequence of BodyLoad
+    count : int
+        Number of chains N.
+    body_rows : sequence of int
+        Coordinates of the body at the start, where that moves.
+    """
+
+    def __init__(
+        self,
+        elements: Sequence[Element],
+        loads: Sequence[BodyLoad],
+        count: int,
+        body_rows: Sequence[int],
+    ) -> None:
+        self.elements, self.count = tuple(elements), count
+        K, N = len(self.elements), count
+        self.point = np.zeros((N, K, 3))
+        starts = np.cumsum([0, *(e.size for e in elements)])
+        self.size = int(starts[-1])
+        joints = [(k, e) for k, e in enumerate(elements) if isinstance(e, FiniteJoint)]
+        springs = [(k, e) for k, e in enumerate(elements) if isinstance(e, FiniteSpring)]
+        for k, e in enumerate(elements):
+            self.point[:, k] = e.point
+        self._set_joints(joints, starts)
+        self._set_springs(springs, starts)
+        self.loads = tuple(loads)
+        self.load_point = np.zeros((N, len(loads), 3))
+        self.load_force = np.zeros((N, len(loads), 3))
+        for i, load in enumerate(loads):
+            self.load_point[:, i], self.load_force[:, i] = load.point, load.force
+        self.load_after = np.array([load.after for load in loads], dtype=int)
+        self.body_rows = list(body_rows)
+        self._set_order(starts)
+
+    def _set_joints(self, joints: Sequence[tuple[int, FiniteJoint]], starts: np.ndarray) -> None:
+        N, J = self.count, len(joints)
+        self.joint_elements = np.array([k for k, _ in joints], dtype=int)
+        self.joint_places = starts[self.joint_elements]
+        self.axis, self.slide = np.zeros((N, J, 3)), np.zeros((N, J, 1))
+        self.stiffness, self.preload = np.zeros((N, J)), np.zeros((N, J))
+        for i, (_, e) in enumerate(joints):
+            self.axis[:, i], self.slide[:, i, 0] = e.axis, e.slide
+            self.stiffness[:, i], self.preload[:, i] = e.stiffness, e.preload
+        self.turning = np.array([[float(e.turns)] for _, e in joints]).reshape(J, 1)
+        self.axis_skew = skews(self.axis)
+        self.axis_skew_squared = self.axis_skew @ self.axis_skew
+
+    def _set_springs(self, springs: Sequence[tuple[int, FiniteSpring]], starts: np.ndarray) -> None:
+        N, S = self.count, len(springs)
+        self.spring_elements = np.array([k for k, _ in springs], dtype=int)
+        self.own_axes, self.modes = np.zeros((N, S, 3, 3)), np.zeros((N, S, 6, 6))
+        self.mode_stiffness = np.zeros((N, S, 6))
+        self.axial, self.G = np.zeros((N, S, 1)), np.zeros((N, S, 6, 6))
+        full, places = [], []
+        for i, (k, e) in enumerate(springs):
+            m = e.size
+            self.own_axes[:, i], self.modes[:, i, :, :m] = e.rotation, e.modes
+            self.mode_stiffness[:, i, :m] = e.stiffness
+            if e.bowing is not None:
+                self.axial[:, i, 0], self.G[:, i] = e.bowing.axial, e.bowing.G
+            full += [6 * i + j for j in range(m)]
+            places += [starts[k] + j for j in range(m)]
+        #: Which of the 6 S coordinates there are, and their places in x.
+        self.full = np.array(full, dtype=int)
+        self.spring_places = np.array(places, dtype=int)
+        self.has_bowing = bool(np.any(self.axial))
+
+    def _set_order(self, starts: np.ndarray) -> None:
+        body = len(self.body_rows)
+        own = np.repeat(np.arange(len(self.elements)), np.diff(starts))
+        #: Element that moves by each unknown, counted from the body at the start.
+        self.order = np.concatenate([np.zeros(body, dtype=int), own + bool(body)])
+        self.nearer = self.order[:, None] < self.order[None, :]
+        self.same = self.order[:, None] == self.order[None, :]
+        self.joint_columns = self.joint_places + body
+        self.spring_columns = self.spring_places + body
+        n = len(self.order)
+        # Blocks of the elastic parts, among all pairs of their six coordinates.
+        pairs, rows, columns = [], [], []
+        for a, place_a in zip(self.full, self.spring_columns, strict=True):
+            for b, place_b in zip(self.full, self.spring_columns, strict=True):
+                if a // 6 == b // 6:
+                    pairs.append(6 * a + b % 6)
+                    rows.append(place_a)
+                    columns.append(place_b)
+        self.block_pairs = np.array(pairs, dtype=int)
+        self.block_places = np.array(rows, dtype=int) * n + np.array(columns, dtype=int)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether forces act on its bodies, or preloads in its joints."""
+        return bool(self.loads) or bool(np.any(self.preload))
+
+    def moved(self, x: np.ndarray, start: Placement | None) -> Moved:
+        """The chains at coordinates x (N, size), from where their start is; None for the base."""
+        return self._moved(self._steps(x), start)
+
+    def _steps(self, x: np.ndarray) -> _Steps:
+        N, K = self.point.shape[:2]
+        E, shift = np.empty((N, K, 3, 3)), np.empty((N, K, 3))
+        q = x[:, self.joint_places][..., None]
+        angle = (q * self.turning)[..., None]
+        versine = 2.0 * np.sin(0.5 * angle) ** 2
+        E[:, self.joint_elements] = (
+            _IDENTITY + np.sin(angle) * self.axis_skew + versine * self.axis_skew_squared
+        )
+        shift[:, self.joint_elements] = self.axis * self.slide * q
+        y = self._spring_coordinates(x)
+        th = (self.modes @ y[..., None])[..., 0]
+        turned = turn_and_rates(th[..., 3:])
+        own = self.own_axes
+        E[:, self.spring_elements] = own @ turned.R @ np.swapaxes(own, -1, -2)
+        shift[:, self.spring_elements] = (own @ th[..., :3, None])[..., 0]
+        return _Steps(E, shift, turned)
+
+    def _moved(self, steps: _Steps, start: Placement | None) -> Moved:
+        N, K = self.point.shape[:2]
+        M = np.zeros((N, K, 4, 4))
+        M[..., :3, :3], M[..., 3, 3] = steps.E, 1.0
+        M[..., :3, 3] = self.point + steps.shift - (steps.E @ self.point[..., None])[..., 0]
+        T = np.empty((N, K + 1, 4, 4))
+        T[:, 0] = np.eye(4)
+        if start is not None:
+            T[:, 0, :3, :3], T[:, 0, :3, 3] = start.R, start.t
+        for k in range(K):
+            np.matmul(T[:, k], M[:, k], out=T[:, k + 1])
+        return Moved(T)
+
+    def _spring_coordinates(self, x: np.ndarray) -> np.ndarray:
+        y = np.zeros((self.count, self.modes.shape[1] * 6))
+        y[:, self.full] = x[:, self.spring_places]
+        return y.reshape(self.count, -1, 6)
+
+    def terms(
+        self,
+        x: np.ndarray,
+        start: Placement | None,
+        centre: np.ndarray | None,
+        end_point: np.ndarray,
+        W: np.ndarray,
+        share: float,
+    ) -> ChainTerms:
+        """What the chains contribute to the equations of their legs.
+
+        With a nearer the base than b, ``d_b v_a = w_a x v_b`` and ``d_b w_a = 0``; with b nearer,
+        ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
+        ``d_b v_a = d_b w_a x s + w_a x (w_b x s)``, s from its point to the one that moves. A force
+        f at s beyond an element acts on its columns by f, ``s x f`` and ``s f^T - (s . f) I``.
+
+        Parameters
+        ----------
+        x : (N, size) array
+        start : Placement or None
+            Of the body at the start; None for the base.
+        centre : (N, 3) array or None
+            Point of that body about which its own twist is [m].
+        end_point : (N, 3) array
+            Point of the body at the end, at the unloaded posture [m].
+        W : (N, 6) array
+            What that body exerts on the chain, about the point where the chain has it [N, N m].
+        share : float
+            Of loads and preloads.
+        """
+        steps = self._steps(x)
+        motion = self._moved(steps, start)
+        w, v, C = self._columns(steps, motion, centre)
+        P = motion.end.of(end_point)
+        order = self.order
+        J = np.concatenate([v + crossed(w, P[:, None] - C[:, order]), w], axis=-1)
+        f, m, S = _felt(W[:, None, :3], W[:, None, 3:], P[:, None], C, None)
+        by_share = np.zeros(w.shape[:2])
+        by_share[:, self.joint_columns] = -self.preload
+        if len(self.load_after):
+            behind = motion.T[:, self.load_after]
+            at = (behind[..., :3, :3] @ self.load_point[..., None])[..., 0] + behind[..., :3, 3]
+            reach = np.arange(C.shape[1])[:, None] < (
+                self.load_after + (C.shape[1] - len(self.elements))
+            )
+            more = _felt(self.load_force, np.zeros((self.count, 1, 3)), at, C, reach)
+            by_share -= np.sum(v * more[0][:, order] + w * more[1][:, order], axis=-1)
+            f, m, S = f + share * more[0], m + share * more[1], S + share * more[2]
+        f_own = f[:, order] if f.shape[1] > 1 else f
+        gradient = -np.sum(v * f_own + w * m[:, order], axis=-1)
+        Sw = (S[:, order] @ w[..., None])[..., 0]
+        across = np.swapaxes(w, -1, -2)
+        U = w @ np.swapaxes(crossed(v, f_own) + Sw, -1, -2)
+        bracket = crossed(w, W[:, None, 3:]) @ across
+        H = np.where(self.nearer, U, np.swapaxes(U, -1, -2) + bracket)
+        H = np.where(self.same, w @ np.swapaxes(Sw, -1, -2), H)
+        tangent = -H
+        q = x[:, self.joint_places]
+        tangent[:, self.joint_columns, self.joint_columns] += self.stiffness
+        gradient[:, self.joint_columns] += self.stiffness * q - share * self.preload
+        if len(self.spring_elements):
+            stored = self._stored(x)
+            gradient[:, self.spring_columns] += stored.gradient.reshape(self.count, -1)[
+                :, self.full
+            ]
+            beyond = m[:, self.spring_elements + (C.shape[1] - len(self.elements))]
+            axes = motion.T[:, self.spring_elements, :3, :3] @ self.own_axes
+            about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
+            V = self.modes[:, :, 3:]
+            block = stored.curvature - np.swapaxes(V, -1, -2) @ steps.turned.rate_felt(about) @ V
+            flat = tangent.reshape(self.count, -1)
+            flat[:, self.block_places] += block.reshape(self.count, -1)[:, self.block_pairs]
+        return ChainTerms(motion.end, np.swapaxes(J, -1, -2), tangent, gradient, by_share)
+
+    def _columns(
+        self, steps: _Steps, motion: Moved, centre: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Angular velocities and velocities (N, n, 3) about points of the elements (N, K, 3)."""
+        N, body = self.count, len(self.body_rows)
+        before = motion.T[:, :-1]
+        C = (before[..., :3, :3] @ (self.point + steps.shift)[..., None])[..., 0]
+        C = C + before[..., :3, 3]
+        w, v = np.zeros((N, len(self.order), 3)), np.zeros((N, len(self.order), 3))
+        axes = (before[:, self.joint_elements, :3, :3] @ self.axis[..., None])[..., 0]
+        w[:, self.joint_columns] = axes * self.turning
+        v[:, self.joint_columns] = axes * self.slide
+        if len(self.spring_elements):
+            axes = before[:, self.spring_elements, :3, :3] @ self.own_axes
+            for to, by in (
+                (v, axes @ self.modes[:, :, :3]),
+                (w, axes @ steps.turned.W @ self.modes[:, :, 3:]),
+            ):
+                to[:, self.spring_columns] = np.swapaxes(by, -1, -2).reshape(N, -1, 3)[:, self.full]
+        if body and centre is not None:
+            unit = np.eye(6)[self.body_rows]
+            v[:, :body], w[:, :body] = unit[:, :3], unit[:, 3:]
+            C = np.concatenate([centre[:, None], C], axis=1)
+        return w, v, C
+
+    def _stored(self, x: np.ndarray) -> _Energies:
+        """Energy of the elastic parts by their six coordinates, with the bowing of beams."""
+        y = self._spring_coordinates(x)
+        ky = self.mode_stiffness * y
+        value, gradient = 0.5 * np.sum(ky * y, axis=-1), ky
+        curvature = self._elastic
+        if not self.has_bowing:
+            return _Energies(value, gradient, curvature)
+        k, G, V = self.axial, self.G, self.modes
+        across = np.swapaxes(V, -1, -2)
+        th = (V @ y[..., None])[..., 0]
+        Gth = (G @ th[..., None])[..., 0]
+        u = th[..., :1]
+        half = 0.5 * np.sum(th * Gth, axis=-1, keepdims=True)
+        stretched = u + half
+        direction = Gth.copy()
+        direction[..., 0] += 1.0
+        # k/2 ((u + half)^2 - u^2), without the difference of large numbers
+        push = stretched * Gth
+        push[..., 0] += half[..., 0]
+        outer = direction[..., :, None] * direction[..., None, :]
+        outer[..., 0, 0] -= 1.0
+        bent = k[..., None] * (outer + stretched[..., None] * G)
+        return _Energies(
+            value + 0.5 * (k * half * (2 * u + half))[..., 0],
+            gradient + (across @ (k * push)[..., None])[..., 0],
+            curvature + across @ bent @ V,
+        )
+
+    @cached_property
+    def _elastic(self) -> np.ndarray:
+        return self.mode_stiffness[..., None] * np.eye(6)
+
+    def energies(self, x: np.ndarray) -> list[np.ndarray]:
+        """Elastic energy of every element (N,) [J], preloads left out."""
+        found = np.zeros((self.count, len(self.elements)))
+        found[:, self.joint_elements] = 0.5 * self.stiffness * x[:, self.joint_places] ** 2
+        if len(self.spring_elements):
+            found[:, self.spring_elements] = self._stored(x).value
+        return list(found.T)
+
+    def load_potential(self, x: np.ndarray, start: Placement | None) -> np.ndarray:
+        """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""
+        found = -np.sum(self.preload * x[:, self.joint_places], axis=-1)
+        if len(self.load_after):
+            behind = self.moved(x, start).T[:, self.load_after]
+            at = (behind[..., :3, :3] @ self.load_point[..., None])[..., 0] + behind[..., :3, 3]
+            found -= np.sum(self.load_force * (at - self.load_point), axis=(-1, -2))
+        return found
+
+
+def _felt(
+    f: np.ndarray, m: np.ndarray, at: np.ndarray, C: np.ndarray, reach: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What elements feel of forces (N, L, 3) at points, and of moments, about their points C.
+
+    Returns the force (N, K or 1, 3), the moment (N, K, 3), and ``s f^T - (s . f) I`` (N, K, 3, 3).
+    `reach` (K, L) says which element feels which force; all of them when None.
+    """
+    s = at[:, None] - C[:, :, None]
+    own = f[:, None] if reach is None else f[:, None] * reach[..., None]
+    S = np.swapaxes(s, -1, -2) @ np.broadcast_to(own, s.shape)
+    moment = np.sum(crossed(s, own), axis=2) + np.sum(m, axis=1)[:, None]
+    S = S - np.trace(S, axis1=-2, axis2=-1)[..., None, None] * _IDENTITY
+    return np.sum(own, axis=2), moment, S

@@ -1,0 +1,103 @@
+"""Elastic parts of a robot as elements: linear springs, and beams cut into some."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robostiff.model import PlacedSpring
+from robostiff.spatial import Space, block_rotation, compliance_modes
+from robostiff.statics.beam_bowing import uniform_beam
+from robostiff.statics.element import BeamShape, Element, FiniteSpring
+
+
+@dataclass(frozen=True)
+class _Own:
+    """What elements of one elastic part share.
+
+    Attributes
+    ----------
+    modes, stiffness : (1, 6, m) and (1, m) arrays
+        See `FiniteSpring`.
+    bowing : BeamShape or None
+    length : float
+        Of the beam that is cut [m].
+    parts : int
+    """
+
+    modes: np.ndarray
+    stiffness: np.ndarray
+    bowing: BeamShape | None
+    length: float
+    parts: int
+
+
+@dataclass(frozen=True)
+class SpringElements:
+    """Elastic parts as elements; what has been worked out for one is used for all alike.
+
+    Attributes
+    ----------
+    space : Space
+    known : dict
+        By compliance, and in the plane by axes.
+    """
+
+    space: Space
+    known: dict[tuple[object, ...], _Own] = field(default_factory=dict)
+
+    def of(self, spring: PlacedSpring, parts: int) -> list[Element]:
+        """An elastic part as one spring, or a beam as so many elements with their bowing.
+
+        Parameters
+        ----------
+        spring : PlacedSpring
+        parts : int
+            Into how many a beam is cut; 0 for a linear spring.
+        """
+        C = np.array(spring.elasticity.compliance, dtype=float)
+        free = np.array(spring.elasticity.freedoms, dtype=float)
+        turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
+        key = (C.tobytes(), free.tobytes(), turned, parts)
+        own = self.known.get(key)
+        if own is None:
+            own = self.known[key] = self._own(spring, C, free, parts)
+        x = spring.rotation[:, 0] * own.length
+        rotation = np.array(spring.rotation, dtype=float)[None]
+        ends = [spring.point - x * (1 - (i + 1) / own.parts) for i in range(own.parts)]
+        return [
+            FiniteSpring(
+                (spring.name,),
+                np.array(end, dtype=float)[None],
+                rotation,
+                own.modes,
+                own.stiffness,
+                own.bowing,
+            )
+            for end in ends
+        ]
+
+    def _own(self, spring: PlacedSpring, C: np.ndarray, free: np.ndarray, parts: int) -> _Own:
+        beam = uniform_beam(C) if parts and not free.size else None
+        if beam is None:
+            return _Own(*self._modes(spring, C, free), None, 0.0, 1)
+        shape = BeamShape(np.array([beam.EA / beam.length * parts]), beam.shortening(parts)[None])
+        modes, stiffness = self._modes(spring, beam.compliance(parts), free)
+        return _Own(modes, stiffness, shape, beam.length, parts)
+
+    def _modes(
+        self, spring: PlacedSpring, C: np.ndarray, free: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        own = np.eye(6)
+        if self.space is not Space.SPATIAL:
+            rows = list(self.space.rows)
+            world = block_rotation(spring.rotation)
+            own = world.T[:, rows]
+            C = (world @ C @ world.T)[np.ix_(rows, rows)]
+            free = (world @ free)[rows]
+        modes = compliance_modes(C)
+        modes = modes[:, np.any(modes != 0, axis=0)]
+        free = free[:, np.any(free != 0, axis=0)]
+        stiffness = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
+        return (own @ np.concatenate([modes, free], axis=1))[None], stiffness[None]
