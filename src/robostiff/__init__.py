@@ -85,6 +85,7 @@ _HOMES = {
         "Leg",
         "Link",
         "Locked",
+        "Mass",
         "Passive",
         "Rigid",
         "Robot",

@@ -86,6 +86,7 @@ from robostiff.model import Elbow as Elbow
 from robostiff.model import Leg as Leg
 from robostiff.model import Link as Link
 from robostiff.model import Locked as Locked
+from robostiff.model import Mass as Mass
 from robostiff.model import Passive as Passive
 from robostiff.model import Rigid as Rigid
 from robostiff.model import Robot as Robot

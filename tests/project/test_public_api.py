@@ -63,6 +63,7 @@ PUBLIC = [
     "Linear",
     "Link",
     "Locked",
+    "Mass",
     "Material",
     "NearestTensions",
     "Network",

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from robostiff.analysis import RobotStiffness, stiffness
-from robostiff.model import Actuated, Passive, Robot, Snapshot
+from robostiff.kinematics import find_posture, with_masses
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Snapshot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
 
@@ -65,8 +70,43 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
             for leg in robot.legs
         ],
         **of_platform,
+        **mass_facts(robot),
         "home": home_facts(home),
     }
+
+
+def mass_facts(robot: Robot) -> dict[str, Any]:
+    """Masses at home by parts, their sum and centre, and gravity; nothing of a robot without."""
+    posture = find_posture(robot)
+    R, p = turn_by_vector(posture.pose[0, 3:]), posture.pose[0, :3]
+    placed = [
+        (f"{leg.name}/{mass.name}", float(mass.value), mass.centre)
+        for leg in with_masses(posture).one(0).legs
+        for mass in _masses(leg)
+    ]
+    for mass in robot.in_floats.platform_masses:
+        centre = p if mass.centre is None else p + R @ mass.centre
+        placed.append((f"platform/{mass.name}", mass.value, centre))
+    total = sum(value for _, value, _ in placed)
+    facts: dict[str, Any] = {}
+    if placed:
+        parts: dict[str, float] = {}
+        for name, value, _ in placed:
+            parts[name] = parts.get(name, 0.0) + value
+        facts["masses"] = {"total": total, "parts": parts}
+        if total > 0:
+            centre = np.sum([value * centre for _, value, centre in placed], axis=0) / total
+            facts["masses"]["centre"] = centre.tolist()
+    if robot.gravity is not None:
+        facts["gravity"] = robot.in_floats.gravity.tolist()
+    return facts
+
+
+def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
+    yield from leg.masses
+    for block in leg.blocks:
+        for branch in block.branches:
+            yield from _masses(branch)
 
 
 def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:

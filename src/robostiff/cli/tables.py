@@ -70,6 +70,8 @@ def print_facts(facts: Mapping[str, Any]) -> None:
                 + ", ".join(held)
             )
         )
+    for line in mass_lines(facts):
+        console.print(_text(line))
     if facts["kind"] == "cable robot":
         console.print(_text(f"cables: {', '.join(facts['cables'])}"))
     if facts["kind"] == "network":
@@ -82,6 +84,26 @@ def print_facts(facts: Mapping[str, Any]) -> None:
         console.print(_text(f"free: {motion}"))
     for advice in home["advice"]:
         console.print(_text(f"advice: {advice}"))
+
+
+def mass_lines(facts: Mapping[str, Any]) -> list[str]:
+    """Masses of a robot at home, equal ones of several legs together, and its gravity."""
+    lines = []
+    if "masses" in facts:
+        masses = facts["masses"]
+        count: dict[tuple[str, str], int] = {}
+        for name, value in masses["parts"].items():
+            leg, _, part = name.partition("/")
+            called = name if leg == "platform" else part
+            key = (called, f"{value:.4g} kg")
+            count[key] = count.get(key, 0) + 1
+        parts = [f"{n} x {part} {m}" if n > 1 else f"{part} {m}" for (part, m), n in count.items()]
+        lines.append(f"masses: {', '.join(parts)}; {masses['total']:.4g} kg in all")
+        if "centre" in masses:
+            lines[-1] += f" at ({row(np.array(masses['centre']))}) m"
+    if "gravity" in facts:
+        lines.append(f"gravity: ({row(np.array(facts['gravity']))}) m/s^2")
+    return lines
 
 
 def print_stiffness(result: RobotStiffness) -> None:

@@ -27,11 +27,13 @@ class Material:
         Shear modulus [Pa]; free of E, so that a wound composite tube can be written too.
     source : str
         Where the numbers come from.
+    density : float, formula or None
+        Mass by volume [kg/m^3]; None where it is not known.
 
     Raises
     ------
     InputError
-        A modulus is not a positive finite number.
+        A modulus or the density is not a positive finite number.
 
     Examples
     --------
@@ -43,14 +45,20 @@ class Material:
     E: Any = None
     G: Any = None
     source: str = ""
+    density: Any = None
 
     def __post_init__(self) -> None:
+        if self.density is not None:
+            density = positive_number(f"density of {self.name!r}", self.density, "kg/m^3")
+            object.__setattr__(self, "density", density)
         for field, words in (("E", "Young's modulus E"), ("G", "shear modulus G")):
             subject = f"{words} of {self.name!r}"
             object.__setattr__(self, field, positive_number(subject, getattr(self, field), "Pa"))
 
     @classmethod
-    def isotropic(cls, name: str, E: Any, poisson_ratio: Any, source: str = "") -> Material:
+    def isotropic(
+        cls, name: str, E: Any, poisson_ratio: Any, source: str = "", density: Any = None
+    ) -> Material:
         """The isotropic material of modulus E and Poisson ratio nu: ``G = E / (2 (1 + nu))``.
 
         Parameters
@@ -63,6 +71,8 @@ class Material:
             Poisson ratio nu [], -1 < nu < 0.5.
         source : str
             Where the numbers come from.
+        density : float, formula or None
+            Mass by volume [kg/m^3].
 
         Raises
         ------
@@ -77,7 +87,7 @@ class Material:
         nu = poisson_ratio_of_isotropic(poisson_ratio)
         E = positive_number(f"Young's modulus E of {name!r}", E, "Pa")
         E, nu = exact_together(E, nu)
-        return cls(name, E, E / (2 * (1 + nu)), source)
+        return cls(name, E, E / (2 * (1 + nu)), source, density)
 
     @property
     def poisson_ratio(self) -> Any:
@@ -87,33 +97,77 @@ class Material:
 
 
 _TABLE = (
-    Material.isotropic("steel", 210e9, 0.3, "EN 1993-1-1:2005, 3.2.6 (structural steel)"),
     Material.isotropic(
-        "stainless-steel", 200e9, 0.3, "EN 1993-1-4:2006, 2.1.3 (austenitic and duplex grades)"
+        "steel",
+        210e9,
+        0.3,
+        "EN 1993-1-1:2005, 3.2.6 (structural steel); density EN 1993-1-2:2005, 3.2.2",
+        7850.0,
     ),
     Material.isotropic(
-        "cast-iron-grey", 110e9, 0.26, "EN 1561:2011, annex, EN-GJL-250 (middle of 103 to 118 GPa)"
+        "stainless-steel",
+        200e9,
+        0.3,
+        "EN 1993-1-4:2006, 2.1.3 (austenitic and duplex grades); density EN 10088-1 (1.4301)",
+        7900.0,
     ),
-    Material.isotropic("cast-iron-ductile", 169e9, 0.275, "EN 1563:2011, annex, EN-GJS-400-18"),
-    Material.isotropic("aluminium", 70e9, 0.3, "EN 1999-1-1:2007, 3.2.5 (structural alloys)"),
+    Material.isotropic(
+        "cast-iron-grey",
+        110e9,
+        0.26,
+        "EN 1561:2011, annex, EN-GJL-250 (middle of 103 to 118 GPa; density)",
+        7200.0,
+    ),
+    Material.isotropic(
+        "cast-iron-ductile",
+        169e9,
+        0.275,
+        "EN 1563:2011, annex, EN-GJS-400-18 (moduli and density)",
+        7100.0,
+    ),
+    Material.isotropic(
+        "aluminium",
+        70e9,
+        0.3,
+        "EN 1999-1-1:2007, 3.2.5 (structural alloys; moduli and density)",
+        2700.0,
+    ),
     Material.isotropic(
         "aluminium-6061",
         68.9e9,
         0.33,
         "Aluminum Association, Aluminum Standards and Data, typical properties (10.0e3 ksi, mean "
-        "of tension and compression); Poisson ratio of MIL-HDBK-5J, 3.6.2",
+        "of tension and compression; density); Poisson ratio of MIL-HDBK-5J, 3.6.2",
+        2700.0,
     ),
     Material.isotropic(
         "aluminium-7075",
         71.7e9,
         0.33,
         "Aluminum Association, Aluminum Standards and Data, typical properties (10.4e3 ksi, mean "
-        "of tension and compression); Poisson ratio of MIL-HDBK-5J, 3.7.6",
+        "of tension and compression; density); Poisson ratio of MIL-HDBK-5J, 3.7.6",
+        2810.0,
     ),
-    Material("titanium-6al-4v", 110.3e9, 42.7e9, "MIL-HDBK-5J, 5.4.1 (E 16.0e3 ksi, G 6.2e3 ksi)"),
-    Material("magnesium-az31b", 44.8e9, 16.5e9, "MIL-HDBK-5J, 4.2.1 (E 6.5e3 ksi, G 2.4e3 ksi)"),
     Material(
-        "brass", 97e9, 37e9, "ASM Handbook vol. 2 (1990), wrought copper, C36000 free-cutting brass"
+        "titanium-6al-4v",
+        110.3e9,
+        42.7e9,
+        "MIL-HDBK-5J, 5.4.1 (E 16.0e3 ksi, G 6.2e3 ksi, 0.160 lb/in^3)",
+        4430.0,
+    ),
+    Material(
+        "magnesium-az31b",
+        44.8e9,
+        16.5e9,
+        "MIL-HDBK-5J, 4.2.1 (E 6.5e3 ksi, G 2.4e3 ksi, 0.064 lb/in^3)",
+        1770.0,
+    ),
+    Material(
+        "brass",
+        97e9,
+        37e9,
+        "ASM Handbook vol. 2 (1990), wrought copper, C36000 free-cutting brass (moduli, density)",
+        8500.0,
     ),
 )
 

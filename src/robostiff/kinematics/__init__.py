@@ -15,6 +15,7 @@ from robostiff.kinematics.jacobians import (
     spring_compliance,
     spring_jacobian,
 )
+from robostiff.kinematics.placed_masses import with_masses
 from robostiff.kinematics.pose import JointCoordinates, Near, Pose
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.posture_finder import PostureFinder, find_posture, posture_finder
@@ -44,4 +45,5 @@ __all__ = [
     "postures",
     "spring_compliance",
     "spring_jacobian",
+    "with_masses",
 ]

@@ -12,6 +12,7 @@ from robostiff.elasticity import Elasticity, beam_compliance
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
     Chain,
+    Element,
     Joint,
     JointKind,
     Link,
@@ -119,7 +120,7 @@ def place_chain(
     -------
     PlacedChain
     """
-    walk = _Walk(R_base, p_base, _Way(q, None if theta is None else list(theta)))
+    walk = ChainWalk(R_base, p_base, Way(q, None if theta is None else list(theta)))
     walk.along(chain)
     # without a joint that turns or slides, the frame is that of the base: alike at all poses
     batch = q.shape[:-1]
@@ -131,7 +132,7 @@ def place_chain(
 
 
 @dataclass
-class _Way:
+class Way:
     """Common state of the walks along a chain and the branches of its blocks."""
 
     q: np.ndarray
@@ -140,49 +141,60 @@ class _Way:
     loops: list[Loop] = field(default_factory=list)
 
 
-class _Walk:
+class ChainWalk:
     """The frame reached so far, on the way from base to platform."""
 
-    def __init__(self, R: np.ndarray, p: np.ndarray, way: _Way, prefix: str = "") -> None:
+    def __init__(self, R: np.ndarray, p: np.ndarray, way: Way, prefix: str = "") -> None:
         self.R, self.p, self.way, self.prefix = R, p, way, prefix
         self.placed: list[PlacedFreedom | PlacedSpring | PlacedBlock] = []
         self.led_by: list[int] = []
 
     def along(self, chain: Chain) -> None:
+        """Walk along a chain."""
         for element in chain.elements:
-            if isinstance(element, Rigid):
-                self.go(element.transform.p, element.transform.R)
-            elif isinstance(element, Link):
-                self.go(element.to)
-                self.spring(element.name, element.axes, element.elasticity)
-            elif isinstance(element, Joint):
-                self.joint(element, self.coordinates(element.size))
-            elif isinstance(element, ParallelBlock):
-                self.block(element)
-            else:
-                self.telescope(element, self.coordinates(1)[..., 0])
+            self.over(element)
+
+    def over(self, element: Element) -> None:
+        """Walk over one element."""
+        if isinstance(element, Rigid):
+            self.go(element.transform.p, element.transform.R)
+        elif isinstance(element, Link):
+            self.go(element.to)
+            self.spring(element.name, element.axes, element.elasticity)
+        elif isinstance(element, Joint):
+            self.joint(element, self.coordinates(element.size))
+        elif isinstance(element, ParallelBlock):
+            self.block(element)
+        else:
+            self.telescope(element, self.coordinates(1)[..., 0])
+
+    def leg(self, name: str) -> PlacedLeg:
+        """What has been walked along, as a leg or branch."""
+        return PlacedLeg(name, tuple(self.placed), self.p)
 
     def coordinates(self, size: int) -> np.ndarray:
+        """The next coordinates (..., size)."""
         start = self.way.place
         self.way.place += size
         self.led_by += range(start, start + size)
         return self.way.q[..., start : start + size]
 
     def block(self, block: ParallelBlock) -> None:
+        """Place the branches of a block."""
         legs, ends, walks = [], [], []
         for branch in block.branches:
             name = f"{self.prefix}{block.name}/{branch.name}"
-            walk = _Walk(self.R, self.p, self.way, f"{name}/")
+            walk = type(self)(self.R, self.p, self.way, f"{name}/")
             walk.go(branch.start.p, branch.start.R)
             walk.along(branch.chain)
-            legs.append(PlacedLeg(name, tuple(walk.placed), walk.p))
+            legs.append(walk.leg(name))
             ends.append((walk.R, walk.p))
             walks.append(walk)
         first = walks[0]
         end = block.branches[0].end.inverse
         first.go(end.p, end.R)
         for i, branch in enumerate(block.branches[1:], start=1):
-            wanted = _Walk(first.R, first.p, self.way)
+            wanted = ChainWalk(first.R, first.p, self.way)
             wanted.go(branch.end.p, branch.end.R)
             R, p = ends[i]
             own, leading = tuple(walks[i].led_by), tuple(first.led_by)
@@ -193,12 +205,14 @@ class _Walk:
         self.led_by += first.led_by
 
     def go(self, to: np.ndarray, R: np.ndarray | None = None) -> None:
+        """Move the frame to a point of itself, and turn it."""
         if np.any(to):
             self.p = self.p + np.einsum("...ij,j->...i", self.R, to)
         if R is not None and not np.array_equal(R, np.eye(3)):
             self.R = product(self.R, R)
 
     def joint(self, joint: Joint, q: np.ndarray) -> None:
+        """Place the freedoms of a joint."""
         if joint.kind is JointKind.SPHERICAL:
             for i, screw in enumerate(joint.freedoms):
                 self.freedom(f"{joint.name}[{i}]", screw, joint.role)
@@ -213,6 +227,7 @@ class _Walk:
                 self.p = self.p + e * screw.advance(q[..., i, None])
 
     def telescope(self, telescope: Telescope, extension: np.ndarray) -> None:
+        """Place the slide of a telescope and its beams."""
         (slide,) = telescope.freedoms
         e = self.freedom(telescope.name, slide, telescope.role)
         if not telescope.beams:
@@ -230,11 +245,13 @@ class _Walk:
             self.spring(name, telescope.axes, telescopic_elasticity(beam, length))
 
     def freedom(self, name: str, screw: Screw, role: Role) -> np.ndarray:
+        """Place one freedom; its axis in the world."""
         e = np.einsum("...ij,j->...i", self.R, screw.axis)
         self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.prefix + name, role))
         return e
 
     def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
+        """Place an elastic part that ends here."""
         R_spring = product(self.R, axes)
         self.placed.append(PlacedSpring(self.prefix + name, self.p, R_spring, elasticity))
         if self.way.theta is not None:

@@ -27,6 +27,7 @@ from robostiff.model.joint import (
     universal,
 )
 from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam
+from robostiff.model.mass import STANDARD_GRAVITY, Mass, gravity_vector
 from robostiff.model.parallel_block import Branch, ParallelBlock, parallelogram
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
 from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
@@ -35,12 +36,14 @@ from robostiff.model.snapshot import (
     PlacedElement,
     PlacedFreedom,
     PlacedLeg,
+    PlacedMass,
     PlacedSpring,
     Snapshot,
 )
 
 __all__ = [
     "ALL_COORDINATES",
+    "STANDARD_GRAVITY",
     "Actuated",
     "Branch",
     "Chain",
@@ -55,12 +58,14 @@ __all__ = [
     "Leg",
     "Link",
     "Locked",
+    "Mass",
     "ParallelBlock",
     "Passive",
     "PlacedBlock",
     "PlacedElement",
     "PlacedFreedom",
     "PlacedLeg",
+    "PlacedMass",
     "PlacedPlatform",
     "PlacedSpring",
     "PlatformNode",
@@ -74,6 +79,7 @@ __all__ = [
     "beam_axes",
     "beam_link",
     "cylindrical",
+    "gravity_vector",
     "helical",
     "parallelogram",
     "planar",

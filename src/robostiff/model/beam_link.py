@@ -18,10 +18,12 @@ from robostiff.errors import InputError
 from robostiff.model.checks import axis_across, unit_vector, vector3
 from robostiff.model.entries import formulas
 from robostiff.model.link import Link
+from robostiff.model.mass import Mass, masses_of
 from robostiff.spatial.formula import (
     Entries,
     exact_array,
     exact_arrays,
+    exact_together,
     is_formula,
     length_of,
     tidied,
@@ -90,8 +92,11 @@ def beam_link(
     y_axis: Entries | None = None,
     theory: BeamTheory | None = None,
     name: str = "beam",
+    mass: Mass | float | None = None,
 ) -> Link:
     """Elastic link that is one straight prismatic beam.
+
+    Its mass [kg] follows from the density of the material where `mass` is left out.
 
     Raises
     ------
@@ -110,7 +115,23 @@ def beam_link(
     axes = beam_axes(to, y_axis)
     length = length_of(to) if to.dtype == object else float(np.linalg.norm(to))
     compliance = beam_compliance(length, material, section, theory or EulerBernoulli())
-    return Link(to, Elasticity(compliance), axes, name)
+    own = beam_mass(length, material, section) if mass is None else mass
+    return Link(to, Elasticity(compliance), axes, name, masses_of(own))
+
+
+def beam_mass(length: Any, material: Material, section: CrossSection) -> Any:
+    """Mass of a uniform beam [kg], a number or a formula; None without a density.
+
+    Examples
+    --------
+    >>> from robostiff.elasticity import circle, material
+    >>> round(beam_mass(1.0, material("steel"), circle(0.02)), 3)
+    2.466
+    """
+    if material.density is None:
+        return None
+    density, A, L = exact_together(material.density, section.A, length)
+    return density * A * L
 
 
 def section_is_isotropic(section: CrossSection) -> bool:

@@ -16,6 +16,7 @@ from robostiff.elasticity import (
 )
 from robostiff.errors import InputError
 from robostiff.model.joint import Role
+from robostiff.model.mass import Mass, mass_value, masses_of
 from robostiff.spatial import Frame, Screw, refuse_quantities
 from robostiff.spatial.formula import is_above, is_formula, is_possible
 
@@ -29,12 +30,16 @@ class Rigid:
     transform : Frame
         Frame at the far end, in the frame at the near end.
     name : str
+    masses : tuple of Mass
+        Without a centre in the middle between its ends.
     """
 
     transform: Frame
     name: str = "rigid"
+    masses: tuple[Mass, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "masses", masses_of(self.masses))
         object.__setattr__(self, "transform", Frame.of(self.transform))
 
 
@@ -51,12 +56,18 @@ class Link:
     axes : (3, 3) array
         Columns: the link's own axes in the present frame.
     name : str
+    masses : tuple of Mass
+        Without a centre spread evenly from end to end.
     """
 
     to: np.ndarray
     elasticity: Elasticity
     axes: np.ndarray
     name: str = "link"
+    masses: tuple[Mass, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "masses", masses_of(self.masses))
 
 
 @dataclass(frozen=True)
@@ -72,6 +83,9 @@ class TelescopicBeam:
     fixed : float
         Length at zero extension [m].
     theory : BeamTheory
+    mass : float or None
+        Of the whole beam [kg], spread evenly along it; None for that of its length at the pose,
+        with the density of its material.
     """
 
     material: Material
@@ -79,14 +93,24 @@ class TelescopicBeam:
     share: Any
     fixed: Any = 0.0
     theory: BeamTheory = field(default_factory=EulerBernoulli)
+    mass: Any = None
 
     def __post_init__(self) -> None:
+        if self.mass is not None:
+            object.__setattr__(self, "mass", mass_value("mass of a telescopic beam", self.mass))
         refuse_quantities("share of the extension", self.share, "0 to 1")
         refuse_quantities("fixed length", self.fixed, "zero or more metres")
         if not (_may_be_at_least_zero(self.share) and not is_above(self.share, 1)):
             raise InputError("share of the extension", got=self.share, expected="0 to 1")
         if not _may_be_at_least_zero(self.fixed):
             raise InputError("fixed length", got=self.fixed, expected="zero or more metres")
+
+    def mass_at(self, length: np.ndarray) -> np.ndarray | None:
+        """Mass at lengths (...) [kg]; None where neither it nor a density is known."""
+        if self.mass is not None:
+            return np.full(np.shape(length), self.mass)
+        density = self.material.density
+        return None if density is None else density * self.section.A * length
 
 
 @dataclass(frozen=True)

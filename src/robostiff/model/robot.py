@@ -16,6 +16,7 @@ from robostiff.model.checks import vector3
 from robostiff.model.entries import formulas
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.in_words import robot_html
+from robostiff.model.mass import Mass, gravity_vector, masses_of
 from robostiff.model.symbols import free_symbols, in_floats, numeric, substitute
 from robostiff.spatial import Frame, Space
 
@@ -112,6 +113,10 @@ class Robot:
         The values in SI units that a model file gives to its symbols.
     platform : FlexiblePlatform or None
         What bends between the legs and the reference point; None for a rigid platform.
+    platform_masses : tuple of Mass
+        Of the platform and of what it carries, in the platform frame.
+    gravity : (3,) array, axis such as ``"-z"``, or None
+        Acceleration of free fall in the world [m/s^2]; None for none.
     """
 
     name: str
@@ -124,11 +129,17 @@ class Robot:
     source: str = ""
     nominal: Mapping[str, float] = field(default_factory=dict)
     platform: FlexiblePlatform | None = None
+    platform_masses: tuple[Mass, ...] = ()
+    gravity: Any = None
 
     def __post_init__(self) -> None:
         point = vector3(f"reference point of {self.name!r}", self.reference_point)
         object.__setattr__(self, "reference_point", point)
         object.__setattr__(self, "nominal", dict(self.nominal))
+        object.__setattr__(self, "platform_masses", masses_of(self.platform_masses))
+        if self.gravity is not None:
+            gravity = gravity_vector(f"gravity of {self.name!r}", self.gravity)
+            object.__setattr__(self, "gravity", gravity)
         if self.home is not None:
             object.__setattr__(self, "home", Frame.of(self.home))
         if not self.legs:

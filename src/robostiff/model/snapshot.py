@@ -73,6 +73,35 @@ class PlacedSpring:
 
 
 @dataclass(frozen=True)
+class PlacedMass:
+    """A mass in the world.
+
+    Attributes
+    ----------
+    name : str
+        Of its part.
+    value : (...) array
+        [kg].
+    centre : (..., 3) array
+        Where it is [m].
+    after : int
+        How many elements of its leg lie before the body that carries it. It is spread along, or
+        carried by, the last of these where `start` is given.
+    start : (..., 3) array or None
+        Where the elastic part that carries it begins [m].
+    span : (float, float) or None
+        From which to which part of its length it is spread; None for a mass in one place.
+    """
+
+    name: str
+    value: np.ndarray
+    centre: np.ndarray
+    after: int
+    start: np.ndarray | None = None
+    span: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
 class PlacedBlock:
     """Branches in parallel inside a leg; each runs from the body before them to the body after.
 
@@ -99,11 +128,14 @@ class PlacedLeg:
     elements : tuple of PlacedFreedom, PlacedSpring or PlacedBlock
     end : (..., 3) array
         Point where it meets the platform [m].
+    masses : tuple of PlacedMass
+        Those of its parts, as far as they have been placed.
     """
 
     name: str
     elements: tuple[PlacedElement, ...]
     end: np.ndarray
+    masses: tuple[PlacedMass, ...] = ()
 
     @property
     def parts(self) -> Iterator[PlacedFreedom | PlacedSpring]:
@@ -222,7 +254,16 @@ def _one_leg(leg: PlacedLeg, index: int) -> PlacedLeg:
         else _one_element(element, index)
         for element in leg.elements
     )
-    return PlacedLeg(leg.name, elements, _one(leg.end, 1, index))
+    masses = tuple(
+        replace(
+            mass,
+            value=_one(mass.value, 0, index),
+            centre=_one(mass.centre, 1, index),
+            start=None if mass.start is None else _one(mass.start, 1, index),
+        )
+        for mass in leg.masses
+    )
+    return PlacedLeg(leg.name, elements, _one(leg.end, 1, index), masses)
 
 
 def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFreedom | PlacedSpring:

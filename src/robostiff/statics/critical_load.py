@@ -15,7 +15,8 @@ from robostiff.model import Robot, Snapshot
 from robostiff.spatial import as_float
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
-from robostiff.statics.equilibrium import Loads, one_question
+from robostiff.statics.equilibrium import one_question
+from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import LoadCase
 from robostiff.statics.status import EquilibriumStatus
@@ -110,6 +111,7 @@ def critical_load(
     *,
     at: ArrayLike | None = None,
     loads: Loads | None = None,
+    gravity: Gravity = None,
     preload: Mapping[str, Any] | None = None,
     beams: Beams = _BOWING,
     near: Near = None,
@@ -117,12 +119,12 @@ def critical_load(
 ) -> CriticalLoad:
     """Smallest factor of a wrench at which a robot stops being stable, and how it leaves.
 
-    Equilibria are followed from the wrench zero on, `loads` and `preload` acting throughout, until
-    the energy has no minimum any more; the point between is then solved for.
+    Equilibria are followed from the wrench zero on, `loads`, weights and `preload` acting
+    throughout, until the energy has no minimum any more; the point between is then solved for.
 
     Parameters
     ----------
-    robot, pose, at, loads, preload, beams, near
+    robot, pose, at, loads, gravity, preload, beams, near
         As for `equilibrium`.
     wrench : (6,) array, or (3,) for a planar robot
         At factor 1, as for `equilibrium` [N, N m].
@@ -148,7 +150,7 @@ def critical_load(
     up_to = as_float("up_to of a critical load", up_to, "a positive factor")
     if not up_to > 0:
         raise InputError("up_to of a critical load", got=up_to, expected="a positive factor")
-    question, F = one_question(robot, pose, wrench, at, loads, preload, beams, near)
+    question, F = one_question(robot, pose, wrench, at, loads, preload, beams, near, gravity)
     if not np.any(F):
         raise InputError(
             f"wrench of the critical load of {question.name!r}",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,20 +11,26 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.result import require_one_pose
 from robostiff.errors import InputError
-from robostiff.kinematics import Near, Pose, Posture, find_posture
+from robostiff.kinematics import Near, Pose, Posture, find_posture, with_masses
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
-from robostiff.statics.from_snapshot import DeadForce, legs_of, load_vector
+from robostiff.statics.from_snapshot import legs_of, load_vector
+from robostiff.statics.given_loads import (
+    Gravity,
+    Loads,
+    acting_gravity,
+    given_forces,
+    platform_weights,
+)
 from robostiff.statics.newton import FREE, FoundEquilibrium, Target, equilibrium_at
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.stability import leg_margins, platform_margin
 from robostiff.statics.status import EquilibriumStatus
 
-Loads = Mapping[str, Any]
 _BOWING = Bowing()
 # A margin above which Newton's method has not passed a critical load, if no step of it was cut.
 _SAFE = 0.3
@@ -62,6 +68,7 @@ def equilibrium(
     displacement: ArrayLike | None = None,
     at: ArrayLike | None = None,
     loads: Loads | None = None,
+    gravity: Gravity = None,
     preload: Mapping[str, Any] | None = None,
     beams: Beams = _BOWING,
     near: Near = None,
@@ -88,9 +95,14 @@ def equilibrium(
     at : (3,) array, optional
         Point of the platform at the unloaded posture, in the world [m], where the wrench acts and
         about which K is given; it moves along. The robot's reference point when left out.
-    loads : mapping of str to force, DeadForce or a sequence of them, optional
+    loads : mapping of str to force, DeadForce, Mass or a sequence of them, optional
         Forces [N] that keep their directions, by the name of the part before the body on which
-        they act, ``leg/part``, or ``platform``.
+        they act, ``leg/part``, or ``platform``. A `Mass` [kg] is pulled by gravity, and down where
+        there is none; its centre is in the world at the unloaded posture, that of the part when
+        left out. A `Weight` acts on the platform.
+    gravity : (3,) array or str, optional
+        Acceleration of free fall in the world [m/s^2], or an axis such as ``"-z"``, which makes
+        weights of the masses of the robot. That of the robot when left out; ``[0, 0, 0]`` for none.
     preload : mapping of str to float, optional
         Force or moment with which the drive of a joint, ``leg/part``, pushes along its coordinate
         at the unloaded posture [N or N m].
@@ -141,7 +153,7 @@ def equilibrium(
     question: Question | None = None
     for i, own in enumerate(given):
         if question is None or postures.batch:
-            question = postures.question(i, at, loads, preload, beams)
+            question = postures.question(i, at, loads, preload, beams, gravity)
         target = None if displacement is None else own
         answers.append(solved(question, own if target is None else None, target))
     return Equilibria(tuple(answers)) if batch else answers[0]
@@ -156,6 +168,7 @@ def one_question(
     preload: Mapping[str, Any] | None,
     beams: Beams,
     near: Near,
+    gravity: Gravity = None,
 ) -> tuple[Question, np.ndarray]:
     """A robot at one posture, and one wrench (r,)."""
     postures = _postures(robot, pose, near)
@@ -163,7 +176,7 @@ def one_question(
     require_one_pose("a critical load", postures.batch)
     if given.ndim > 1:
         raise InputError("wrench", got=wrench, expected="one wrench")
-    return postures.question(0, at, loads, preload, beams), given
+    return postures.question(0, at, loads, preload, beams, gravity), given
 
 
 @dataclass(frozen=True)
@@ -181,8 +194,10 @@ class Postures:
         loads: Loads | None,
         preload: Mapping[str, Any] | None,
         beams: Beams,
+        gravity: Gravity = None,
     ) -> Question:
         """What is asked at posture i."""
+        pull = acting_gravity(self.robot, gravity)
         if self.posture is None:
             snapshot, status = self.robot, EquilibriumStatus.OK
             if not isinstance(snapshot, Snapshot):
@@ -191,7 +206,7 @@ class Postures:
         else:
             k = i if self.batch else 0
             own = self.posture
-            snapshot = own.snapshot.one(k)
+            snapshot = (with_masses(own) if np.any(pull) else own.snapshot).one(k)
             status = EquilibriumStatus.OK
             if not own.reached[k]:
                 status |= EquilibriumStatus.UNREACHABLE
@@ -205,13 +220,13 @@ class Postures:
             point = as_floats("at", at, "three numbers [m]", "m")
             if point.shape != (3,):
                 raise InputError("at", got=at, expected="three numbers [m]: one point")
-        forces = {name: _forces(name, value) for name, value in (loads or {}).items()}
-        on_platform = forces.pop("platform", ())
+        forces = given_forces(loads, pull, snapshot.space, frame)
+        on_platform = [*forces.pop("platform", ()), *platform_weights(self.robot, pull, frame)]
         pushes = {
             name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
             for name, value in (preload or {}).items()
         }
-        groups = legs_of(snapshot, point, beams, forces, pushes)
+        groups = legs_of(snapshot, point, beams, forces, pushes, pull)
         places = [
             point if force.point is None else load_vector("point", "platform", force.point)
             for force in on_platform
@@ -380,11 +395,3 @@ def _rows_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
     if array.ndim == 0 or array.shape[-1] != space.size or array.ndim > 2:
         raise InputError(what, got=value, expected=f"{expected}, or a row for each answer")
     return array
-
-
-def _forces(name: str, value: Any) -> tuple[DeadForce, ...]:
-    if isinstance(value, DeadForce):
-        return (value,)
-    if isinstance(value, Sequence) and value and all(isinstance(v, DeadForce) for v in value):
-        return tuple(value)
-    return (DeadForce(load_vector("force", name, value)),)

@@ -10,15 +10,24 @@ from difflib import get_close_matches
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model import PlacedBlock, PlacedFreedom, PlacedSpring, Snapshot
+from robostiff.model import (
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedMass,
+    PlacedSpring,
+    Snapshot,
+)
 from robostiff.model.snapshot import PlacedElement
 from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.chain import BodyLoad, FiniteChain
 from robostiff.statics.element import Element, FiniteJoint
 from robostiff.statics.legs import LegGroup
+from robostiff.statics.lumped_mass import lumped
 from robostiff.statics.spring_elements import SpringElements
 
+_NO_GRAVITY = np.zeros(3)
 _ACROSS = 1e-6  # sine of the angle below which a joint turns a beam about its own axis alone
 
 
@@ -50,6 +59,7 @@ def legs_of(
     beams: Beams,
     loads: Mapping[str, Sequence[DeadForce]],
     preload: Mapping[str, float],
+    gravity: np.ndarray = _NO_GRAVITY,
 ) -> tuple[LegGroup, ...]:
     """The legs of a snapshot, those built alike in one group.
 
@@ -64,6 +74,8 @@ def legs_of(
         By ``leg/part``: on the body behind the part.
     preload : mapping of str to float
         By ``leg/part``: of the drive of a joint [N or N m].
+    gravity : (3,) array
+        Acceleration of free fall [m/s^2], which makes weights of the masses of the legs.
 
     Raises
     ------
@@ -74,7 +86,9 @@ def legs_of(
     springs = SpringElements(snapshot.space)
     for leg in snapshot.legs:
         walk = _Walk(springs, beams, f"{leg.name}/")
-        walk.along(leg.elements, None, None)
+        walk.along(leg, None, None)
+        if np.any(gravity):
+            walk.weigh(gravity)
         walks.append(walk)
     named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
     for name, forces in loads.items():
@@ -132,6 +146,31 @@ class _Part:
     drive: int | None
 
 
+@dataclass(frozen=True)
+class _Behind:
+    """A body behind some elements of a leg.
+
+    Attributes
+    ----------
+    body : int or None
+        Between chains, where `chain` is None: that body; None for base, or platform at the end.
+    chain : int or None
+        Of the last element before it.
+    after : int
+        How many elements of the chain lie before it.
+    point : (3,) array
+        Of that element [m].
+    is_end : bool
+        Whether `body` is None for the platform.
+    """
+
+    body: int | None
+    chain: int | None = None
+    after: int = 0
+    point: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    is_end: bool = False
+
+
 @dataclass
 class _Walk:
     """The chains of one leg, as they are found on the way from base to platform."""
@@ -143,9 +182,11 @@ class _Walk:
     points: list[np.ndarray] = field(default_factory=list)
     named: dict[str, _Part] = field(default_factory=dict)
     loads: dict[int, list[BodyLoad]] = field(default_factory=dict)
+    weights: list[tuple[PlacedMass, _Behind]] = field(default_factory=list)
 
-    def along(self, elements: Sequence[PlacedElement], start: int | None, end: int | None) -> None:
+    def along(self, leg: PlacedLeg, start: int | None, end: int | None) -> None:
         """Chains from one body to another, through the blocks between them."""
+        elements, behind = leg.elements, [_Behind(start)]
         run: list[PlacedFreedom | PlacedSpring] = []
         for i, element in enumerate(elements):
             if not isinstance(element, PlacedBlock):
@@ -154,16 +195,44 @@ class _Walk:
             moving = [e for e in run if _moves(e)]
             if moving:
                 body = self.body(moving[-1].point)
-                self.chain(run, start, body)
-                start, run = body, []
+                behind += self.chain(run, start, body)
+                start = body
+            else:
+                behind += [behind[-1]] * len(run)
+            run = []
             goes_on = any(_moves(later) for later in elements[i + 1 :])
             target = self.body(element.branches[0].end) if goes_on else end
             for branch in element.branches:
-                self.along(branch.elements, start, target)
+                self.along(branch, start, target)
+            behind.append(_Behind(target, is_end=True))
             if not goes_on:
-                return
+                behind += [behind[-1]] * (len(elements) - i - 1)
+                break
             start = target
-        self.chain(run, start, end)
+        else:
+            behind += self.chain(run, start, end)
+        self.weights += [(mass, behind[mass.after]) for mass in leg.masses]
+
+    def weigh(self, gravity: np.ndarray) -> None:
+        """Weights of its masses; those along an elastic part are shared by bodies at its ends."""
+        for mass, behind in self.weights:
+            chain, after = self.place(behind)
+            parts = 0
+            if mass.start is not None:
+                parts = sum(e.names[0] == mass.name for e in self.chains[chain][2][:after])
+            for own in lumped(mass, parts, behind.point):
+                force = own.value * gravity
+                body = BodyLoad(after - parts + own.after, own.point[None], force[None])
+                self.loads.setdefault(chain, []).append(body)
+
+    def place(self, behind: _Behind) -> tuple[int, int]:
+        """A chain, and how many of its elements lie before a body."""
+        if behind.chain is not None:
+            return behind.chain, behind.after
+        if behind.body is None and not behind.is_end:
+            return 0, 0  # the first chain begins at the base
+        found = [c for c, (_, end, _) in enumerate(self.chains) if end == behind.body]
+        return found[-1], len(self.chains[found[-1]][2])
 
     def body(self, point: np.ndarray) -> int:
         self.points.append(point)
@@ -174,8 +243,9 @@ class _Walk:
         run: Sequence[PlacedFreedom | PlacedSpring],
         start: int | None,
         end: int | None,
-    ) -> None:
+    ) -> list[_Behind]:
         own: list[Element] = []
+        behind: list[_Behind] = []
         for i, element in enumerate(run):
             drive = None
             if isinstance(element, PlacedSpring):
@@ -183,12 +253,15 @@ class _Walk:
             elif _moves(element):
                 drive = len(own)
                 own.append(_joint(element))
-            part = _Part(len(self.chains), len(own), np.asarray(element.point, float), drive)
+            point = np.asarray(element.point, float)
+            behind.append(_Behind(end, len(self.chains), len(own), point))
+            part = _Part(len(self.chains), len(own), point, drive)
             self.named[self.prefix + element.name] = part
             whole = element.name.partition("[")[0]
             if whole != element.name:  # the last freedom of a joint has its body behind it
                 self.named[self.prefix + whole] = replace(part, drive=None)
         self.chains.append((start, end, own))
+        return behind
 
     def _parts(self, run: Sequence[PlacedFreedom | PlacedSpring], i: int) -> int:
         """Into how many elements the beam at place i is cut; 0 for a linear spring."""

@@ -89,6 +89,41 @@ def loaded_parts(problem: EquilibriumProblem, state: State, share: float) -> tup
     return tuple(part for _, part in sorted(found, key=lambda item: item[0]))
 
 
+def base_reactions(
+    problem: EquilibriumProblem, state: State, share: float
+) -> tuple[tuple[str, np.ndarray], ...]:
+    """What every leg exerts on the base about the point of the platform (6,), by name [N, N m].
+
+    Parameters
+    ----------
+    problem : EquilibriumProblem
+    state : State
+    share : float
+        Of forces on legs that acts.
+    """
+    found: dict[int, tuple[str, np.ndarray]] = {}
+    for group, own in zip(problem.groups, state.legs, strict=True):
+        total = np.zeros((group.count, 6))
+        for c, (chain, motion) in enumerate(zip(group.chains, group.moved(own), strict=True)):
+            if chain.start is not None:
+                continue
+            f = np.zeros((group.count, 6))
+            f[:, list(problem.rows)] = own.W[c]
+            total += _about(motion.end.of(group.end_point(c)), f, state.p)
+            for load in chain.loads:
+                f = np.zeros((group.count, 6))
+                f[:, :3] = share * load.force
+                total += _about(motion.placements[load.after].of(load.point), f, state.p)
+        found |= {k: (group.names[i], total[i]) for i, k in enumerate(group.indices)}
+    return tuple(found[k] for k in sorted(found))
+
+
+def _about(point: np.ndarray, wrench: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    """Wrenches (N, 6) about points (N, 3), about another one."""
+    moment = wrench[:, 3:] + cross(point - origin, wrench[:, :3])
+    return np.concatenate([wrench[:, :3], moment], axis=-1)
+
+
 def shares(parts: tuple[LoadedPart, ...]) -> tuple[PartShare, ...]:
     """Energy of every elastic part, largest first, the elements of a beam together."""
     energies: dict[tuple[str, str], float] = {}

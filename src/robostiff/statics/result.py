@@ -14,7 +14,7 @@ from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space
 from robostiff.statics.critical_point import CriticalPoint
 from robostiff.statics.legs import turn_between
-from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares
+from robostiff.statics.loaded_parts import LoadedPart, base_reactions, loaded_parts, shares
 from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.status import EquilibriumStatus
@@ -150,6 +150,16 @@ class Equilibrium:
             carried = np.sum([state.W[i] for i in group.on_platform], axis=0)
             own |= dict(zip(group.indices, carried, strict=True))
         return tuple(own[k] for k in sorted(own))
+
+    @property
+    def reactions(self) -> tuple[np.ndarray, ...]:
+        """What each leg exerts on the base about `point`, world axes (6,) [N, N m].
+
+        Weights of parts that the base carries itself are included.
+        """
+        problem, found = self._require()
+        share = 1.0 if self.loading is None else self.loading.shares(found.factor).value
+        return tuple(own for _, own in base_reactions(problem, found.state, share))
 
     @property
     def wrench(self) -> np.ndarray:

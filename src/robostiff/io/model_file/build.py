@@ -8,6 +8,7 @@ from robostiff.io.document import Document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build_arm import build_arm
 from robostiff.io.model_file.build_chain import build_legs
+from robostiff.io.model_file.build_mass import build_gravity, build_platform_masses
 from robostiff.io.model_file.build_platform import attached, build_platform, check_platform
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place, top_place
@@ -85,6 +86,8 @@ def _assembled(
             title=written.title,
             source=written.source,
             platform=platform,
+            platform_masses=build_platform_masses(top / "platform_masses", written.platform_masses),
+            gravity=build_gravity(top / "gravity", written.gravity),
         )
     return robot, [place for place, _ in legs]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from robostiff.elasticity import (
 )
 from robostiff.io._wording import shown, values
 from robostiff.io.model_file.build_joint import build_role
+from robostiff.io.model_file.build_mass import build_masses, read_mass
 from robostiff.io.model_file.geometry import axes_of, direction, frame, point, rotation
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock, read_theory
@@ -31,8 +33,8 @@ from robostiff.io.model_file.written_elements import (
 )
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
-from robostiff.model import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
-from robostiff.model.beam_link import section_is_isotropic
+from robostiff.model import Link, Mass, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
+from robostiff.model.beam_link import beam_mass, section_is_isotropic
 from robostiff.spatial.formula import is_above, length_of
 
 _STIFFNESS_BLOCKS = (
@@ -57,7 +59,7 @@ def build_rigid(place: Place, written: WrittenRigid, name: str) -> Rigid:
     if written.to is None and turned is None:
         raise place.error("rigid part", expected="to: [x, y, z], a rotation, or both")
     to = point(place / "to", written.to)
-    return Rigid(frame(to, turned), name)
+    return Rigid(frame(to, turned), name, build_masses(place, written))
 
 
 def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> Link:
@@ -65,6 +67,7 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
     to = _run(place / "to", written.to)
     theory = read_theory(written.theory)
     y_axis = _y_axis(place, written.y_axis)
+    own = build_masses(place, written)
     material = stock.material(place / "material", written.material)
     if (written.section is None) == (written.taper is None):
         raise place.error(
@@ -76,12 +79,19 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
         section = stock.section(place / "section", written.section, material, theory)
         _check_y_axis(place, y_axis, to, [section])
         with place.complaints():
-            return beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
+            link = beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)
+        return replace(link, masses=own) if own else link
     segments = _segments(place, written, stock, _length(to), theory)
     _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
     with place.complaints():
         compliance = tapered_compliance(segments, theory)
-        return Link(to, Elasticity(compliance), beam_axes(to, y_axis), name)
+        return Link(
+            to,
+            Elasticity(compliance),
+            beam_axes(to, y_axis),
+            name,
+            own or _of_segments(segments, _length(to)),
+        )
 
 
 def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
@@ -90,15 +100,16 @@ def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
     axes = axes_of(rotation(place, written))
     at = point(place / "at", written.at)
     if not np.any(at):
-        return Link(np.zeros(3), own, axes, name)
-    return Link(np.zeros(3), moved(own, axes, -at), np.eye(3), name)
+        return Link(np.zeros(3), own, axes, name, build_masses(place, written))
+    masses = build_masses(place, written)
+    return Link(np.zeros(3), moved(own, axes, -at), np.eye(3), name, masses)
 
 
 def build_link(place: Place, written: WrittenLink, name: str) -> Link:
     """The elastic link that is written at a place."""
     to = point(place / "to", written.to)
     axes = axes_of(rotation(place, written))
-    return Link(to, build_elasticity(place, written), axes, name)
+    return Link(to, build_elasticity(place, written), axes, name, build_masses(place, written))
 
 
 def build_telescope(place: Place, written: WrittenTelescope, name: str, stock: Stock) -> Telescope:
@@ -132,8 +143,9 @@ def _telescopic_beam(place: Place, written: Any, stock: Stock, *, alone: bool) -
     material = stock.material(place / "material", written.material)
     theory = read_theory(written.theory)
     section = stock.section(place / "section", written.section, material, theory)
+    mass = read_mass(place / "mass", written.mass)
     with place.complaints():
-        return TelescopicBeam(material, section, share, fixed, theory)
+        return TelescopicBeam(material, section, share, fixed, theory, mass)
 
 
 def _length(to: np.ndarray) -> Any:
@@ -186,6 +198,18 @@ def _segments(
             "shares of the segments", got=Words(f"{float(total):.9g} in all"), expected="1 in all"
         )
     return segments
+
+
+def _of_segments(segments: list[BeamSegment], length: Any) -> tuple[Mass, ...]:
+    """Masses of the segments of a beam, as far as their densities are known."""
+    found: list[Mass] = []
+    start: Any = 0
+    for segment in segments:
+        value, end = beam_mass(*segment), start + segment.length / length
+        if value is not None:
+            found.append(Mass(value, span=(start, end)))
+        start = end
+    return tuple(found)
 
 
 def build_elasticity(place: Place, written: WrittenMatrices) -> Elasticity:

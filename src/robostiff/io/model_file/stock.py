@@ -131,13 +131,16 @@ def read_material(place: Place, written: WrittenMaterial, name: str) -> Material
             got=Words("both G and poisson_ratio" if written.G is not None else "E alone"),
             expected="E with either G or poisson_ratio",
         )
+    density = None
+    if written.density is not None:
+        density = (place / "density").positive(written.density, Dimension.DENSITY)
     if written.G is not None:
         G = (place / "G").positive(written.G, Dimension.MODULUS)
-        return Material(name, E, G, written.source)
+        return Material(name, E, G, written.source, density)
     here = place / "poisson_ratio"
     ratio = here.number(written.poisson_ratio or 0, Dimension.NUMBER)
     with here.complaints(hint="write E and G for a material that is not isotropic"):
-        return Material.isotropic(name, E, ratio, written.source)
+        return Material.isotropic(name, E, ratio, written.source, density)
 
 
 def read_section(

@@ -17,6 +17,7 @@ from robostiff.io.model_file.written_parts import (
     Vector,
     Written,
     WrittenFrame,
+    WrittenMass,
     WrittenRepeat,
     WrittenRotation,
     list_or_mapping,
@@ -103,7 +104,7 @@ WrittenJoint = (
 )
 
 
-class WrittenRigid(WrittenRotation):
+class WrittenRigid(WrittenRotation, WrittenMass):
     """Rigid part."""
 
     type: Literal["rigid"]
@@ -119,7 +120,7 @@ class WrittenSegment(Written):
     section: SectionChoice = Field(description=_SECTION)
 
 
-class WrittenBeam(Written):
+class WrittenBeam(WrittenMass):
     """Straight beam."""
 
     type: Literal["beam"]
@@ -139,7 +140,7 @@ class WrittenMatrices(WrittenRotation):
     compliance: _Six | None = None
 
 
-class WrittenSpring(WrittenMatrices):
+class WrittenSpring(WrittenMatrices, WrittenMass):
     """Spring at one place of the chain."""
 
     type: Literal["spring"]
@@ -147,7 +148,7 @@ class WrittenSpring(WrittenMatrices):
     at: Vector | None = None
 
 
-class WrittenLink(WrittenMatrices):
+class WrittenLink(WrittenMatrices, WrittenMass):
     """Elastic part given by its 6x6 matrix."""
 
     type: Literal["link"]
@@ -163,6 +164,7 @@ class WrittenTelescopicBeam(Written):
     material: MaterialChoice = Field(description=_MATERIAL)
     section: SectionChoice = Field(description=_SECTION)
     theory: Theory = "euler-bernoulli"
+    mass: Value | None = None
 
 
 class WrittenTelescope(WrittenDrive):

@@ -85,12 +85,20 @@ class WrittenFrame(WrittenRotation):
     at: Vector | None = None
 
 
+class WrittenMass(Written):
+    """Mass of a part, and where it is."""
+
+    mass: Value | None = None
+    centre: Vector | None = None
+
+
 class WrittenMaterial(Written):
     """A material: E with G, or E with the Poisson ratio."""
 
     E: Value = Field(description="Young's modulus")
     G: Value | None = None
     poisson_ratio: Value | None = None
+    density: Value | None = None
     source: str = ""
 
 

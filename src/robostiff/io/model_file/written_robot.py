@@ -12,6 +12,7 @@ from robostiff.io.model_file.written_elements import (
     WrittenPlatform,
 )
 from robostiff.io.model_file.written_parts import (
+    Direction,
     Text,
     Value,
     Vector,
@@ -67,6 +68,14 @@ class WrittenPattern(WrittenRepeat, WrittenLegBody):
 WrittenLegs = OneOrSeveral[WrittenLeg, WrittenPattern]
 
 
+class WrittenPlatformMass(Written):
+    """The mass of the platform, or of something that it carries."""
+
+    name: Text | None = None
+    mass: Value = Field(description="the mass, such as 25 kg")
+    centre: Vector | None = None
+
+
 class WrittenRobot(WrittenHead):
     """A whole model file."""
 
@@ -77,6 +86,8 @@ class WrittenRobot(WrittenHead):
     coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
     reference_point: Vector | None = None
     platform: WrittenPlatform | None = None
+    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+    gravity: Direction | None = None
     legs: WrittenLegs = Field(description="a list of legs, or one leg with repeat:")
 
 

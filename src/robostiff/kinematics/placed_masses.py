@@ -1,0 +1,99 @@
+"""Masses of a robot in the world, each with the body that carries it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics.frames import ChainWalk, Way
+from robostiff.kinematics.posture import Posture
+from robostiff.model import Element, Link, Mass, PlacedLeg, PlacedMass, Rigid, Snapshot, Telescope
+
+
+def with_masses(posture: Posture) -> Snapshot:
+    """The snapshot of a posture, the masses of its legs in place.
+
+    Parameters
+    ----------
+    posture : Posture
+
+    Examples
+    --------
+    >>> from robostiff.kinematics import find_posture
+    >>> from robostiff.robots import load
+    >>> arm = with_masses(find_posture(load("six-joint-arm"))).legs[0]
+    >>> [(mass.name, round(float(mass.value[0]), 2)) for mass in arm.masses][:2]
+    [('column', 39.9), ('upper arm', 9.07)]
+    """
+    legs = []
+    for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
+        walk = _MassWalk(leg.base.R, leg.base.p, Way(q, None))
+        walk.along(leg.chain)
+        legs.append(walk.leg(leg.name))
+    return replace(posture.snapshot, legs=tuple(legs))
+
+
+class _MassWalk(ChainWalk):
+    """The way along a chain, with the masses that its parts carry."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.masses: list[PlacedMass] = []
+
+    def over(self, element: Element) -> None:
+        R, p = self.R, self.p
+        super().over(element)
+        if isinstance(element, Rigid):
+            for mass in element.masses:
+                self.fixed(element.name, mass, R, p, 0.5 * element.transform.p)
+        elif isinstance(element, Link):
+            for mass in element.masses:
+                if not np.any(element.to):
+                    self.fixed(element.name, mass, R, p, np.zeros(3))
+                elif mass.centre is None:
+                    self.spread(mass.value, p, mass.span or (0.0, 1.0))
+                else:
+                    self.fixed(element.name, mass, R, p, mass.centre, start=p)
+
+    def leg(self, name: str) -> PlacedLeg:
+        return replace(super().leg(name), masses=tuple(self.masses))
+
+    def telescope(self, telescope: Telescope, extension: np.ndarray) -> None:
+        start = self.p
+        super().telescope(telescope, extension)
+        if not telescope.beams:
+            return
+        placed, beams = self.placed[-len(telescope.beams) :], telescope.beams
+        after = len(self.placed) - len(beams)
+        for i, (part, beam) in enumerate(zip(placed, beams, strict=True), start=1):
+            value = beam.mass_at(np.asarray(beam.fixed + beam.share * extension))
+            if value is not None:
+                self.spread(value, start, (0.0, 1.0), after + i)
+            start = part.point
+
+    def fixed(
+        self,
+        name: str,
+        mass: Mass,
+        R: np.ndarray,
+        p: np.ndarray,
+        usual: np.ndarray,
+        start: np.ndarray | None = None,
+    ) -> None:
+        """A mass in one place, given in the frame at the start of its part."""
+        own = usual if mass.centre is None else mass.centre
+        centre = p + np.einsum("...ij,j->...i", R, own)
+        after, name = len(self.placed), self.prefix + name
+        self.masses.append(PlacedMass(name, np.asarray(mass.value), centre, after, start))
+
+    def spread(
+        self, value: Any, start: np.ndarray, span: tuple[float, float], after: int | None = None
+    ) -> None:
+        """A mass along the elastic part that has been placed last, or as the `after`-th."""
+        after = len(self.placed) if after is None else after
+        part = self.placed[after - 1]
+        end = np.asarray(part.point)
+        centre = start + 0.5 * (span[0] + span[1]) * (end - start)
+        self.masses.append(PlacedMass(part.name, np.asarray(value), centre, after, start, span))

@@ -1,0 +1,123 @@
+"""Masses of the parts of a robot, and the gravity that pulls at them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.model.checks import vector3
+from robostiff.spatial import as_float, as_floats
+from robostiff.spatial.formula import formula_array, is_formula, is_possible
+
+STANDARD_GRAVITY = 9.80665
+"""Acceleration of free fall [m/s^2], ISO 80000-3."""
+
+_ZERO_OR_MORE = "zero or more [kg]"
+_AXES = {"x": 0, "y": 1, "z": 2}
+_GRAVITY = "three numbers [m/s^2], or the axis along which it points, such as -z"
+
+
+@dataclass(frozen=True)
+class Mass:
+    """A mass that a part of a robot carries.
+
+    Attributes
+    ----------
+    value : float or formula
+        Zero or more [kg].
+    centre : (3,) array or None
+        Where it is, in the frame in which its part begins [m]; in the platform frame for a mass on
+        the platform. None for the middle between the ends of the part, or the origin of the
+        platform frame.
+    span : (float, float) or None
+        Of a mass that is spread evenly along an elastic part: from which to which part of its
+        length. An elastic part without a `centre` has it spread along all of it.
+    name : str
+        What it is, such as ``tool``.
+
+    Raises
+    ------
+    InputError
+        When the mass is negative, or centre and span are both given.
+
+    Examples
+    --------
+    >>> Mass(3.5, [0, 0, 0.05], name="spindle").value
+    3.5
+    """
+
+    value: Any
+    centre: Any = None
+    span: tuple[Any, Any] | None = None
+    name: str = "mass"
+
+    def __post_init__(self) -> None:
+        subject = "mass" if self.name == "mass" else f"mass of {self.name!r}"
+        object.__setattr__(self, "value", mass_value(subject, self.value))
+        if self.centre is None:
+            return
+        if self.span is not None:
+            raise InputError(subject, got="a centre and a span", expected="one of them")
+        object.__setattr__(self, "centre", vector3(f"centre of {subject}", self.centre))
+
+    @classmethod
+    def of(cls, value: Any) -> Mass:
+        """The mass itself, or that of a number [kg]."""
+        return value if isinstance(value, Mass) else cls(value)
+
+
+def mass_value(subject: str, value: Any) -> Any:
+    """A mass [kg]: zero or a positive number, or a formula."""
+    if not is_formula(value):
+        number = as_float(subject, value, _ZERO_OR_MORE, "kg")
+        if number >= 0:
+            return number
+    elif is_possible(value) and getattr(value, "is_negative", None) is not True:
+        return value
+    raise InputError(subject, got=value, expected=_ZERO_OR_MORE)
+
+
+def masses_of(value: Any) -> tuple[Mass, ...]:
+    """Masses from none, a number [kg], a mass or several of them.
+
+    Examples
+    --------
+    >>> [own.value for own in masses_of([2, Mass(0.5)])]
+    [2.0, 0.5]
+    """
+    if value is None:
+        return ()
+    if isinstance(value, list | tuple):
+        return tuple(Mass.of(one) for one in value)
+    return (Mass.of(value),)
+
+
+def gravity_vector(subject: str, value: Any) -> np.ndarray:
+    """Acceleration of free fall in the world (3,) [m/s^2], from numbers or the name of an axis.
+
+    Raises
+    ------
+    InputError
+        When it is neither.
+
+    Examples
+    --------
+    >>> gravity_vector("gravity", "-z")
+    array([ 0.     ,  0.     , -9.80665])
+    """
+    if isinstance(value, str):
+        axis = _AXES.get(value.strip().lstrip("+-"))
+        if axis is None:
+            raise InputError(subject, got=value, expected=_GRAVITY)
+        vector = np.zeros(3)
+        vector[axis] = -STANDARD_GRAVITY if value.strip().startswith("-") else STANDARD_GRAVITY
+        return vector
+    if formula_array(value) is not None:
+        return vector3(subject, value)
+    vector = as_floats(subject, value, _GRAVITY, "m/s^2")
+    if vector.shape != (3,):
+        raise InputError(subject, got=value, expected=_GRAVITY, hint='write gravity="-z"')
+    return vector

@@ -1,0 +1,136 @@
+"""Loads beside the wrench, as they are given: forces, masses, and gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+from robostiff.model import Mass, Robot, Snapshot, gravity_vector
+from robostiff.model.cable import Weight
+from robostiff.spatial import Space
+from robostiff.statics.from_snapshot import DeadForce, load_vector
+
+Loads = Mapping[str, Any]
+Gravity = ArrayLike | str | None
+Frame = tuple[np.ndarray, np.ndarray]
+_NONE = np.zeros(3)
+
+
+def acting_gravity(robot: Robot | Snapshot, gravity: Gravity) -> np.ndarray:
+    """Acceleration of free fall (3,) [m/s^2]: as given, or as the robot has it, or none.
+
+    Raises
+    ------
+    InputError
+        When it is given for a robot without masses, or is no vector.
+    """
+    if gravity is None:
+        own = robot.in_floats.gravity if isinstance(robot, Robot) else None
+        return _NONE if own is None else own
+    pull = gravity_vector("gravity", gravity)
+    if np.any(pull) and not has_masses(robot):
+        raise InputError(
+            f"gravity on {robot.name!r}",
+            got="a robot without masses",
+            expected="masses of its parts: mass: in the model file, or a density of materials",
+            hint='or give weights as loads: loads={"leg1/strut": rs.Mass(12)}',
+        )
+    return pull
+
+
+def has_masses(robot: Robot | Snapshot) -> bool:
+    """Whether any part of a robot has a mass.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> has_masses(load("hexapod")), has_masses(load("3-rps"))
+    (True, False)
+    """
+    if isinstance(robot, Snapshot):
+        return any(_carries(leg) for leg in robot.legs)
+    return bool(robot.platform_masses) or any(_carries(leg.chain) for leg in robot.legs)
+
+
+def _carries(part: Any) -> bool:
+    """Whether a leg, chain, block or element has a mass, or something in it."""
+    if getattr(part, "masses", ()) or getattr(part, "mass", None) is not None:
+        return True
+    material = getattr(part, "material", None)
+    if material is not None and material.density is not None:
+        return True
+    inner = [*getattr(part, "elements", ()), *getattr(part, "beams", ())]
+    inner += [getattr(branch, "chain", branch) for branch in getattr(part, "branches", ())]
+    return any(map(_carries, inner))
+
+
+def given_forces(
+    loads: Loads | None, gravity: np.ndarray, space: Space, frame: Frame
+) -> dict[str, tuple[DeadForce, ...]]:
+    """Forces by the names of bodies; masses are pulled by gravity, or down where there is none.
+
+    Parameters
+    ----------
+    loads : mapping of str to force, DeadForce, Mass, Weight or a sequence of them
+    gravity : (3,) array
+        [m/s^2].
+    space : Space
+        Down is -z, and -y of a planar robot.
+    frame : tuple of (3, 3) and (3,) arrays
+        Axes and origin of the platform frame [m].
+
+    Raises
+    ------
+    InputError
+        When one is neither, or is a `Weight` elsewhere than on the platform.
+    """
+    if loads is not None and not isinstance(loads, Mapping):
+        raise InputError(
+            "loads", got=loads, expected='forces by names, such as {"leg1/strut": [0, 0, -80]}'
+        )
+    down = gravity
+    if not np.any(gravity):
+        down = gravity_vector("gravity", "-y" if space is Space.PLANAR else "-z")
+    return {name: _forces(name, value, down, frame) for name, value in (loads or {}).items()}
+
+
+def platform_weights(robot: Robot | Snapshot, gravity: np.ndarray, frame: Frame) -> list[DeadForce]:
+    """Weights of the masses on the platform, in the world."""
+    if not isinstance(robot, Robot) or not np.any(gravity):
+        return []
+    R, p = frame
+    return [
+        DeadForce(mass.value * gravity, p if mass.centre is None else p + R @ mass.centre)
+        for mass in robot.in_floats.platform_masses
+    ]
+
+
+def _forces(name: str, value: Any, down: np.ndarray, frame: Frame) -> tuple[DeadForce, ...]:
+    kinds = (DeadForce, Mass, Weight)
+    if isinstance(value, kinds):
+        return (_force(name, value, down, frame),)
+    if isinstance(value, Sequence) and value and all(isinstance(v, kinds) for v in value):
+        return tuple(_force(name, own, down, frame) for own in value)
+    return (DeadForce(load_vector("force", name, value)),)
+
+
+def _force(
+    name: str, value: DeadForce | Mass | Weight, down: np.ndarray, frame: Frame
+) -> DeadForce:
+    if isinstance(value, Mass):
+        return DeadForce(value.value * down, value.centre)
+    if isinstance(value, DeadForce):
+        return value
+    if name != "platform":
+        raise InputError(
+            f"load on {name!r}",
+            got="a Weight, whose point is in the platform frame",
+            expected="a DeadForce, a Mass or three numbers [N]",
+            hint=f'write loads={{"{name}": rs.Mass(12)}}, or give the Weight to "platform"',
+        )
+    R, p = frame
+    return DeadForce(value.force, p + R @ np.asarray(value.point, dtype=float))

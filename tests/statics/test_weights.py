@@ -1,0 +1,172 @@
+"""Weights of masses: pendulums, cantilevers and columns on paper, and balance of whole robots."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.elasticity import circle
+from robostiff.kinematics import find_posture, with_masses
+from robostiff.model import Chain, Leg, Mass, PlacedLeg, PlacedMass, Robot
+from robostiff.spatial import Frame
+from tests.statics.robots_under_load import loaded, number, root
+from tests.statics.test_closed_forms import pendulum
+
+STEEL = rs.material("steel")
+L, D = 0.8, 0.02
+EI = STEEL.E * np.pi * D**4 / 64
+LINE_WEIGHT = number(STEEL.density) * np.pi * D**2 / 4 * 9.80665
+
+
+def arm(*elements: object, gravity: object = None, **options: object) -> Robot:
+    frame = Frame(np.eye(3), np.zeros(3))
+    leg = Leg("arm", frame, Chain(tuple(elements)), frame)  # type: ignore[arg-type]
+    return Robot("arm", (leg,), coordinates=(), gravity=gravity, **options)  # type: ignore[arg-type]
+
+
+def rod(length: float = L, **options: object) -> rs.Link:
+    return rs.beam_link([length, 0, 0], STEEL, circle(D), **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("elements", [1, 2, 5])
+def test_tip_of_a_cantilever_under_its_own_weight(elements: int):
+    """w L^4 / 8 EI and w L^3 / 6 EI, exact for any number of elements while small."""
+    small = 1e-4
+    robot = arm(rod(), gravity=[0, 0, -9.80665 * small])
+    answer = loaded(robot, beams=rs.Bowing(elements))
+    w = LINE_WEIGHT * small
+    assert np.isclose(answer.displacement[2], -w * L**4 / (8 * EI), rtol=1e-6)
+    assert np.isclose(answer.displacement[4], w * L**3 / (6 * EI), rtol=1e-6)
+    (reaction,) = answer.reactions
+    assert np.isclose(reaction[2], -w * L, rtol=1e-12)
+    assert np.isclose(reaction[4], -w * L**2 / 2, rtol=1e-6)  # about the tip
+
+
+@pytest.mark.parametrize("elements", [1, 3])
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.5, 1.0])
+def test_mass_on_a_beam_bends_it_where_it_lies(part: float, elements: int):
+    """P a^2 (3 L - a) / 6 EI at the tip, for a mass of its own at a."""
+    a, P = part * L, 0.02 * 9.80665
+    robot = arm(rod(mass=Mass(0.02, [a, 0, 0])), gravity="-z")
+    answer = loaded(robot, beams=rs.Bowing(elements))
+    wanted = -P * a * a * (3 * L - a) / (6 * EI)
+    assert np.isclose(answer.displacement[2], wanted, rtol=1e-4, atol=1e-12)
+    assert np.isclose(answer.reactions[0][2], -P)
+
+
+def test_parts_of_a_beam_weigh_as_much_as_the_whole():
+    halves = (Mass(0.6, span=(0.0, 0.3)), Mass(1.4, span=(0.3, 1.0)))
+    small = [0, 0, -1e-3]
+    answers = [
+        loaded(arm(rod(mass=mass), gravity=small)).displacement for mass in (2.0, list(halves))
+    ]
+    assert np.allclose(*answers, rtol=1e-12, atol=1e-18)
+
+
+def test_column_buckles_under_its_own_weight():
+    """q L^3 = 7.8373 EI (Greenhill); the error falls with the square of the elements."""
+    factor = 10.0
+    q = 7.8373 * EI / L**3
+    upright = rs.beam_link([0, 0, L], STEEL, circle(D), mass=factor * q * L / 9.80665)
+    errors = []
+    for elements in (1, 2, 4):
+        answer = loaded(arm(upright, gravity="-z"), beams=rs.Bowing(elements))
+        assert rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD in answer.status
+        # the least disturbance decides which way it leaves, the factor does not
+        errors.append(abs(number(answer.critical_factor) * factor - 1))
+    assert errors[1] < 5e-3
+    assert errors[2] < 3e-4  # the shortening of the column among it
+
+
+def test_pendulum_hangs_and_swings_back_with_its_weight():
+    """K = m g / l across, for a mass on the platform of a rigid pendulum."""
+    m, l = 2.0, 0.5
+    answer = loaded(pendulum(), loads={"platform": Mass(m)})  # down is -y in the plane
+    assert answer.stable
+    assert np.allclose(answer.point, [0, -l, 0], atol=1e-7)
+    assert np.isclose(1 / np.linalg.inv(answer.K_total)[0, 0], m * 9.80665 / l, rtol=1e-6)
+
+
+def test_rigid_rod_on_a_drive_sinks_by_its_weight():
+    """k q = m g c cos q, the mass of a rigid part in its middle, that of a tool where it is."""
+    k, m, tool = 30.0, 4.0, 1.5
+    drive = rs.revolute([0, 1, 0], rs.Actuated(k), name="drive")
+    bar = rs.Rigid(Frame(np.eye(3), np.array([0.6, 0, 0])), "bar", (Mass(m),))
+    stiff = rs.Link(np.zeros(3), rs.Elasticity(1e-9 * np.eye(6)), np.eye(3), "bearings")
+    robot = arm(
+        drive, stiff, bar, gravity="-z", platform_masses=(Mass(tool, [0.1, 0, 0], name="tool"),)
+    )
+    moment = 9.80665 * (m * 0.3 + tool * 0.7)
+    q = root(lambda q: k * q - moment * np.cos(q), 0, 2)
+    answer = loaded(robot)
+    assert np.isclose(answer.parts[0].motion[0], q, rtol=1e-6)
+    assert np.isclose(answer.reactions[0][2], -9.80665 * (m + tool))
+    none = loaded(robot, gravity=[0, 0, 0])
+    assert np.allclose(none.displacement, 0)
+    body = loaded(robot, gravity=[0, 0, 0], loads={"arm/drive": Mass(m, [0.3, 0, 0])})
+    alone = root(lambda q: k * q - 9.80665 * m * 0.3 * np.cos(q), 0, 2)
+    assert np.isclose(body.parts[0].motion[0], alone, rtol=1e-6)
+
+
+def every_mass(leg: PlacedLeg) -> Iterator[PlacedMass]:
+    yield from leg.masses
+    for block in leg.blocks:
+        for branch in block.branches:
+            yield from every_mass(branch)
+
+
+@pytest.mark.parametrize("name", ["hexapod", "delta", "h4", "orthoglide", "six-joint-arm", "3-prs"])
+def test_the_base_carries_all_weights(name: str):
+    """Forces add up to the weight at any load, moments to that of the unloaded posture."""
+    robot = rs.load(name)
+    small = np.array([1.0, -2.0, -9.0]) * 1e-3
+    answer = loaded(robot, gravity=small, wrench=[1e-3, 0, 0, 0, 2e-3, 0])
+    snapshot = with_masses(find_posture(robot)).one(0)
+    wanted = np.array([1e-3, 0, 0, 0, 2e-3, 0])
+    for leg in snapshot.legs:
+        for mass in every_mass(leg):
+            force = float(mass.value) * small
+            arm_ = mass.centre - snapshot.reference_point
+            wanted = wanted + np.concatenate([force, np.cross(arm_, force)])
+    total = np.sum(answer.reactions, axis=0)
+    assert np.allclose(total[:3], wanted[:3], rtol=1e-10, atol=1e-12)
+    assert np.allclose(total[3:], wanted[3:], atol=2e-5 * np.abs(wanted).max())
+    heavy = loaded(robot, gravity=1e3 * small, beams=rs.Bowing(2))
+    assert np.allclose(
+        np.sum(heavy.reactions, axis=0)[:3], 1e3 * (wanted[:3] - [1e-3, 0, 0]), rtol=1e-9
+    )
+
+
+def test_gravity_of_the_robot_and_of_the_question():
+    robot = arm(rod(), gravity="-z")
+    own, asked = loaded(robot), loaded(arm(rod()), gravity=[0, 0, -9.80665])
+    assert np.array_equal(own.displacement, asked.displacement)
+    assert np.allclose(loaded(arm(rod())).displacement, 0)
+
+
+def test_weight_lowers_the_critical_load():
+    """P = pi^2 EI / 4 L^2 - 0.3 q L, Timoshenko and Gere, for an upright column."""
+    q = 4.0 * EI / L**3
+    upright = rs.beam_link([0, 0, L], STEEL, circle(D), mass=q * L / 9.80665)
+    options = {"wrench": [0, 0, -1, 0, 0, 0], "beams": rs.Bowing(4), "up_to": 1e5}
+    found = rs.critical_load(arm(upright, gravity="-z"), **options)
+    euler = np.pi**2 * EI / (4 * L * L)
+    assert np.isclose(found.factor, euler - 0.3 * q * L, rtol=0.02)
+    weightless = rs.critical_load(arm(upright, gravity="-z"), gravity=[0, 0, 0], **options)
+    assert np.isclose(weightless.factor, euler, rtol=3e-4)
+
+
+def test_bad_masses_and_gravity():
+    with pytest.raises(rs.InputError, match="a robot without masses"):
+        rs.equilibrium(rs.load("gough-stewart-b"), gravity="-z")
+    with pytest.raises(rs.InputError, match="gravity: got 'down'"):
+        rs.equilibrium(rs.load("hexapod"), gravity="down")
+    with pytest.raises(rs.InputError, match="zero or more"):
+        Mass(-1)
+    with pytest.raises(rs.InputError, match="centre of mass"):
+        Mass(1, [0, 0])
+    with pytest.raises(rs.InputError, match="in the platform frame"):
+        rs.equilibrium(rs.load("hexapod"), loads={"leg1/strut": rs.Weight([0, 0, -1])})
+    with pytest.raises(rs.InputError, match="forces by names"):
+        rs.equilibrium(rs.load("hexapod"), loads=[0, 0, -1])  # type: ignore[arg-type]
