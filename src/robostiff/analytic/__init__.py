@@ -9,7 +9,7 @@ from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.closed import canonical
 from robostiff.analytic.closed_sum import sum_of_legs
 from robostiff.analytic.combinations import NamedCombinations, name_combinations
-from robostiff.analytic.derivation import Definition, Derivation, Stage
+from robostiff.analytic.derivation import Condition, Definition, Derivation, Stage
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_formula, differentiate
 from robostiff.analytic.eigenvalues import (
     Eigenvalue,
@@ -19,6 +19,7 @@ from robostiff.analytic.eigenvalues import (
     eigenvalue_formulas,
 )
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.formula_function import FormulaFunction
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.questions import (
     RankFormula,
@@ -37,12 +38,14 @@ __all__ = [
     "AtHome",
     "AtSymbols",
     "Closed",
+    "Condition",
     "Definition",
     "Derivation",
     "Eigenvalue",
     "Eigenvalues",
     "ExactField",
     "FormulaDerivative",
+    "FormulaFunction",
     "FormulaTooLargeError",
     "LegDerivation",
     "NamedCombinations",

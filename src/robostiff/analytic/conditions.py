@@ -11,8 +11,8 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.closed_posture import gap_of
+from robostiff.analytic.derivation import Condition
 from robostiff.analytic.record_reading import ClosedReading
-from robostiff.analytic.robot_derivation import Condition
 from robostiff.analytic.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.kinematics import FormulaPose, place_leg

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any, Self
 
 import sympy as sp
 
+from robostiff.analytic.substitution import (
+    Substitution,
+    refuse_failing,
+    refuse_undefined,
+    values_of_symbols,
+)
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:
     from robostiff.analytic.exact_matrix import ExactMatrix
+    from robostiff.analytic.formula_function import FormulaFunction
 
 
 @dataclass(frozen=True)
@@ -113,6 +120,22 @@ class Stage:
 
 
 @dataclass(frozen=True)
+class Condition:
+    """A condition under which a formula holds.
+
+    Attributes
+    ----------
+    words : str
+        Such as "leg 'ram' meets the platform".
+    expression : sympy.Expr
+        In given symbols; not negative where it holds.
+    """
+
+    words: str
+    expression: sp.Expr
+
+
+@dataclass(frozen=True)
 class Derivation:
     """A stiffness matrix as a formula, with its derivation.
 
@@ -131,6 +154,8 @@ class Derivation:
         All named intermediates in the order in which they can be computed; empty in closed form.
     exact : ExactMatrix or None
         A closed form of K before it is written in SymPy: polynomials over one denominator.
+    conditions : tuple of Condition
+        What must hold besides regular denominators and roots.
     """
 
     name: str
@@ -139,10 +164,12 @@ class Derivation:
     K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
     exact: ExactMatrix | None = field(default=None, compare=False, repr=False)
+    conditions: tuple[Condition, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         # FLINT's polynomials cannot be pickled.
-        return Derivation, (self.name, self.K0, self.stages, self.K, self.definitions)
+        own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
+        return Derivation, own
 
     def _repr_html_(self) -> str:
         from robostiff.analytic.export.html import derivation_html
@@ -162,18 +189,156 @@ class Derivation:
         defined = {d.symbol for d in self.definitions}
         return tuple(sorted(found - defined, key=str))
 
-    def substituted(self, values: dict[sp.Symbol, float]) -> sp.ImmutableMatrix:
-        """K at given values, the definitions computed one after the other.
+    @property
+    def free_symbols(self) -> set[sp.Symbol]:
+        """The given symbols as a set, as SymPy's expressions have them."""
+        return set(self.symbols)
+
+    def subs(self, values: Any, value: Any = None) -> Self:
+        """The same derivation with numbers or formulas in place of some of its symbols.
+
+        Steps that become numbers are put in where they are used.
+
+        Parameters
+        ----------
+        values : mapping of str or Symbol to numbers, quantities or formulas
+            In SI units; quantities of pint are converted. Exact numbers such as ``Rational(3, 4)``
+            stay exact, floats make floats.
+        value : number, quantity or formula, optional
+            For a single symbol: ``subs("h", 0.75)``.
 
         Raises
         ------
         InputError
-            When a symbol has no value.
+            When a name is no symbol of the formula, or the formula does not hold at these values.
+
+        Examples
+        --------
+        >>> k, h = sp.symbols("k h", positive=True)
+        >>> K = sp.ImmutableMatrix(sp.diag(k * h, k, 0))
+        >>> Derivation("K_C", K, (), K).subs({"h": 2}).K[0, 0]
+        2*k
         """
-        missing = [str(symbol) for symbol in self.symbols if symbol not in values]
+        given = {values: value} if value is not None else values
+        if not isinstance(given, Mapping):
+            raise InputError(
+                "values of symbols",
+                got=given,
+                expected="names or symbols with their values",
+                hint='write subs({"h": 0.75})',
+            )
+        known = {*self.symbols, *self._symbols_of_conditions, *self._symbols_of_stages}
+        known -= {d.symbol for d in self.definitions}
+        chosen = values_of_symbols(sorted(known, key=str), given, f"formula {self.name!r}")
+        names = {d.symbol.name for d in self.definitions}
+        for symbol, formula in chosen.items():
+            taken = names & {str(s) for s in formula.free_symbols}
+            if taken:
+                raise InputError(
+                    f"value of {symbol}",
+                    got=str(formula),
+                    expected=f"a formula without {', '.join(sorted(taken))}, which name steps",
+                )
+        found = replace(self, **self._parts_at(Substitution(chosen)))
+        where = f"formula {self.name!r}"
+        refuse_undefined([*found.K.flat(), *(d.expression for d in found.definitions)], where)
+        return found
+
+    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
+        """K at given values of all its symbols, the definitions computed one after the other.
+
+        Parameters
+        ----------
+        values : mapping of str or Symbol to numbers, quantities or formulas
+            As for `subs`; names that do not occur in the formula are not used.
+
+        Raises
+        ------
+        InputError
+            When a symbol has no value, or the formula does not hold there.
+
+        Examples
+        --------
+        >>> k = sp.Symbol("k", positive=True)
+        >>> K = sp.ImmutableMatrix(sp.diag(k / 3, sp.sqrt(2) * k, 0))
+        >>> Derivation("K_C", K, (), K).substituted({"k": 2.0}).diagonal()
+        Matrix([[0.666666666666667, 2.82842712474619, 0]])
+        """
+        put_in, where = self._at(values), f"formula {self.name!r}"
+        refuse_failing(self.conditions, put_in, where)
+        K = put_in.matrix(self.K)
+        refuse_undefined(K.flat(), where)
+        return K
+
+    def lambdify(self, *arguments: Any) -> FormulaFunction:
+        """K as a function of numbers and of arrays that broadcast, in milliseconds.
+
+        Parameters
+        ----------
+        *arguments : str or Symbol
+            The symbols in the order of the function's arguments; alphabetical when left out.
+
+        Returns
+        -------
+        FormulaFunction
+            It raises where the formula does not hold.
+
+        Examples
+        --------
+        >>> k = sp.Symbol("k", positive=True)
+        >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
+        >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
+        array([1. , 0.5])
+        """
+        from robostiff.analytic.formula_function import formula_function
+
+        return formula_function(self, arguments)
+
+    @property
+    def _symbols_of_conditions(self) -> list[Any]:
+        """Those that cancel in K."""
+        needed = {x for condition in self.conditions for x in condition.expression.free_symbols}
+        needed -= {*self.symbols, *(d.symbol for d in self.definitions)}
+        return sorted(needed, key=str)
+
+    @property
+    def _symbols_of_stages(self) -> set[Any]:
+        """Those from which it begins; some of them cancel in K."""
+        return set().union(*(M.free_symbols for M in (self.K0, *(s.J for s in self.stages))))
+
+    def _at(self, values: Mapping[Any, Any]) -> Substitution:
+        """All values and steps, for the expressions of the derivation."""
+        names = {str(key) for key in values}
+        missing = [str(symbol) for symbol in self.symbols if symbol.name not in names]
         if missing:
             raise InputError("values of symbols", got=f"none for {', '.join(missing)}")
-        known: dict[sp.Basic, sp.Basic] = {s: sp.sympify(v) for s, v in values.items()}
+        own = [s for s in (*self.symbols, *self._symbols_of_conditions) if s.name in names]
+        used = {s.name for s in own}
+        given = {str(key): value for key, value in values.items() if str(key) in used}
+        put_in = Substitution(values_of_symbols(own, given, f"formula {self.name!r}"))
         for definition in self.definitions:
-            known[definition.symbol] = definition.expression.xreplace(known)
-        return sp.ImmutableMatrix(self.K.xreplace(known))
+            put_in.value_of(definition.symbol, definition.expression)
+        return put_in
+
+    def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
+        """The fields with values put in."""
+        kept = put_in.definitions(self.definitions)
+        stages = tuple(
+            Stage(
+                stage.joint,
+                put_in.matrix(stage.J),
+                stage.rule,
+                Unwritten(lambda stage=stage: put_in.matrix(stage.u)),
+                Unwritten(lambda stage=stage: put_in(stage.mu)),
+                Unwritten(lambda stage=stage: put_in.matrix(stage.K)),
+                tuple(kept[d.symbol] for d in stage.definitions if d.symbol in kept),
+            )
+            for stage in self.stages
+        )
+        return {
+            "K0": put_in.matrix(self.K0),
+            "stages": stages,
+            "K": put_in.matrix(self.K),
+            "definitions": tuple(kept.values()),
+            "exact": None,
+        }

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.field import Element, ExactField
+from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.robot_derivation import RobotDerivation
 from robostiff.errors import InputError
 
@@ -60,24 +61,36 @@ class FormulaDerivative:
         """The given symbols, in alphabetical order."""
         return self.derivation.symbols
 
+    @property
+    def free_symbols(self) -> set[sp.Symbol]:
+        """The given symbols as a set, as SymPy's expressions have them."""
+        return set(self.symbols)
+
+    @property
+    def conditions(self) -> tuple[Any, ...]:
+        """What must hold besides regular denominators and roots."""
+        return self.derivation.conditions
+
     def substituted(
-        self, values: Mapping[sp.Symbol, Any]
+        self, values: Mapping[Any, Any]
     ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
-        """K and dK at given values, the definitions computed one after the other.
+        """K and dK at given values of all symbols, see `Derivation.substituted`.
 
         Raises
         ------
         InputError
-            When a symbol has no value.
+            When a symbol has no value, or the formula does not hold there.
         """
         both = sp.ImmutableMatrix.vstack(self.K, self.dK)
-        together = Derivation(self.derivation.name, self.K, (), both, self.definitions)
-        missing = [s for s in self.symbols if s not in values]
-        if missing:
-            raise InputError("values of symbols", got=f"none for {', '.join(map(str, missing))}")
-        found = together.substituted(dict(values))
+        found = replace(
+            self.derivation, K=both, definitions=self.definitions, exact=None
+        ).substituted(values)
         n = self.K.rows
         return sp.ImmutableMatrix(found[:n, :]), sp.ImmutableMatrix(found[n:, :])
+
+    def lambdify(self, *arguments: Any) -> FormulaFunction:
+        """K and dK as a function of numbers and arrays, see `Derivation.lambdify`."""
+        return formula_function(self, arguments)
 
 
 def differentiate(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:

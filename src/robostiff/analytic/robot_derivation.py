@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation
+from robostiff.analytic.substitution import Substitution, refuse_failing
 
 
 @dataclass(frozen=True)
@@ -45,22 +46,6 @@ class LegDerivation:
 
 
 @dataclass(frozen=True)
-class Condition:
-    """A condition under which a formula holds.
-
-    Attributes
-    ----------
-    words : str
-        Such as "leg 'ram' meets the platform".
-    expression : sympy.Expr
-        In given symbols; not negative where it holds.
-    """
-
-    words: str
-    expression: sp.Expr
-
-
-@dataclass(frozen=True)
 class RobotDerivation(Derivation):
     """The stiffness matrix of a robot as a formula, with the derivation of its legs.
 
@@ -74,17 +59,40 @@ class RobotDerivation(Derivation):
     following : tuple of str
         Names of the symbols that the legs decide: coordinates of the platform or of joints, which
         are those at which the legs close, and not free to choose.
-    conditions : tuple of Condition
-        What must hold besides regular denominators and roots.
     """
 
     legs: tuple[LegDerivation, ...] = ()
     where: str = ""
     coordinates: tuple[str, ...] = ()
     following: tuple[str, ...] = ()
-    conditions: tuple[Condition, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        own = (self.name, self.K0, self.stages, self.K, self.definitions, None)
-        of_robot = (self.legs, self.where, self.coordinates, self.following, self.conditions)
+        own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
+        of_robot = (self.legs, self.where, self.coordinates, self.following)
         return RobotDerivation, (*own, *of_robot)
+
+    def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
+        parts = super()._parts_at(put_in)
+        refuse_failing(self.conditions, put_in, f"formula {self.name!r}")
+        kept = {d.symbol: d for d in parts["definitions"]}
+        legs = tuple(
+            replace(
+                leg,
+                wrenches=tuple(map(put_in.matrix, leg.wrenches)),
+                compliances=tuple(map(put_in, leg.compliances)),
+                K=None if leg.K is None else put_in.matrix(leg.K),
+                definitions=tuple(kept[d.symbol] for d in leg.definitions if d.symbol in kept),
+            )
+            for leg in self.legs
+        )
+        put = [replace(c, expression=put_in(c.expression)) for c in self.conditions]
+        conditions = tuple(c for c in put if c.expression.free_symbols)
+        left = {str(x) for c in conditions for x in c.expression.free_symbols}
+        left |= {str(x) for x in parts["K"].free_symbols}
+        left |= {str(x) for d in kept.values() for x in d.expression.free_symbols}
+        return parts | {
+            "conditions": conditions,
+            "legs": legs,
+            "coordinates": tuple(name for name in self.coordinates if name in left),
+            "following": tuple(name for name in self.following if name in left),
+        }

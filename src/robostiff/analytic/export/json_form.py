@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition, Derivation, Stage
+from robostiff.analytic.derivation import Condition, Definition, Derivation, Stage
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import entries, rows, symbols_of
 from robostiff.analytic.export.json_expression import (
@@ -17,7 +17,7 @@ from robostiff.analytic.export.json_expression import (
     shown,
     symbol_data,
 )
-from robostiff.analytic.robot_derivation import Condition, LegDerivation, RobotDerivation
+from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
+from sympy.simplify.cse_main import tree_cse
 
 from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.entries import entries, symbols_of
 from robostiff.analytic.export.scaled import LARGE, has_large_numbers, product, scaled
 from robostiff.analytic.export.vocabulary import check_vocabulary
-from robostiff.analytic.robot_derivation import Condition, RobotDerivation
 from robostiff.errors import InputError
 
 #: Smallest ratio of a denominator to its terms: below it, the digits of K are lost.
@@ -179,18 +179,40 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     >>> compute.entries[0, 0]
     t1**2
     """
-    conditions = conditions_of(derivation)
-    # What the legs need to close may hold symbols that cancel in K.
-    needed = {x for condition in conditions for x in condition.expression.free_symbols}
-    needed -= {d.symbol for d in derivation.definitions}
-    arguments: tuple[Any, ...] = tuple(sorted({*derivation.symbols, *needed}, key=str))
-    matrix: Any = derivation.K
-    if isinstance(derivation, FormulaDerivative):
-        matrix = sp.ImmutableMatrix.vstack(derivation.K, derivation.dK)
-    definitions = derivation.definitions
+    matrix, definitions = _matrices(derivation), derivation.definitions
     if derivation.is_closed:
-        named = name_combinations(matrix, (symbol.name for symbol in arguments))
+        named = name_combinations(matrix, (symbol.name for symbol in _arguments(derivation)))
         matrix, definitions = named.matrix, named.definitions
+    return _in_order(derivation, matrix, definitions, sp.cse)
+
+
+def plain_program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
+    """The same without looking for more than equal subexpressions: quick, and less readable."""
+    matrices = _matrices(derivation)
+    return _in_order(derivation, matrices, derivation.definitions, tree_cse)
+
+
+def _matrices(derivation: Derivation | FormulaDerivative) -> Any:
+    """K, and dK below it."""
+    if isinstance(derivation, FormulaDerivative):
+        return sp.ImmutableMatrix.vstack(derivation.K, derivation.dK)
+    return derivation.K
+
+
+def _arguments(derivation: Derivation | FormulaDerivative) -> tuple[Any, ...]:
+    """The given symbols; what the legs need to close may hold some that cancel in K."""
+    needed = {x for c in derivation.conditions for x in c.expression.free_symbols}
+    needed -= {d.symbol for d in derivation.definitions}
+    return tuple(sorted({*derivation.symbols, *needed}, key=str))
+
+
+def _in_order(
+    derivation: Derivation | FormulaDerivative,
+    matrix: Any,
+    definitions: tuple[Definition, ...],
+    share: Callable[..., Any],
+) -> FormulaProgram:
+    conditions, arguments = derivation.conditions, _arguments(derivation)
     defined = [d.symbol for d in definitions]
     names = [symbol.name for symbol in (*arguments, *defined)]
     for name in names:
@@ -202,7 +224,7 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
         *(condition.expression for condition in conditions),
     ]
     check_vocabulary(expressions)
-    shared, reduced = sp.cse(expressions, symbols=_temporaries(set(names)))
+    shared, reduced = share(expressions, symbols=_temporaries(set(names)))
     computed = _Computation(dict(shared))
     reduced_expressions: list[Any] = list(reduced)
     for symbol, expression in zip(defined, reduced_expressions, strict=False):
@@ -241,13 +263,6 @@ def _in_range(
         expression = product(factor, rest)
         found.append(Assignment(assignment.symbol, expression, assignment.is_shared))
     return tuple(found), [product(*scaled(result, scales)) for result in results]
-
-
-def conditions_of(derivation: Derivation | FormulaDerivative) -> tuple[Condition, ...]:
-    """Conditions under which a formula holds."""
-    if isinstance(derivation, FormulaDerivative):
-        derivation = derivation.derivation
-    return derivation.conditions if isinstance(derivation, RobotDerivation) else ()
 
 
 def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:

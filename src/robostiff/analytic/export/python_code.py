@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import sympy as sp
@@ -79,20 +79,46 @@ def python_function(derivation: Derivation | FormulaDerivative, name: str = "sti
     if ascii_identifier(name) != name or keyword.iskeyword(name) or name in _USED:
         raise InputError("name of the function", got=name, expected="an identifier")
     compute, title = program(derivation), _title(derivation)
-    reserved = {*keyword.kwlist, *keyword.softkwlist, *_USED, name}
-    identifiers = Identifiers(reserved)
-    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
-    names = {symbol: identifiers.take(symbol.name) for symbol in symbols}
+    identifiers, names = _identifiers(compute, name)
     arguments = [names[symbol] for symbol in compute.arguments]
+    body, targets, holds = _body(compute, names, identifiers)
     lines = [
         *_module_start(title),
-        '@np.errstate(all="ignore")',
-        *wrapped_formula(", ".join(arguments) + "):", _WIDTH, f"def {name}("),
+        *_head(name, arguments),
         *_docstring(title, compute, names),
         *(f"    {argument} = np.asarray({argument}, dtype=float)" for argument in arguments),
-        *_body(compute, names, identifiers),
+        *body,
+        *_refusal(holds, identifiers.take("bad")),
+        f"    return {', '.join(targets)}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def source_of_values(compute: FormulaProgram, order: Sequence[int]) -> str:
+    """Source of ``formula``, which returns K (and dK), and where it holds, and refuses nothing.
+
+    Parameters
+    ----------
+    compute : FormulaProgram
+    order : sequence of int
+        Places of its arguments in the order of those of the function, which are arrays.
+    """
+    identifiers, names = _identifiers(compute, "formula")
+    arguments = [names[compute.arguments[place]] for place in order]
+    body, targets, holds = _body(compute, names, identifiers)
+    lines = ["import numpy as np", "", *_head("formula", arguments), *body]
+    return "\n".join([*lines, f"    return {', '.join((*targets, holds))}"]) + "\n"
+
+
+def _identifiers(compute: FormulaProgram, name: str) -> tuple[Identifiers, dict[sp.Symbol, str]]:
+    identifiers = Identifiers({*keyword.kwlist, *keyword.softkwlist, *_USED, name})
+    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
+    return identifiers, {symbol: identifiers.take(symbol.name) for symbol in symbols}
+
+
+def _head(name: str, arguments: list[str]) -> list[str]:
+    signature = wrapped_formula(", ".join(arguments) + "):", _WIDTH, f"def {name}(")
+    return ['@np.errstate(all="ignore")', *signature]
 
 
 def _module_start(title: str) -> list[str]:
@@ -135,7 +161,8 @@ def _docstring(title: str, compute: FormulaProgram, names: Mapping[sp.Symbol, st
 
 def _body(
     compute: FormulaProgram, names: Mapping[sp.Symbol, str], identifiers: Identifiers
-) -> list[str]:
+) -> tuple[list[str], list[str], str]:
+    """Lines that compute the results, their names, and the name for where they hold."""
     printer = _PythonPrinter(names)
     lines: list[str] = []
     for assignment in compute.assignments:
@@ -146,15 +173,14 @@ def _body(
     lines += _assigned(shape, f"np.broadcast_shapes({shapes})")
     for target, matrix in zip(targets, compute.results, strict=True):
         lines += _filled(target, shape, matrix, printer)
-    lines += _guard(compute, targets, printer, identifiers)
-    return [*lines, f"    return {', '.join(targets)}"]
+    holds = identifiers.take("holds")
+    return lines + _guard(compute, targets, printer, holds), targets, holds
 
 
 def _guard(
-    compute: FormulaProgram, targets: list[str], printer: _PythonPrinter, identifiers: Identifiers
+    compute: FormulaProgram, targets: list[str], printer: _PythonPrinter, holds: str
 ) -> list[str]:
-    """Lines that raise where the result is not finite, or a denominator or condition fails."""
-    holds, bad = identifiers.take("holds"), identifiers.take("bad")
+    """Lines that find where the result is finite, and its denominators and conditions are good."""
     lines = []
     for i, target in enumerate(targets):
         kept = f"{holds} & " if i else ""
@@ -165,8 +191,11 @@ def _guard(
         lines += _assigned(holds, test)
     for _, expression in compute.conditions:
         lines += _assigned(holds, f"{holds} & ({printer.write(expression)} >= 0)")
+    return lines
+
+
+def _refusal(holds: str, bad: str) -> list[str]:
     return [
-        *lines,
         f"    if not np.all({holds}):",
         f"        {bad} = np.size({holds}) - np.count_nonzero({holds})",
         f'        raise ValueError(f"the formula does not hold at {{{bad}}} of '

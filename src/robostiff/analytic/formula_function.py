@@ -1,0 +1,163 @@
+"""A formula as a function of numbers and arrays, with a guard where it does not hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.spatial.quantities import as_floats, is_pint
+
+if TYPE_CHECKING:
+    from robostiff.analytic.derivation import Derivation
+    from robostiff.analytic.derivatives import FormulaDerivative
+
+
+@dataclass(frozen=True)
+class FormulaFunction:
+    """K, or K and dK, at numbers or at arrays that broadcast.
+
+    It is called with its arguments in order or by name, and returns arrays (..., n, n). Where the
+    formula does not hold it raises; `holds` says where that is.
+
+    Attributes
+    ----------
+    name : str
+        Of the formula.
+    arguments : tuple of str
+        Names in order, in SI units; quantities of pint are converted.
+    source : str
+        What it computes, as Python.
+    words : str
+        Where it does not hold.
+    count : int
+        How many matrices it returns.
+
+    Examples
+    --------
+    >>> from robostiff.analytic import Derivation
+    >>> k, d = sp.symbols("k d", real=True)
+    >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / (k - d), 0))
+    >>> f = formula_function(Derivation("K_C", K, (), K), ())
+    >>> f.arguments, f(d=1, k=3)[1, 1].item()
+    (('d', 'k'), 0.5)
+    >>> f.holds([1.0, 2.0, 3.0], 2.0)
+    array([ True, False,  True])
+    >>> f([1.0, 2.0, 3.0], 2.0)  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    robostiff.errors.NoAnswerError: the formula K_C does not hold at 1 of 3 points, first ...
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+    source: str
+    words: str
+    count: int
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FormulaFunction, (self.name, self.arguments, self.source, self.words, self.count)
+
+    def __call__(self, *values: Any, **named: Any) -> Any:
+        """K (..., n, n), or the pair K, dK of a derivative.
+
+        Raises
+        ------
+        NoAnswerError
+            Where a denominator vanishes up to rounding, a radicand is negative, or a condition of
+            the formula fails.
+        InputError
+            When an argument is missing, or is no array of finite numbers.
+        """
+        given = self._numbers(values, named)
+        *found, holds = self._run(*given)
+        if not np.all(holds):
+            raise NoAnswerError(self._failure(np.asarray(holds), given))
+        return found[0] if self.count == 1 else tuple(found)
+
+    def holds(self, *values: Any, **named: Any) -> np.ndarray:
+        """Where the formula holds: True or False for each of the points."""
+        return np.asarray(self._run(*self._numbers(values, named))[-1])
+
+    @cached_property
+    def _run(self) -> Callable[..., tuple[Any, ...]]:
+        module: dict[str, Any] = {}
+        exec(compile(self.source, f"<formula {self.name}>", "exec"), module)  # noqa: S102
+        return module["formula"]
+
+    def _numbers(self, values: Sequence[Any], named: dict[str, Any]) -> list[np.ndarray]:
+        count, given = len(values), dict(zip(self.arguments, values, strict=False))
+        twice = [name for name in named if name in given]
+        unknown = [name for name in named if name not in self.arguments]
+        missing = [name for name in self.arguments if name not in given and name not in named]
+        if count > len(self.arguments) or twice or unknown or missing:
+            got = f"{count} values" + f" and {', '.join(named)}" * bool(named)
+            raise InputError(
+                f"arguments of the formula {self.name}",
+                got=got,
+                expected=", ".join(self.arguments) or "none",
+            )
+        given |= named
+        arrays = [_number(name, given[name]) for name in self.arguments]
+        try:
+            np.broadcast_shapes(*(array.shape for array in arrays))
+        except ValueError:
+            shapes = [f"{n} {a.shape}" for n, a in zip(self.arguments, arrays, strict=True)]
+            raise InputError(
+                f"arguments of the formula {self.name}",
+                got=", ".join(shapes),
+                expected="shapes that broadcast",
+            ) from None
+        return arrays
+
+    def _failure(self, holds: np.ndarray, given: Sequence[np.ndarray]) -> str:
+        place = tuple(int(i) for i in np.argwhere(~holds)[0])
+        at = [np.broadcast_to(array, holds.shape)[place] for array in given]
+        values = ", ".join(f"{n} = {x:.6g}" for n, x in zip(self.arguments, at, strict=True))
+        where = f", first at {list(place)}" if place else ""
+        words = f"the formula {self.name} does not hold at {np.sum(~holds)} of {holds.size} points"
+        advice = "; holds(...) says where" if place else f"; {self.words}"
+        return words + where + (f": {values}" if values else "") + advice
+
+
+def _number(name: str, value: Any) -> np.ndarray:
+    if is_pint(value):
+        value = value.to_base_units().magnitude
+    return as_floats(f"value of {name}", value, "a number, or an array of numbers")
+
+
+def formula_function(
+    derivation: Derivation | FormulaDerivative, arguments: Sequence[Any]
+) -> FormulaFunction:
+    """A derivation as a function, see `Derivation.lambdify`.
+
+    Parameters
+    ----------
+    derivation : Derivation or FormulaDerivative
+    arguments : sequence of str or Symbol
+        In the order wanted; in alphabetical order when empty.
+
+    Raises
+    ------
+    InputError
+        When a symbol of the formula is not among them, or another name is.
+    """
+    from robostiff.analytic.export.program import plain_program
+    from robostiff.analytic.export.python_code import source_of_values, where_it_holds
+
+    compute = plain_program(derivation)
+    names = [symbol.name for symbol in compute.arguments]
+    order = [x.name if isinstance(x, sp.Symbol) else str(x) for x in arguments] or names
+    if sorted(order) != sorted(names):
+        raise InputError(
+            f"arguments of the formula {derivation.name!r}",
+            got=", ".join(order),
+            expected=f"each of {', '.join(names)} once" if names else "none",
+        )
+    source = source_of_values(compute, [names.index(name) for name in order])
+    count = len(compute.results)
+    return FormulaFunction(derivation.name, tuple(order), source, where_it_holds(compute), count)

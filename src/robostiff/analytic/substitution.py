@@ -1,0 +1,241 @@
+"""Values in place of the symbols of formulas: numbers, quantities or other formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.errors import InputError
+from robostiff.spatial.formula import exact_number, is_formula
+from robostiff.spatial.quantities import is_pint
+
+_GUARD_DIGITS = 15
+_CONDITION_DIGITS = 30
+_LONGEST = 3000  # terms of an exact number
+_UNDEFINED = (sp.zoo, sp.nan, sp.oo, -sp.oo)
+
+
+def values_of_symbols(
+    symbols: Iterable[sp.Symbol], values: Mapping[Any, Any], subject: str
+) -> dict[sp.Symbol, sp.Expr]:
+    """Values by symbol, from values by name or by symbol.
+
+    Parameters
+    ----------
+    symbols : iterable of sympy.Symbol
+        Those of the formula. A key stands for the symbols of its name, whatever their assumptions.
+    values : mapping of str or Symbol to numbers, quantities or formulas
+        Numbers are in SI units; quantities of pint are converted. Floats stay floats.
+    subject : str
+        What the symbols are those of, in words.
+
+    Raises
+    ------
+    InputError
+        When a name is none of theirs, or a value is no finite real number or formula, or has the
+        wrong sign for its symbol.
+
+    Examples
+    --------
+    >>> h = sp.Symbol("h", positive=True)
+    >>> values_of_symbols([h], {"h": 0.5}, "formula")
+    {h: 0.500000000000000}
+    """
+    by_name: dict[str, list[sp.Symbol]] = {}
+    for symbol in symbols:
+        by_name.setdefault(symbol.name, []).append(symbol)
+    own = {name: same[0] for name, same in by_name.items()}
+    found = {}
+    for key, value in values.items():
+        if str(key) not in by_name:
+            raise InputError(
+                f"symbol of {subject}",
+                got=str(key),
+                expected=", ".join(by_name) or "none, as it has no symbols",
+            )
+        for symbol in by_name[str(key)]:
+            one = _value(symbol, value)
+            found[symbol] = one.xreplace({s: own.get(s.name, s) for s in one.free_symbols})
+    return found
+
+
+def _value(symbol: sp.Symbol, value: Any) -> Any:
+    if is_pint(value):
+        value = value.to_base_units().magnitude
+    try:
+        found: Any = exact_number(value)
+    except InputError as error:
+        raise InputError(
+            f"value of {symbol}", got=value, expected="a finite real number or a formula"
+        ) from error
+    if isinstance(value, sp.Float):
+        found = value
+    elif not (is_formula(value) or isinstance(value, int | np.integer)):
+        found = sp.Float(float(value))
+    if found.has(*_UNDEFINED) or found.is_real is False:
+        raise InputError(f"value of {symbol}", got=str(value), expected="a finite real number")
+    if symbol.is_nonnegative and found.is_negative:
+        raise InputError(
+            f"value of {symbol}",
+            got=str(value),
+            expected="a positive number",
+            hint="the formula was made for a positive symbol",
+        )
+    return found
+
+
+class Substitution:
+    """Puts values into expressions, from the leaves to the root.
+
+    Every number on the way becomes one float as soon as a float takes part in it. SymPy's own
+    ``subs`` keeps products such as 0.3 sqrt(3) as they are, and its tests for signs then evaluate
+    ever larger expressions again and again. Floats are computed with more digits than they have.
+
+    Parameters
+    ----------
+    values : mapping of sympy.Symbol to sympy.Expr
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y", positive=True)
+    >>> put_in = Substitution({x: sp.Float(2.0)})
+    >>> put_in(sp.sqrt(3) / x), put_in(sp.sqrt(3) * y**x), Substitution({x: 2})(sp.sqrt(3) / x)
+    (0.866025403784439, sqrt(3)*y**2.0, sqrt(3)/2)
+    """
+
+    def __init__(self, values: Mapping[sp.Symbol, Any]) -> None:
+        floats = [x for value in values.values() for x in sp.sympify(value).atoms(sp.Float)]
+        self._digits = min((_digits(x) for x in floats), default=0)
+        self._sizes: dict[Any, int] = {}
+        self._known: dict[Any, Any] = {s: self._longer(sp.sympify(v)) for s, v in values.items()}
+
+    def definitions(self, definitions: Iterable[Any]) -> dict[sp.Symbol, Any]:
+        """Named steps with the values in them, by symbol; numbers and copies are put in."""
+        kept = {}
+        for definition in definitions:
+            value = self._step(definition.expression)
+            if value.is_Atom or value.is_Rational:
+                self._known[definition.symbol] = value
+            else:
+                kept[definition.symbol] = replace(definition, expression=self._shorter(value))
+        return kept
+
+    def value_of(self, symbol: sp.Symbol, expression: Any) -> None:
+        """A named step, whatever it becomes, for the expressions after it.
+
+        Raises
+        ------
+        InputError
+            When its exact value grows too long.
+        """
+        value = self._step(expression)
+        self._sizes[symbol] = self._size(expression)
+        if self._sizes[symbol] > _LONGEST and not value.is_Atom:
+            raise InputError(
+                "exact values of named steps",
+                got=f"a number of {self._sizes[symbol]} terms for {symbol}",
+                expected="floats, or numbers without nested roots",
+                hint="write floats, or Float('0.75', 50) for more digits",
+            )
+        self._known[symbol] = value
+
+    def _step(self, expression: Any) -> Any:
+        """Constants become floats beside floats: written out they would grow from step to step."""
+        value = self._put_in(expression)
+        if self._digits and not (value.is_Atom or value.free_symbols):
+            value = value.evalf(self._working)
+        return value
+
+    def _size(self, expression: Any) -> int:
+        """Terms of a step with the steps before it written out."""
+        if not expression.args:
+            known = self._known.get(expression)
+            return 1 if known is None or known.is_Atom else self._sizes.get(expression, 1)
+        return 1 + sum(map(self._size, expression.args))
+
+    def __call__(self, expression: Any) -> Any:
+        """The expression with the values in it."""
+        return self._shorter(self._put_in(expression))
+
+    def matrix(self, matrix: Any) -> sp.ImmutableMatrix:
+        """The same for every entry of a matrix."""
+        return sp.ImmutableMatrix(matrix.rows, matrix.cols, [self(x) for x in matrix.flat()])
+
+    def _put_in(self, expression: Any) -> Any:
+        found = self._known.get(expression)
+        if found is not None:
+            return found
+        if not expression.args:
+            return self._longer(expression)
+        parts = [self._put_in(part) for part in expression.args]
+        changed = any(new is not old for new, old in zip(parts, expression.args, strict=True))
+        value: Any = expression.func(*parts) if changed else expression
+        if value.args and any(part.is_Float for part in value.args) and not value.free_symbols:
+            value = value.evalf(self._working)
+        self._known[expression] = value
+        return value
+
+    @property
+    def _working(self) -> int:
+        return self._digits + _GUARD_DIGITS
+
+    def _longer(self, value: Any) -> Any:
+        if not self._digits:
+            return value
+        own = {x: sp.Float(x, self._working) for x in value.atoms(sp.Float)}
+        return value.xreplace(own) if own else value
+
+    def _shorter(self, value: Any) -> Any:
+        if not self._digits:
+            return value
+        if value.is_Float:
+            return sp.Float(value, self._digits)
+        return value.xreplace({x: sp.Float(x, self._digits) for x in value.atoms(sp.Float)})
+
+
+def _digits(number: Any) -> int:
+    return max(1, round(number._prec * 0.30103 - 0.9))
+
+
+def refuse_undefined(expressions: Iterable[Any], subject: str) -> None:
+    """Raise where a value is infinite, undefined or not real.
+
+    Raises
+    ------
+    InputError
+    """
+    for expression in expressions:
+        if expression.has(*_UNDEFINED) or (
+            not expression.free_symbols and expression.has(sp.I) and expression.is_real is False
+        ):
+            raise InputError(
+                f"{subject} at these values",
+                got=str(expression),
+                expected="a real finite number: a denominator vanishes, or a radicand is negative",
+                hint="choose other values; the questions of rank and free motions say which are "
+                "singular",
+            )
+
+
+def refuse_failing(conditions: Iterable[Any], put_in: Substitution, subject: str) -> None:
+    """Raise where a condition of a formula does not hold; those that keep symbols are left open.
+
+    Raises
+    ------
+    InputError
+    """
+    for condition in conditions:
+        value = put_in(condition.expression)
+        if value.free_symbols:
+            continue
+        number = value.evalf(_CONDITION_DIGITS)
+        if not number.is_real or number < 0:
+            raise InputError(
+                f"{subject} at these values",
+                got=f"a condition that fails: {condition.words}",
+                expected="values at which it holds",
+            )

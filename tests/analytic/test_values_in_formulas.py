@@ -1,0 +1,251 @@
+"""Results behave like SymPy's: values by name, formulas, floats, quantities, arrays."""
+
+import pickle
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic import (
+    Closed,
+    Condition,
+    Definition,
+    Derivation,
+    RobotDerivation,
+    Steps,
+    derive_chain,
+    derive_robot,
+    differentiate,
+)
+
+R, r, h, k = sp.symbols("R r h k", positive=True)
+
+
+def case_b(form=None, pose=None):
+    return derive_robot(rs.load("gough-stewart-b", symbols=("R", "r", "h", "k")), pose, form)
+
+
+@pytest.fixture(scope="module")
+def closed():
+    return case_b(Closed())
+
+
+@pytest.fixture(scope="module")
+def steps():
+    return case_b(Steps())
+
+
+def numbers(K):
+    return np.array(K.tolist(), dtype=float)
+
+
+def numeric_K(**values):
+    return rs.stiffness(rs.load("gough-stewart-b", symbols=tuple(values)).substituted(values)).K
+
+
+def assert_agrees(K, expected):
+    np.testing.assert_allclose(K, expected, atol=1e-12 * np.max(np.abs(expected)), rtol=1e-12)
+
+
+VALUES = {"R": 0.5, "r": 0.3, "h": 0.75, "k": 2e8}
+
+
+@pytest.mark.parametrize("form", ["closed", "steps"])
+def test_floats_by_name_and_by_symbol(form, request):
+    derivation = request.getfixturevalue(form)
+    expected = numeric_K(**VALUES)
+    assert_agrees(numbers(derivation.substituted(VALUES)), expected)
+    by_symbol = {sp.Symbol(name): value for name, value in VALUES.items()}
+    assert_agrees(numbers(derivation.substituted(by_symbol)), expected)
+    assert_agrees(numbers(derivation.subs(VALUES).K), expected)
+    assert all(x.is_Float for x in derivation.substituted(VALUES) if x != 0)
+
+
+def test_exact_values_stay_exact(closed):
+    exact = {"R": sp.Rational(1, 2), "r": sp.Rational(3, 10), "h": sp.Rational(3, 4), "k": 1}
+    K = closed.substituted(exact)
+    assert K == closed.K.xreplace({s: sp.sympify(exact[s.name]) for s in closed.symbols})
+    assert K[2, 2].is_Rational
+
+
+@pytest.mark.parametrize("form", ["closed", "steps"])
+def test_some_symbols_alone(form, request):
+    derivation = request.getfixturevalue(form)
+    some = derivation.subs({"R": 2 * sp.Symbol("r"), "h": 0.75})
+    assert isinstance(some, RobotDerivation)
+    assert some.free_symbols == set(some.symbols) == {k, r}
+    expected = numeric_K(R=0.6, r=0.3, h=0.75, k=2e8)
+    assert_agrees(numbers(some.substituted({"r": 0.3, "k": 2e8})), expected)
+    total = sp.zeros(6, 6)
+    for leg in some.legs:
+        for w, c in zip(leg.wrenches, leg.compliances, strict=True):
+            total += w * w.T / c
+    values = some._at({"r": 0.3, "k": 2e8})
+    assert_agrees(numbers(values.matrix(total)), expected)
+
+
+def test_a_pair_is_as_good_as_a_mapping(closed):
+    assert closed.subs("h", 2) == closed.subs({"h": 2})
+
+
+def test_steps_that_become_numbers_are_put_in(steps):
+    assert steps.definitions
+    done = steps.subs(VALUES)
+    assert done.definitions == ()
+    assert all(leg.definitions == () for leg in done.legs)
+
+
+def test_quantities_are_converted(closed):
+    pint = pytest.importorskip("pint")
+    Q = pint.UnitRegistry().Quantity
+    values = {"R": Q(500, "mm"), "r": Q(300, "mm"), "h": 0.75, "k": Q(200, "N/um")}
+    assert_agrees(numbers(closed.substituted(values)), numeric_K(**VALUES))
+    assert_agrees(closed.lambdify()(**values), numeric_K(**VALUES))
+
+
+def test_stages_of_a_chain_have_the_values_too():
+    K = sp.Matrix(3, 3, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
+    for form in (Closed(), Steps()):
+        chain = derive_chain(K, {"tip": [0, sp.Symbol("a"), 1], "slide": [1, 0, 0]}, form)
+        put = chain.subs("a", sp.Rational(1, 2))
+        assert put.stages[0].J == sp.Matrix([0, sp.Rational(1, 2), 1])
+        assert sp.Symbol("a") not in put.free_symbols
+        known = {s: sp.Integer(i * i + 3) for i, s in enumerate(put.symbols)}
+        expected = chain.substituted({**known, sp.Symbol("a"): sp.Rational(1, 2)})
+        assert put.substituted(known) == expected
+        assert put.stages[-1].mu.free_symbols <= {
+            *put.symbols,
+            *(d.symbol for d in put.definitions),
+        }
+
+
+def test_floats_end_at_once_where_roots_of_constants_pile_up():
+    """SymPy keeps 0.3 sqrt(3) a product, and evaluates such trees again at each sign test."""
+    x = sp.Symbol("x", positive=True)
+    steps, last = [], x
+    for i in range(60):
+        symbol = sp.Symbol(f"t_{i}")
+        steps.append(Definition(symbol, sp.sqrt(sp.sqrt(3) * last + sp.sqrt(2) * last**2 / 5)))
+        last = symbol
+    K = sp.ImmutableMatrix(sp.diag(last, 0, 0))
+    found = Derivation("K_C", K, (), K, tuple(steps)).substituted({"x": 0.3})[0, 0]
+    value = 0.3
+    for _ in range(60):
+        value = np.sqrt(np.sqrt(3) * value + np.sqrt(2) * value**2 / 5)
+    assert float(found) == pytest.approx(value, rel=1e-13)
+
+
+def test_exact_values_that_would_grow_without_end_are_refused():
+    x = sp.Symbol("x", positive=True)
+    steps, last = [], x
+    for i in range(60):
+        symbol = sp.Symbol(f"t_{i}")
+        steps.append(Definition(symbol, sp.sqrt(sp.sqrt(3) * last + sp.sqrt(2) * last**2 / 5)))
+        last = symbol
+    K = sp.ImmutableMatrix(sp.diag(last, 0, 0))
+    with pytest.raises(rs.InputError, match="write floats"):
+        Derivation("K_C", K, (), K, tuple(steps)).substituted({"x": sp.Rational(3, 10)})
+
+
+def test_floats_keep_their_digits_where_terms_cancel():
+    x = sp.Symbol("x", real=True)
+    K = sp.ImmutableMatrix(sp.diag((1 + x) ** 2 - 1 - 2 * x, 0, 0))
+    assert float(Derivation("K", K, (), K).substituted({"x": 1e-10})[0, 0]) == pytest.approx(1e-20)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"q": 1.0}, "expected R, h, k, r"),
+        ({"h": -0.5}, "a positive number"),
+        ({"h": float("nan")}, "value of h"),
+        ({"h": "750 mm"}, "value of h"),
+        ({"h": 1j}, "value of h"),
+        (["h"], "subs"),
+    ],
+)
+def test_bad_values_are_refused(closed, values, message):
+    with pytest.raises(rs.InputError, match=message):
+        closed.subs(values)
+
+
+def test_a_missing_value_is_named(closed):
+    with pytest.raises(rs.InputError, match="none for h, k"):
+        closed.substituted({"R": 1, "r": 2})
+
+
+def test_a_formula_that_names_a_step_is_refused(steps):
+    name = steps.definitions[0].symbol.name
+    with pytest.raises(rs.InputError, match=name):
+        steps.subs({"h": sp.Symbol(name)})
+
+
+def test_no_infinite_entry_is_returned():
+    a, b = sp.symbols("a b", real=True)
+    K = sp.ImmutableMatrix(sp.diag(1 / (a - b), sp.sqrt(a), 0))
+    derivation = Derivation("K_C", K, (), K)
+    for values in ({"a": 1, "b": 1}, {"a": 0.5, "b": 0.5}, {"a": -1, "b": 2}, {"a": -1.0, "b": 2}):
+        with pytest.raises(rs.InputError, match="at these values"):
+            derivation.substituted(values)
+    with pytest.raises(rs.InputError, match="at these values"):
+        derivation.subs("a", b)
+
+
+def test_conditions_are_checked():
+    a = sp.Symbol("a", positive=True)
+    K = sp.ImmutableMatrix(sp.diag(a, a, a))
+    length = Condition("the beam has a positive length", 1 - a)
+    derivation = RobotDerivation("robot", K, (), K, conditions=(length,))
+    assert derivation.substituted({"a": 0.5})[0, 0] == sp.Float(0.5)
+    assert derivation.subs("a", 0.5).conditions == ()
+    for method in (derivation.substituted, derivation.subs):
+        with pytest.raises(rs.InputError, match="the beam has a positive length"):
+            method({"a": 2})
+    f = derivation.lambdify()
+    np.testing.assert_array_equal(f.holds([0.5, 2.0]), [True, False])
+    with pytest.raises(rs.NoAnswerError, match=r"1 of 2 points, first at \[1\]: a = 2"):
+        f([0.5, 2.0])
+
+
+@pytest.mark.parametrize("form", ["closed", "steps"])
+def test_functions_of_arrays(form, request):
+    derivation = request.getfixturevalue(form)
+    f = derivation.lambdify("h", "R", "r", "k")
+    heights = np.array([0.5, 0.75, 1.0])
+    K = f(heights, 0.5, np.array([[0.2], [0.3]]), 1e8)
+    assert K.shape == (2, 3, 6, 6)
+    assert_agrees(K[1, 1], numeric_K(h=0.75, R=0.5, r=0.3, k=1e8))
+    assert_agrees(f(0.75, k=1e8, r=0.3, R=0.5), K[1, 1])
+    assert_agrees(pickle.loads(pickle.dumps(f))(0.75, 0.5, 0.3, 1e8), K[1, 1])  # noqa: S301
+
+
+def test_a_derivative_as_a_function(closed):
+    f = differentiate(closed, h).lambdify()
+    K, dK = f(**VALUES)
+    expected_K, expected_dK = differentiate(closed, h).substituted(VALUES)
+    assert_agrees(K, numbers(expected_K))
+    assert_agrees(dK, numbers(expected_dK))
+    near = [closed.lambdify()(**{**VALUES, "h": 0.75 + step}) for step in (1e-5, -1e-5)]
+    np.testing.assert_allclose(dK, (near[0] - near[1]) / 2e-5, rtol=1e-7, atol=1)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda f: f(1.0), "expected R, h, k, r"),
+        (lambda f: f(1.0, 1.0, 1.0, 1.0, 1.0), "5 values"),
+        (lambda f: f(0.5, 0.75, 1e8, R=2.0), "3 values and R"),
+        (lambda f: f(0.5, 0.75, 1e8, np.nan), "value of r"),
+        (lambda f: f([0.5, 0.6], [1.0, 2.0, 3.0], 1e8, 0.3), "broadcast"),
+    ],
+)
+def test_bad_arguments_are_refused(closed, call, message):
+    with pytest.raises(rs.InputError, match=message):
+        call(closed.lambdify())
+
+
+def test_every_symbol_is_an_argument_once(closed):
+    for order in (("h", "R"), ("R", "r", "h", "k", "k"), ("R", "r", "h", "q")):
+        with pytest.raises(rs.InputError, match="each of R, h, k, r once"):
+            closed.lambdify(*order)
