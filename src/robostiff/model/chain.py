@@ -159,10 +159,11 @@ class Chain:
     @property
     def has_compliance(self) -> bool:
         """Whether any element is elastic."""
-        return any(_is_elastic(element) for element in self.elements)
+        return any(is_elastic(element) for element in self.elements)
 
 
-def _is_elastic(element: Element) -> bool:
+def is_elastic(element: Element | None) -> bool:
+    """Whether an element of a chain, or a branch of it, has a compliance."""
     if isinstance(element, ParallelBlock):
         return any(branch.chain.has_compliance for branch in element.branches)
     if isinstance(element, Link):

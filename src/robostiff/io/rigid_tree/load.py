@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.place import Place, top_place
@@ -21,7 +19,8 @@ from robostiff.io.suggest import Words, listing
 from robostiff.io.validation import validate
 from robostiff.linkage import Linkage, close, essential, robot_of
 from robostiff.linkage.network_at import network_of
-from robostiff.model import Coordinate, Joint, Link, Robot
+from robostiff.model import Coordinate, Robot
+from robostiff.model.chain import is_elastic
 from robostiff.network import Network
 
 
@@ -99,7 +98,7 @@ def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkag
             hint=f"write {sorted(following)[0]}: {{role: locked}}, or {{stiffness: ...}} of what "
             "makes it follow",
         )
-    if not any(_is_elastic(c.element) for c in part.connections):
+    if not any(is_elastic(c.element) for c in part.connections):
         raise (top / "joints").error(
             f"robot {linkage.name!r}",
             got=Words("no compliance at all"),
@@ -107,12 +106,6 @@ def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkag
             hint=_hint(part),
         )
     return linkage, part
-
-
-def _is_elastic(element: Joint | Link | None) -> bool:
-    if isinstance(element, Link):
-        return bool(np.any(element.elasticity.compliance))
-    return getattr(getattr(element, "role", None), "stiffness", None) is not None
 
 
 def _hint(part: Linkage) -> str:
