@@ -1,10 +1,15 @@
 """A posture is chosen by joint coordinates, listed where it has closed form, or asked for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.kinematics.closure.leg_equations import pose_of_end
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
     Actuated,
     Chain,
@@ -21,8 +26,10 @@ from robostiff.model import (
 )
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import ROD, STEEL, random_transform
+from tests.generators.legs import random_leg
 
 DRIVE = Actuated(1e4)
+MOVED = np.array([0.02, 0.01, -0.03, 0.05, 0.02, 0.1])
 IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
 
@@ -233,3 +240,51 @@ def test_a_slide_may_be_chosen_on_either_side():
     for posture in found:
         q = rs.find_posture(robot, near=posture.coordinates).coordinates[0][0]
         assert np.allclose(q, posture.coordinates, atol=1e-12)
+
+
+def test_drives_that_move_alone_leave_the_posture_open_and_the_result_says_so():
+    """Seven driven turns: the elbow moves while the hand stands, and the stiffness with it."""
+    axes = ([0, 0, 1], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1])
+    homes = (0.2, 0.6, -0.3, 1.1, 0.4, -0.7, 0.1)
+    elements = []
+    for i, (axis, home) in enumerate(zip(axes, homes, strict=True)):
+        elements.append(revolute(axis, Actuated(1e5), home=[home], name=f"j{i + 1}"))
+        elements.append(beam_link([0.02, 0, 0.3], STEEL, ROD))
+    at_home = Leg("arm", Frame.identity(), Chain(tuple(elements)), Frame.identity())
+    q = np.array(homes)
+    end = pose_of_end(at_home, q)
+    arm = Robot("arm", (at_home,), home=Frame(turn_by_vector(end[3:]), end[:3]))
+    pose = end + MOVED
+    found = rs.stiffness(arm, pose)
+    (advice,) = found.advice
+    assert found.status == Status.OK
+    assert "drives of leg 'arm' can move while the platform stands still" in advice
+    near = rs.stiffness(arm, pose, near=[q + np.array([0.3, 0, -0.3, 0, 0, 0, 0])])
+    assert near.advice == ()
+    assert np.abs(near.K / found.K - 1).max() > 1e-3
+    six = replace(at_home, chain=Chain((*elements[:4], *elements[6:])))  # without the third turn
+    end = pose_of_end(six, np.delete(q, 2))
+    arm = Robot("arm", (six,), home=Frame(turn_by_vector(end[3:]), end[:3]))
+    assert rs.stiffness(arm, end + MOVED).advice == ()
+
+
+@pytest.mark.parametrize("kind", ["PUU", "RUU"])
+def test_a_pose_that_is_reached_in_another_working_mode_only_says_so(kind: str):
+    """The end of five freedoms says which way the rod goes: here not as at home."""
+    case, refused = random_leg(kind, 4), 0
+    random = np.random.default_rng(7)
+    for _ in range(30):
+        q = case.leg.chain.home + 0.6 * random.uniform(-1, 1, case.leg.chain.size)
+        pose = pose_of_end(case.leg, q)
+        found = rs.stiffness(case.robot, pose)
+        if found.status & Status.UNREACHABLE:
+            said = [sentence for sentence in found.advice if "another working mode" in sentence]
+            assert len(said) == 1
+            near = rs.stiffness(case.robot, pose, near=[q])
+            assert not near.status & Status.UNREACHABLE
+            assert np.allclose(near.joint_coordinates[case.leg.name], q, rtol=0, atol=1e-6)
+            refused += 1
+    far = rs.stiffness(case.robot, pose + 9 * np.eye(6)[0])
+    assert far.status == Status.UNREACHABLE
+    assert not any("working mode" in sentence for sentence in far.advice)
+    assert 0 < refused < 30

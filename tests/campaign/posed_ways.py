@@ -22,7 +22,8 @@ from tests.campaign.answers import Complaint, Judge
 from tests.campaign.formulas import formula
 from tests.campaign.posed import Posed
 from tests.campaign.reference import _extent
-from tests.campaign.walk import Walker, end_of, frame_of, gap, pose_matrix, wanted_pose
+from tests.campaign.single_leg import drives_are_free, is_free, is_regular
+from tests.campaign.walk import Walker, pose_matrix, wanted_pose
 from tests.generators.documents import model_data
 
 _DECISIVE = ~int(Status.ILL_CONDITIONED)
@@ -161,64 +162,47 @@ def _posture(case: Case) -> None:
     leg = case.robot.legs[0]
     drives = [isinstance(role, Actuated) for role in leg.chain.roles]
     for row, own in enumerate(q):
-        regular = _regular(case, own) and (not _is_refused(case, row) or _is_reached(case, row))
+        if drives_are_free(case.robot, own):
+            _expect_advice(case, row)
+            continue
+        regular = is_regular(case.robot, q[0], own) and _is_reached(case, row)
         _expect(case, "planted coordinates", row, [own], regular=regular)
-        if case.posture.reached[row] and not _is_free(case, own):
+        if case.posture.reached[row] and not is_free(case.robot, own):
             mine = case.posture.coordinates[0][row]
             off = np.abs(mine - own)[drives]
-            if off.size and off.max() > 1e-5 and _regular(case, own):
-                what = (
-                    "another coordinate of a drive"
-                    if row
-                    else "another coordinate of a drive at home"
-                )
+            if off.size and off.max() > 1e-5 and is_regular(case.robot, q[0], own):
+                what = "another coordinate of a drive" + (" at home" if not row else "")
                 case.say("planted coordinates", what, f"row {row}: {mine} for {own}")
 
 
-def _is_refused(case: Case, row: int) -> bool:
-    return bool(case.batch.status_codes[row] & int(Status.UNREACHABLE))
-
-
 def _is_reached(case: Case, row: int) -> bool:
-    """Whether the library must reach the pose of a single leg, which closes there.
+    """Whether the library reaches the pose of a single leg, which closes there, or must do so.
 
-    A leg that closes by iteration counts only in the assembly mode of home, and that is what the
-    straight way of the pose leads to (docs/status.md). A way that is straight in the coordinates of
-    the joints is another one: it can be regular where the former meets a singularity.
+    A leg counts only in the assembly mode of home. Closed by iteration, that is what the straight
+    way of the pose leads to (docs/status.md). A way that is straight in the coordinates of the
+    joints is another one: it can be regular where the former meets a singularity. A closed form
+    keeps the working mode, which legs of fewer than six freedoms can change on a regular way. Then
+    the advice must say so, and the coordinates must choose the other.
     """
-    if case.finder.solvers[0].closed_form is not None or case.posed.q is None:
+    q = case.posed.q
+    if q is None or not case.batch.status_codes[row] & int(Status.UNREACHABLE):
         return True
-    walker = Walker(case.robot, [case.posed.q[0]])
-    return walker.walk(case.posed.rows[0], case.posed.rows[row]).is_smooth
+    if case.finder.solvers[0].closed_form is None:
+        walker = Walker(case.robot, [q[0]])
+        return walker.walk(case.posed.rows[0], case.posed.rows[row]).is_smooth
+    pose = case.posed.pose(row)
+    if not any("another working mode" in said for said in rs.stiffness(case.robot, pose).advice):
+        return True
+    near = rs.stiffness(case.robot, pose, near=[q[row]])
+    found = near.joint_coordinates[case.robot.legs[0].name]
+    return bool(near.status & Status.UNREACHABLE) or float(np.abs(found - q[row]).max()) > 1e-6
 
 
-def _is_free(case: Case, q: np.ndarray) -> bool:
-    """Whether the end can stay while joints move."""
-    return _rank_and_sign(case, q)[0] < int(np.count_nonzero(case.robot.legs[0].chain.free))
-
-
-def _rank_and_sign(case: Case, q: np.ndarray) -> tuple[int, float]:
-    """Of the Jacobian of a single leg, about its own end; the sign of a square one alone."""
-    leg = case.robot.legs[0]
-    free = np.flatnonzero(leg.chain.free)
-    shifts = np.zeros((1 + 2 * len(free), len(q)))
-    for k, place in enumerate(free):
-        shifts[1 + 2 * k, place], shifts[2 + 2 * k, place] = 1e-6, -1e-6
-    T, _ = end_of(leg.chain, q + shifts, frame_of(leg.base))
-    gaps = gap(T, T[:1])
-    J = (gaps[1::2] - gaps[2::2]).T / 2e-6
-    if not len(free):
-        return 0, 1.0
-    values = np.linalg.svd(J, compute_uv=False)
-    square = len(free) == 6 and case.robot.space.size == 6
-    sign = float(np.sign(np.linalg.det(J))) if square else 1.0
-    return int(np.count_nonzero(values > 1e-3 * values[0])), sign
-
-
-def _regular(case: Case, q: np.ndarray) -> bool:
-    """Whether the way from home to q, straight in coordinates, keeps away from singularities."""
-    home = case.posed.q[0] if case.posed.q is not None else q
-    return len({_rank_and_sign(case, home + t * (q - home)) for t in np.linspace(0, 1, 9)}) == 1
+def _expect_advice(case: Case, row: int) -> None:
+    """Where drives move while the end stands still, an answer says that it is one of many."""
+    said = rs.stiffness(case.robot, case.posed.pose(row)).advice
+    if not any("near=" in sentence or "any angle" in sentence for sentence in said):
+        case.say("planted coordinates", "drives move alone, and nothing says so", f"row {row}")
 
 
 def _expect(case: Case, way: str, row: int, q: list[np.ndarray], regular: bool = True) -> None:

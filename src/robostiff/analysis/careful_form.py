@@ -82,7 +82,10 @@ class AskedPoses:
         found: tuple[str, ...] = ()
         flat = rows.reshape(-1)[:CHUNK]
         if not rows.shape and status & _COMPLAINTS:
-            found = self.posture(flat).complaints
+            posture = self.posture(flat)
+            found = posture.complaints
+            if self.near is None and status & Status.UNREACHABLE:
+                found = (*found, *self.finder.in_other_modes(posture))
         if self.near is not None or isinstance(self.request, np.ndarray):
             return found
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from robostiff.elastostatics import scaling
 from robostiff.kinematics import Posture, PostureFinder, place_chain
-from robostiff.kinematics.closure import LegSolver
-from robostiff.model import PlacedLeg, Snapshot
+from robostiff.kinematics.closure import LegSolver, NewtonTask
+from robostiff.model import Actuated, PlacedLeg, Snapshot
 
 # Of the stiffness of a leg: two postures that differ by less are the same to it.
 _SAME = 1e-6
+_MOVES = 1e-6  # radians and parts of the length: less is rounding
 _POSES = 3  # of a batch that are looked at, where the robot has no home
 _QUESTION = "legs whose posture nobody chose"
 
@@ -26,7 +27,8 @@ def posture_advice(
 
     A posture is chosen by home coordinates of the leg's joints, by an elbow, by joint coordinates
     or by `near`. Legs of which none is given are looked at, at home, or at a few of the poses of a
-    robot without home.
+    robot without home. Home coordinates choose none for a leg whose drives can move while the
+    platform stands still.
 
     Parameters
     ----------
@@ -48,7 +50,11 @@ def posture_advice(
     if rows.size > _POSES:
         rows = rows[np.linspace(0, rows.size - 1, _POSES, dtype=int)]
     names = []
+    moving = []
     for solver, q in zip(finder.solvers, posture.coordinates, strict=True):
+        if any(_drives_move_alone(solver, posture.pose[i], q[i]) for i in rows[:1]):
+            moving.append(repr(solver.leg.name))
+            continue
         if finder.robot.is_posed_by_joints:
             given = bool(np.any(solver.leg.chain.home_given))
         else:
@@ -57,7 +63,7 @@ def posture_advice(
             continue
         if any(_matters(finder, solver, posture.pose[i], q[i], leg_stiffness) for i in rows):
             names.append(repr(solver.leg.name))
-    advice = _advice(names)
+    advice = (*_advice(names), *map(_of_moving_drives, moving))
     if at_home:
         finder.known[_QUESTION] = advice
     return advice
@@ -70,6 +76,26 @@ def _advice(names: list[str]) -> tuple[str, ...]:
     return (
         f"{legs} the pose in several postures of different stiffness, and none was chosen: give "
         "home coordinates to the joints, or joint coordinates close by: near=[...]",
+    )
+
+
+def _drives_move_alone(solver: LegSolver, pose: np.ndarray, q: np.ndarray) -> bool:
+    """Whether drives of a leg closed by iteration can move at a posture whose end is fixed."""
+    if solver.closed_form is not None:
+        return False
+    leg = solver.leg
+    J = NewtonTask((leg,), (), solver.length).rates(np.concatenate([pose, q])[None])[0]
+    values, V_T = np.linalg.svd(J)[1:]
+    alone = V_T[np.count_nonzero(values > _MOVES) :]
+    drives = [isinstance(leg.chain.roles[i], Actuated) for i in np.flatnonzero(leg.chain.free)]
+    return bool(np.any(np.abs(alone[:, drives]) > _MOVES))
+
+
+def _of_moving_drives(name: str) -> str:
+    return (
+        f"the drives of leg {name} can move while the platform stands still, and the pose alone "
+        "does not say how it stands: the posture nearest to home is taken; choose one by joint "
+        "coordinates close by: near=[...]"
     )
 
 

@@ -58,7 +58,7 @@ class Posture:
     @property
     def reached(self) -> np.ndarray:
         """Which poses all legs reach, in the assembly mode of home (N,)."""
-        return np.all(self._closed & self._long_enough, axis=-1) & ~self.elsewhere
+        return np.all(self.closed & self._long_enough, axis=-1) & ~self.elsewhere
 
     def meets(self, tolerance: float) -> np.ndarray:
         """Where all legs meet the platform within a part of the robot's length (N,)."""
@@ -78,10 +78,10 @@ class Posture:
         """Reasons why the first pose is not reached or not allowed, a sentence each."""
         sentences = []
         for i, leg in enumerate(self.robot.legs):
-            if not self._closed[0, i]:
+            if not self.closed[0, i]:
                 sentences.append(self._shortfall(leg, self.shift_gaps[0, i], self.turn_gaps[0, i]))
         for i, leg in enumerate(self.robot.legs):
-            if self._closed[0, i] and not self._long_enough[0, i]:
+            if self.closed[0, i] and not self._long_enough[0, i]:
                 sentences.append(
                     f"leg {leg.name!r} would need a telescope of negative length at this pose"
                 )
@@ -107,7 +107,8 @@ class Posture:
                     yield leg, i, q, role.limits
 
     @cached_property
-    def _closed(self) -> np.ndarray:
+    def closed(self) -> np.ndarray:
+        """Which legs meet the platform, with all loops in them closed (N, legs)."""
         return (self.shift_gaps <= _REACHED * self.length) & (self.turn_gaps <= _REACHED)
 
     @cached_property

@@ -193,6 +193,21 @@ class PostureFinder:
         # Given coordinates need not close, so that no path leads from them.
         return task.closed_near(goal, [np.tile(own, (len(goal), 1)) for own in near])
 
+    def in_other_modes(self, posture: Posture) -> tuple[str, ...]:
+        """Sentences about legs that reach one pose in another working mode than at home."""
+        names = [
+            repr(solver.leg.name)
+            for solver, closes in zip(self.solvers, posture.closed[0], strict=True)
+            if not closes
+            and solver.closed_form is not None
+            and solver.that_close(posture.pose[0])[0]
+        ]
+        return tuple(
+            f"leg {name} reaches the pose in another working mode than at home only: choose it by "
+            "joint coordinates close by: near=[...]"
+            for name in names
+        )
+
     def _undetermined(self, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
         if self.robot.is_posed_by_joints:
             return np.zeros(len(pose), dtype=bool)
