@@ -1,6 +1,7 @@
 """``robostiff derive`` as a user types it."""
 
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -97,6 +98,7 @@ def test_derivative_by_a_symbol():
         (("3-puu", "--pose", "x=5"), "falls short"),
         (("3-rpr", "--format", "pdf"), "write -o FILE.pdf"),
         (("3-rpr", "--format", "latx"), "latex"),
+        (("3-rpr", "--budget", "0"), "budget of time"),
         (("3-rpr", "-o", "K.xyz"), "--format"),
         (("3-rpr", "-o", "no/such/K.tex"), "existing folder"),
         (("3-rpr", "--pose", "there"), "NAME=VALUE"),
@@ -123,6 +125,69 @@ def test_an_existing_file_is_not_overwritten():
     assert outcome.exit_code == 2
     assert "a new file" in outcome.stderr
     assert Path("K.tex").read_text(encoding="utf-8") == "mine"
+
+
+def test_the_answer_says_that_time_has_ended():
+    outcome = run("hexapod-pus", "--budget", "0.3")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "did not end within 0.3 s of computing. These are named steps." in outcome.stderr
+    assert "A closed form did not end within 0.3 s of computing." in outcome.stdout
+
+
+IN_A_LONG_CALL = """
+import time, flint, typer
+from robostiff.cli.failure import reported
+from robostiff.cli.watched import go_on_in_child
+
+@reported
+def command() -> int:
+    go_on_in_child(lambda passed: f"for {passed:.0f} s")
+    print("begun", flush=True)
+    n = flint.fmpz(10) ** 119 + 33
+    (n * (flint.fmpz(10) ** 121 + 13)).factor()
+    return 0
+
+typer.run(command)
+"""
+
+
+def test_an_interrupt_ends_a_call_that_cannot_be_interrupted():
+    with interrupts_heard():
+        process = subprocess.Popen(
+            [sys.executable, "-c", IN_A_LONG_CALL],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "begun\n"
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=10)
+    assert (process.returncode, errors) == (130, "robostiff: interrupted\n")
+
+
+def test_a_child_passes_its_exit_status_and_its_messages_on():
+    command = [shutil.which("robostiff", path=str(Path(sys.executable).parent)), "derive"]
+    found = subprocess.run([*command, "3-rpp"], capture_output=True, text=True, check=False)
+    assert found.returncode == 2
+    assert found.stderr.count("did you mean") == 1
+    found = subprocess.run([*command, "3-rpr"], capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert found.stdout.count("Cartesian stiffness matrix 3-rpr") == 1
+
+
+def test_progress_is_shown_on_a_terminal_alone():
+    pty = pytest.importorskip("pty")
+    code = IN_A_LONG_CALL.replace("(n * (flint.fmpz(10) ** 121 + 13)).factor()", "time.sleep(1.5)")
+    main, end = pty.openpty()
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL, stderr=end)
+    os.close(end)
+    assert process.wait(timeout=60) == 0
+    assert b"\rfor 1 s" in os.read(main, 1000)
+    os.close(main)
+    quiet = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+    assert quiet.stderr == b""
 
 
 def test_an_interrupt_ends_with_130():

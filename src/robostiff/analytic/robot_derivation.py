@@ -59,16 +59,19 @@ class RobotDerivation(Derivation):
     following : tuple of str
         Names of the symbols that the legs decide: coordinates of the platform or of joints, which
         are those at which the legs close, and not free to choose.
+    remark : str
+        Why it is in steps where a closed form was to be expected; empty otherwise.
     """
 
     legs: tuple[LegDerivation, ...] = ()
     where: str = ""
     coordinates: tuple[str, ...] = ()
     following: tuple[str, ...] = ()
+    remark: str = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
-        of_robot = (self.legs, self.where, self.coordinates, self.following)
+        of_robot = (self.legs, self.where, self.coordinates, self.following, self.remark)
         return RobotDerivation, (*own, *of_robot)
 
     def _parts_at(self, put_in: Substitution) -> dict[str, Any]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.agreement import check_robot
+from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
 from robostiff.analytic.conditions import conditions_of
@@ -90,7 +91,10 @@ _OPERATIONS_A_TERM = 200
 
 
 def derive_robot(
-    robot: Robot, pose: PoseFormula | None = None, form: Closed | Steps | None = None
+    robot: Robot,
+    pose: PoseFormula | None = None,
+    form: Closed | Steps | None = None,
+    budget: float | None = BUDGET,
 ) -> RobotDerivation:
     """Stiffness matrix of a robot as a formula of its symbols and of its pose.
 
@@ -110,6 +114,9 @@ def derive_robot(
     form : Closed or Steps
         One canonical expression an entry, in exact arithmetic; or named steps, which never explode.
         When left out, closed at home as long as that can be read, and steps otherwise.
+    budget : float or None
+        Seconds of computing for a closed form; None for no limit. When it does not end in time,
+        the answer is in steps, and its `remark` says so; with `Closed()` it is an error.
 
     Returns
     -------
@@ -123,7 +130,7 @@ def derive_robot(
     DisagreementError
         When the formula and the numerical form differ at random parameters and poses.
     FormulaTooLargeError
-        When a closed form would exceed the limit.
+        When a closed form would exceed the limit, or its budget of time.
 
     Examples
     --------
@@ -142,15 +149,23 @@ def derive_robot(
         )
     if not (form is None or isinstance(form, Closed | Steps)):
         raise InputError("form of a formula", got=form, expected="Closed() or Steps()")
+    if budget is not None:
+        checked_budget(budget)
     robot.check_platform_is_rigid("formula")
     placed = place_robot(robot, pose)
     recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
     if isinstance(form, Closed):
-        return _closed(placed, recorded, form.limit)
+        limit = form.limit
+        return within(budget, lambda: _closed(placed, recorded, limit))
+    remark = ""
     if form is None and isinstance(pose, AtHome):
-        with suppress(FormulaTooLargeError):
-            return _closed(placed, recorded, _READABLE)
-    return _in_steps(placed, recorded)
+        try:
+            return within(budget, lambda: _closed(placed, recorded, _READABLE))
+        except OutOfTimeError:
+            remark = f"A closed form did not end within {budget:g} s of computing."
+        except FormulaTooLargeError:
+            pass
+    return replace(_in_steps(placed, recorded), remark=remark)
 
 
 def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:

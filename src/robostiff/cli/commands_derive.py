@@ -28,6 +28,7 @@ from robostiff.analytic import (
     free_motion_formulas,
     rank_formula,
 )
+from robostiff.analytic.budget import OutOfTimeError, checked_budget
 from robostiff.analytic.export import (
     c_function,
     derivation_data,
@@ -40,7 +41,9 @@ from robostiff.analytic.export import (
 )
 from robostiff.analytic.robot_pose import PoseFormula, coordinate_names
 from robostiff.cli.derive_options import FORMATS
+from robostiff.cli.failure import INTERRUPTED
 from robostiff.cli.output import new_file
+from robostiff.cli.watched import go_on_in_child
 from robostiff.cli.written_arguments import parameters_from
 from robostiff.errors import InputError
 from robostiff.io.model_file import ALL_PARAMETERS
@@ -175,8 +178,6 @@ def _listed(expressions: Iterable[Any]) -> str:
     return ", ".join(map(sp.sstr, expressions))
 
 
-INTERRUPTED = 130
-
 _Found = RobotDerivation | FormulaDerivative
 _WRITERS: dict[str, Callable[[Any], str]] = {
     "text": derivation_text,
@@ -208,6 +209,7 @@ class FormulaRequest:
     steps: bool
     closed: bool
     limit: int | None
+    budget: float
     derivative: str | None
 
 
@@ -226,14 +228,18 @@ def print_formula(
     """Derive the stiffness of a robot and write it, or print its properties."""
     language, output = _language(sheet)
     form = _form(asked)
+    checked_budget(asked.budget)
     if questions.any and (asked.derivative is not None or language != "text"):
         raise InputError(
             "questions about a formula",
             got="--derivative" if asked.derivative is not None else f"--format {language}",
             expected="--rank, --free-motions and --eigenvalues alone, answered in text",
         )
+    go_on_in_child(_progress(source, asked, form))
     try:
-        derivation = derive_robot(*_robot_and_pose(source, asked, settings), form)
+        derivation = derive_robot(*_robot_and_pose(source, asked, settings), form, asked.budget)
+        if derivation.remark:
+            typer.echo(f"robostiff: {derivation.remark} These are named steps.", err=True)
         found: _Found = derivation
         if asked.derivative is not None:
             found = differentiate(derivation, _symbol(derivation, asked.derivative))
@@ -247,7 +253,8 @@ def print_formula(
             error.subject,
             got=error.got,
             expected=error.expected,
-            hint="write --steps for named steps, fewer --symbols, or a larger --limit",
+            hint="write --steps for named steps, fewer --symbols, or a larger "
+            + ("--budget" if isinstance(error, OutOfTimeError) else "--limit"),
         ) from None
     except KeyboardInterrupt:
         typer.echo("robostiff: interrupted; named steps, --steps, are quick", err=True)
@@ -258,6 +265,18 @@ def print_formula(
         with whole_file(output) as begun:
             begun.write_text(written, encoding="utf-8")
     return 0
+
+
+def _progress(
+    source: str, asked: FormulaRequest, form: Closed | Steps | None
+) -> Callable[[float], str]:
+    steps = form is None and asked.pose.strip() == "home"
+    then = f"; named steps after {asked.budget:g} s" if steps else ""
+
+    def line(passed: float) -> str:
+        return f"robostiff: deriving {source} for {passed:.0f} s{then}; Ctrl-C ends it"
+
+    return line
 
 
 def _robot_and_pose(

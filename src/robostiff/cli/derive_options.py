@@ -37,6 +37,14 @@ LimitOption = Annotated[
         "--limit", metavar="TERMS", min=1, help="Most terms of an entry of a closed form."
     ),
 ]
+BudgetOption = Annotated[
+    float,
+    typer.Option(
+        "--budget",
+        metavar="SECONDS",
+        help="Computing time of a closed form; named steps are the answer when it ends.",
+    ),
+]
 FormatOption = Annotated[
     str | None,
     typer.Option(

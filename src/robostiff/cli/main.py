@@ -310,6 +310,7 @@ def derive(
     steps: derive_options.StepsOption = False,
     closed: derive_options.ClosedOption = False,
     limit: derive_options.LimitOption = None,
+    budget: derive_options.BudgetOption = 20.0,
     format_: derive_options.FormatOption = None,
     output: derive_options.OutputOption = None,
     overwrite: OverwriteOption = False,
@@ -335,7 +336,7 @@ def derive(
     """
     from robostiff.cli.commands_derive import FormulaRequest, Questions, Sheet, print_formula
 
-    asked = FormulaRequest(pose, symbols, steps, closed, limit, derivative)
+    asked = FormulaRequest(pose, symbols, steps, closed, limit, budget, derivative)
     questions = Questions(rank, free_motions, eigenvalues)
     return print_formula(robot, asked, Sheet(format_, output, overwrite), questions, set_ or [])
 

@@ -11,6 +11,7 @@ from robostiff.analytic import (
     Steps,
     derive_robot,
 )
+from robostiff.analytic.budget import BUDGET
 from robostiff.errors import InputError
 from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.model import Robot
@@ -27,6 +28,7 @@ def derive(
     symbols: Symbols | None = None,
     pose: PoseFormula | None = None,
     form: Closed | Steps | None = None,
+    budget: float | None = BUDGET,
 ) -> RobotDerivation:
     """Stiffness matrix of a robot as a formula, eq. (12), about its reference point, world axes.
 
@@ -46,6 +48,9 @@ def derive(
     form : Closed or Steps
         One expression an entry, or named steps, which never explode. When left out, closed at home
         as long as that can be read, and steps otherwise.
+    budget : float or None
+        Seconds of computing for a closed form; None for no limit. When it does not end in time,
+        the answer is in steps, and its `remark` says so; with `Closed()` it is an error.
 
     Returns
     -------
@@ -58,7 +63,7 @@ def derive(
     InputError
         When there is no such robot, a leg has no closed form away from home, or a leg is rigid.
     FormulaTooLargeError
-        When a closed form would exceed its limit.
+        When a closed form would exceed its limit, or its budget of time.
 
     Examples
     --------
@@ -80,7 +85,7 @@ def derive(
                 expected="a robot that was loaded with its symbols",
                 hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
             )
-        return derive_robot(robot, pose, form)
+        return derive_robot(robot, pose, form, budget)
     if not isinstance(robot, str | Path):
         raise InputError(
             "robot of a formula",
@@ -96,4 +101,4 @@ def derive(
             expected="a model, whose parameters can be symbols",
             hint="a snapshot holds the numbers of one pose; describe the robot in a model file",
         )
-    return derive_robot(loaded, pose, form)
+    return derive_robot(loaded, pose, form, budget)

@@ -59,6 +59,8 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         OutlineHeading(title_of(derivation), level=1),
         OutlineText(_summary(derivation)),
     ]
+    if derivation.remark:
+        blocks.append(OutlineText(derivation.remark))
     named = _named(derivation, names)
     if named.definitions:
         blocks += [OutlineHeading("Names for recurring expressions"), equations(named.definitions)]

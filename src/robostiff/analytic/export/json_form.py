@@ -34,7 +34,7 @@ LEG_KEYS = (
 
 
 _VERSION = 1
-_ROBOT_KEYS = ("legs", "where", "coordinates", "following", "conditions")
+_ROBOT_KEYS = ("legs", "where", "coordinates", "following", "remark", "conditions")
 _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
 
@@ -161,6 +161,7 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
         data["where"] = derivation.where
         data["coordinates"] = list(derivation.coordinates)
         data["following"] = list(derivation.following)
+        data["remark"] = derivation.remark
         data["conditions"] = [
             {"words": condition.words, "expression": expression_tree(condition.expression)}
             for condition in derivation.conditions
@@ -186,7 +187,7 @@ def derivation_from_data(data: Any) -> Derivation:
     keys = ("robostiff_derivation", "name", "symbols", "K0", "stages", "K", "definitions")
     is_robot = isinstance(data, dict) and "legs" in data
     if is_robot:  # absent in older files
-        data = {"following": [], "conditions": [], **data}
+        data = {"following": [], "conditions": [], "remark": "", **data}
     fields = _fields(data, "derivation", (*keys, *_ROBOT_KEYS) if is_robot else keys)
     if fields["robostiff_derivation"] != _VERSION or fields["robostiff_derivation"] is True:
         raise InputError(
@@ -221,6 +222,7 @@ def _of_robot(
         where=_text(fields["where"], "where"),
         coordinates=texts(fields["coordinates"], "coordinates"),
         following=texts(fields["following"], "following"),
+        remark=_text(fields["remark"], "remark"),
         conditions=tuple(
             Condition(
                 _text(condition["words"], "words"), reader.expression(condition["expression"])

@@ -1,0 +1,74 @@
+"""A budget of time: what does not end in time is stopped, and the answer says so."""
+
+import threading
+import time
+from contextlib import suppress
+
+import pytest
+
+import robostiff as rs
+from robostiff.analytic import Closed, FormulaTooLargeError, Steps
+from robostiff.analytic.budget import OutOfTimeError, within
+from robostiff.analytic.export import derivation_data, derivation_from_data, derivation_text
+
+
+def endless():
+    while True:
+        with suppress(Exception):  # as in libraries that catch all they can
+            sum(range(1000))
+
+
+def test_what_does_not_end_is_stopped():
+    with pytest.raises(OutOfTimeError, match=r"none within 0.2 s of computing"):
+        within(0.2, endless)
+
+
+def test_what_ends_in_time_is_returned_and_nothing_comes_after():
+    assert within(0.15, lambda: 42) == 42
+    end = time.thread_time() + 0.6
+    while time.thread_time() < end:
+        sum(range(1000))
+
+
+def test_errors_of_the_computation_come_through():
+    with pytest.raises(ZeroDivisionError):
+        within(1.0, lambda: 1 // 0)
+
+
+def test_another_thread_is_as_good_and_alone_is_stopped():
+    found = []
+
+    def work():
+        try:
+            within(0.2, endless)
+        except OutOfTimeError as error:
+            found.append(error)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join(30)
+    assert len(found) == 1
+
+
+@pytest.mark.parametrize("budget", [0, -1, "20", True, float("nan")])
+def test_a_budget_is_a_positive_number(budget):
+    with pytest.raises(rs.InputError, match="budget of time"):
+        rs.derive("planar-link", budget=budget)
+
+
+def test_steps_are_the_answer_when_time_ends():
+    derivation = rs.derive("hexapod-pus", budget=0.3)
+    assert derivation.definitions
+    assert derivation.remark == "A closed form did not end within 0.3 s of computing."
+    assert derivation.remark in derivation_text(derivation).replace("\n", " ")
+    assert derivation_from_data(derivation_data(derivation)) == derivation
+    assert rs.derive("planar-link").remark == ""
+
+
+def test_a_closed_form_that_was_wanted_is_an_error():
+    with pytest.raises(FormulaTooLargeError, match=r"form=Steps\(\), or a larger budget"):
+        rs.derive("hexapod-pus", form=Closed(10**6), budget=0.3)
+
+
+def test_steps_need_no_budget():
+    assert rs.derive("planar-link", form=Steps(), budget=1e-6).remark == ""
