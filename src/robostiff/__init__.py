@@ -145,6 +145,7 @@ _HOMES = {
         "Linear",
         "critical_load",
         "equilibrium",
+        "load_path",
     ),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -123,6 +123,7 @@ from robostiff.statics import EquilibriumStatus as EquilibriumStatus
 from robostiff.statics import Linear as Linear
 from robostiff.statics import critical_load as critical_load
 from robostiff.statics import equilibrium as equilibrium
+from robostiff.statics import load_path as load_path
 from robostiff.version import __version__ as __version__
 
 __all__: list[str]

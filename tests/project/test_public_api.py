@@ -115,6 +115,7 @@ PUBLIC = [
     "indices",
     "load",
     "load_linkage",
+    "load_path",
     "material",
     "planar",
     "postures",

@@ -6,7 +6,13 @@ from typing import Annotated
 
 import typer
 
-from robostiff.cli import cable_options, derive_options, map_options, report_options
+from robostiff.cli import (
+    cable_options,
+    derive_options,
+    equilibrium_options,
+    map_options,
+    report_options,
+)
 from robostiff.cli.failure import ready_streams, reported
 from robostiff.cli.shared_options import (
     AtOption,
@@ -145,6 +151,45 @@ def deflection(
 
     described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, at, near)
     return print_deflection(robot, place, wrench, set_ or [], json_, described)
+
+
+@app.command()
+@reported
+def equilibrium(
+    robot: RobotArgument,
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    near: NearOption = None,
+    wrench: equilibrium_options.WrenchOption = None,
+    at: AtOption = None,
+    weight: equilibrium_options.WeightOption = None,
+    load: equilibrium_options.LoadOption = None,
+    gravity: equilibrium_options.GravityOption = None,
+    preload: equilibrium_options.PreloadOption = None,
+    critical: equilibrium_options.CriticalOption = False,
+    factors: equilibrium_options.FactorsOption = None,
+    side: SideOption = None,
+    allow_xacro: XacroOption = False,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Print where a robot comes to rest under finite loads, its stiffness there, and its stability.
+
+    Examples
+    --------
+    robostiff equilibrium hexapod --wrench "0 0 -50 kN 0 0 0" --weight "leg1/strut=12 kg" --critical
+
+    robostiff equilibrium six-joint-arm --gravity=-z --wrench "0 0 -150 N 0 0 0" --factors "0 4 9"
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands_equilibrium import Wanted, WrittenLoads, print_equilibrium
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
+
+    place = PoseArguments(pose, joints, at, near)
+    loads = WrittenLoads(wrench, weight or [], load or [], gravity, preload or [])
+    wanted, described = Wanted(critical, factors, json_), SideFile(side, allow_xacro)
+    return print_equilibrium(robot, place, loads, wanted, set_ or [], described)
 
 
 @app.command()

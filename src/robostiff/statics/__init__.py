@@ -4,6 +4,7 @@ from robostiff.statics.beam_bowing import Bowing, Linear
 from robostiff.statics.critical_load import CriticalLoad, critical_load
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.from_snapshot import DeadForce
+from robostiff.statics.load_path import load_path
 from robostiff.statics.loaded_parts import LoadedPart
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.status import EquilibriumStatus
@@ -19,4 +20,5 @@ __all__ = [
     "LoadedPart",
     "critical_load",
     "equilibrium",
+    "load_path",
 ]

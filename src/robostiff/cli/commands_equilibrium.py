@@ -1,0 +1,167 @@
+"""The command ``equilibrium``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.output import print_data, say
+from robostiff.cli.written_arguments import (
+    NO_SIDE_FILE,
+    PoseArguments,
+    SideFile,
+    near_from,
+    parameters_from,
+    point_from,
+    pose_from,
+    wrench_from,
+)
+from robostiff.errors import InputError
+from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
+from robostiff.io.units import Dimension, parse_quantities, to_si
+from robostiff.model import Mass, Robot, Snapshot
+from robostiff.robots import load
+from robostiff.statics import DeadForce, critical_load, equilibrium, load_path
+
+_MOST_FACTORS = 1000
+
+
+@dataclass(frozen=True)
+class WrittenLoads:
+    """Loads as written on the command line."""
+
+    wrench: str | None = None
+    weights: Sequence[str] = ()
+    forces: Sequence[str] = ()
+    gravity: str | None = None
+    preloads: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is asked beside the equilibrium, and how it is shown."""
+
+    critical: bool = False
+    factors: str | None = None
+    as_json: bool = False
+
+
+def print_equilibrium(
+    source: str,
+    place: PoseArguments,
+    written: WrittenLoads,
+    wanted: Wanted,
+    settings: Sequence[str],
+    side: SideFile = NO_SIDE_FILE,
+) -> int:
+    """Print where a robot comes to rest under loads; 1 for a bad status."""
+    robot = load(source, parameters_from(settings), **side.options)
+    if not isinstance(robot, Robot | Snapshot):
+        raise InputError(
+            f"equilibrium of {source!r}",
+            got=type(robot).__name__,
+            expected="a robot or a snapshot of legs",
+            hint=f"cables have 'robostiff cables {source} --wrench ...'",
+        )
+    F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
+    for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
+        if F is None and asked:
+            raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
+    options: dict[str, Any] = {
+        "at": point_from(place),
+        "loads": _loads(written),
+        "gravity": _gravity(written.gravity),
+        "preload": dict(_named("--preload", text, _push) for text in written.preloads),
+        "near": near_from(robot, place),
+    }
+    pose = pose_from(robot, place)
+    factors = None if wanted.factors is None else _factors(wanted.factors)
+    result = equilibrium(robot, pose, F, **options)
+    critical = curve = None
+    if wanted.critical:
+        critical = critical_load(robot, pose, F or (), **options)
+    if factors is not None:
+        curve = load_path(robot, pose, F or (), factors, **options)
+    if wanted.as_json:
+        print_data(equilibrium_data(result, critical, curve))
+    else:
+        text = equilibrium_text(result, critical)
+        say(text if curve is None else f"{text}\n\n{_curve_text(curve)}")
+    return BAD_STATUS if result.status.is_bad else 0
+
+
+def _curve_text(curve: Any) -> str:
+    from robostiff.markup import row
+    from robostiff.statics import EquilibriumStatus
+
+    lines = [f"{'factor':>10}  displacement ({' '.join(map(str, curve.twist.values))}) [m, rad]"]
+    rows = zip(
+        curve.factor.values, curve.displacement.values, curve.status_code.values, strict=True
+    )
+    for factor, moved, code in rows:
+        status = EquilibriumStatus(int(code))
+        words = "none" if np.isnan(moved).any() else row(moved)
+        lines.append(f"{factor:10.5g}  {words}" + (f"  {status}" if status else ""))
+    return "\n".join(lines)
+
+
+def _loads(written: WrittenLoads) -> dict[str, list[Mass | DeadForce]]:
+    loads: dict[str, list[Mass | DeadForce]] = {}
+    for text in written.weights:
+        name, mass = _named("--weight", text, _mass)
+        loads.setdefault(name, []).append(mass)
+    for text in written.forces:
+        name, force = _named("--load", text, _force)
+        loads.setdefault(name, []).append(force)
+    return loads
+
+
+def _named(option: str, text: str, read: Any) -> tuple[str, Any]:
+    name, equals, value = text.rpartition("=")
+    if not (name.strip() and equals and value.strip()):
+        raise InputError(option, got=text, expected=f"LEG/PART=VALUE, such as {_SUCH_AS[option]}")
+    return name.strip(), read(value.strip())
+
+
+_SUCH_AS = {
+    "--weight": '"leg1/strut=12 kg"',
+    "--load": '"leg1/strut=0 0 -80 N"',
+    "--preload": '"leg1/strut=2 kN"',
+}
+
+
+def _mass(text: str) -> Mass:
+    return Mass(to_si(text, Dimension.MASS, subject="--weight"), name="--weight")
+
+
+def _force(text: str) -> DeadForce:
+    force = parse_quantities(text, [Dimension.FORCE] * 3, ["fx", "fy", "fz"], "--load")
+    return DeadForce(force)
+
+
+def _push(text: str) -> float:
+    try:
+        return to_si(text, Dimension.FORCE, subject="--preload")
+    except InputError as of_force:
+        try:
+            return to_si(text, Dimension.MOMENT, subject="--preload")
+        except InputError:
+            raise of_force from None
+
+
+def _gravity(text: str | None) -> Any:
+    if text is None or text.strip().lstrip("+-") in {"x", "y", "z"}:
+        return text
+    return parse_quantities(text, [Dimension.ACCELERATION] * 3, ["gx", "gy", "gz"], "--gravity")
+
+
+def _factors(text: str) -> np.ndarray:
+    dimensions, names = [Dimension.NUMBER] * 3, ["START", "STOP", "COUNT"]
+    start, stop, count = parse_quantities(text, dimensions, names, "--factors")
+    if not (count == int(count) and 1 <= count <= _MOST_FACTORS):
+        raise InputError("--factors", got=text, expected=f"a whole COUNT from 1 to {_MOST_FACTORS}")
+    return np.linspace(start, stop, int(count))

@@ -1,0 +1,157 @@
+"""Equilibria and critical loads as text and as plain data."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.io.results.data import order
+from robostiff.io.results.text import matrix_lines, named
+from robostiff.markup import STIFFNESS_UNITS, row, text_of
+from robostiff.statics import CriticalLoad, Equilibrium
+from robostiff.version import __version__
+
+if TYPE_CHECKING:
+    import xarray
+
+_SHOWN = 1e-9  # of the largest: smaller is rounding
+_NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
+
+
+def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None, most: int = 10) -> str:
+    """An equilibrium, as lines of text.
+
+    Parameters
+    ----------
+    result : Equilibrium
+    critical : CriticalLoad or None
+        Of the same wrench, where it was asked for.
+    most : int
+        How many parts to list, those with the largest energy first.
+    """
+    lines = [f"{result.name} under load", f"status: {result.status}"]
+    if result.has_answer:
+        space = result.space
+        lines[0] += f", about ({row(result.point)}) m, world axes"
+        lines.append(f"wrench:       {named(space.wrench_order, result.wrench, 'N', 'N m')}")
+        moved = 1e6 * result.displacement
+        moved = np.where(np.abs(moved) < _SHOWN * np.abs(moved).max(initial=0.0), 0.0, moved)
+        lines.append(f"displacement: {named(space.twist_order, moved, 'um', 'urad')}")
+        lines.append(f"pose:         [{row(result.pose)}] (m, rad)")
+        if result.critical is None or not result.stable:
+            words = "stable" if result.stable else "not stable"
+            lines.append(f"{words}, margin {result.margin:.4g} of 1 without load")
+        lines += ["", f"K under load [{STIFFNESS_UNITS}]:"]
+        lines += matrix_lines(result.K, space.wrench_order, space.twist_order)
+        if result.energy > 0:
+            lines += ["", f"elastic energy {result.energy:.4g} J, by part:"]
+            named_ones = [own for own in result.shares[:most] if own.share >= _NAMED]
+            lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in named_ones]
+            rest = result.shares[len(named_ones) :]
+            if rest:
+                share = 100 * sum(p.share for p in rest)
+                lines.append(f"{share:7.2f} %  {len(rest)} more parts")
+        drives = _drives(result)
+        if drives:
+            lines += ["", "load on elastic drives [N or N m]:"]
+            lines += [f"{load:12.5g}  {name}" for name, load in drives.items()]
+    if critical is not None:
+        lines += ["", *_critical_lines(critical)]
+    lines += [f"advice: {advice}" for advice in result.advice]
+    return text_of(lines)
+
+
+def _critical_lines(critical: CriticalLoad) -> list[str]:
+    if not critical.is_found:
+        return [f"no critical load up to {critical.searched_to:g} times the wrench"]
+    return [f"critical load: {critical.factor:.6g} times the wrench", f"there {critical.mode}"]
+
+
+def _drives(result: Equilibrium) -> dict[str, float]:
+    """What elastic drives and locks carry; rounding is shown as zero."""
+    loads = {
+        f"{part.leg}/{part.part}": part.load
+        for part in result.parts
+        if part.load is not None and (part.energy > 0 or part.load != 0)
+    }
+    largest = max(map(abs, loads.values()), default=0.0)
+    return {k: v if abs(v) > _SHOWN * largest else 0.0 for k, v in loads.items()}
+
+
+def equilibrium_data(
+    result: Equilibrium, critical: CriticalLoad | None = None, curve: xarray.Dataset | None = None
+) -> dict[str, Any]:
+    """An equilibrium, as plain data.
+
+    Parameters
+    ----------
+    result : Equilibrium
+    critical : CriticalLoad or None
+        Of the same wrench.
+    curve : xarray.Dataset or None
+        What `load_path` returned.
+
+    Returns
+    -------
+    dict
+        JSON-ready; null where there is no equilibrium, or no critical load up to where it was
+        searched.
+    """
+    known = result.has_answer
+    data: dict[str, Any] = {
+        "robot": result.name,
+        "status": str(result.status),
+        "advice": list(result.advice),
+        "order": order(result.space),
+        "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
+        "stable": result.stable,
+        "critical_factor": result.critical_factor,
+    }
+    names = ("wrench", "displacement", "pose", "point", "K", "K_sym", "K_total")
+    data |= {name: getattr(result, name).tolist() if known else None for name in names}
+    data |= {name: getattr(result, name) if known else None for name in ("energy", "margin")}
+    data["margins"] = dict(result.margins)
+    data["reactions"] = [own.tolist() for own in result.reactions] if known else []
+    data["parts"] = [
+        {
+            "leg": part.leg,
+            "part": part.part,
+            "number": part.number,
+            "of": part.of,
+            "wrench": part.wrench.tolist(),
+            "point": part.point.tolist(),
+            "motion": part.motion.tolist(),
+            "load": part.load,
+            "energy": part.energy,
+        }
+        for part in (result.parts if known else ())
+    ]
+    if critical is not None:
+        data["critical_load"] = {
+            "status": str(critical.status),
+            "factor": critical.factor if critical.is_found else None,
+            "mode": critical.mode if critical.is_found else None,
+            "leg": critical.leg if critical.is_found else None,
+            "is_limit": critical.is_limit if critical.is_found else None,
+            "searched_to": critical.searched_to,
+        }
+    if curve is not None:
+        data["load_path"] = curve_data(curve)
+    return {**data, "robostiff": __version__}
+
+
+def curve_data(curve: xarray.Dataset) -> dict[str, Any]:
+    """A force-deflection curve as plain data; null where there is no equilibrium."""
+    moved = [
+        None if np.isnan(own).any() else own.tolist() for own in curve["displacement"].to_numpy()
+    ]
+    return {
+        "factors": curve["factor"].to_numpy().tolist(),
+        "displacement": moved,
+        "stable": curve["stable"].to_numpy().tolist(),
+        "status": [int(code) for code in curve["status_code"].to_numpy()],
+        "path_factor": curve["path_factor"].to_numpy().tolist(),
+        "path_displacement": curve["path_displacement"].to_numpy().tolist(),
+        "path_stable": curve["path_stable"].to_numpy().tolist(),
+    }

@@ -1,0 +1,168 @@
+"""A robot under a growing load: its force-deflection curve, through turning points of the load."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.maps.extra import maps_extra
+from robostiff.errors import InputError
+from robostiff.kinematics import Near, Pose
+from robostiff.model import Robot, Snapshot
+from robostiff.spatial import as_floats
+from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.equilibrium import Question, one_question, solved
+from robostiff.statics.given_loads import Gravity, Loads
+from robostiff.statics.legs import turn_between
+from robostiff.statics.newton import FoundEquilibrium, equilibrium_at, path
+from robostiff.statics.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.result import Equilibria
+from robostiff.statics.stability import leg_margins, platform_margin
+from robostiff.statics.status import WITHOUT_STIFFNESS
+
+if TYPE_CHECKING:
+    import xarray
+
+_BOWING = Bowing()
+
+
+def load_path(
+    robot: Robot | Snapshot,
+    pose: Pose = None,
+    wrench: ArrayLike = (),
+    factors: ArrayLike = (),
+    *,
+    at: ArrayLike | None = None,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    preload: Mapping[str, Any] | None = None,
+    beams: Beams = _BOWING,
+    near: Near = None,
+) -> xarray.Dataset:
+    """Force-deflection curve: equilibria under multiples of a wrench.
+
+    At every factor s stands what `equilibrium` answers to ``s wrench``, `loads`, weights and
+    `preload` acting in full. Beside it stands the path of equilibria as the wrench grows from
+    zero: it goes on through the turning points of a load that a robot cannot carry, where it snaps
+    through, and says where it is stable.
+
+    Parameters
+    ----------
+    robot, pose, at, loads, gravity, preload, beams, near
+        As for `equilibrium`.
+    wrench : (6,) array, or (3,) for a planar robot
+        At factor 1 [N, N m].
+    factors : (N,) array
+        One or more numbers, of either sign.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``factor``: ``displacement`` (from the unloaded posture), ``pose``, ``K``,
+        ``K_total``, ``energy``, ``margin``, ``stable``, ``status_code``; no number where there is
+        no equilibrium, which the status explains. Along ``step``: ``path_factor``,
+        ``path_displacement``, ``path_stable``, up to the largest factor or to where it ends.
+
+    Raises
+    ------
+    InputError
+        As for `equilibrium`; when the wrench is zero, or factors are no row of numbers.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> curve = rs.load_path(rs.load("3-puu"), None, [500, 0, 0, 0, 0, 0], [0.5, 1.0])
+    >>> (1e3 * curve.displacement.sel(twist="dx")).round(2).values
+    array([14.32, 27.24])
+    """
+    words = "one or more numbers, such as np.linspace(0, 2, 21)"
+    s = np.atleast_1d(as_floats("factors of a load path", factors, words))
+    if s.ndim != 1 or not s.size:
+        raise InputError("factors of a load path", got=factors, expected=words)
+    question, F = one_question(robot, pose, wrench, at, loads, preload, beams, near, gravity)
+    if not np.any(F):
+        raise InputError(
+            f"wrench of the load path of {question.name!r}",
+            got=F.tolist(),
+            expected="a load that grows",
+            hint="write load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)",
+        )
+    found = Equilibria(tuple(solved(question, factor * F, None) for factor in s))
+    return _dataset(question, F, s, found, _path(question, F, float(s.max())))
+
+
+def _path(question: Question, F: np.ndarray, furthest: float) -> list[FoundEquilibrium]:
+    """Equilibria as the wrench grows, until it is reached, or has turned back to nothing."""
+    problem = question.problem
+    nothing = np.zeros(problem.size)
+    if furthest <= 0 or question.status & WITHOUT_STIFFNESS:
+        return []
+    if problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0).rigid:
+        return []
+    loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
+    here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
+    if not here.converged:
+        return []
+    found = [here]
+    for step in path(problem, loading, here, largest=0.1 * furthest):
+        found.append(step.found)
+        if not 0 <= step.found.factor < furthest:
+            break
+    return found
+
+
+def _is_stable(problem: EquilibriumProblem, found: FoundEquilibrium) -> bool:
+    nothing = np.zeros(problem.size)
+    unloaded = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
+    margins = [platform_margin(problem, found.known, unloaded)]
+    margins += leg_margins(problem, found.known).values()
+    return min(margin.value for margin in margins) >= 0
+
+
+def _displacement(problem: EquilibriumProblem, found: FoundEquilibrium) -> np.ndarray:
+    turn = turn_between(np.eye(3)[None], found.state.R[None])[0]
+    return np.concatenate([found.state.p - problem.point, turn])[list(problem.rows)]
+
+
+def _dataset(
+    question: Question,
+    F: np.ndarray,
+    factors: np.ndarray,
+    found: Equilibria,
+    along: list[FoundEquilibrium],
+) -> xarray.Dataset:
+    with maps_extra():
+        import xarray
+    space, problem = question.space, question.problem
+    energy = np.array([own.energy if own.has_answer else np.nan for own in found])
+    steps = [_displacement(problem, own) for own in along]
+    whole = {"long_name": "from the unloaded posture", "units": "m, rad"}
+    variables: dict[str, Any] = {
+        "displacement": (("factor", "twist"), found.displacement.filled(np.nan), whole),
+        "pose": (("factor", "coordinate"), found.pose.filled(np.nan), {"units": "m, rad"}),
+        "K": (("factor", "wrench", "twist"), found.K.filled(np.nan)),
+        "K_total": (("factor", "wrench", "twist"), found.K_total.filled(np.nan)),
+        "energy": (("factor",), energy, {"units": "J"}),
+        "margin": (("factor",), found.margin.filled(np.nan)),
+        "stable": (("factor",), found.stable),
+        "status_code": (("factor",), found.status_codes),
+        "path_factor": (("step",), np.array([own.factor for own in along])),
+        "path_displacement": (
+            ("step", "twist"),
+            np.array(steps).reshape(len(steps), space.size),
+            whole,
+        ),
+        "path_stable": (("step",), np.array([_is_stable(problem, own) for own in along], bool)),
+    }
+    coordinates = {
+        "factor": factors,
+        "twist": list(space.twist_order),
+        "wrench": list(space.wrench_order),
+        "coordinate": ["x", "y", "z", "rx", "ry", "rz"],
+    }
+    return xarray.Dataset(
+        variables, coordinates, {"robot": question.name, "wrench": F.tolist(), "units": "SI"}
+    )

@@ -1,0 +1,112 @@
+"""``robostiff equilibrium`` as a user types it."""
+
+# pyright: reportArgumentType=false
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["equilibrium", *arguments])
+
+
+def answer(*arguments: str, status: int = 0) -> dict:
+    outcome = run(*arguments, "--json")
+    assert outcome.exit_code == status, outcome.stderr
+    return json.loads(outcome.stdout)
+
+
+def test_json_is_the_answer_of_python():
+    found = answer(
+        "hexapod",
+        *("--wrench", "0 0 -50 kN 0 0 0", "--at", "0 0 1", "--gravity=-z"),
+        *("--weight", "leg1/strut=12 kg", "--weight", "platform=80 kg"),
+        *("--load", "leg2/strut=0 10 N 0", "--preload", "leg3/strut=2 kN", "--critical"),
+    )
+    robot = rs.load("hexapod")
+    options = {
+        "at": [0, 0, 1],
+        "gravity": "-z",
+        "loads": {
+            "leg1/strut": rs.Mass(12.0),
+            "platform": rs.Mass(80.0),
+            "leg2/strut": [0, 10, 0],
+        },
+        "preload": {"leg3/strut": 2000.0},
+    }
+    F = [0, 0, -5e4, 0, 0, 0]
+    wanted = rs.equilibrium(robot, None, F, **options)
+    critical = rs.critical_load(robot, None, F, **options)
+    assert np.allclose(found["displacement"], wanted.displacement, rtol=1e-12, atol=1e-18)
+    assert np.allclose(found["K_total"], wanted.K_total, rtol=1e-12)
+    assert np.isclose(found["energy"], wanted.energy)
+    assert found["status"] == str(wanted.status) == "ok"
+    assert found["stable"] is True
+    assert len(found["reactions"]) == 6
+    assert np.isclose(found["critical_load"]["factor"], critical.factor)
+    assert found["critical_load"]["mode"] == critical.mode
+    assert {part["part"] for part in found["parts"]} >= {"strut", "strut.beam1"}
+
+
+def test_text_lists_what_a_person_asks():
+    text = run("six-joint-arm", "--gravity=-z", "--wrench", "0 0 -150 N 0 0 0").stdout
+    for words in (
+        "status: ok",
+        "wrench:       Fz -150 N",
+        "stable, margin 0.998",
+        "K under load",
+        "elastic energy",
+        "arm/joint2",
+        "load on elastic drives",
+    ):
+        assert words in text, words
+
+
+def test_beyond_the_critical_load_is_a_bad_status_with_advice():
+    outcome = run("gough-stewart-b", "--wrench", "0 0 -1e8 0 0 0", "--critical")
+    assert outcome.exit_code == 1
+    assert "status: unstable+beyond-critical-load" in outcome.stdout
+    assert "advice: at 0.716" in outcome.stdout
+    factor = outcome.stdout.partition("critical load: ")[2].partition(" times")[0]
+    assert np.isclose(float(factor), 0.716, atol=5e-4)
+
+
+def test_curve_has_a_status_for_every_factor():
+    found = answer("gough-stewart-b", "--wrench", "0 0 -5e7 0 0 0", "--factors", "0 2 3", status=0)[
+        "load_path"
+    ]
+    assert found["factors"] == [0, 1, 2]
+    assert found["status"][:2] == [0, 0]
+    assert found["status"][2] & int(rs.EquilibriumStatus.BEYOND_CRITICAL_LOAD)
+    text = run("gough-stewart-b", "--wrench", "0 0 -5e7 0 0 0", "--factors", "0 2 3").stdout
+    assert "beyond-critical-load" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--critical",), "--critical: expected --wrench beside it"),
+        (("--weight", "leg1/strut"), "expected LEG/PART=VALUE"),
+        (("--weight", "leg1/strut=12 N"), "expected a mass, such as 2 kg"),
+        (("--weight", "leg1/strut=-1 kg"), "zero or more"),
+        (("--weight", "leg9/strut=1 kg"), "such as 'leg"),
+        (("--gravity", "0 0"), "--gravity"),
+        (("--preload", "leg1/strut=2 mm"), "expected a force"),
+        (("--wrench", "0 0 1 0 0 0", "--factors", "0 1 1.5"), "a whole COUNT"),
+    ],
+)
+def test_slips(arguments: tuple[str, ...], words: str):
+    outcome = run("hexapod", *arguments)
+    assert outcome.exit_code == 2
+    assert words in outcome.stderr
+
+
+def test_cables_are_sent_elsewhere():
+    outcome = run("cable-8", "--wrench", "0 0 -200 0 0 0")
+    assert outcome.exit_code == 2
+    assert "robostiff cables cable-8" in outcome.stderr
