@@ -136,6 +136,7 @@ _HOMES = {
     "robostiff.report": ("write_report",),
     "robostiff.spatial": ("Frame",),
     "robostiff.statics": (
+        "BodyMass",
         "Bowing",
         "CriticalLoad",
         "DeadForce",
@@ -143,9 +144,12 @@ _HOMES = {
         "Equilibrium",
         "EquilibriumStatus",
         "Linear",
+        "Mode",
+        "Modes",
         "critical_load",
         "equilibrium",
         "load_path",
+        "modes",
     ),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -114,6 +114,7 @@ from robostiff.robots import shipped_robots as shipped_robots
 from robostiff.robots.derivation import derive as derive
 from robostiff.robots.descriptions import load_linkage as load_linkage
 from robostiff.spatial import Frame as Frame
+from robostiff.statics import BodyMass as BodyMass
 from robostiff.statics import Bowing as Bowing
 from robostiff.statics import CriticalLoad as CriticalLoad
 from robostiff.statics import DeadForce as DeadForce
@@ -121,9 +122,12 @@ from robostiff.statics import Equilibria as Equilibria
 from robostiff.statics import Equilibrium as Equilibrium
 from robostiff.statics import EquilibriumStatus as EquilibriumStatus
 from robostiff.statics import Linear as Linear
+from robostiff.statics import Mode as Mode
+from robostiff.statics import Modes as Modes
 from robostiff.statics import critical_load as critical_load
 from robostiff.statics import equilibrium as equilibrium
 from robostiff.statics import load_path as load_path
+from robostiff.statics import modes as modes
 from robostiff.version import __version__ as __version__
 
 __all__: list[str]

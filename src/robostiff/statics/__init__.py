@@ -1,15 +1,18 @@
 """Robots under finite loads: equilibrium, loaded stiffness, stability."""
 
 from robostiff.statics.beam_bowing import Bowing, Linear
+from robostiff.statics.body_mass import BodyMass
 from robostiff.statics.critical_load import CriticalLoad, critical_load
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.from_snapshot import DeadForce
 from robostiff.statics.load_path import load_path
 from robostiff.statics.loaded_parts import LoadedPart
+from robostiff.statics.modes import Mode, Modes, modes
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.status import EquilibriumStatus
 
 __all__ = [
+    "BodyMass",
     "Bowing",
     "CriticalLoad",
     "DeadForce",
@@ -18,7 +21,10 @@ __all__ = [
     "EquilibriumStatus",
     "Linear",
     "LoadedPart",
+    "Mode",
+    "Modes",
     "critical_load",
     "equilibrium",
     "load_path",
+    "modes",
 ]

@@ -165,7 +165,8 @@ def _point(
         for group in problem.groups:
             if leg in group.indices:
                 i = group.indices.index(leg)
-                name, part = group.names[i], group.largest_part(least.mode, i)
+                name = group.names[i]
+                part = max(group.energies_of(least.mode, i), key=lambda own: own[1])[0]
                 words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
                 twist = np.zeros(problem.size)
                 return CriticalPoint(found.factor, words, name, twist, False, found)

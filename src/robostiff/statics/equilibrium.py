@@ -51,6 +51,8 @@ class Question:
         Axes and origin of the platform frame at the unloaded posture [m].
     status : EquilibriumStatus
         What is to be said of the posture.
+    snapshot : Snapshot
+        At that posture.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Question:
     space: Space
     frame: tuple[np.ndarray, np.ndarray]
     status: EquilibriumStatus
+    snapshot: Snapshot
 
 
 def equilibrium(
@@ -162,7 +165,7 @@ def equilibrium(
 def one_question(
     robot: Robot | Snapshot,
     pose: Pose,
-    wrench: ArrayLike,
+    wrench: ArrayLike | None,
     at: ArrayLike | None,
     loads: Loads | None,
     preload: Mapping[str, Any] | None,
@@ -173,7 +176,7 @@ def one_question(
     """A robot at one posture, and one wrench (r,)."""
     postures = _postures(robot, pose, near)
     given = _rows_of("wrench", wrench, robot.space)
-    require_one_pose("a critical load", postures.batch)
+    require_one_pose("a robot under load", postures.batch)
     if given.ndim > 1:
         raise InputError("wrench", got=wrench, expected="one wrench")
     return postures.question(0, at, loads, preload, beams, gravity), given
@@ -242,7 +245,7 @@ class Postures:
                 [load_vector("force", "platform", force.force) for force in on_platform]
             ).reshape(-1, 3),
         )
-        return Question(snapshot.name, problem, snapshot.space, frame, status)
+        return Question(snapshot.name, problem, snapshot.space, frame, status, snapshot)
 
 
 def _postures(robot: Any, pose: Pose, near: Near) -> Postures:

@@ -12,71 +12,8 @@ import numpy as np
 from robostiff.statics.chain import FiniteChain, Moved, stacked_loads
 from robostiff.statics.element import Placement
 from robostiff.statics.finite_turn import turn_between, turned_by
+from robostiff.statics.leg_state import LegEquations, LegState, MovingBody, Share
 from robostiff.statics.moving_chain import MovingChains
-
-
-@dataclass(frozen=True)
-class MovingBody:
-    """A rigid body of each leg: its axes (N, 3, 3), and where its own point is (N, 3) [m]."""
-
-    R: np.ndarray
-    p: np.ndarray
-
-    def placement(self, own_point: np.ndarray) -> Placement:
-        """As a motion from the unloaded posture, where its point was at `own_point`."""
-        return Placement(self.R, self.p - np.einsum("nij,nj->ni", self.R, own_point))
-
-
-@dataclass(frozen=True)
-class LegState:
-    """Coordinates of the legs of a group.
-
-    Attributes
-    ----------
-    x : tuple of (N, n) arrays
-        Of each chain.
-    W : tuple of (N, r) arrays
-        What the body at the end of each chain exerts on it, about that body's point [N, N m].
-    bodies : tuple of MovingBody
-        Between the chains of a leg.
-    """
-
-    x: tuple[np.ndarray, ...]
-    W: tuple[np.ndarray, ...]
-    bodies: tuple[MovingBody, ...]
-
-
-@dataclass(frozen=True)
-class LegEquations:
-    """Residual and tangent of the legs of a group, platform apart.
-
-    Attributes
-    ----------
-    A : (N, n, n) array
-        Tangent by coordinates, bodies and wrenches.
-    r : (N, n) array
-        Residual.
-    A_t : (N, n, r) array
-        Derivative by the twist of the platform.
-    r_factor : (N, n) array
-        Derivative by the factor of the loads.
-    carried : (N, r) array
-        What the platform exerts on the leg about its point [N, N m].
-    """
-
-    A: np.ndarray
-    r: np.ndarray
-    A_t: np.ndarray
-    r_factor: np.ndarray
-    carried: np.ndarray
-
-
-@dataclass(frozen=True)
-class Share:
-    """How much of preloads and of loads on legs acts, and how that grows with the factor."""
-
-    value: float
-    rate: float
 
 
 @dataclass(frozen=True)
@@ -274,15 +211,15 @@ class LegGroup:
                 found[i] = [energy[own] for energy in energies]
         return [found[i] for i in range(len(self.chains))]
 
-    def largest_part(self, mode: np.ndarray, i: int) -> str:
-        """Name of the part of leg i that stores most energy in a motion of its coordinates."""
-        found: list[tuple[float, str]] = []
+    def energies_of(self, mode: np.ndarray, i: int) -> list[tuple[str, float]]:
+        """Names of the parts of leg i, and what they store in a motion of its coordinates [J]."""
+        found = []
         for chain, own in zip(self.chains, self.coordinates, strict=True):
             for element, place in zip(chain.elements, chain.places, strict=True):
                 x = mode[own.start + place.start : own.start + place.stop]
-                energy = float(x @ element.unloaded_curvature[i] @ x)
-                found.append((energy, element.names[i]))
-        return max(found)[1]
+                energy = 0.5 * float(x @ element.unloaded_curvature[i] @ x)
+                found.append((element.names[i], energy))
+        return found
 
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
@@ -296,6 +233,23 @@ class LegGroup:
             )
             for family in self.families
         )
+
+    def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
+        """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
+        found, forces = [], []
+        for family in self.families:
+            rates = family.arrays.load_velocities(
+                family.coordinates(state), family.starts(self, state), family.centres(state)
+            )
+            for i, own in family.split(self.count):
+                wide, at = np.zeros((self.count, *rates.shape[1:3], self.free_size)), 0
+                for place in self.moving_places(i):
+                    size = place.stop - place.start
+                    wide[..., place] = rates[own, :, :, at : at + size]
+                    at += size
+                found.append(wide)
+                forces.append(family.arrays.load_force[own])
+        return np.concatenate(found, axis=1), np.concatenate(forces, axis=1)
 
     @cached_property
     def unloaded_curvature(self) -> np.ndarray:

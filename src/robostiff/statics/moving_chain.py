@@ -226,11 +226,8 @@ class MovingChains:
         by_share = np.zeros(w.shape[:2])
         by_share[:, self.joint_columns] = -self.preload
         if len(self.load_after):
-            behind = motion.T[:, self.load_after]
-            at = (behind[..., :3, :3] @ self.load_point[..., None])[..., 0] + behind[..., :3, 3]
-            reach = np.arange(C.shape[1])[:, None] < (
-                self.load_after + (C.shape[1] - len(self.elements))
-            )
+            at = self._loaded_points(motion)
+            reach = self._reach(C.shape[1])
             more = _felt(self.load_force, np.zeros((self.count, 1, 3)), at, C, reach)
             by_share -= np.sum(v * more[0][:, order] + w * more[1][:, order], axis=-1)
             f, m, S = f + share * more[0], m + share * more[1], S + share * more[2]
@@ -318,6 +315,28 @@ class MovingChains:
     def _elastic(self) -> np.ndarray:
         return self.mode_stiffness[..., None] * np.eye(6)
 
+    def load_velocities(
+        self, x: np.ndarray, start: Placement | None, centre: np.ndarray | None
+    ) -> np.ndarray:
+        """Of the points at which loads act (N, L, 3, n), by the unknowns of the chain."""
+        steps = self._steps(x)
+        motion = self._moved(steps, start)
+        w, v, C = self._columns(steps, motion, centre)
+        at, reach = self._loaded_points(motion), self._reach(C.shape[1])
+        arms = at[:, :, None] - C[:, None, self.order]
+        found = (v[:, None] + crossed(w[:, None], arms)) * reach[self.order].T[..., None]
+        return np.swapaxes(found, -1, -2)
+
+    def _loaded_points(self, motion: Moved) -> np.ndarray:
+        """Where loads act (N, L, 3) [m]."""
+        behind = motion.T[:, self.load_after]
+        at = (behind[..., :3, :3] @ self.load_point[..., None])[..., 0]
+        return at + behind[..., :3, 3]
+
+    def _reach(self, elements: int) -> np.ndarray:
+        """Which element, counted from the body at the start, feels which load (K, L)."""
+        return np.arange(elements)[:, None] < self.load_after + (elements - len(self.elements))
+
     def energies(self, x: np.ndarray) -> list[np.ndarray]:
         """Elastic energy of every element (N,) [J], preloads left out."""
         found = np.zeros((self.count, len(self.elements)))
@@ -330,8 +349,7 @@ class MovingChains:
         """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""
         found = -np.sum(self.preload * x[:, self.joint_places], axis=-1)
         if len(self.load_after):
-            behind = self.moved(x, start).T[:, self.load_after]
-            at = (behind[..., :3, :3] @ self.load_point[..., None])[..., 0] + behind[..., :3, 3]
+            at = self._loaded_points(self.moved(x, start))
             found -= np.sum(self.load_force * (at - self.load_point), axis=(-1, -2))
         return found
 

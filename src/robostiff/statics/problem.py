@@ -10,7 +10,8 @@ import numpy as np
 from robostiff.spatial import skew
 from robostiff.statics.equilibrated import Equilibrated, equilibrated
 from robostiff.statics.finite_turn import turned_by
-from robostiff.statics.legs import LegEquations, LegGroup, LegState, Share
+from robostiff.statics.leg_state import LegEquations, LegState, Share
+from robostiff.statics.legs import LegGroup
 
 # Of the terms of an equation: what is left of it says that it has no solution.
 _MISSED = 1e-6

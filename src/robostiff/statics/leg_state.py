@@ -1,0 +1,73 @@
+"""Where the legs of a group are, and what their equations say there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.statics.element import Placement
+
+
+@dataclass(frozen=True)
+class MovingBody:
+    """A rigid body of each leg: its axes (N, 3, 3), and where its own point is (N, 3) [m]."""
+
+    R: np.ndarray
+    p: np.ndarray
+
+    def placement(self, own_point: np.ndarray) -> Placement:
+        """As a motion from the unloaded posture, where its point was at `own_point`."""
+        return Placement(self.R, self.p - np.einsum("nij,nj->ni", self.R, own_point))
+
+
+@dataclass(frozen=True)
+class LegState:
+    """Coordinates of the legs of a group.
+
+    Attributes
+    ----------
+    x : tuple of (N, n) arrays
+        Of each chain.
+    W : tuple of (N, r) arrays
+        What the body at the end of each chain exerts on it, about that body's point [N, N m].
+    bodies : tuple of MovingBody
+        Between the chains of a leg.
+    """
+
+    x: tuple[np.ndarray, ...]
+    W: tuple[np.ndarray, ...]
+    bodies: tuple[MovingBody, ...]
+
+
+@dataclass(frozen=True)
+class LegEquations:
+    """Residual and tangent of the legs of a group, platform apart.
+
+    Attributes
+    ----------
+    A : (N, n, n) array
+        Tangent by coordinates, bodies and wrenches.
+    r : (N, n) array
+        Residual.
+    A_t : (N, n, r) array
+        Derivative by the twist of the platform.
+    r_factor : (N, n) array
+        Derivative by the factor of the loads.
+    carried : (N, r) array
+        What the platform exerts on the leg about its point [N, N m].
+    """
+
+    A: np.ndarray
+    r: np.ndarray
+    A_t: np.ndarray
+    r_factor: np.ndarray
+    carried: np.ndarray
+
+
+@dataclass(frozen=True)
+class Share:
+    """How much of preloads and of loads on legs acts, and how that grows with the factor."""
+
+    value: float
+    rate: float

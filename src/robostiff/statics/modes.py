@@ -1,0 +1,271 @@
+"""Natural frequencies and mode shapes of a robot, also under load."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis import PartShare
+from robostiff.analysis.free_motion import free_motions_in_words
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Near, Pose
+from robostiff.model import Robot, Snapshot
+from robostiff.spatial import Space
+from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.body_mass import Masses, unit_weights
+from robostiff.statics.equilibrium import Loads, Question, one_question, solved
+from robostiff.statics.from_snapshot import legs_of, load_vector
+from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
+from robostiff.statics.status import EquilibriumStatus
+from robostiff.statics.vibration import SmallMotions
+
+_BOWING = Bowing()
+# Of the platform's motion beside that of the legs: below this it stays.
+_STAYS = 1e-6
+# Of the largest square of a frequency: what rounding leaves of none.
+_ROUNDING = 1e-10
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One natural vibration.
+
+    Attributes
+    ----------
+    frequency : float
+        [Hz]; 0 where nothing resists the motion, or the robot leaves the equilibrium.
+    growth : float
+        Rate at which the robot leaves an unstable equilibrium [1/s]; 0 of a vibration.
+    twist : (r,) array
+        Of the platform about its point, world axes, at the amplitude at which the velocity one
+        second^-1 has the kinetic energy of half a joule [m, rad].
+    shares : tuple of PartShare
+        Who bends: elastic energy of the parts, largest first.
+    words : str
+        How the platform moves; or the leg that vibrates while it stays.
+    """
+
+    frequency: float
+    growth: float
+    twist: np.ndarray
+    shares: tuple[PartShare, ...]
+    words: str
+
+    def __str__(self) -> str:
+        rate = f"{self.frequency:.4g} Hz" if self.growth == 0 else f"grows by {self.growth:.4g} /s"
+        return f"{rate}: {self.words}"
+
+
+@dataclass(frozen=True, repr=False)
+class Modes:
+    """Natural vibrations of a robot, slowest first.
+
+    Attributes
+    ----------
+    name : str
+    space : Space
+    status : EquilibriumStatus
+        Of the equilibrium about which it vibrates.
+    each : tuple of Mode
+        As many as motions have mass; empty where there is no equilibrium.
+    """
+
+    name: str
+    space: Space
+    status: EquilibriumStatus
+    each: tuple[Mode, ...] = ()
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Of all modes (k,) [Hz].
+
+        Raises
+        ------
+        NoAnswerError
+            Where there is no equilibrium.
+        """
+        if not self.each:
+            why = "; ".join(self.status.advice)
+            raise NoAnswerError(f"no modes of {self.name!r} ({self.status}): {why}")
+        return np.array([mode.frequency for mode in self.each])
+
+    def __len__(self) -> int:
+        return len(self.each)
+
+    def __getitem__(self, i: int) -> Mode:
+        return self.each[i]
+
+    def __iter__(self) -> Iterator[Mode]:
+        return iter(self.each)
+
+    def __repr__(self) -> str:
+        first = "; ".join(str(mode) for mode in self.each[:3])
+        return f"<{len(self.each)} modes of {self.name!r}, status {self.status}: {first}>"
+
+
+def modes(
+    robot: Robot | Snapshot,
+    pose: Pose = None,
+    masses: Masses | None = None,
+    *,
+    wrench: ArrayLike | None = None,
+    at: ArrayLike | None = None,
+    loads: Loads | None = None,
+    preload: Mapping[str, Any] | None = None,
+    beams: Beams = _BOWING,
+    near: Near = None,
+) -> Modes:
+    """Natural frequencies and mode shapes of a robot at a pose, without load or under one.
+
+    Small motions x about the equilibrium obey ``M x'' + K x = 0``, with K the second variation of
+    the energy of all elastic parts less the work of the loads, as for `equilibrium`, over the
+    motions that keep the robot together. Motions without mass follow in balance.
+
+    Parameters
+    ----------
+    robot, pose, wrench, at, loads, preload, beams, near
+        As for `equilibrium`.
+    masses : mapping of str to float, BodyMass or a sequence of them
+        By the name of the part before the body that carries them, ``leg/part``, or ``platform``
+        [kg]. A mass without a centre is at that part, or at the point of the platform.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputError
+        As for `equilibrium`; when there are no masses, or one is not more than zero.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> spindle = {"platform": rs.BodyMass(150, inertia=[4, 4, 7])}
+    >>> found = rs.modes(rs.load("hexapod"), masses=spindle)
+    >>> len(found), found.frequencies[:2].round(1)
+    (6, array([53.9, 53.9]))
+    """
+    if not masses:
+        raise InputError(
+            f"masses of {robot.name!r}",
+            got=masses,
+            expected="what moves, by name [kg]",
+            hint='write masses={"platform": 150} or {"leg1/strut": rs.BodyMass(12, inertia=...)}',
+        )
+    question, given = one_question(robot, pose, wrench, at, loads, preload, beams, near)
+    if question.status & EquilibriumStatus.UNREACHABLE:
+        return Modes(question.name, question.space, question.status)
+    problem, known, state, status = _about(question, given)
+    if known is None or state is None:
+        return Modes(question.name, question.space, status)
+    weights = _weights(question.snapshot, problem, masses, beams)
+    return Modes(question.name, question.space, status, _vibrating(problem, weights, known, state))
+
+
+def _about(
+    question: Question, wrench: np.ndarray
+) -> tuple[EquilibriumProblem, Linearised | None, State | None, EquilibriumStatus]:
+    """The equilibrium about which a robot vibrates; a direction may be rigid without load."""
+    problem = question.problem
+    if problem.loads_platform_alone and not len(problem.forces) and not np.any(wrench):
+        nothing, state = np.zeros(problem.size), problem.unloaded
+        known = problem.linearised(state, LoadCase(nothing, nothing), 0.0)
+        return problem, known, state, question.status
+    answer = solved(question, wrench, None)
+    if answer.found is None:
+        return problem, None, None, answer.status
+    return problem, answer.found.known, answer.found.state, answer.status
+
+
+def _weights(
+    snapshot: Snapshot, problem: EquilibriumProblem, masses: Masses, beams: Beams
+) -> EquilibriumProblem:
+    """The robot with its masses as forces of a gravity of 1 m/s^2."""
+    forces = unit_weights(masses, {"platform": problem.point} | _places(snapshot))
+    on_platform = forces.pop("platform", ())
+    points = [load_vector("point", "platform", own.point) for own in on_platform]
+    return replace(
+        problem,
+        groups=legs_of(snapshot, problem.point, beams, forces, {}),
+        arms=np.array([point - problem.point for point in points]).reshape(-1, 3),
+        forces=np.array([own.force for own in on_platform], dtype=float).reshape(-1, 3),
+    )
+
+
+def _places(snapshot: Snapshot) -> dict[str, np.ndarray]:
+    """Where the parts of the legs are, by name."""
+    found = {}
+    for leg in snapshot.legs:
+        for part in leg.parts:
+            found[f"{leg.name}/{part.name}"] = np.asarray(part.point, dtype=float)
+            found[f"{leg.name}/{part.name.partition('[')[0]}"] = np.asarray(part.point, dtype=float)
+    return found
+
+
+def _vibrating(
+    problem: EquilibriumProblem, weights: EquilibriumProblem, known: Linearised, state: State
+) -> tuple[Mode, ...]:
+    found = SmallMotions.of(problem, weights, known, state).vibrations()
+    largest = np.max(np.abs(found.squares), initial=0.0)
+    each = []
+    for square, shape in zip(found.squares, found.shapes, strict=True):
+        rate = np.sqrt(abs(square)) if abs(square) > _ROUNDING * largest else 0.0
+        twist = shape[len(shape) - problem.size :]
+        shares = _shares(problem, shape)
+        each.append(
+            Mode(
+                float(rate) / (2 * np.pi) if square >= 0 else 0.0,
+                float(rate) if square < 0 else 0.0,
+                twist,
+                shares,
+                _words(problem, state, shape, twist, shares),
+            )
+        )
+    return tuple(each)
+
+
+def _shares(problem: EquilibriumProblem, shape: np.ndarray) -> tuple[PartShare, ...]:
+    """Elastic energy of the parts at the amplitude of a mode, largest first."""
+    energies: dict[tuple[str, str], float] = {}
+    at = 0
+    for group in problem.groups:
+        for i in range(group.count):
+            own = shape[at : at + group.free_size]
+            at += group.free_size
+            for part, energy in group.energies_of(own, i):
+                name = (group.names[i], part)
+                energies[name] = energies.get(name, 0.0) + energy
+    total = sum(energies.values())
+    found = [
+        PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
+        for (leg, part), energy in energies.items()
+        if energy > 0
+    ]
+    return tuple(sorted(found, key=lambda share: -share.energy))
+
+
+def _words(
+    problem: EquilibriumProblem,
+    state: State,
+    shape: np.ndarray,
+    twist: np.ndarray,
+    shares: tuple[PartShare, ...],
+) -> str:
+    moving = 0.0
+    at = 0
+    for group, sizes in zip(problem.groups, problem.leg_sizes, strict=True):
+        for i in range(group.count):
+            own = shape[at : at + group.free_size]
+            at += group.free_size
+            moving = max(moving, float(np.max(np.abs(own) * sizes[i], initial=0.0)))
+    if problem.size_of(twist) < _STAYS * moving:
+        most = shares[0] if shares else None
+        return "the platform stays" + (f": most in {f'{most.leg}/{most.part}'!r}" if most else "")
+    size = np.linalg.norm(twist * problem.scale)
+    motion = free_motions_in_words(twist[None] / size, state.p, problem.length)[0]
+    return f"the platform moves: {motion}"

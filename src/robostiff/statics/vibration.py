@@ -1,0 +1,149 @@
+"""Small vibrations about an equilibrium: motions that the closure allows, mass and stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.statics.problem import EquilibriumProblem, Linearised, State
+
+# Of the largest singular value: of closure, and of the masses, whose roots are taken.
+_CLOSED, _MASSLESS = 1e-10, 1e-9
+# Of the largest stiffness among motions without mass: nothing resists.
+_LOOSE = 1e-10
+
+
+@dataclass(frozen=True)
+class Vibrations:
+    """Natural vibrations, slowest first.
+
+    Attributes
+    ----------
+    squares : (k,) array
+        Of the angular frequencies [rad^2/s^2]; negative where the robot leaves the equilibrium.
+    shapes : (k, n) array
+        Motions of all legs' coordinates and bodies, group by group, then the twist of the platform;
+        of kinetic energy 1/2 at unit velocity.
+    """
+
+    squares: np.ndarray
+    shapes: np.ndarray
+
+
+@dataclass(frozen=True)
+class SmallMotions:
+    """Stiffness, masses and closure of all legs and of the platform at a state.
+
+    Attributes
+    ----------
+    K : (n, n) array
+        Second variation of the energy, less the work of loads and wrenches.
+    B : (k, n) array
+        ``B^T B`` is the mass matrix: velocities of points times roots of their masses.
+    closure : (c, n) array
+        Zero for motions that keep the robot together.
+    size : (n,) array
+        Of a unit of energy, or of motion where there is none, in each coordinate.
+    """
+
+    K: np.ndarray
+    B: np.ndarray
+    closure: np.ndarray
+    size: np.ndarray
+
+    @staticmethod
+    def of(
+        problem: EquilibriumProblem, weights: EquilibriumProblem, known: Linearised, state: State
+    ) -> SmallMotions:
+        """About a state of a problem.
+
+        Parameters
+        ----------
+        problem : EquilibriumProblem
+        weights : EquilibriumProblem
+            The same robot with its masses as forces of a gravity of 1 m/s^2.
+        known : Linearised
+            The equations of the problem at the state.
+        state : State
+        """
+        rows, r = list(problem.rows), problem.size
+        n = sum(g.count * g.free_size for g in problem.groups) + r
+        K, size, at = np.zeros((n, n)), np.ones(n), 0
+        B, closure = [], []
+        parts = zip(problem.groups, weights.groups, known.equations, state.legs, strict=True)
+        for group, heavy, eq, own in parts:
+            m = group.free_size
+            moving, forces = heavy.load_velocities(own)
+            stiff = np.diagonal(group.unloaded_curvature, axis1=-2, axis2=-1)
+            for i in range(group.count):
+                here = slice(at, at + m)
+                at += m
+                K[here, here] = eq.A[i, :m, :m]
+                size[here] = np.where(stiff[i] > 0, 1 / np.sqrt(np.maximum(stiff[i], 1e-300)), 0.0)
+                closed = np.zeros((eq.A.shape[1] - m, n))
+                closed[:, here], closed[:, n - r :] = eq.A[i, m:, :m], eq.A_t[i, m:]
+                closure.append(closed)
+                roots = np.sqrt(np.linalg.norm(forces[i], axis=-1))
+                rate = np.zeros((*moving.shape[1:3], n))
+                rate[..., here] = moving[i] * roots[:, None, None]
+                B.append(rate.reshape(-1, n))
+        K[n - r :, n - r :] = known.K_total - known.K
+        for arm, force in zip(weights.arms, weights.forces, strict=True):
+            b = state.R @ arm
+            rate = np.zeros((3, n))
+            turning = np.array([[0, b[2], -b[1]], [-b[2], 0, b[0]], [b[1], -b[0], 0]])
+            rate[:, n - r :] = np.concatenate([np.eye(3), turning], axis=1)[:, rows]
+            B.append(np.sqrt(np.linalg.norm(force)) * rate)
+        C = np.concatenate(closure)
+        return SmallMotions(
+            0.5 * (K + K.T), np.concatenate([np.zeros((0, n)), *B]), C, _sizes(C, size)
+        )
+
+    def vibrations(self) -> Vibrations:
+        """What vibrates, with motions without mass at rest in the others' balance.
+
+        Where every motion meets stiffness, frequencies are the inverse singular values of ``B``
+        over motions of unit energy: the slow ones keep their digits beside the fast ones.
+        """
+        Z = self._closed()
+        K = Z.T @ self.K @ Z
+        w, Q = np.linalg.eigh(K)
+        if not np.all(w > _LOOSE * np.max(np.abs(w), initial=0.0)):
+            return self._loose(Z, K)
+        unit = Z @ (Q / np.sqrt(w))
+        _, values, Vt = np.linalg.svd(self.B @ unit, full_matrices=False)
+        heavy = values > _MASSLESS * np.max(values, initial=0.0)
+        shapes = (unit @ Vt[heavy].T / values[heavy]).T
+        return Vibrations(1.0 / values[heavy] ** 2, shapes)
+
+    def _loose(self, Z: np.ndarray, K: np.ndarray) -> Vibrations:
+        """Where some motion meets no stiffness, or a negative one."""
+        B = self.B @ Z
+        _, values, Vt = np.linalg.svd(B)
+        k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
+        heavy, light = Vt[:k].T / values[:k], Vt[k:].T
+        w, Q = np.linalg.eigh(light.T @ K @ light)
+        held = np.abs(w) > _LOOSE * np.max(np.abs(w), initial=0.0)
+        follow = light @ Q[:, held]
+        moved = heavy - follow @ ((follow.T @ K @ heavy) / w[held][:, None])
+        squares, own = np.linalg.eigh(moved.T @ K @ moved)
+        return Vibrations(squares, (Z @ moved @ own).T)
+
+    def _closed(self) -> np.ndarray:
+        """Motions (n, k) that keep the robot together."""
+        C = self.closure * self.size
+        rows = np.linalg.norm(C, axis=1)
+        C = C / np.where(rows > 0, rows, 1.0)[:, None]
+        _, values, Vt = np.linalg.svd(C)
+        rank = int(np.sum(values > _CLOSED * np.max(values, initial=0.0)))
+        return Vt[rank:].T * self.size[:, None]
+
+
+def _sizes(C: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Of all coordinates: those without energy move their ends as far as the others do."""
+    moved = np.linalg.norm(C, axis=0)
+    elastic = (size > 0) & (moved > 0)
+    typical = float(np.median((moved * size)[elastic])) if np.any(elastic) else 1.0
+    passive = np.where(moved > 0, typical / np.where(moved > 0, moved, 1.0), 1.0)
+    return np.where(size > 0, size, passive)

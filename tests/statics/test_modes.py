@@ -1,0 +1,171 @@
+"""Natural frequencies: springs and masses on paper, beams, pendulums, and laws."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, eigh
+
+import robostiff as rs
+from robostiff.model import PlacedLeg, Snapshot
+from robostiff.spatial import Space
+from robostiff.statics.body_mass import equimomental
+from tests.statics.robots_under_load import beam, column, joint
+
+TURN = 2 * np.pi
+
+
+def slide(stiffnesses: list[float]) -> Snapshot:
+    """Slides with springs, one after the other along x."""
+    elements = tuple(
+        joint(f"s{i + 1}", [0.1 * i, 0, 0], [1, 0, 0], "P", k) for i, k in enumerate(stiffnesses)
+    )
+    tip = np.array([0.3, 0, 0])
+    return Snapshot("slides", (PlacedLeg("leg", elements, tip),), tip, Space.PLANAR)
+
+
+def test_mass_on_a_spring():
+    found = rs.modes(slide([500.0]), masses={"platform": 2.0})
+    assert np.isclose(found.frequencies, np.sqrt(500 / 2) / TURN, rtol=1e-12).all()
+    assert str(found[0]).endswith("Hz: the platform moves: translation along x")
+    assert found.status == 0
+
+
+def test_two_masses_on_two_springs():
+    k1, k2, m1, m2 = 300.0, 700.0, 2.0, 0.5
+    K, M = np.array([[k1 + k2, -k2], [-k2, k2]]), np.diag([m1, m2])
+    exact = np.sqrt(eigh(K, M, eigvals_only=True)) / TURN
+    found = rs.modes(slide([k1, k2]), masses={"leg/s1": m1, "platform": m2})
+    assert np.allclose(found.frequencies, exact, rtol=1e-12)
+    alone = rs.modes(slide([k1, k2]), masses={"leg/s1": m1})  # what has no mass follows
+    assert np.allclose(alone.frequencies, np.sqrt(k1 / m1) / TURN, rtol=1e-12)
+    between = rs.modes(slide([k1, k2]), masses={"platform": m2})
+    series = k1 * k2 / (k1 + k2)
+    assert np.allclose(between.frequencies, np.sqrt(series / m2) / TURN, rtol=1e-12)
+    assert np.isclose(between[0].shares[0].share, series / k1, rtol=1e-9)
+
+
+def cantilever(n: int, L: float, EI: float) -> Snapshot:
+    ends = np.linspace(0, L, n + 1)
+    beams = tuple(
+        beam(f"b{i + 1}", [a, 0, 0], [b, 0, 0], 1e8, EI, EI)
+        for i, (a, b) in enumerate(itertools.pairwise(ends))
+    )
+    tip = np.array([L, 0, 0])
+    return Snapshot("cantilever", (PlacedLeg("leg", beams, tip),), tip)
+
+
+def test_mass_at_the_tip_of_a_beam():
+    L, EI, m = 0.7, 35.0, 1.5
+    found = rs.modes(cantilever(1, L, EI), masses={"platform": m})
+    bending = np.sqrt(3 * EI / (m * L**3)) / TURN
+    assert np.allclose(found.frequencies, [bending, bending, np.sqrt(1e8 / L / m) / TURN])
+
+
+def test_beam_with_its_own_mass():
+    """Lumped at n points it comes from below with 1/n^2; 3.516 and 22.03 are those of the beam."""
+    L, EI, per_length = 0.7, 35.0, 1.3
+    exact = np.array([3.5160152685, 22.0344915647]) * np.sqrt(EI / per_length / L**4) / TURN
+    missed = []
+    for n in (8, 16):
+        share = per_length * L / n
+        masses = {f"leg/b{i + 1}": share for i in range(n - 1)} | {"platform": share / 2}
+        found = rs.modes(cantilever(n, L, EI), masses=masses).frequencies
+        assert np.allclose(found[::2][:2], found[1::2][:2], rtol=1e-9)  # alike in both planes
+        missed.append(1 - found[[0, 2]] / exact)
+    assert np.all(np.array(missed) > 0)
+    assert np.all(missed[1] < 7e-3)
+    assert np.allclose(missed[0] / missed[1], 4, rtol=0.05)
+
+
+def test_platform_of_a_hexapod_without_masses_in_its_legs():
+    """Then ``K x = w^2 M x`` on the platform alone."""
+    robot, m = rs.load("hexapod"), 150.0
+    inertia = np.array([[4.0, 0.3, -0.2], [0.3, 5.0, 0.1], [-0.2, 0.1, 7.0]])
+    K = rs.stiffness(robot).K
+    exact = np.sqrt(eigh(K, block_diag(m * np.eye(3), inertia), eigvals_only=True)) / TURN
+    found = rs.modes(robot, masses={"platform": rs.BodyMass(m, inertia=inertia)})
+    assert np.allclose(found.frequencies, exact, rtol=1e-9)
+    # its shapes are those of K and M, of unit kinetic energy
+    for mode in found:
+        kinetic = mode.twist @ block_diag(m * np.eye(3), inertia) @ mode.twist
+        assert np.isclose(kinetic, 1, rtol=1e-9)
+        elastic = sum(share.energy for share in mode.shares)
+        assert np.isclose(2 * elastic, (TURN * mode.frequency) ** 2, rtol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["hexapod", "delta", "orthoglide", "six-joint-arm"])
+def test_more_mass_vibrates_more_slowly(name: str):
+    """Rayleigh: no frequency rises; nor does one fall below that of all masses as one."""
+    robot = rs.load(name)
+    snapshot = rs.find_posture(robot).snapshot.one(0)
+    platform = {"platform": rs.BodyMass(20.0, inertia=[0.4, 0.5, 0.6])}
+    light = rs.modes(robot, masses=platform).frequencies
+    leg = snapshot.legs[0]
+    part = [own.name for own in leg.parts][len(list(leg.parts)) // 2]
+    heavy = rs.modes(robot, masses=platform | {f"{leg.name}/{part}": 3.0}).frequencies
+    assert len(heavy) >= len(light)
+    assert np.all(heavy[: len(light)] <= light * (1 + 1e-9))
+    assert heavy[0] < light[0] or heavy[1] < light[1]
+
+
+def test_pendulum():
+    """A rod that hangs: sqrt(g/l), which no spring gives it."""
+    tip, g, m = np.array([0.0, -0.5, 0]), 9.81, 3.0
+    elements = (
+        joint("hinge", [0, 0, 0], [0, 0, 1]),
+        joint("rod", [0, 0, 0], [0, -1, 0], "P", 1e8),
+        joint("end", tip, [0, 0, 1], "R", 1e8),
+    )
+    robot = Snapshot("pendulum", (PlacedLeg("rod", elements, tip),), tip, Space.PLANAR)
+    found = rs.modes(robot, masses={"platform": m}, loads={"platform": [0, -m * g, 0]})
+    assert np.isclose(found.frequencies[0], np.sqrt(g / 0.5) / TURN, rtol=1e-6)
+    above = rs.modes(robot, masses={"platform": m}, loads={"platform": [0, m * g, 0]})
+    assert "unstable" in str(above.status)
+    assert np.isclose(above[0].growth, np.sqrt(g / 0.5), rtol=1e-6)
+    assert above[0].frequency == 0.0
+    assert "grows by" in repr(above)
+
+
+def test_frequency_vanishes_at_the_critical_load():
+    """The square of a column's frequency falls with its load, and is 0 where it buckles."""
+    k, L = 40.0, 0.3
+    robot = column(k, 1e9, L, 1e9)
+    critical = 2 * k / L
+    masses = {"links/link1": rs.BodyMass(2.0, [0, L, 0])}
+    squares = [
+        rs.modes(robot, masses=masses, wrench=[0, -part * critical, 0]).frequencies[0] ** 2
+        for part in (0.0, 0.5, 0.9)
+    ]
+    assert np.allclose(np.array(squares) / squares[0], [1, 0.5, 0.1], atol=1e-6)
+    assert "stays" in rs.modes(robot, masses=masses)[0].words
+
+
+def test_points_have_the_inertia_of_a_body():
+    inertia = np.array([[2.0, 0.3, -0.1], [0.3, 1.5, 0.2], [-0.1, 0.2, 2.5]])
+    centre = np.array([0.3, -1.0, 2.0])
+    found = equimomental(4.0, centre, inertia)
+    assert np.isclose(found.values.sum(), 4.0)
+    arms = found.points - centre
+    assert np.allclose(found.values @ arms, 0, atol=1e-12)
+    own = sum(
+        m * (a @ a * np.eye(3) - np.outer(a, a)) for m, a in zip(found.values, arms, strict=True)
+    )
+    assert np.allclose(own, inertia, rtol=1e-12)
+
+
+def test_misuse():
+    robot = rs.load("hexapod")
+    with pytest.raises(rs.InputError, match="what moves"):
+        rs.modes(robot)
+    with pytest.raises(rs.InputError, match="more than zero"):
+        rs.modes(robot, masses={"platform": -1.0})
+    with pytest.raises(rs.InputError, match="such as 'leg1/strut"):
+        rs.modes(robot, masses={"leg1/strutt": 1.0})
+    with pytest.raises(rs.InputError, match="the other two together"):
+        rs.modes(robot, masses={"platform": rs.BodyMass(1.0, inertia=[1, 1, 3])})
+    with pytest.raises(rs.InputError, match="symmetric"):
+        rs.modes(robot, masses={"platform": rs.BodyMass(1.0, inertia=[1, 1])})
+    nowhere = rs.modes(rs.load("hexa"), [0, 0, -9, 0, 0, 0], {"platform": 1.0})
+    with pytest.raises(rs.NoAnswerError, match="unreachable"):
+        _ = nowhere.frequencies
