@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from robostiff.elastostatics import aggregate_matrices
+
 CASE_A = ([0, 60, 120, 180, 240, 300], [0, 60, 120, 180, 240, 300])
 CASE_B = ([0, 120, 120, 240, 240, 360], [60, 60, 180, 180, 300, 300])
 
@@ -19,6 +21,16 @@ def leg_vectors(
     )
     v = np.stack([-r * np.cos(psi), -r * np.sin(psi), zero], axis=-1)
     return u, v
+
+
+def aggregated(
+    angles: tuple[list[int], list[int]], K11: float, R: float, r: float, h: float
+) -> np.ndarray:
+    """Eq. (23) of every leg at its end, brought together by eq. (12)."""
+    u, v = leg_vectors(angles, R, r, h)
+    legs = np.zeros((6, 6, 6))
+    legs[:, :3, :3] = [K11 * np.outer(row, row) / (row @ row) for row in u]
+    return aggregate_matrices(list(legs), list(v))
 
 
 def eq27(K11: float, R: float, r: float, h: float) -> np.ndarray:

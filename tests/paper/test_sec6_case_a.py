@@ -5,31 +5,19 @@ import pytest
 import sympy as sp
 
 from robostiff import stiffness
-from robostiff.elastostatics import aggregate_matrices
 from robostiff.spatial import screw_of_twist
 from tests.generators.machines import case_a
 from tests.generators.metric import distance
 from tests.paper.exact_chain import case_a_angles, jointed_legs
-from tests.paper.home_matrices import CASE_A, eq27, leg_vectors
+from tests.paper.home_matrices import CASE_A, aggregated, eq27, leg_vectors
 
 SIZES = [(0.5, 0.2, 0.6), (1.0, 0.7, 0.4), (0.3, 0.29, 1.1)]
 K11 = 3.7e6
 
 
-def aggregated(R: float, r: float, h: float) -> np.ndarray:
-    """Eq. (23) of every leg at its end, brought together by eq. (12)."""
-    u, v = leg_vectors(CASE_A, R, r, h)
-    legs = []
-    for row in u:
-        K = np.zeros((6, 6))
-        K[:3, :3] = K11 * np.outer(row, row) / (row @ row)
-        legs.append(K)
-    return aggregate_matrices(legs, list(v))
-
-
 @pytest.mark.parametrize(("R", "r", "h"), SIZES)
 def test_eq_27_entry_by_entry(R: float, r: float, h: float):
-    assert distance(aggregated(R, r, h), eq27(K11, R, r, h)) <= 1e-13
+    assert distance(aggregated(CASE_A, K11, R, r, h), eq27(K11, R, r, h)) <= 1e-13
 
 
 def test_eq_27_with_symbols():

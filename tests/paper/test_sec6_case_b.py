@@ -5,29 +5,18 @@ import pytest
 import sympy as sp
 
 from robostiff import stiffness
-from robostiff.elastostatics import aggregate_matrices
 from tests.generators.machines import case_b
 from tests.generators.metric import distance
 from tests.paper.exact_chain import case_b_angles, jointed_legs
-from tests.paper.home_matrices import CASE_B, eq28, leg_vectors
+from tests.paper.home_matrices import CASE_B, aggregated, eq28, leg_vectors
 
 SIZES = [(0.5, 0.2, 0.6), (1.0, 0.7, 0.4), (0.3, 0.29, 1.1)]
 K11 = 3.7e6
 
 
-def aggregated(R: float, r: float, h: float) -> np.ndarray:
-    u, v = leg_vectors(CASE_B, R, r, h)
-    legs = []
-    for row in u:
-        K = np.zeros((6, 6))
-        K[:3, :3] = K11 * np.outer(row, row) / (row @ row)
-        legs.append(K)
-    return aggregate_matrices(legs, list(v))
-
-
 @pytest.mark.parametrize(("R", "r", "h"), SIZES)
 def test_eq_28_entry_by_entry(R: float, r: float, h: float):
-    assert distance(aggregated(R, r, h), eq28(K11, R, r, h)) <= 1e-13
+    assert distance(aggregated(CASE_B, K11, R, r, h), eq28(K11, R, r, h)) <= 1e-13
 
 
 @pytest.mark.parametrize(("R", "r", "h"), SIZES)

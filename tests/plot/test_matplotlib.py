@@ -8,7 +8,6 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib import pyplot
-from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -25,6 +24,7 @@ from robostiff.plot.picture import Path
 from robostiff.plot.posed_robot import robot_picture
 from tests.plot.machines import (
     POSE,
+    all_plots,
     hexapod_deflection,
     hexapod_stiffness,
     robot,
@@ -32,36 +32,12 @@ from tests.plot.machines import (
 )
 
 
-def all_plots(**options) -> dict[str, Axes]:
-    b = Matplotlib(**options)
-    hexapod, result, bent = robot("hexapod"), hexapod_stiffness(), hexapod_deflection()
-    found = tripod_map()
-    level = float(found.worst_deflection.median())
-    at = {"z": 0.3}
-    return {
-        "robot": rs.plot.robot(hexapod, POSE, deflection=bent, backend=b),
-        "planar": rs.plot.robot(robot("3-rrr"), backend=b),
-        "ellipsoid": rs.plot.ellipsoid(result, within=hexapod, backend=b),
-        "free": rs.plot.free_motions(rs.stiffness(robot("gough-stewart-a")), backend=b),
-        "matrix": rs.plot.matrix(result, backend=b),
-        "energy": rs.plot.energy_shares(bent, backend=b),
-        "comparison": rs.plot.comparison(result, result, backend=b),
-        "slice": rs.plot.map_slice(
-            found, "worst_deflection", x="x", y="y", at=at, isolines=3, backend=b
-        ),
-        "surface": rs.plot.map_isosurface(
-            found, "worst_deflection", level, x="x", y="y", z="z", backend=b
-        ),
-        "bands": rs.plot.map_bands(found, "worst_deflection", along="x", backend=b),
-    }
-
-
 @pytest.mark.parametrize(
     ("width", "theme"), [(Width.HALF, Theme.DARK), (Width.FULL, Theme.LIGHT)], ids=str
 )
 def test_every_plot_fits_its_figure_and_no_texts_overlap(width: Width, theme: Theme):
     before = dict(mpl.rcParams)
-    plots = all_plots(width=width, theme=theme)
+    plots = all_plots(Matplotlib(width=width, theme=theme))
     assert dict(mpl.rcParams) == before
     assert pyplot.get_fignums() == []
     for name, ax in plots.items():

@@ -16,6 +16,7 @@ from robostiff.plot.picture import Mesh, Path
 from robostiff.plot.posed_robot import robot_picture
 from tests.plot.machines import (
     POSE,
+    all_plots,
     hexapod_deflection,
     hexapod_stiffness,
     robot,
@@ -25,34 +26,10 @@ from tests.plot.machines import (
 PLOTLY: Any = Plotly()
 
 
-def all_figures(theme: Theme) -> dict[str, Any]:
-    b: Any = Plotly(theme)
-    hexapod, result, bent = robot("hexapod"), hexapod_stiffness(), hexapod_deflection()
-    found = tripod_map()
-    level = float(found.worst_deflection.median())
-    at = {"z": 0.3}
-    return {
-        "robot": rs.plot.robot(hexapod, POSE, deflection=bent, backend=b),
-        "planar": rs.plot.robot(robot("3-rrr"), backend=b),
-        "ellipsoid": rs.plot.ellipsoid(result, within=hexapod, backend=b),
-        "free": rs.plot.free_motions(rs.stiffness(robot("gough-stewart-a")), backend=b),
-        "matrix": rs.plot.matrix(result, backend=b),
-        "energy": rs.plot.energy_shares(bent, backend=b),
-        "comparison": rs.plot.comparison(result, result, backend=b),
-        "slice": rs.plot.map_slice(
-            found, "worst_deflection", x="x", y="y", at=at, isolines=3, backend=b
-        ),
-        "surface": rs.plot.map_isosurface(
-            found, "worst_deflection", level, x="x", y="y", z="z", backend=b
-        ),
-        "bands": rs.plot.map_bands(found, "worst_deflection", along="x", backend=b),
-    }
-
-
 @pytest.mark.parametrize("theme", Theme)
 def test_every_figure_has_the_colours_of_its_theme_and_nothing_is_registered(theme: Theme):
     before = (pio.templates.default, list(pio.templates))
-    for figure in all_figures(theme).values():
+    for figure in all_plots(Plotly(theme)).values():
         layout = figure.layout.template.layout
         assert layout.paper_bgcolor == theme.palette.ground
         assert layout.font.color == theme.palette.ink

@@ -13,13 +13,12 @@ from robostiff.analysis.cable_stiffness import cable_stiffness, judged
 from robostiff.analysis.result import require_one_pose
 from robostiff.cables import CableStatus, TensionRule
 from robostiff.cables.equilibrium import Hanging, Loading, first_slack, load_path
-from robostiff.elastostatics import Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, as_floats
 
-_DEFAULT_TOLERANCE = Tolerance()
 _FURTHEST = 100.0  # times the load, up to which slack is searched for
 
 
@@ -128,7 +127,7 @@ def cable_response(
     load: ArrayLike | None = None,
     *,
     tensions: TensionRule | None = None,
-    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
 ) -> CableResponse:
     """Equilibrium of a cable robot under a load with locked winches: displacement, tensions, slack.
 

@@ -16,14 +16,12 @@ from robostiff.cables import (
     elastic_stiffness,
     structure_matrix,
 )
-from robostiff.elastostatics import Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_floats
-
-_DEFAULT_TOLERANCE = Tolerance()
 
 
 def cable_stiffness(
@@ -33,7 +31,7 @@ def cable_stiffness(
     *,
     tensions: TensionRule | None = None,
     at: ArrayLike | None = None,
-    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
 ) -> CableStiffness:
     """Stiffness K of a cable robot at a pose or a batch of poses, with its geometric part.
 

@@ -11,7 +11,14 @@ from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.posture_choice import posture_advice
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.snapshot_stiffness import SnapshotStiffness, solve_snapshot
-from robostiff.elastostatics import CartesianStiffness, Form, Status, Tolerance, WrenchBasis
+from robostiff.elastostatics import (
+    DEFAULT_TOLERANCE,
+    CartesianStiffness,
+    Form,
+    Status,
+    Tolerance,
+    WrenchBasis,
+)
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, Posture, PostureFinder, posture_finder
 from robostiff.kinematics.pose import PoseRequest
@@ -20,7 +27,6 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 
 DEFAULT_METHOD = WrenchBasis()
-DEFAULT_TOLERANCE = Tolerance()
 #: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
 CHUNK = 4096
 # What a posture has to complain of has one of these.

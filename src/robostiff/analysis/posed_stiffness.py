@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.careful_form import (
     DEFAULT_METHOD,
-    DEFAULT_TOLERANCE,
     AskedPoses,
     careful_stiffness,
     check_arguments,
@@ -19,7 +18,7 @@ from robostiff.analysis.careful_form import (
 from robostiff.analysis.record_agreement import SUBJECT, differences
 from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.analysis.robot_record import RecordedAnswer
-from robostiff.elastostatics import Status, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import Near, Pose, posture_finder

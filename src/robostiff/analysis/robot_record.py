@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.careful_form import DEFAULT_METHOD, DEFAULT_TOLERANCE, AskedPoses
+from robostiff.analysis.careful_form import DEFAULT_METHOD, AskedPoses
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
 from robostiff.compiled import Backend, StiffnessMatrix, machine_code_is_available
+from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot

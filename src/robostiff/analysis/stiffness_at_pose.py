@@ -11,7 +11,6 @@ from robostiff.analysis.cable_result import CableStiffness
 from robostiff.analysis.cable_stiffness import cable_stiffness
 from robostiff.analysis.careful_form import (
     DEFAULT_METHOD,
-    DEFAULT_TOLERANCE,
     AskedPoses,
     careful_stiffness,
     check_arguments,
@@ -19,7 +18,7 @@ from robostiff.analysis.careful_form import (
 from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
 from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.analysis.robot_record import recorded_answer
-from robostiff.elastostatics import Form, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, posture_finder
 from robostiff.model import Robot, Snapshot

@@ -7,10 +7,11 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis.careful_form import DEFAULT_TOLERANCE, careful_stiffness
+from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.result import RobotStiffness, require_one_pose
 from robostiff.elastostatics import (
+    DEFAULT_TOLERANCE,
     Block,
     Form,
     IndexRules,

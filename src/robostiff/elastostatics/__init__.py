@@ -24,11 +24,18 @@ from robostiff.elastostatics.saddle_point import (
     saddle_point_stiffness,
 )
 from robostiff.elastostatics.status import Status
-from robostiff.elastostatics.tolerance import RankDecision, Tolerance, matrix_length, scaling
+from robostiff.elastostatics.tolerance import (
+    DEFAULT_TOLERANCE,
+    RankDecision,
+    Tolerance,
+    matrix_length,
+    scaling,
+)
 from robostiff.elastostatics.transmitted_wrenches import transmitted_wrenches
 from robostiff.elastostatics.wrench_basis import WrenchBasis, wrench_basis_stiffness
 
 __all__ = [
+    "DEFAULT_TOLERANCE",
     "Block",
     "BlockCompliance",
     "CartesianStiffness",

@@ -8,14 +8,13 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics.chain_problem import ChainProblem, Form
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
-from robostiff.elastostatics.tolerance import Tolerance, matrix_length, scaling
+from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, Tolerance, matrix_length, scaling
 from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
 from robostiff.elastostatics.wrench_basis import WrenchBasis
 from robostiff.errors import InputError
 from robostiff.spatial import Space, as_floats
 
 _DEFAULT_FORM = WrenchBasis()
-_DEFAULT_TOLERANCE = Tolerance()
 _SYMMETRY = 1e-9
 
 
@@ -25,7 +24,7 @@ def chain_stiffness(
     *,
     form: Form = _DEFAULT_FORM,
     length: ArrayLike | None = None,
-    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
 ) -> CartesianStiffness:
     """Cartesian stiffness of a serial chain with passive joints, Sections III and V.
 

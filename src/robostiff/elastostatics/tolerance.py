@@ -63,6 +63,10 @@ class Tolerance:
         return (values > self.rounding) & (values <= self.near_independence)
 
 
+#: What functions decide by where no other is given.
+DEFAULT_TOLERANCE = Tolerance()
+
+
 def matrix_length(
     C: Float[np.ndarray, "*batch n n"], J_q: Float[np.ndarray, "*batch n q"]
 ) -> Float[np.ndarray, "*batch"]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.elastostatics import Status, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.equations import equations_of
 from robostiff.network.mobility import mobility
@@ -16,15 +16,13 @@ from robostiff.network.redundancy import redundancy
 from robostiff.network.saddle_point import CONVERGED, saddle_point_system
 from robostiff.spatial import as_floats
 
-_DEFAULT_TOLERANCE = Tolerance()
-
 
 def compliance_between(
     network: Network,
     points: Sequence[tuple[str, ArrayLike]],
     *,
     loads: ArrayLike | None = None,
-    tolerance: Tolerance = _DEFAULT_TOLERANCE,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
 ) -> np.ndarray:
     """Compliance between points of a network: all their twists for wrenches at any of them.
 

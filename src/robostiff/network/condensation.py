@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics import CartesianStiffness, Status, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, CartesianStiffness, Status, Tolerance
 from robostiff.elastostatics.conditioning import smallest_held_stiffness
 from robostiff.network.equations import equations_of
 from robostiff.network.mobility import mobility
@@ -14,7 +14,6 @@ from robostiff.network.network import Network
 from robostiff.network.redundancy import redundancy, redundant_freedoms
 from robostiff.network.saddle_point import CONVERGED, saddle_point_system
 
-_DEFAULT_TOLERANCE = Tolerance()
 _ROUNDING = 4 * np.finfo(float).eps
 
 
@@ -37,7 +36,7 @@ class NetworkStiffness:
     origin: np.ndarray
 
 
-def condense(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> NetworkStiffness:
+def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> NetworkStiffness:
     """Stiffness of the platform of a network: the wrench it takes to move it by each twist.
 
     The platform is moved with the fixed nodes at rest; the saddle-point system gives where all

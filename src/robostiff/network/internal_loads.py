@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.elastostatics import Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
 from robostiff.kinematics import freedom_twist
 from robostiff.model import Actuated
 from robostiff.network.connection import RelativeMotion
@@ -17,8 +17,6 @@ from robostiff.network.network import Network
 from robostiff.network.redundancy import Redundancy, redundancy
 from robostiff.network.saddle_point import SaddlePointSystem, saddle_point_system
 from robostiff.spatial import move_wrench
-
-_DEFAULT_TOLERANCE = Tolerance()
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class InternalLoads:
 
 
 def internal_loads(
-    network: Network, twist: np.ndarray, tolerance: Tolerance = _DEFAULT_TOLERANCE
+    network: Network, twist: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
 ) -> InternalLoads:
     """Loads in all parts for a displacement of the platform about ``condense(network).origin``.
 
@@ -78,7 +76,7 @@ def internal_loads(
 
 
 def loads_under(
-    network: Network, wrench: np.ndarray, tolerance: Tolerance = _DEFAULT_TOLERANCE
+    network: Network, wrench: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
 ) -> InternalLoads:
     """Loads in all parts under a wrench on the platform about ``condense(network).origin``.
 
