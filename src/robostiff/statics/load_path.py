@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.maps.extra import maps_extra
-from robostiff.errors import InputError
+from robostiff.errors import InputError, needs_extra
 from robostiff.kinematics import Near, Pose
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import as_floats
@@ -134,7 +133,7 @@ def _dataset(
     found: Equilibria,
     along: list[FoundEquilibrium],
 ) -> xarray.Dataset:
-    with maps_extra():
+    with needs_extra("maps", "maps"):
         import xarray
     space, problem = question.space, question.problem
     energy = np.array([own.energy if own.has_answer else np.nan for own in found])
