@@ -8,6 +8,8 @@ from robostiff.model import Actuated, Robot
 from tests.campaign.walk import end_of, frame_of, gap
 
 _STEP = 1e-6
+#: Part of the largest singular value: near a singularity, and the little that a fine screw moves.
+_NEAR, _FINE = 1e-3, 1e-6
 
 
 def is_free(robot: Robot, q: np.ndarray) -> bool:
@@ -20,7 +22,7 @@ def drives_are_free(robot: Robot, q: np.ndarray) -> bool:
     roles = robot.legs[0].chain.roles
     J, free = _jacobian(robot, q)
     passive = np.array([not isinstance(roles[place], Actuated) for place in free], dtype=bool)
-    return _rank(J) < _rank(J[:, passive]) + np.count_nonzero(~passive)
+    return _rank(J, _FINE) < _rank(J[:, passive], _FINE) + np.count_nonzero(~passive)
 
 
 def is_regular(robot: Robot, home: np.ndarray, q: np.ndarray) -> bool:
@@ -40,15 +42,15 @@ def _jacobian(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (gaps[1::2] - gaps[2::2]).T / (2 * _STEP), free
 
 
-def _rank(J: np.ndarray) -> int:
+def _rank(J: np.ndarray, part: float) -> int:
     if 0 in J.shape:
         return 0
     values = np.linalg.svd(J, compute_uv=False)
-    return int(np.count_nonzero(values > 1e-3 * values[0]))
+    return int(np.count_nonzero(values > part * values[0]))
 
 
 def _rank_and_sign(robot: Robot, q: np.ndarray) -> tuple[int, float]:
     """Rank, and the sign of the determinant of a square Jacobian alone."""
     J, free = _jacobian(robot, q)
     square = len(free) == 6 and robot.space.size == 6
-    return _rank(J), float(np.sign(np.linalg.det(J))) if square else 1.0
+    return _rank(J, _NEAR), float(np.sign(np.linalg.det(J))) if square else 1.0

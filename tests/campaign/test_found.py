@@ -15,6 +15,7 @@ ROBOTS = {
     "digits-of-the-input": ("compliance",),
     "doubtful-energy": ("energy", "verify"),
     "drives-29-default": ("energy",),
+    "energy-near-singular": ("energy", "verify"),
     "energy-of-soft-motions": ("energy", "verify"),
     "extent-of-rounding": ("batch", "network", "energy", "millimetres"),
     "far-frame": ("frame", "millimetres", "saddle-point"),

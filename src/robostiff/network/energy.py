@@ -15,6 +15,8 @@ from robostiff.spatial import block_rotation
 
 _DEFAULT_TOLERANCE = Tolerance()
 _ROUNDING = 1e-13
+# Of the constraints: rounding moves what they determine by as many times its own size.
+_NEARLY_DEPENDENT = 2e-7
 _LOST = 1e-10  # of the energy
 
 
@@ -43,7 +45,8 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
     NoAnswerError
         When the platform is rigid in some direction.
     TooFewDigitsError
-        When springs differ so much that the minimum has fewer than nine digits.
+        When springs differ so much, or joints are so near a singular arrangement, that the minimum
+        has fewer than nine digits.
 
     Examples
     --------
@@ -145,6 +148,11 @@ def _solutions(
     Q, R, order = (np.asarray(part) for part in qr(G.T, pivoting=True))
     size = np.abs(np.diagonal(R))
     rank = int(np.count_nonzero(size > tolerance.independence * size.max(initial=0.0)))
+    if rank and size[rank - 1] < _NEARLY_DEPENDENT * size[0]:
+        raise TooFewDigitsError(
+            f"no stiffness by least energy: joints within {size[rank - 1] / size[0]:.0e} of a "
+            "singular arrangement leave it fewer than nine digits"
+        )
     y = solve_triangular(R[:rank, :rank], right[order[:rank]], trans=1)
     gap = R[:rank, rank:].T @ y - right[order[rank:]]
     if np.abs(gap).max(initial=0.0) > tolerance.independence:
