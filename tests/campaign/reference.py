@@ -119,6 +119,8 @@ class _Whole:
         if inverse is not None:
             X = self._shift(-1)
             C = certain(X * inverse * X.transpose())
+            if C is not None and np.max(np.abs(C)) <= DOUBT[0] ** 2 * self._softest():
+                C = np.zeros_like(C)  # the square of rounding in axes that are aligned
         low, high = DOUBT
         return Reference(
             K=K,
@@ -130,6 +132,19 @@ class _Whole:
             in_doubt=any(low < value < high for value in self.margins),
             margins=tuple(sorted(value for value in self.margins if value < high)),
         )
+
+    def _softest(self) -> float:
+        """Largest compliance of a spring."""
+        parts = [part for leg in self.snapshot.legs for part in leg.parts]
+        k = [
+            part.role.stiffness
+            for part in parts
+            if isinstance(part, PlacedFreedom)
+            and not isinstance(part.role, Passive)
+            and part.role.stiffness is not None
+        ]
+        own = [np.max(p.elasticity.compliance) for p in parts if isinstance(p, PlacedSpring)]
+        return max([*(1 / float(one) for one in k), *map(float, own)], default=0.0)
 
     def rank_of(self, matrix: np.ndarray) -> int:
         """Rank by singular values; those near the cut are kept as margins."""

@@ -19,6 +19,7 @@ ROBOTS = {
     "energy-of-soft-motions": ("energy", "verify"),
     "extent-of-rounding": ("batch", "network", "energy", "millimetres"),
     "far-frame": ("frame", "millimetres", "saddle-point"),
+    "no-compliance-but-for-rounding": ("compliance",),
     "nothing-held": ("block", "recursive", "verify"),
     "parallel-63-recursive": ("recursive", "saddle-point", "verify"),
     "planar-rigid-branch": ("file",),
