@@ -211,3 +211,28 @@ def test_a_snapshot_has_no_map():
 
     with pytest.raises(InputError, match="frozen"):
         rs.stiffness_map(find_posture(loaded("hexapod")).snapshot.one(0), GRID)  # pyright: ignore
+
+
+def test_joint_coordinates_choose_the_posture_of_all_poses(tmp_path):
+    """As `stiffness` with ``near``; such a map is another map than that of home's posture."""
+    robot = loaded("3-rrr")
+    grid = Grid(x=Axis(-0.02, 0.02, 2), rz=Axis(0.05, 0.1, 2))
+    near = [own[-1].coordinates for own in rs.postures(robot, [0.0, 0.0, 0.07]).values()]
+    wanted = [Quantity.STIFFNESS, Quantity.ACTUATOR_FORCES]
+    load = {"wrench": [100.0, 0, 0], "near": near, "store": tmp_path / "near.zarr"}
+    found = rs.stiffness_map(robot, grid, wanted, **load)
+    pose = [0.02, 0.0, 0.1]
+    expected = rs.stiffness(robot, pose, near=near)
+    K = found.K.sel(x=0.02, rz=0.1).values
+    np.testing.assert_allclose(K, expected.K, rtol=1e-12, atol=1e-3)
+    assert np.abs(K / rs.stiffness(robot, pose).K - 1).max() > 1e-2
+    bent = rs.deflection(robot, pose, [100.0, 0, 0], near=near)
+    forces = sorted(abs(found.actuator_force.sel(x=0.02, rz=0.1).values))
+    np.testing.assert_allclose(forces, sorted(abs(f.load) for f in bent.actuators), rtol=1e-6)
+    np.testing.assert_allclose(found.attrs["near"], np.concatenate(near))
+    with pytest.raises(InputError, match="quantities"):
+        rs.stiffness_map(robot, grid, wanted, **(load | {"near": None}), resume=True)
+    with pytest.raises(InputError, match="kernels have the posture of home"):
+        rs.stiffness_map(robot, grid, near=near, method=rs.Compiled())
+    with pytest.raises(InputError, match="near of '3-rrr'"):
+        rs.stiffness_map(robot, grid, near=[1.0])

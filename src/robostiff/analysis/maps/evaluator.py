@@ -42,17 +42,26 @@ class PoseBatch:
     columns : PoseColumns
     poses : (N, n_coordinates) array
         [m, rad].
+    near : (size,) array, optional
+        Joint coordinates of all legs that choose the posture [m, rad].
     """
 
-    def __init__(self, robot: Robot, columns: PoseColumns, poses: np.ndarray) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        columns: PoseColumns,
+        poses: np.ndarray,
+        near: np.ndarray | None = None,
+    ) -> None:
         self.robot = robot
         self.columns = columns
         self.poses = poses
+        self.near = near
 
     @cached_property
     def result(self) -> RobotStiffness:
         """Stiffness at all poses."""
-        return careful_stiffness(self.robot, self.columns.as_pose(self.poses))
+        return careful_stiffness(self.robot, self.columns.as_pose(self.poses), near=self.near)
 
     @cached_property
     def rank(self) -> np.ndarray:
@@ -105,7 +114,8 @@ def actuator_forces(batch: PoseBatch, twist: np.ndarray, wrench: np.ndarray) -> 
     known = np.isfinite(twist[:, 0])
     whole = np.broadcast_to(wrench, (len(twist), len(wrench)))
     loads = leg_loads(result[known], move_wrench(whole, -batch.offset)[known])
-    posture = find_posture(batch.robot, batch.columns.as_pose(batch.poses))
+    pose = batch.columns.as_pose(batch.poses)
+    posture = find_posture(batch.robot, pose, near=batch.near)
     rows = list(batch.robot.space.rows)
     columns = [
         (i, freedom_twist(freedom, result.origin)[..., rows])
@@ -186,6 +196,8 @@ class BatchedEvaluator:
         Load about the reference point [N, N m]; empty without one.
     length : float
         Characteristic length of the indices [m].
+    near : tuple of float
+        Joint coordinates of all legs that choose the posture [m, rad]; empty for home's.
     """
 
     robot: Robot
@@ -193,6 +205,7 @@ class BatchedEvaluator:
     quantities: tuple[Quantity, ...]
     wrench: tuple[float, ...] = ()
     length: float = 1.0
+    near: tuple[float, ...] = ()
 
     @property
     def method(self) -> str:
@@ -222,7 +235,9 @@ class BatchedEvaluator:
         return out
 
     def _chunk(self, poses: np.ndarray) -> dict[str, np.ndarray]:
-        batch = PoseBatch(self.robot, self.columns, poses)
+        batch = PoseBatch(
+            self.robot, self.columns, poses, np.array(self.near) if self.near else None
+        )
         status = batch.result.status_codes
         found: dict[str, np.ndarray] = {"rank": batch.rank}
         if Quantity.STIFFNESS in self.quantities:

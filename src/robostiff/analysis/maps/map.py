@@ -36,6 +36,7 @@ from robostiff.analysis.maps.store import MapStore
 from robostiff.analysis.maps.stored import read_store
 from robostiff.analysis.maps.summary import MapSummary
 from robostiff.errors import InputError, needs_extra
+from robostiff.kinematics import Near
 from robostiff.model import Robot, Snapshot
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ def stiffness_map(
     characteristic_length: float | None = None,
     where: Selection | None = None,
     method: Method | None = None,
+    near: Near = None,
     store: str | os.PathLike[str] | None = None,
     resume: bool = False,
     workers: int | None = None,
@@ -81,6 +83,9 @@ def stiffness_map(
         ``Compiled()`` records the robot once as a kernel and runs that at all poses, millions a
         second; ``Batched()`` computes everything as `stiffness` does. By default,
         large maps are compiled where a kernel has what they ask for.
+    near : joint coordinates, optional
+        Of all legs, in a row or leg by leg [m, rad]: the posture nearest to them is chosen at each
+        pose, by the batched form. When left out, it is the assembly mode of home.
     store : path, optional
         Where to write the map as Zarr, block by block; it may be larger than memory. Without it the
         map is made in memory.
@@ -117,7 +122,7 @@ def stiffness_map(
     """
     room = check_memory if store is None else partial(check_room, Path(store).absolute())
     request = checked_request(
-        robot, poses, quantities, wrench, characteristic_length, where, method, room
+        robot, poses, quantities, wrench, characteristic_length, where, method, room, near
     )
     threads = _threads(workers, scheduler)
     with needs_extra("maps", "maps"):

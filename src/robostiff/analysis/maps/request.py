@@ -23,6 +23,8 @@ from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import Near
+from robostiff.kinematics.pose import near_coordinates
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_float, as_floats
@@ -95,6 +97,7 @@ def checked_request(
     where: Selection | None,
     method: Method | None = None,
     check_room: Callable[[MapJob], None] = lambda _: None,
+    near: Near = None,
 ) -> MapRequest:
     """The checked request for a map; it chooses the method.
 
@@ -143,13 +146,19 @@ def checked_request(
     length = _length(robot, characteristic_length)
     columns = pose_columns(robot, poses.names)
     check_units(poses, dict(zip(columns.names, columns.units, strict=True)))
-    batched = BatchedEvaluator(robot, columns, wanted, F, length)
+    own = _near(robot, near, method)
+    if own:
+        method = Batched()  # a kernel has the posture of home
+    batched = BatchedEvaluator(robot, columns, wanted, F, length, own)
     check_room(MapJob(batched, columns, poses, where))  # before a kernel is made
     evaluator = _evaluator(batched, method, math.prod(poses.shape))
     job = MapJob(evaluator, columns, poses, where)
     coordinate_arrays(job)
-    settings = {"quantities": wanted, "wrench": F, "length": length}
-    return MapRequest(job, map_attributes(robot, job, F, length), robot, settings)
+    settings: dict[str, Any] = {"quantities": wanted, "wrench": F, "length": length}
+    attributes = map_attributes(robot, job, F, length)
+    if own:
+        settings["near"], attributes["near"] = own, list(own)
+    return MapRequest(job, attributes, robot, settings)
 
 
 def check_memory(job: MapJob) -> None:
@@ -215,6 +224,26 @@ def _wrench(
     if F.shape != (robot.space.size,):
         raise InputError("wrench", got=wrench, expected=expected)
     return tuple(map(float, F))
+
+
+def _near(robot: Robot, near: Near, method: Method | None) -> tuple[float, ...]:
+    """Joint coordinates of all legs in a row; empty where home chooses the posture."""
+    given = near_coordinates(robot, near)
+    if given is None:
+        return ()
+    if robot.is_posed_by_joints:
+        raise InputError(
+            f"near of {robot.name!r}",
+            got=near,
+            expected="none: joint coordinates pose this arm, and determine its posture",
+        )
+    if isinstance(method, Compiled):
+        raise InputError(
+            "method of a map near joint coordinates",
+            got=method,
+            expected="Batched(), or none: kernels have the posture of home",
+        )
+    return tuple(float(x) for x in np.concatenate(given))
 
 
 def _length(robot: Robot, given: float | None) -> float:
