@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import unicodedata
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -114,7 +114,18 @@ class Location:
 
 
 class FileError(InputError):
-    """A file that cannot be used, with the location of the error."""
+    """A file that cannot be used, with the location of the error.
+
+    Parameters
+    ----------
+    location : Location
+    subject, got, expected, hint
+        As of `InputError`.
+    others : sequence of FileError
+        Further mistakes in the file; each is a line of the message.
+    uncounted : int
+        How many more there are beside those.
+    """
 
     def __init__(
         self,
@@ -124,8 +135,12 @@ class FileError(InputError):
         got: Any = None,
         expected: str | None = None,
         hint: str | None = None,
+        others: Sequence[FileError] = (),
+        uncounted: int = 0,
     ) -> None:
         self.location = location
+        self.others = tuple(others)
+        self.uncounted = uncounted
         super().__init__(subject, got=got, expected=expected, hint=hint)
 
     @classmethod
@@ -134,8 +149,11 @@ class FileError(InputError):
         return cls(location, error.subject, got=error.got, expected=error.expected, hint=error.hint)
 
     def message(self) -> str:
-        """The location, then the error."""
-        return f"{self.location}: {super().message()}"
+        """The location, then the error; further ones on lines of their own."""
+        lines = [f"{self.location}: {super().message()}", *(o.message() for o in self.others)]
+        if self.uncounted:
+            lines.append(f"and {self.uncounted} more error{'s' * (self.uncounted > 1)}")
+        return "\n".join(lines)
 
 
 @contextmanager

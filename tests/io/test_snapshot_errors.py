@@ -188,14 +188,16 @@ WRONG = {
         '"kind": "R", "point": [0, 0, 0]',
         '"kind": "S", "point": 0',
         "5:32: legs[0].chain[0].kind: unknown word: got 'S', expected 'R' or 'P' or "
-        "'H'; and 1 more error",
+        "'H'\narm.json:5:46: legs[0].chain[0].point: wrong value: got 0, expected a list",
     ),
     "three mistakes": (
         '"kind": "R", "point": [0, 0, 0], "axis"',
         '"kind": "S", "point": 0, "axsi"',
         "5:49: legs[0].chain[0].axsi: unknown key: expected one of kind, point, axis, "
         "type, pitch, name, "
-        "note; did you mean axis? (and 2 more errors)",
+        "note; did you mean axis?\n"
+        "arm.json:5:32: legs[0].chain[0].kind: unknown word: got 'S', expected 'R' or 'P' or 'H'\n"
+        "arm.json:5:46: legs[0].chain[0].point: wrong value: got 0, expected a list",
     ),
     "zero axis": (
         '"axis": [1, 0, 0]',

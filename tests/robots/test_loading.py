@@ -48,7 +48,7 @@ def test_unknown_name_lists_the_robots_and_the_nearest():
 
 @pytest.mark.parametrize("ask", [describe, robot_file])
 def test_only_shipped_robots_are_described(ask):
-    with pytest.raises(InputError, match=r"expected the name of a shipped robot: 3-prs"):
+    with pytest.raises(InputError, match=r"expected the name of a shipped robot: 3-rpr"):
         ask("../3-rpr")
 
 

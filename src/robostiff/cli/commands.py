@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from robostiff.analysis import CableStiffness, deflection, stiffness
 from robostiff.cli import tables
 from robostiff.cli.failure import BAD_STATUS, slips
-from robostiff.cli.output import print_data, say
+from robostiff.cli.output import new_file, print_data, say
+from robostiff.cli.parts_at_home import mobility_at_home, parts_at_home
 from robostiff.cli.robot_facts import home_facts, network_facts, robot_facts, snapshot_facts
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
@@ -22,8 +26,8 @@ from robostiff.cli.written_arguments import (
 from robostiff.elastostatics import Block, Form, IndexRules, Recursive, SaddlePoint, WrenchBasis
 from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
-from robostiff.io.suggest import did_you_mean
-from robostiff.model import Snapshot
+from robostiff.io.suggest import Words, did_you_mean
+from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.robots import describe, load, shipped_cable_robots, shipped_linkages, shipped_robots
@@ -31,6 +35,8 @@ from robostiff.robots import describe, load, shipped_cable_robots, shipped_linka
 METHODS: dict[str, Form] = {
     form.name: form for form in (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
 }
+
+_PICTURES = (".png", ".svg", ".pdf")
 
 
 def list_robots(as_json: bool) -> int:
@@ -47,10 +53,24 @@ def list_robots(as_json: bool) -> int:
     return 0
 
 
+@dataclass(frozen=True)
+class Details:
+    """What ``check`` gives beside the facts: parts at home, and a picture."""
+
+    parts: bool = False
+    plot: str | None = None
+    overwrite: bool = False
+
+
 def check_robot(
-    source: str, settings: Sequence[str], as_json: bool, side: SideFile = NO_SIDE_FILE
+    source: str,
+    settings: Sequence[str],
+    as_json: bool,
+    side: SideFile = NO_SIDE_FILE,
+    details: Details = Details(),
 ) -> int:
     """Print the parts of a robot; reading the file checks it."""
+    picture = None if details.plot is None else _new_picture(details)
     doubts: list[str] = []
     with slips(doubts.append):
         robot = load(source, parameters_from(settings), **side.options)
@@ -62,13 +82,42 @@ def check_robot(
             facts = {**network_facts(robot), "home": home_facts(stiffness(robot))}
         else:
             facts = snapshot_facts(robot) if isinstance(robot, Snapshot) else robot_facts(robot)
+        _add_details(facts, robot, source, details)
     if doubts:
         facts["warnings"] = doubts
+    if picture is not None:
+        import robostiff as rs
+
+        rs.plot.robot(robot).get_figure(root=True).savefig(picture, bbox_inches="tight")
+        facts["picture"] = str(picture)
     if as_json:
         print_data(facts)
     else:
         tables.print_facts(facts)
     return 0
+
+
+def _add_details(facts: dict[str, Any], robot: Any, source: str, details: Details) -> None:
+    """Freedoms of the platform at home; parts at home, where they are wanted."""
+    if isinstance(robot, Robot | Snapshot):
+        if isinstance(robot, Robot) and not robot.is_serial:
+            facts["mobility"] = mobility_at_home(robot)
+        if details.parts:
+            facts["parts"] = parts_at_home(robot)
+    elif details.parts or details.plot is not None:
+        option = "--parts" if details.parts else "--plot"
+        raise InputError(
+            f"{option} of {source!r}",
+            got=Words(facts["kind"]),
+            expected="a robot, or a snapshot of legs",
+        )
+
+
+def _new_picture(details: Details) -> Path:
+    path = new_file("--plot", details.plot or "", details.overwrite)
+    if path.suffix.lower() not in _PICTURES:
+        raise InputError("--plot", got=str(path), expected=f"a file {', '.join(_PICTURES)}")
+    return path
 
 
 def print_stiffness(

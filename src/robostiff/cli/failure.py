@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import wraps
-from typing import Any, ParamSpec
+from typing import Annotated, Any
 
 import typer
 
+from robostiff.cli.help_text import laid_out
+from robostiff.cli.output import running
 from robostiff.errors import (
     DisagreementError,
     InputError,
@@ -25,7 +28,10 @@ BAD_INPUT = 2
 INTERRUPTED = 130
 #: The exit status that a shell reports for a program ended by SIGPIPE.
 NO_READER = 141
-P = ParamSpec("P")
+
+QuietOption = Annotated[
+    bool, typer.Option("--quiet", help="Print no warnings: results and errors alone.")
+]
 
 
 @contextmanager
@@ -49,13 +55,17 @@ def slips(show: Callable[[str], object]) -> Iterator[None]:
         yield
 
 
-def reported(command: Callable[P, int]) -> Callable[P, None]:
-    """Turn the status that a command returns into an exit status, and bad input into a message."""
+def reported(command: Callable[..., int]) -> Callable[..., None]:
+    """Turn the status that a command returns into an exit status, and bad input into a message.
+
+    Every command gets the option ``--quiet``.
+    """
 
     @wraps(command)
-    def run(*args: P.args, **kwargs: P.kwargs) -> None:
+    def run(*args: Any, quiet: bool = False, **kwargs: Any) -> None:
+        running.set(command.__name__.strip("_"))
         try:
-            with slips(_warn):
+            with slips(_ignore if quiet else _warn):
                 status = command(*args, **kwargs)
         except InputError as error:
             status = _complain(str(error), BAD_INPUT)
@@ -83,7 +93,15 @@ def reported(command: Callable[P, int]) -> Callable[P, None]:
             status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
         raise typer.Exit(status)
 
-    return run
+    own = inspect.signature(command, eval_str=True)
+    option = inspect.Parameter(
+        "quiet", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=QuietOption
+    )
+    described: Any = run
+    described.__signature__ = own.replace(parameters=[*own.parameters.values(), option])
+    described.__annotations__ = {**command.__annotations__, "quiet": QuietOption}
+    described.__doc__ = laid_out(command.__doc__)
+    return described
 
 
 def ready_streams() -> None:
@@ -107,6 +125,10 @@ def _complain(message: str, status: int) -> int:
 
 def _warn(message: str) -> None:
     typer.echo(f"robostiff: warning: {printable(message, kept=chr(10))}", err=True)
+
+
+def _ignore(_: str) -> None:
+    """Show nothing."""
 
 
 def _write_no_more() -> None:

@@ -8,8 +8,10 @@ import typer
 
 from robostiff.cli import (
     cable_options,
+    check_options,
     derive_options,
     equilibrium_options,
+    file_formats,
     map_options,
     report_options,
 )
@@ -32,7 +34,7 @@ app = typer.Typer(
     name="robostiff",
     help="Cartesian stiffness of robots with elastic links, elastic actuators and passive joints.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
@@ -72,17 +74,22 @@ def check(
     side: SideOption = None,
     allow_xacro: XacroOption = False,
     set_: SetOption = None,
+    parts: check_options.PartsOption = False,
+    plot: check_options.PlotOption = None,
+    overwrite: OverwriteOption = False,
     json_: JsonOption = False,
 ) -> int:
     """Check a model or snapshot file, and list the parts of the robot.
 
+    Example: robostiff check hexapod --parts --plot hexapod.png
+
     Exit status: 0 when it can be used, 2 when it cannot.
     """
-    from robostiff.cli.commands import check_robot
+    from robostiff.cli.commands import Details, check_robot
     from robostiff.cli.written_arguments import SideFile
 
     described = SideFile(side, allow_xacro)
-    return check_robot(robot, set_ or [], json_, described)
+    return check_robot(robot, set_ or [], json_, described, Details(parts, plot, overwrite))
 
 
 @app.command()
@@ -410,6 +417,10 @@ def cables(
 
     place = PoseArguments(pose, None, None)
     return print_cables(robot, place, (wrench, balance), (rule, level, tensions), set_ or [], json_)
+
+
+for _command in (file_formats.schema, file_formats.new, file_formats.convert):
+    app.command()(reported(_command))
 
 
 def main() -> None:

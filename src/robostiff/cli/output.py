@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from robostiff.errors import InputError, printable
+
+JSON_VERSION = 1
+"""Of what ``--json`` prints: a key that changes its meaning or is gone makes another version."""
+
+running: ContextVar[str] = ContextVar("running")
+"""The command that is running."""
 
 
 def shown(words: str) -> str:
@@ -23,9 +31,10 @@ def say(text: str) -> None:
     typer.echo("\n".join(map(shown, text.split("\n"))))
 
 
-def print_data(data: Any) -> None:
-    """Print plain data as JSON, in ASCII."""
-    typer.echo(json.dumps(data, indent=1, allow_nan=False))
+def print_data(data: Mapping[str, Any]) -> None:
+    """Print plain data as one JSON object, in ASCII, with the name and version of its form."""
+    form = {"schema": f"robostiff {running.get()} {JSON_VERSION}"}
+    typer.echo(json.dumps({**form, **data}, indent=1, allow_nan=False))
 
 
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:

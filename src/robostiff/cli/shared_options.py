@@ -6,12 +6,22 @@ from typing import Annotated
 
 import typer
 
+
+def _robot_names(incomplete: str) -> list[str]:
+    """Shipped robots whose names begin so; the shell itself completes files."""
+    from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
+
+    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
 RobotArgument = Annotated[
     str,
     typer.Argument(
         metavar="ROBOT",
         help="A shipped robot (see 'robostiff robots'), a model file, a snapshot file, a robot "
         "description (URDF, xacro, MJCF), or - for standard input.",
+        autocompletion=_robot_names,
     ),
 ]
 PoseOption = Annotated[

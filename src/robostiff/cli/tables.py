@@ -14,6 +14,7 @@ from rich.text import Text
 
 from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.cli.output import shown
+from robostiff.cli.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.io.results.text import about, named, named_parts, shown_loads, shown_twist
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix
@@ -78,12 +79,27 @@ def print_facts(facts: Mapping[str, Any]) -> None:
         counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
         words = (f"{facts[key]} {key.replace('_', ' ')}" for key in counted)
         console.print(_text(", ".join(words)))
+    _print_home(console, facts)
+
+
+def _print_home(console: Console, facts: Mapping[str, Any]) -> None:
+    for leg, parts in facts.get("parts", {}).items():
+        console.print(_text(f"{leg} at home, from base to platform", style="italic"))
+        for part in parts:
+            console.print(_text(f"  {part_in_words(part)}"))
+    mobility = facts.get("mobility")
+    if mobility and mobility["freedoms"] != len(facts["coordinates"]):
+        count, free = mobility["freedoms"], " ".join(mobility["coordinates"])
+        words = f"this platform has {count} freedoms at home: {free}; poses outside are unreachable"
+        console.print(_text(words))
     home = facts["home"]
     console.print(_text(f"at home: rank {home['rank']}, status {home['status']}"))
     for motion in home["free_motions"]:
         console.print(_text(f"free: {motion}"))
     for advice in home["advice"]:
         console.print(_text(f"advice: {advice}"))
+    if "picture" in facts:
+        console.print(_text(f"picture: {facts['picture']}"))
 
 
 def mass_lines(facts: Mapping[str, Any]) -> list[str]:

@@ -45,6 +45,18 @@ def nearest(word: str, allowed: Iterable[str]) -> str | None:
     return close[0] if close else None
 
 
+def nearest_first(word: str, allowed: Sequence[str]) -> list[str]:
+    """The allowed words, the one most similar to `word` before the others.
+
+    Examples
+    --------
+    >>> nearest_first("lenght", ["area", "length", "width"])
+    ['length', 'area', 'width']
+    """
+    first = nearest(word, allowed)
+    return sorted(allowed, key=lambda other: other != first)
+
+
 def did_you_mean(word: str, allowed: Iterable[str]) -> str | None:
     """The hint that names the nearest allowed word, or None if none is similar.
 

@@ -14,6 +14,7 @@ from robostiff.io.document import Document
 
 Model = TypeVar("Model", bound=BaseModel)
 _MOST_OF_A_KIND = 100
+_MOST_SHOWN = 20
 
 
 def validate(model: type[Model], document: Document, at: Sequence[str | int] = ()) -> Model:
@@ -81,19 +82,25 @@ def file_error(
     Returns
     -------
     FileError
-        For the most specific mistake; others are counted.
+        For the most specific mistake; further ones follow in the order of the file.
     """
     data = part(document.data, at) if data is None else data
     entries = error.errors(include_url=False)
     problems = [problem(dict(details), model, data) for details in _some(entries)]
-    chief = min(problems, key=lambda found: (found.rank, -len(found.path)))
-    same = [found for found in problems if found.path == chief.path and found.rank == chief.rank]
-    complaint = _complaint(chief, same, document, at)
-    others = {found.path for found in problems} - {chief.path, chief.meant}
-    # A mistake inside one member of a union makes the other members report the whole value.
-    others = {path for path in others if path != chief.path[: len(path)]}
-    count = len(others) + len(entries) - len(problems)
-    return _with_count(complaint, count) if count else complaint
+    by_path: dict[tuple[str | int, ...], list[Problem]] = {}
+    for found in sorted(problems, key=lambda found: (found.rank, -len(found.path))):
+        own = by_path.setdefault(found.path, [])
+        if not own or own[0].rank == found.rank:
+            own.append(found)
+    # A misspelt key is missing under its own name; and a mistake inside one member of a union makes
+    # the other members report the whole value.
+    follows = {found.meant for found in problems}
+    follows |= {path[:k] for path in by_path for k in range(len(path))}
+    chief, *rest = [path for path in by_path if path not in follows] or list(by_path)[:1]
+    others = [_complaint(by_path[path], document, at) for path in rest]
+    others.sort(key=lambda other: (other.location.line or 0, other.location.column or 0))
+    uncounted = len(entries) - len(problems) + len(others[_MOST_SHOWN:])
+    return _complaint(by_path[chief], document, at, others[:_MOST_SHOWN], uncounted)
 
 
 def _some(entries: Sequence[Any]) -> list[Any]:
@@ -108,25 +115,30 @@ def _some(entries: Sequence[Any]) -> list[Any]:
 
 
 def _complaint(
-    chief: Problem, same: Sequence[Problem], document: Document, at: Sequence[str | int]
+    same: Sequence[Problem],
+    document: Document,
+    at: Sequence[str | int],
+    others: Sequence[FileError] = (),
+    uncounted: int = 0,
 ) -> FileError:
+    """The problems at one path as one error."""
+    chief = same[0]
     path = (*at, *chief.path)
     unknown = chief.rank is Rank.UNKNOWN_KEY
     place = document.key_location(path) if unknown else document.location(path)
-    if isinstance(chief.cause, FileError):
-        return chief.cause
-    if chief.cause is not None:
-        return FileError.from_input_error(place, chief.cause)
+    subject, got, hint = chief.subject, chief.got, chief.hint
     expected = " or ".join(dict.fromkeys(found.expected for found in same if found.expected))
+    if chief.cause is not None:
+        subject, got, hint = chief.cause.subject, chief.cause.got, chief.cause.hint
+        expected = chief.cause.expected or ""
+    if isinstance(chief.cause, FileError):
+        place = chief.cause.location
     return FileError(
-        place, chief.subject, got=chief.got, expected=expected or None, hint=chief.hint
-    )
-
-
-def _with_count(error: FileError, others: int) -> FileError:
-    """The error with the number of further errors."""
-    count = f"{others} more error{'s' * (others > 1)}"
-    hint = f"{error.hint} (and {count})" if error.hint else f"and {count}"
-    return FileError(
-        error.location, error.subject, got=error.got, expected=error.expected, hint=hint
+        place,
+        subject,
+        got=got,
+        expected=expected or None,
+        hint=hint,
+        others=others,
+        uncounted=uncounted,
     )

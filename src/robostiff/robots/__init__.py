@@ -253,12 +253,12 @@ def _is_snapshot(document: Document) -> bool:
 
 
 def _unknown(name: str, expected: str) -> InputError:
-    from robostiff.io.suggest import did_you_mean, listing
+    from robostiff.io.suggest import did_you_mean, listing, nearest_first
 
     names = _all_names()
     return InputError(
         "robot",
         got=name,
-        expected=f"{expected}: {listing(names)}",
+        expected=f"{expected}: {listing(nearest_first(name, names))}",
         hint=did_you_mean(name, names),
     )

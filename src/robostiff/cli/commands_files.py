@@ -1,0 +1,141 @@
+"""The commands ``schema``, ``new`` and ``convert``."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from robostiff.cli.output import new_file, say
+from robostiff.cli.written_arguments import (
+    NO_SIDE_FILE,
+    PoseArguments,
+    SideFile,
+    near_from,
+    parameters_from,
+    pose_from,
+)
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
+
+_YAML = (".yaml", ".yml")
+_PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
+_WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
+
+
+def print_schema(form: str, output: str | None, overwrite: bool) -> int:
+    """Print or write the JSON schema of a file format."""
+    schema = _schemas(form)
+    if output is None:
+        say(json.dumps(schema, indent=2))
+        return 0
+    path = new_file("--output", output, overwrite)
+    path.write_text(json.dumps(schema, indent=2) + "\n", encoding="utf-8")
+    say(str(path))
+    return 0
+
+
+def _schemas(form: str) -> dict[str, Any]:
+    from robostiff.io.model_file.schema import model_file_schema
+    from robostiff.io.snapshot import network_schema, snapshot_schema
+
+    schemas = {"model": model_file_schema, "snapshot": snapshot_schema, "graph": network_schema}
+    if form not in schemas:
+        raise _unknown("schema", form, tuple(schemas), "the schema of a")
+    return schemas[form]()
+
+
+def templates() -> tuple[str, ...]:
+    """Names of the files to begin with."""
+    folder = resources.files("robostiff.robots") / "templates"
+    names = (file.name for file in folder.iterdir() if file.name.endswith(".yaml"))
+    return tuple(sorted(name.removesuffix(".yaml") for name in names))
+
+
+def write_new(name: str, template: str) -> int:
+    """Write a model file from a template or a shipped robot; nothing is replaced."""
+    path = Path(name if Path(name).suffix.lower() in _YAML else f"{name}.yaml")
+    text = _text_of(template)
+    if path.exists() or path.is_symlink():
+        raise InputError("NAME", got=str(path), expected="a new file", hint="take another name")
+    new_file("NAME", path)
+    plain = _PLAIN_NAME.fullmatch(path.stem) and path.stem.lower() not in _WORDS_OF_YAML
+    line = f"name: {path.stem if plain else json.dumps(path.stem)}"
+    text = re.sub(r"(?m)^name: .*$", lambda _: line, text, count=1)
+    with path.open("x", encoding="utf-8") as file:
+        file.write(text)
+    say(str(path))
+    return 0
+
+
+def _text_of(template: str) -> str:
+    from robostiff.robots import robot_file, shipped_cable_robots, shipped_robots
+
+    if template in templates():
+        folder = resources.files("robostiff.robots") / "templates"
+        return (folder / f"{template}.yaml").read_text(encoding="utf-8")
+    shipped = (*shipped_robots(), *shipped_cable_robots())
+    if template in shipped:
+        return robot_file(template).read_text(encoding="utf-8")
+    raise _unknown("--template", template, (*templates(), *shipped), "a template or a")
+
+
+def convert(
+    source: str,
+    place: PoseArguments,
+    form: str,
+    output: str | None,
+    overwrite: bool,
+    settings: Sequence[str],
+    side: SideFile = NO_SIDE_FILE,
+) -> int:
+    """Write a robot at a pose as a snapshot by legs, or as a graph."""
+    from robostiff.io.snapshot import network_to_data, snapshot_to_data
+    from robostiff.kinematics import find_posture
+    from robostiff.model import Robot, Snapshot
+    from robostiff.network import Network
+    from robostiff.network.snapshot_network import network_of_snapshot
+    from robostiff.robots import load
+
+    if form not in ("snapshot", "graph"):
+        raise _unknown("--to", form, ("snapshot", "graph"), "one of")
+    path = None if output is None else new_file("--output", output, overwrite)
+    robot = load(source, parameters_from(settings), **side.options)
+    pose = pose_from(robot, place)
+    if isinstance(robot, Robot):
+        found = find_posture(robot, pose, near=near_from(robot, place))
+        if not found.reached.all():
+            raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(found.complaints)}")
+        robot = found.snapshot.one(0)
+    if isinstance(robot, Snapshot) and form == "graph":
+        robot = network_of_snapshot(robot)
+    if isinstance(robot, Snapshot):
+        data = snapshot_to_data(robot)
+    elif isinstance(robot, Network) and form == "graph":
+        data = network_to_data(robot)
+    else:
+        kind = "a network" if isinstance(robot, Network) else "a cable robot"
+        raise InputError(
+            f"{form} of {source!r}",
+            got=Words(kind),
+            expected="a robot or a snapshot of legs",
+            hint="write --to graph" if isinstance(robot, Network) else None,
+        )
+    if path is None:
+        say(json.dumps(data, indent=1, allow_nan=False))
+        return 0
+    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    say(str(path))
+    return 0
+
+
+def _unknown(subject: str, got: str, allowed: Sequence[str], words: str) -> InputError:
+    return InputError(
+        subject,
+        got=got,
+        expected=f"{words} {listing(nearest_first(got, allowed))}",
+        hint=did_you_mean(got, allowed),
+    )

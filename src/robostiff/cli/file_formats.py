@@ -1,0 +1,98 @@
+"""Arguments of the commands ``schema``, ``new`` and ``convert``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from robostiff.cli.shared_options import (
+    JointsOption,
+    NearOption,
+    OverwriteOption,
+    PoseOption,
+    RobotArgument,
+    SetOption,
+    SideOption,
+    XacroOption,
+)
+
+OutputOption = Annotated[
+    str | None,
+    typer.Option(
+        "-o", "--output", metavar="FILE", help="The file to write; standard output when left out."
+    ),
+]
+
+
+def schema(
+    form: Annotated[
+        str, typer.Argument(metavar="[model|snapshot|graph]", help="The file format.")
+    ] = "model",
+    output: OutputOption = None,
+    overwrite: OverwriteOption = False,
+) -> int:
+    """Print the JSON schema of a file format, by which editors complete and explain keys.
+
+    Example: robostiff schema model -o robostiff.schema.json
+
+    Exit status: 0 for a schema, 2 for bad input.
+    """
+    from robostiff.cli.commands_files import print_schema
+
+    return print_schema(form, output, overwrite)
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the robot, and of NAME.yaml.")],
+    template: Annotated[
+        str,
+        typer.Option(
+            "--template",
+            metavar="NAME",
+            help="arm (by a table of Denavit and Hartenberg), beams (an arm element by element), "
+            "parallel, planar, cables, or a shipped robot to copy.",
+        ),
+    ] = "parallel",
+) -> int:
+    """Write a model file to begin with, which can be used as it is. Nothing is replaced.
+
+    Examples
+    --------
+    robostiff new my-arm --template arm
+
+    robostiff new my-delta --template delta
+
+    Exit status: 0 for a new file, 2 for bad input.
+    """
+    from robostiff.cli.commands_files import write_new
+
+    return write_new(name, template)
+
+
+def convert(
+    robot: RobotArgument,
+    to: Annotated[
+        str,
+        typer.Option("--to", metavar="snapshot|graph", help="By legs, or as bodies and joints."),
+    ] = "snapshot",
+    output: OutputOption = None,
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    near: NearOption = None,
+    overwrite: OverwriteOption = False,
+    side: SideOption = None,
+    allow_xacro: XacroOption = False,
+    set_: SetOption = None,
+) -> int:
+    """Write a robot at a pose as a snapshot file, which keeps nothing but that pose.
+
+    Example: robostiff convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json
+
+    Exit status: 0 for a file, 1 when the pose is out of reach, 2 for bad input.
+    """
+    from robostiff.cli.commands_files import convert as write_converted
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
+
+    place, described = PoseArguments(pose, joints, None, near), SideFile(side, allow_xacro)
+    return write_converted(robot, place, to, output, overwrite, set_ or [], described)

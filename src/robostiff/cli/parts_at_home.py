@@ -1,0 +1,123 @@
+"""Joints and elastic parts of a robot at home: where they are, how long and how stiff."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from robostiff.elasticity import Elasticity
+from robostiff.kinematics import find_posture
+from robostiff.kinematics.mobility import fitting_coordinates, platform_mobility
+from robostiff.markup import number
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Link,
+    ParallelBlock,
+    PlacedFreedom,
+    PlacedSpring,
+    Robot,
+    Snapshot,
+)
+
+
+def parts_at_home(robot: Robot | Snapshot) -> dict[str, list[dict[str, Any]]]:
+    """The joints and elastic parts of each leg, from base to platform, as plain data."""
+    if isinstance(robot, Snapshot):
+        return {leg.name: [_part(part, {}, {}) for part in leg.parts] for leg in robot.legs}
+    posture = find_posture(robot)
+    found = {}
+    each = zip(robot.legs, posture.snapshot.legs, posture.coordinates, strict=True)
+    for leg, placed, q in each:
+        known = dict(zip(leg.chain.coordinate_names, map(float, np.ravel(q)), strict=True))
+        lengths = dict(_lengths(leg.chain, ""))
+        found[leg.name] = [_part(part, known, lengths) for part in placed.parts]
+    return found
+
+
+def mobility_at_home(robot: Robot) -> dict[str, Any]:
+    """How many freedoms the legs leave the platform at home, and coordinates that fit them."""
+    posture = find_posture(robot)
+    q = [np.ravel(own) for own in posture.coordinates]
+    mobility = platform_mobility(robot, np.ravel(posture.pose), q, posture.length)
+    fitting = fitting_coordinates(mobility)
+    return {"freedoms": len(fitting), "coordinates": [c.value for c in fitting]}
+
+
+def part_in_words(part: dict[str, Any]) -> str:
+    """One part in a line."""
+    at = f"at ({', '.join(f'{x:.6g}' for x in part['point'])}) m"
+    if part["kind"] == "joint":
+        words = [f"{part['name']}: {part['motion']}, {part['role']}, {at}"]
+        if "coordinate" in part:
+            words.append(f"home {part['coordinate']:.6g} {part['unit']}")
+        if part["stiffness"] is not None:
+            unit = "N/m" if part["unit"] == "m" else "N m/rad"
+            words.append(f"stiffness {number(part['stiffness'])} {unit}")
+        if part.get("limits"):
+            low, high = part["limits"]
+            words.append(f"limits {low:.6g} to {high:.6g} {part['unit']}")
+        return ", ".join(words)
+    words = [f"{part['name']}: elastic, end {at}"]
+    if "length" in part:
+        words.append(f"length {part['length']:.6g} m")
+    words.append(f"forces {_stiffnesses(part['translation'])} N/m")
+    words.append(f"moments {_stiffnesses(part['rotation'])} N m/rad")
+    return ", ".join(words)
+
+
+def _stiffnesses(values: list[float | None]) -> str:
+    return " ".join("rigid" if value is None else f"{value:.4g}" for value in values)
+
+
+def _lengths(chain: Chain, prefix: str) -> Iterator[tuple[str, float]]:
+    for element in chain.elements:
+        if isinstance(element, ParallelBlock):
+            for branch in element.branches:
+                yield from _lengths(branch.chain, f"{prefix}{element.name}/{branch.name}/")
+        elif isinstance(element, Link):
+            length = float(np.linalg.norm(element.to.astype(float)))
+            if length:
+                yield prefix + element.name, length
+
+
+def _part(
+    part: PlacedFreedom | PlacedSpring, known: dict[str, float], lengths: dict[str, float]
+) -> dict[str, Any]:
+    point = np.ravel(part.point).tolist()
+    if isinstance(part, PlacedSpring):
+        length = {"length": lengths[part.name]} if part.name in lengths else {}
+        return {
+            "name": part.name,
+            "kind": "elastic",
+            "point": point,
+            **length,
+            **_alone(part.elasticity),
+        }
+    limits = part.role.limits if isinstance(part.role, Actuated) else None
+    coordinate = {"coordinate": known[part.name]} if part.name in known else {}
+    return {
+        "name": part.name,
+        "kind": "joint",
+        "motion": "slides" if part.pitch is None else "turns" if part.pitch == 0 else "screws",
+        "role": type(part.role).__name__.lower(),
+        "point": point,
+        "axis": np.ravel(part.axis).tolist(),
+        **coordinate,
+        "unit": part.unit,
+        "stiffness": None if part.stiffness is None else float(part.stiffness),
+        "limits": None if limits is None else list(limits),
+    }
+
+
+def _alone(elasticity: Elasticity) -> dict[str, list[float | None]]:
+    """Load over displacement in each direction alone: 0 where free, None where rigid."""
+    C = np.reshape(elasticity.compliance, (-1, 6, 6))[0].astype(float)
+    free = np.any(np.asarray(elasticity.freedoms, dtype=float) != 0, axis=1)
+    values = [
+        0.0 if is_free else None if c == 0 else 1 / float(c)
+        for c, is_free in zip(np.diag(C), free, strict=True)
+    ]
+    return {"translation": values[:3], "rotation": values[3:]}

@@ -1,0 +1,124 @@
+"""`robostiff check`: freedoms of the platform, parts at home, and a picture."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["check", *arguments])
+
+
+def facts(*arguments: str) -> dict:
+    outcome = run(*arguments, "--json")
+    assert outcome.exit_code == 0, outcome.stderr
+    return json.loads(outcome.stdout)
+
+
+def test_joints_of_an_arm_at_home():
+    (leg,) = facts(str(EXAMPLES / "ur5-dh.yaml"), "--parts")["parts"].values()
+    assert [part["name"] for part in leg] == [f"joint{i}" for i in range(1, 7)]
+    assert [part["coordinate"] for part in leg] == pytest.approx(
+        [0, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0]
+    )
+    assert leg[2]["point"] == pytest.approx([0, 0, 0.089159 + 0.425])
+    assert leg[2]["axis"] == pytest.approx([0, -1, 0])
+    assert (leg[2]["motion"], leg[2]["role"], leg[2]["unit"]) == ("turns", "actuated", "rad")
+    assert leg[2]["stiffness"] == 2e4
+
+
+def test_lengths_and_stiffnesses_of_a_beam(tmp_path):
+    """A round cantilever, each load alone: EA/L, 3EI/L^3, GJ/L and EI/L."""
+    file = tmp_path / "table.yaml"
+    file.write_text(TABLE)
+    column = facts(str(file), "--parts")["parts"]["column"]
+    (beam,) = (part for part in column if part["kind"] == "elastic")
+    E, G, L, d = rs.material("steel").E, rs.material("steel").G, 0.5, 0.06
+    A, I = np.pi * d**2 / 4, np.pi * d**4 / 64
+    assert beam["length"] == pytest.approx(L)
+    assert beam["point"] == pytest.approx([0, 0, L])
+    assert beam["translation"] == pytest.approx([E * A / L, 3 * E * I / L**3, 3 * E * I / L**3])
+    assert beam["rotation"] == pytest.approx([2 * G * I / L, E * I / L, E * I / L])
+
+
+def test_blocks_and_limits_are_listed():
+    parts = facts("orthoglide", "--parts")["parts"]["leg-x"]
+    bars = [part for part in parts if part["name"].endswith("/bar")]
+    assert [bar["length"] for bar in bars] == pytest.approx([0.6, 0.6])
+    arm = facts("six-joint-arm", "--parts")["parts"]["arm"]
+    (first,) = (part for part in arm if part["name"] == "joint1")
+    assert first["limits"] == pytest.approx(np.radians([-170, 170]).tolist())
+    assert "limits -2.96706 to 2.96706 rad" in run("six-joint-arm", "--parts").stdout
+
+
+def test_snapshots_have_parts_without_coordinates():
+    case = next((EXAMPLES.parent / "tests" / "cases" / "data").glob("*.json"))
+    for parts in facts(str(case), "--parts")["parts"].values():
+        assert all("coordinate" not in part for part in parts)
+
+
+TABLE = """
+robostiff: 1
+name: table
+source: an example
+home: {at: [0, 0, 500 mm]}
+coordinates: [x, y, z, rx, ry, rz]
+legs:
+  - name: column
+    chain:
+      - {type: prismatic, axis: z, role: passive}
+      - {type: beam, to: [0, 0, 500 mm], material: steel, section: {circle: {diameter: 60 mm}}}
+      - {type: universal, axes: [x, y], role: passive}
+  - repeat: {count: 3, variable: i}
+    let: {phi: i*120 deg}
+    base: {at: [0.3 m*cos(phi), 0.3 m*sin(phi), 0]}
+    chain:
+      - {type: universal, axes: [y, x], role: passive}
+      - {type: prismatic, axis: z, role: actuated, stiffness: 5e7 N/m}
+      - {type: spherical, role: passive}
+    platform: {at: [0.2 m*cos(phi), 0.2 m*sin(phi), 0]}
+"""
+
+
+def test_coordinates_that_the_legs_leave_no_room_for(tmp_path):
+    file = tmp_path / "table.yaml"
+    file.write_text(TABLE)
+    assert facts(str(file))["mobility"] == {"freedoms": 3, "coordinates": ["z", "rx", "ry"]}
+    assert "this platform has 3 freedoms at home: z rx ry" in run(str(file)).stdout
+    file.write_text(TABLE.replace("[x, y, z, rx, ry, rz]", "[z, rx, ry]"))
+    assert "freedoms at home" not in run(str(file)).stdout
+    file.write_text(TABLE.replace("[x, y, z, rx, ry, rz]", "[x, y]"))
+    outcome = run(str(file))
+    assert outcome.exit_code == 2
+    assert "the 3 freedoms that the legs leave it" in outcome.stderr
+    assert "write coordinates: [z, rx, ry], or leave it out" in outcome.stderr
+
+
+@pytest.mark.parametrize("ending", [".png", ".svg"])
+def test_picture(tmp_path, ending):
+    file = tmp_path / f"robot{ending}"
+    assert facts("3-rrr", "--plot", str(file))["picture"] == str(file)
+    assert file.stat().st_size > 5000
+    again = run("3-rrr", "--plot", str(file))
+    assert again.exit_code == 2
+    assert "write --overwrite to replace it" in again.stderr
+    assert run("3-rrr", "--plot", str(file), "--overwrite").exit_code == 0
+
+
+def test_what_cannot_be_drawn(tmp_path):
+    assert "expected a file .png, .svg, .pdf" in run("3-rrr", "--plot", "robot.jpeg").stderr
+    file = str(tmp_path / "robot.png")
+    for name in ("cable-8", "double-pantograph"):
+        outcome = run(name, "--plot", file)
+        assert outcome.exit_code == 2
+        assert "expected a robot, or a snapshot of legs" in outcome.stderr
+        assert "--parts of" in run(name, "--parts").stderr
+    assert not Path(file).exists()

@@ -1,0 +1,155 @@
+"""`schema`, `new` and `convert`."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.commands_files import templates
+from robostiff.cli.main import app
+from robostiff.io.document import parse_document, read_document
+from robostiff.io.model_file.schema import _MEANINGS, model_file_schema
+from robostiff.io.snapshot import network_schema, snapshot_schema
+from robostiff.robots import robot_file
+
+ROOT = Path(__file__).parents[2]
+MODELS = [
+    *(robot_file(name) for name in (*rs.shipped_robots(), *rs.shipped_cable_robots())),
+    *(ROOT / "src/robostiff/robots/templates").glob("*.yaml"),
+    ROOT / "examples/ur5-dh.yaml",
+    ROOT / "examples/rocking-table.yaml",
+    ROOT / "docs/star-platform.yaml",
+]
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, list(arguments))
+
+
+def refused(*arguments: str, status: int = 2) -> str:
+    outcome = run(*arguments)
+    assert outcome.exit_code == status, outcome.output
+    return outcome.stderr
+
+
+@pytest.fixture(scope="module")
+def validator():
+    return Draft202012Validator(model_file_schema())
+
+
+@pytest.mark.parametrize("file", MODELS, ids=lambda file: file.stem)
+def test_models_fit_the_schema(validator, file):
+    assert list(validator.iter_errors(read_document(file).data)) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("alpha: -90 deg", "alfa: -90 deg"),
+        ("convention: standard", "convention: craig"),
+        ("a: 500 mm", "a: [1, 2]"),
+        ("source:", "sauce:"),
+    ],
+)
+def test_slips_do_not_fit_the_schema(validator, old, new):
+    text = (ROOT / "src/robostiff/robots/templates/arm.yaml").read_text()
+    assert old in text
+    assert list(validator.iter_errors(parse_document(text.replace(old, new)).data))
+
+
+def test_schema_explains_keys_and_each_explanation_is_used():
+    schema = model_file_schema()
+    Draft202012Validator.check_schema(schema)
+    parts = schema["$defs"]
+    assert "rigid if left out" in parts["OneAxisJoint"]["properties"]["stiffness"]["description"]
+    assert "6 x 6" in parts["Link"]["properties"]["stiffness"]["description"]
+    used = {own.get("description") for p in parts.values() for own in p["properties"].values()}
+    assert set(_MEANINGS.values()) <= used
+    assert "Written" not in json.dumps(schema)
+
+
+@pytest.mark.parametrize(
+    ("form", "schema"),
+    [("model", model_file_schema), ("snapshot", snapshot_schema), ("graph", network_schema)],
+)
+def test_schema_is_printed_and_written(form, schema):
+    assert json.loads(run("schema", form).stdout) == schema()
+    assert run("schema", form, "-o", "schema.json").stdout == "schema.json\n"
+    assert json.loads(Path("schema.json").read_text()) == schema()
+    assert "write --overwrite" in refused("schema", form, "-o", "schema.json")
+    assert "did you mean model?" in refused("schema", "modell")
+
+
+@pytest.mark.parametrize("template", templates())
+def test_templates_can_be_used_as_they_are(template):
+    assert run("new", "my robot", "--template", template).stdout == "my robot.yaml\n"
+    outcome = run("check", "my robot.yaml", "--json")
+    facts = json.loads(outcome.stdout)
+    assert facts["name"] == "my robot"
+    assert facts["home"]["status"] in {"ok", "rigid-directions"}
+    assert "warnings" not in facts
+    assert outcome.stderr == ""
+
+
+def test_new_robot_like_a_shipped_one():
+    assert run("new", "mine.yml", "--template", "delta").exit_code == 0
+    mine, delta = rs.load("mine.yml"), rs.load("delta")
+    assert mine.name == "mine"
+    np.testing.assert_array_equal(rs.stiffness(mine).K, rs.stiffness(delta).K)
+
+
+@pytest.mark.parametrize("name", ["no", "12", 'a"b', "x: y", "#1", "ümlaut"])
+def test_any_name_stays_a_text(name):
+    assert run("new", name).exit_code == 0
+    assert rs.load(f"{name}.yaml").name == name
+
+
+def test_new_replaces_nothing():
+    Path("arm.yaml").write_text("mine")
+    Path("link.yaml").symlink_to("nowhere")
+    for name in ("arm", "arm.yaml", "link"):
+        assert "expected a new file; take another name" in refused("new", name)
+    assert Path("arm.yaml").read_text() == "mine"
+    assert "in an existing folder" in refused("new", "there/arm")
+    assert "did you mean planar?" in refused("new", "robot", "--template", "plannar")
+    assert sorted(path.name for path in Path().iterdir()) == ["arm.yaml", "link.yaml"]
+
+
+POSE = "0.02 0.01 0.85 0 0.1 0"
+
+
+@pytest.mark.parametrize("form", ["snapshot", "graph"])
+def test_converted_robot_is_as_stiff(form):
+    run("convert", "hexapod", "--pose", POSE, "--to", form, "-o", "hexapod.json")
+    expected = rs.stiffness(rs.load("hexapod"), list(map(float, POSE.split())))
+    found = rs.stiffness(rs.load("hexapod.json"))
+    np.testing.assert_allclose(found.K, expected.K, rtol=1e-9, atol=1e-3)
+    printed = run("convert", "hexapod", "--pose", POSE, "--to", form).stdout
+    assert json.loads(printed) == json.loads(Path("hexapod.json").read_text())
+
+
+def test_arm_of_a_table_to_snapshot_to_graph():
+    arm, q = str(ROOT / "examples/ur5-dh.yaml"), [0.1, -1, 1.2, 0.3, 0.4, 0.5]
+    run("convert", arm, "--joints", " ".join(map(str, q)), "-o", "ur5.json")
+    run("convert", "ur5.json", "--to", "graph", "-o", "graph.json")
+    expected = rs.stiffness(rs.load(arm), rs.JointCoordinates(q)).K
+    for file in ("ur5.json", "graph.json"):
+        np.testing.assert_allclose(rs.stiffness(rs.load(file)).K, expected, rtol=1e-8, atol=1e-2)
+
+
+def test_what_cannot_be_converted():
+    message = refused("convert", "3-puu", "--pose", "1 0 0.3 0 0 0", status=1)
+    assert "error: no snapshot of '3-puu': " in message
+    assert "got a cable robot, expected a robot" in refused("convert", "cable-8")
+    assert "write --to graph" in refused("convert", "double-pantograph")
+    assert "did you mean graph?" in refused("convert", "hexapod", "--to", "graf")
+    assert run("convert", "double-pantograph", "--to", "graph").exit_code == 0

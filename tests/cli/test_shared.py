@@ -1,0 +1,104 @@
+"""What all commands have in common: help, completion, warnings, JSON."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from robostiff.cli.main import app
+
+COMMANDS = tuple(command.name or command.callback.__name__ for command in app.registered_commands)
+WITH_JSON = {
+    "robots": (),
+    "check": ("planar-link",),
+    "stiffness": ("planar-link",),
+    "deflection": ("planar-link", "--wrench", "1 0 0"),
+    "indices": ("hexapod",),
+    "verify": ("3-rpr",),
+    "cables": ("cable-8",),
+}
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, list(arguments), env={"COLUMNS": "80"})
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_every_command(command):
+    short, long = run(command, "-h"), run(command, "--help")
+    assert short.exit_code == 0
+    assert short.output == long.output
+    assert "--quiet" in short.output
+    assert "\b" not in short.output
+    assert "Examples -----" not in short.output
+
+
+def test_examples_stay_in_one_line():
+    lines = run("map", "--help").output.splitlines()
+    place = lines.index("  Examples:")
+    examples = lines[place + 1 : place + 4]
+    assert all(line.startswith("    robostiff map hexapod --") for line in examples)
+    assert examples[1].endswith('--wrench "0 0 -500 N 0 0 0" -o path.csv')
+
+
+@pytest.mark.parametrize("command", WITH_JSON)
+def test_json_names_its_form_and_version(command):
+    outcome = run(command, *WITH_JSON[command], "--json")
+    assert next(iter(json.loads(outcome.stdout).items())) == ("schema", f"robostiff {command} 1")
+
+
+BENT = "robostiff: 1\nname: arm\nsource: an example\nlegs:\n  - name: arm\n    chain:\n"
+BENT += "      - {type: beam, to: [300, 0, 0], material: steel, section: {circle: {diameter: 1}}}\n"
+
+
+def test_quiet_leaves_out_warnings_and_nothing_else(tmp_path):
+    file = tmp_path / "arm.yaml"
+    file.write_text(BENT)
+    loud, quiet = run("stiffness", str(file)), run("stiffness", str(file), "--quiet")
+    assert "robostiff: warning: " in loud.stderr
+    assert quiet.stderr == ""
+    assert quiet.stdout == loud.stdout
+    assert "error: robot: got 'x'" in run("stiffness", "x", "--quiet").stderr
+
+
+def test_nearest_name_comes_first():
+    message = run("check", "hexapodd").stderr
+    assert "the name of a shipped robot: hexapod, 3-prs" in message
+    assert message.rstrip().endswith("did you mean hexapod?")
+
+
+def test_all_mistakes_of_a_file_are_shown(tmp_path):
+    file = tmp_path / "arm.yaml"
+    file.write_text(BENT.replace("material", "matter").replace("name: arm\n    ", "nam: 3\n    "))
+    outcome = run("check", str(file))
+    assert outcome.exit_code == 2
+    lines = outcome.stderr.splitlines()
+    assert len(lines) == 2
+    assert "legs[0].chain[0].matter: unknown key" in lines[0]
+    assert "legs[0].nam: unknown key" in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [("robostiff stif", ["stiffness"]), ("robostiff check gough", ["gough-stewart-a"])],
+)
+def test_completion_in_bash(words, expected):
+    environment = {
+        **os.environ,
+        "_ROBOSTIFF_COMPLETE": "complete_bash",
+        "COMP_WORDS": words,
+        "COMP_CWORD": str(len(words.split()) - 1),
+    }
+    script = "import sys; sys.argv[0] = 'robostiff'; from robostiff.cli.main import main; main()"
+    found = subprocess.run(
+        [sys.executable, "-c", script],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    ).stdout.split()
+    assert set(expected) <= set(found)
+    assert all(word.startswith(words.split()[-1]) for word in found)
