@@ -1,4 +1,4 @@
-"""The commands ``robots``, ``check``, ``stiffness`` and ``deflection``, after parsing."""
+"""The commands ``check``, ``stiffness`` and ``deflection``, after parsing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from robostiff.analysis import CableStiffness, deflection, stiffness
 from robostiff.cli import tables
 from robostiff.cli.failure import BAD_STATUS, slips
-from robostiff.cli.output import new_file, print_data, say
+from robostiff.cli.output import new_file, on_terminal, print_data, say
 from robostiff.cli.parts_at_home import mobility_at_home, parts_at_home
 from robostiff.cli.robot_facts import home_facts, network_facts, robot_facts, snapshot_facts
 from robostiff.cli.written_arguments import (
@@ -30,27 +30,13 @@ from robostiff.io.suggest import Words, did_you_mean
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.robots import describe, load, shipped_cable_robots, shipped_linkages, shipped_robots
+from robostiff.robots import load
 
 METHODS: dict[str, Form] = {
     form.name: form for form in (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
 }
 
 _PICTURES = (".png", ".svg", ".pdf")
-
-
-def list_robots(as_json: bool) -> int:
-    """Print the shipped robots."""
-    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
-    listed = {name: describe(name) for name in sorted(names)}
-    if as_json:
-        robots = [
-            {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
-        ]
-        print_data({"robots": robots})
-    else:
-        tables.print_robots(listed)
-    return 0
 
 
 @dataclass(frozen=True)
@@ -139,7 +125,7 @@ def print_stiffness(
         return print_cable_stiffness(result, as_json)
     if as_json:
         print_data(stiffness_data(result))
-    elif tables.on_terminal():
+    elif on_terminal():
         tables.print_stiffness(result)
     else:
         say(stiffness_text(result))
@@ -161,7 +147,7 @@ def print_deflection(
     result = deflection(robot, pose, F, at=point_from(place), near=near)
     if as_json:
         print_data(deflection_data(result))
-    elif tables.on_terminal():
+    elif on_terminal():
         tables.print_deflection(result)
     else:
         say(deflection_text(result))

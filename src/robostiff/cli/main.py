@@ -62,7 +62,7 @@ def _options(
 @reported
 def robots(json_: JsonOption = False) -> int:
     """List the shipped robots with their sources."""
-    from robostiff.cli.commands import list_robots
+    from robostiff.cli.commands_robots import list_robots
 
     return list_robots(json_)
 

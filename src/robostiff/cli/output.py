@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from collections.abc import Mapping
 from contextvars import ContextVar
@@ -13,6 +14,9 @@ import typer
 
 from robostiff.errors import InputError, printable
 
+_WIDTH = 78
+BAR = "█"
+"""Of which bars are drawn, where the encoding has it."""
 JSON_VERSION = 1
 """Of what ``--json`` prints: a key that changes its meaning or is gone makes another version."""
 
@@ -24,6 +28,12 @@ def shown(words: str) -> str:
     """Text for a terminal: control characters escaped, and limited to its encoding."""
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     return printable(words).encode(encoding, "backslashreplace").decode(encoding)
+
+
+def on_terminal() -> bool:
+    """Whether standard output is a terminal wide enough for a matrix."""
+    wide = sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH
+    return wide and shown(BAR) == BAR
 
 
 def say(text: str) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import sys
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,37 +11,13 @@ from rich.table import Table
 from rich.text import Text
 
 from robostiff.analysis import Deflection, RobotStiffness
-from robostiff.cli.output import shown
+from robostiff.cli.output import BAR, shown
 from robostiff.cli.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.io.results.text import about, named, named_parts, shown_loads, shown_twist
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix
-from robostiff.robots import RobotInfo
 
 _MOST_PARTS = 12
-_WIDTH = 78
-_BAR = "█"
-
-
-def on_terminal() -> bool:
-    """Whether standard output is a terminal wide enough for a matrix."""
-    wide = sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH
-    return wide and shown(_BAR) == _BAR
-
-
-def print_robots(listed: Mapping[str, RobotInfo]) -> None:
-    """The shipped robots."""
-    if not on_terminal():
-        for name, description in listed.items():
-            sys.stdout.write(f"{name}\t{description.title}\n")
-        return
-    table = Table(box=None, pad_edge=False)
-    table.add_column("robot", style="bold", no_wrap=True)
-    table.add_column("what it is")
-    table.add_column("source", style="dim")
-    for name, description in listed.items():
-        table.add_row(name, _text(description.title), _text(description.source))
-    Console().print(table)
 
 
 def print_facts(facts: Mapping[str, Any]) -> None:
@@ -198,7 +172,7 @@ def _parts_table(result: Deflection) -> Table:
     table.add_column("")
     named_ones, rest = named_parts(result, _MOST_PARTS)
     for part in named_ones:
-        bar = _BAR * round(30 * part.share)
+        bar = BAR * round(30 * part.share)
         table.add_row(f"{100 * part.share:.2f} %", _text(f"{part.leg}/{part.part}"), bar)
     if rest:
         table.add_row(f"{100 * sum(p.share for p in rest):.2f} %", f"{len(rest)} more parts", "")

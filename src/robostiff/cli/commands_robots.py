@@ -1,0 +1,46 @@
+"""The command ``robots``: it reads the heads of files alone, and imports nothing that computes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+
+from robostiff.cli.output import on_terminal, print_data, shown
+from robostiff.robots import (
+    RobotInfo,
+    describe,
+    shipped_cable_robots,
+    shipped_linkages,
+    shipped_robots,
+)
+
+
+def list_robots(as_json: bool) -> int:
+    """Print the shipped robots."""
+    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
+    listed = {name: describe(name) for name in sorted(names)}
+    if as_json:
+        robots = [
+            {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
+        ]
+        print_data({"robots": robots})
+    elif on_terminal():
+        _print_table(listed)
+    else:
+        for name, description in listed.items():
+            sys.stdout.write(f"{name}\t{description.title}\n")
+    return 0
+
+
+def _print_table(listed: Mapping[str, RobotInfo]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False)
+    table.add_column("robot", style="bold", no_wrap=True)
+    table.add_column("what it is")
+    table.add_column("source", style="dim")
+    for name, description in listed.items():
+        table.add_row(name, Text(shown(description.title)), Text(shown(description.source)))
+    Console().print(table)
