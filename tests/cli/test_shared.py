@@ -44,6 +44,18 @@ def test_examples_stay_in_one_line():
     assert examples[1].endswith('--wrench "0 0 -500 N 0 0 0" -o path.csv')
 
 
+@pytest.mark.parametrize(
+    ("command", "more"),
+    [("report", ("3-rpr", "-o", "page.html")), ("new", ("page", "--template", "planar"))],
+)
+def test_json_of_commands_that_write_files(command, more, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    outcome = run(command, *more, "--json")
+    found = json.loads(outcome.stdout)
+    assert found["schema"] == f"robostiff {command} 1"
+    assert found["files"] == [path.name for path in tmp_path.iterdir()]
+
+
 @pytest.mark.parametrize("command", WITH_JSON)
 def test_json_names_its_form_and_version(command):
     outcome = run(command, *WITH_JSON[command], "--json")

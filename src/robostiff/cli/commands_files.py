@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from robostiff.cli.output import new_file, say
+from robostiff.cli.output import new_file, print_data, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -55,7 +55,7 @@ def templates() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".yaml") for name in names))
 
 
-def write_new(name: str, template: str) -> int:
+def write_new(name: str, template: str, as_json: bool = False) -> int:
     """Write a model file from a template or a shipped robot; nothing is replaced."""
     path = Path(name if Path(name).suffix.lower() in _YAML else f"{name}.yaml")
     text = _text_of(template)
@@ -67,7 +67,10 @@ def write_new(name: str, template: str) -> int:
     text = re.sub(r"(?m)^name: .*$", lambda _: line, text, count=1)
     with path.open("x", encoding="utf-8") as file:
         file.write(text)
-    say(str(path))
+    if as_json:
+        print_data({"files": [str(path)], "template": template})
+    else:
+        say(str(path))
     return 0
 
 

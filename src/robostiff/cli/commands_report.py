@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from robostiff.cli.failure import BAD_STATUS
-from robostiff.cli.output import new_file, say
+from robostiff.cli.output import new_file, print_data, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -43,6 +43,8 @@ def make_report(
     pages: Pages,
     settings: Sequence[str],
     side: SideFile = NO_SIDE_FILE,
+    *,
+    as_json: bool = False,
 ) -> int:
     """Write a report and print its path; 1 when the pose has a bad status."""
     paths = [report_path(pages.output)]
@@ -68,8 +70,10 @@ def make_report(
         symbolic=_with_symbols(source, settings),
     )
     save_report(contents, *paths)
-    for path in paths:
-        say(str(path))
+    if as_json:
+        print_data({"files": [str(path) for path in paths], "status": str(contents.status)})
+    else:
+        say("\n".join(map(str, paths)))
     return BAD_STATUS if contents.status.is_bad else 0
 
 

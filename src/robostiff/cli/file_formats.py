@@ -8,6 +8,7 @@ import typer
 
 from robostiff.cli.shared_options import (
     JointsOption,
+    JsonOption,
     NearOption,
     OverwriteOption,
     PoseOption,
@@ -54,6 +55,7 @@ def new(
             "parallel, planar, cables, or a shipped robot to copy.",
         ),
     ] = "parallel",
+    json_: JsonOption = False,
 ) -> int:
     """Write a model file to begin with, which can be used as it is. Nothing is replaced.
 
@@ -67,7 +69,7 @@ def new(
     """
     from robostiff.cli.commands_files import write_new
 
-    return write_new(name, template)
+    return write_new(name, template, json_)
 
 
 def convert(

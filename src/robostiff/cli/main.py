@@ -274,6 +274,7 @@ def report(
     side: SideOption = None,
     allow_xacro: XacroOption = False,
     set_: SetOption = None,
+    json_: JsonOption = False,
 ) -> int:
     """Write all results about a robot as one self-contained HTML page, or as a PDF.
 
@@ -286,7 +287,8 @@ def report(
 
     pages = Pages(wrench, map_, output, pdf, overwrite)
     described = SideFile(side, allow_xacro)
-    return make_report(robot, PoseArguments(pose, joints, at, near), pages, set_ or [], described)
+    place = PoseArguments(pose, joints, at, near)
+    return make_report(robot, place, pages, set_ or [], described, as_json=json_)
 
 
 @app.command("map")
