@@ -74,7 +74,8 @@ def check_robot(
     if picture is not None:
         import robostiff as rs
 
-        rs.plot.robot(robot).get_figure(root=True).savefig(picture, bbox_inches="tight")
+        drawn: Any = robot  # `_add_details` has refused what cannot be drawn
+        rs.plot.robot(drawn).get_figure(root=True).savefig(picture, bbox_inches="tight")
         facts["picture"] = str(picture)
     if as_json:
         print_data(facts)
