@@ -14,7 +14,6 @@ from robostiff.analysis import cable_stiffness as cable_stiffness
 from robostiff.analysis import cable_tensions as cable_tensions
 from robostiff.analysis import compile as compile
 from robostiff.analysis import compliance as compliance
-from robostiff.analysis import deflection as deflection
 from robostiff.analysis import stiffness as stiffness
 from robostiff.analysis import verify as verify
 from robostiff.analysis.indices import IndicesOfPoses as IndicesOfPoses
@@ -125,6 +124,7 @@ from robostiff.statics import Linear as Linear
 from robostiff.statics import Mode as Mode
 from robostiff.statics import Modes as Modes
 from robostiff.statics import critical_load as critical_load
+from robostiff.statics import deflection as deflection
 from robostiff.statics import equilibrium as equilibrium
 from robostiff.statics import load_path as load_path
 from robostiff.statics import modes as modes

@@ -106,6 +106,8 @@ class Deflection:
     actuators : tuple of ActuatorLoad
     leg_wrenches : tuple of (n,) arrays
         What each leg carries about ``stiffness.origin``, world axes [N, N m]; none for a network.
+    work_of_loads : float or None
+        Of forces and weights at bodies, on their displacements [J]; None where there are none.
     """
 
     wrench: np.ndarray
@@ -116,6 +118,7 @@ class Deflection:
     reactions: tuple[JointReaction, ...] = ()
     actuators: tuple[ActuatorLoad, ...] = ()
     leg_wrenches: tuple[np.ndarray, ...] = ()
+    work_of_loads: float | None = None
 
     @property
     def twist(self) -> np.ndarray:
@@ -151,8 +154,8 @@ class Deflection:
 
     @property
     def energy(self) -> float:
-        """Elastic energy, half of F . t [J]."""
-        return 0.5 * float(self.wrench @ self.twist)
+        """Elastic energy, half of the work of all loads: of F . t with the wrench alone [J]."""
+        return 0.5 * (float(self.wrench @ self.twist) + (self.work_of_loads or 0.0))
 
     @property
     def advice(self) -> tuple[str, ...]:

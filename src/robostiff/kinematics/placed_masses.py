@@ -24,7 +24,7 @@ def with_masses(posture: Posture) -> Snapshot:
     >>> from robostiff.kinematics import find_posture
     >>> from robostiff.robots import load
     >>> arm = with_masses(find_posture(load("six-joint-arm"))).legs[0]
-    >>> [(mass.name, round(float(mass.value[0]), 2)) for mass in arm.masses][:2]
+    >>> [(mass.name, round(float(mass.value), 2)) for mass in arm.masses][:2]
     [('column', 39.9), ('upper arm', 9.07)]
     """
     legs = []

@@ -142,6 +142,13 @@ def _motion(
             )
         _ = bent.twist  # raises with the reason when there is no deflection
         return at_rest(snapshot), 0.0
+    if bent.work_of_loads is not None:
+        raise InputError(
+            f"deflection in a plot of {snapshot.name!r}",
+            got="one with forces or weights at bodies",
+            expected="one under a wrench on the platform",
+            hint="the shape is drawn of rs.deflection(robot, pose, wrench) without loads, gravity",
+        )
     motion = motion_under(snapshot, bent)
     _check_fit(snapshot, bent, motion)
     return motion, _chosen(snapshot, motion) if exaggeration is None else float(exaggeration)

@@ -9,6 +9,7 @@ from robostiff.statics.load_path import load_path
 from robostiff.statics.loaded_parts import LoadedPart
 from robostiff.statics.modes import Mode, Modes, modes
 from robostiff.statics.result import Equilibria, Equilibrium
+from robostiff.statics.small_loads import deflection
 from robostiff.statics.status import EquilibriumStatus
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Mode",
     "Modes",
     "critical_load",
+    "deflection",
     "equilibrium",
     "load_path",
     "modes",

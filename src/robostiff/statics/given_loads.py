@@ -48,7 +48,7 @@ def has_masses(robot: Robot | Snapshot) -> bool:
     Examples
     --------
     >>> from robostiff.robots import load
-    >>> has_masses(load("hexapod")), has_masses(load("3-rps"))
+    >>> has_masses(load("hexapod")), has_masses(load("gough-stewart-b"))
     (True, False)
     """
     if isinstance(robot, Snapshot):

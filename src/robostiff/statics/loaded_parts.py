@@ -48,7 +48,9 @@ class LoadedPart:
     energy: float
 
 
-def loaded_parts(problem: EquilibriumProblem, state: State, share: float) -> tuple[LoadedPart, ...]:
+def loaded_parts(
+    problem: EquilibriumProblem, state: State, share: float, places: State | None = None
+) -> tuple[LoadedPart, ...]:
     """Every joint and elastic part, leg by leg from base to platform.
 
     Parameters
@@ -57,11 +59,14 @@ def loaded_parts(problem: EquilibriumProblem, state: State, share: float) -> tup
     state : State
     share : float
         Of preloads and of forces on legs that acts.
+    places : State, optional
+        Where wrenches act, where that is not the state: the unloaded posture for small loads.
     """
     found: list[tuple[int, LoadedPart]] = []
-    for group, own in zip(problem.groups, state.legs, strict=True):
+    placed = (state if places is None else places).legs
+    for group, own, where in zip(problem.groups, state.legs, placed, strict=True):
         energies = group.energies(own)
-        for c, (chain, motion) in enumerate(zip(group.chains, group.moved(own), strict=True)):
+        for c, (chain, motion) in enumerate(zip(group.chains, group.moved(where), strict=True)):
             W = np.zeros((group.count, 6))
             W[:, list(problem.rows)] = own.W[c]
             P = motion.end.of(group.end_point(c))

@@ -50,7 +50,7 @@ def lumped(mass: PlacedMass, parts: int, end: np.ndarray) -> list[PointMass]:
     Examples
     --------
     >>> beam = PlacedMass("beam", np.array(3.0), np.array([0.3, 0, 0]), 1, np.zeros(3), (0.0, 1.0))
-    >>> [(own.value, own.point[0]) for own in lumped(beam, 1, np.array([0.6, 0, 0]))]
+    >>> [(own.value, round(own.point[0], 9)) for own in lumped(beam, 1, np.array([0.6, 0, 0]))]
     [(1.5, np.float64(0.1)), (1.5, np.float64(0.5))]
     """
     value = float(mass.value)

@@ -1,0 +1,211 @@
+"""Deflection under small loads, at bodies too: the limit of the equations of finite loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis import ActuatorLoad, Deflection, JointReaction, RobotStiffness
+from robostiff.analysis import deflection as deflection_under_wrench
+from robostiff.analysis.careful_form import DEFAULT_TOLERANCE
+from robostiff.analysis.leg_loads import leg_loads
+from robostiff.elastostatics import Status, Tolerance
+from robostiff.errors import InputError
+from robostiff.kinematics import Near, Pose
+from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
+from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.statics.beam_bowing import Linear
+from robostiff.statics.equilibrated import LOST
+from robostiff.statics.equilibrium import one_question
+from robostiff.statics.given_loads import Gravity, Loads
+from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares
+from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
+
+# Of the terms of an equation of a leg: what is left says that a load drives a free motion in it.
+_DRIVEN = 1e-6
+
+
+def deflection(
+    robot: Robot | Snapshot | Network,
+    pose: Pose = None,
+    wrench: ArrayLike | None = None,
+    *,
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    at: ArrayLike | None = None,
+    near: Near = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> Any:
+    """Deflection of the platform under small loads, and how the parts of the robot share in it.
+
+    The loads are so small that the geometry does not change, and all is proportional to them. It
+    is the limit of `equilibrium`, whose unloaded posture it has.
+
+    Parameters
+    ----------
+    robot : Robot, Snapshot or Network
+        The parts of a network are reported by name; joints of it whose reaction is not determined,
+        because rigid parts hold one another, are left out.
+    pose : RigidTransform, array, JointCoordinates or None
+        One pose or a batch, as for `stiffness`; one pose with `loads` or `gravity`.
+    wrench : (6,) or (..., 6) array, or (3,) or (..., 3) for a planar robot
+        Force [N] and moment [N m] of the environment on the platform, about `at`, world axes; one
+        for all poses, or one a pose. May be left out beside `loads` or `gravity`.
+    loads : mapping of str to force, DeadForce, Mass or a sequence of them, optional
+        Forces at bodies of the legs, by the name of the part before them, as for `equilibrium`.
+    gravity : (3,) array or str, optional
+        Acceleration of free fall [m/s^2], or an axis such as ``"-z"``, which makes weights of the
+        masses of the robot. None when left out, also where the robot has a gravity of its own: a
+        deflection is what the given loads add.
+    at : (3,) or (..., 3) array, optional
+        Point of the platform in the world [m]; the robot's reference point when left out.
+    near : joint coordinates, optional
+        Those that choose the posture, as for `stiffness`.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    Deflection or DeflectionsOfPoses
+        The latter of a batch. With `loads` or `gravity`, rigid drives are not listed.
+
+    Raises
+    ------
+    InputError
+        When a load or the pose does not fit; when there are `loads` or `gravity` for a network, a
+        flexible platform or several poses.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("gough-stewart-b")
+    >>> bent = rs.deflection(robot, wrench=[0, 0, -1000, 0, 0, 0])
+    >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
+    (-2.161, 0.167)
+    >>> sunk = rs.deflection(rs.load("six-joint-arm"), gravity="-z")
+    >>> round(1e6 * float(sunk.twist[2]), 1), sunk.parts[0].part
+    (-110.9, 'joint2')
+    >>> bent = rs.deflection(rs.load("3-puu"), [[0, 0, 0.3], [1, 0, 0.3]], [0, 0, -100, 0, 0, 0])
+    >>> print((1e6 * bent.twist[:, 2]).round(1), bent[0].parts[0].part)
+    [-2.4 --] drive
+    """
+    options: dict[str, Any] = {"at": at, "near": near, "tolerance": tolerance}
+    if loads is None and gravity is None:
+        return deflection_under_wrench(robot, pose, () if wrench is None else wrench, **options)
+    if isinstance(robot, Robot):
+        robot.check_platform_is_rigid("deflection under loads at bodies")
+    if not isinstance(robot, Robot | Snapshot):
+        raise InputError(
+            "robot of a deflection under loads at bodies",
+            got=robot,
+            expected="a Robot or a Snapshot of legs",
+        )
+    nothing = np.zeros(robot.space.size)
+    none = np.zeros(3) if gravity is None else gravity
+    asked, F = one_question(
+        robot, pose, nothing if wrench is None else wrench, at, loads, None, Linear(), near, none
+    )
+    rest = deflection_under_wrench(robot, pose, nothing, **options)
+    return _Small(asked.problem, F, rest).answer()
+
+
+@dataclass(frozen=True)
+class _Small:
+    """A robot under small loads, and how it is without any."""
+
+    problem: EquilibriumProblem
+    F: np.ndarray
+    rest: Deflection
+
+    @property
+    def stiffness(self) -> RobotStiffness:
+        return self.rest.stiffness
+
+    def none(self, status: Status) -> Deflection:
+        return Deflection(self.F, self.stiffness, self.stiffness.status | status, None)
+
+    def answer(self) -> Deflection:
+        if not self.rest.has_answer:
+            return self.none(self.rest.status)
+        problem, stiffness = self.problem, self.stiffness
+        unit = LoadCase(np.zeros(problem.size), self.F)
+        known = problem.linearised(problem.unloaded, unit, 0.0, 2)
+        if known.rigid:
+            return self.none(Status.RIGID_DIRECTION)
+        if _drives_legs(known):
+            return self.none(Status.UNBALANCED)
+        to_origin = stiffness.origin - stiffness.reference_point
+        to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
+        # what the loads at bodies are worth at the platform: legs bend under them while it is held
+        carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
+        if carried is None or not carried.balanced:
+            return self.none(Status.ILL_CONDITIONED if carried is None else Status.UNBALANCED)
+        t = move_twist(carried.twist, -to_origin)
+        steps = [a + B @ t for a, B in zip(known.factor_steps, known.by_twist, strict=True)]
+        at_rest = problem.unloaded
+        legs = zip(problem.groups, at_rest.legs, steps, strict=True)
+        state = State(
+            at_rest.R, at_rest.p, tuple(group.stepped(own, step) for group, own, step in legs)
+        )
+        parts = loaded_parts(problem, state, 1.0, at_rest)
+        return Deflection(
+            wrench=self.F,
+            stiffness=stiffness,
+            status=stiffness.status,
+            moved=t,
+            parts=shares(parts),
+            reactions=_reactions(parts),
+            actuators=self.actuators(parts),
+            leg_wrenches=tuple(move_wrench(W, to_origin) for W in _on_legs(problem, state)),
+            work_of_loads=self.work(known, steps, t),
+        )
+
+    def actuators(self, parts: tuple[LoadedPart, ...]) -> tuple[ActuatorLoad, ...]:
+        driven = {(own.leg, own.joint) for own in self.rest.actuators}
+        return tuple(
+            ActuatorLoad(part.leg, part.part, part.load, float(part.motion[0]))
+            for part in parts
+            if part.load is not None and (part.leg, part.part) in driven
+        )
+
+    def work(self, known: Linearised, steps: list[np.ndarray], t: np.ndarray) -> float:
+        """Of the loads at bodies of legs and on the platform, the wrench left out [J]."""
+        total = -sum(
+            float(np.sum(own.r_factor * step))
+            for own, step in zip(known.equations, steps, strict=True)
+        )
+        on_platform = np.zeros(6)
+        for arm, force in zip(self.problem.arms, self.problem.forces, strict=True):
+            on_platform += np.concatenate([force, np.cross(arm, force)])
+        return total + float(on_platform[list(self.problem.rows)] @ t)
+
+
+def _drives_legs(known: Linearised) -> bool:
+    """Whether loads at bodies drive a motion in a leg that nothing resists, the platform held."""
+    for own, step in zip(known.equations, known.factor_steps, strict=True):
+        rest = np.abs(np.einsum("nij,nj->ni", own.A, step) + own.r_factor)
+        terms = np.einsum("nij,nj->ni", np.abs(own.A), np.abs(step)) + np.abs(own.r_factor)
+        largest = np.max(np.abs(own.r_factor), axis=-1, initial=0.0)[:, None]
+        if np.any(rest > _DRIVEN * terms + LOST * largest):
+            return True
+    return False
+
+
+def _reactions(parts: tuple[LoadedPart, ...]) -> tuple[JointReaction, ...]:
+    return tuple(
+        JointReaction(part.leg, part.part, part.wrench, part.point)
+        for part in parts
+        if part.load is not None
+    )
+
+
+def _on_legs(problem: EquilibriumProblem, state: State) -> list[np.ndarray]:
+    """What the platform exerts on each leg about its point (r,)."""
+    own: dict[int, np.ndarray] = {}
+    for group, legs in zip(problem.groups, state.legs, strict=True):
+        carried = np.sum([legs.W[i] for i in group.on_platform], axis=0)
+        own |= dict(zip(group.indices, carried, strict=True))
+    return [own[k] for k in sorted(own)]

@@ -1,0 +1,104 @@
+"""Deflection under loads at bodies: the limit of equilibria, closed forms, reciprocity."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from tests.statics.robots_under_load import loaded
+from tests.statics.test_weights import EI, LINE_WEIGHT, L, arm, rod
+
+
+def some_body(robot: rs.Robot) -> str:
+    leg = robot.legs[0]
+    names = [e.name for e in leg.chain.elements if not isinstance(e, rs.Rigid)]
+    return f"{leg.name}/{names[len(names) // 2]}"
+
+
+@pytest.mark.parametrize(
+    "name", ["hexapod", "3-prs", "six-joint-arm", "gough-stewart-b-beams", "3-rpr-beams", "scara"]
+)
+def test_small_loads_are_the_limit_of_large_ones(name: str):
+    robot, s = rs.load(name), 1e-4
+    n = robot.space.size
+    F = np.array([300.0, -200, 100, 20, 30, -10])[-n:]
+    g = np.array([1.0, -5.0, -8.0])
+    loads = {some_body(robot): [30.0, 20.0, -50.0], "platform": rs.Mass(15)}
+    bent = rs.deflection(robot, None, F, loads=loads, gravity=g)
+    few = {some_body(robot): s * np.array([30.0, 20.0, -50.0]), "platform": rs.Mass(15)}
+    limit = loaded(robot, wrench=s * F, loads=few, gravity=s * g, beams=rs.Linear())
+    size = np.abs(bent.twist).max()
+    assert np.allclose(limit.displacement / s, bent.twist, rtol=1e-5, atol=1e-5 * size)
+    assert np.isclose(limit.energy / s**2, bent.energy, rtol=1e-5)
+    assert np.isclose(bent.energy, sum(part.energy for part in bent.parts), rtol=1e-9)
+    wrenches = np.array(limit.leg_wrenches) / s
+    point = bent.stiffness.reference_point - bent.stiffness.origin
+    for own, other in zip(bent.leg_wrenches, wrenches, strict=True):
+        if n == 6:
+            moved = own.copy()
+            moved[3:] -= np.cross(point, own[:3])
+            assert np.allclose(moved, other, rtol=1e-4, atol=1e-4 * np.abs(wrenches).max())
+    by_name = {(p.leg, p.part): p.load for p in limit.parts if p.load is not None}
+    for actuator in bent.actuators:
+        wanted = by_name[actuator.leg, actuator.joint] / s
+        assert np.isclose(actuator.load, wanted, rtol=1e-4, atol=1e-4 * np.abs(F).max())
+
+
+def test_cantilever_under_its_own_weight():
+    """w L^4 / 8 EI, w L^3 / 6 EI; energy of the lumped weights; the wrench adds to it."""
+    bent = rs.deflection(arm(rod()), gravity="-z")
+    assert np.isclose(bent.twist[2], -LINE_WEIGHT * L**4 / (8 * EI), rtol=1e-12)
+    assert np.isclose(bent.twist[4], LINE_WEIGHT * L**3 / (6 * EI), rtol=1e-12)
+    both = rs.deflection(arm(rod()), wrench=[0, 0, -3, 0, 0, 0], gravity="-z")
+    alone = rs.deflection(arm(rod()), wrench=[0, 0, -3, 0, 0, 0])
+    assert np.allclose(both.twist, bent.twist + alone.twist, rtol=1e-12, atol=1e-18)
+
+
+def test_beam_between_two_bodies_in_series():
+    """Two beams: the tip sinks by what a force at the middle bends and turns the first."""
+    P = 7.0
+    robot = arm(rod(L / 2, name="first"), rod(L / 2, name="second"))
+    bent = rs.deflection(robot, loads={"arm/first": [0, 0, -P]})
+    a = L / 2
+    assert np.isclose(bent.twist[2], -P * a**2 * (3 * L - a) / (6 * EI), rtol=1e-10)
+    assert bent.parts[0].part == "first"
+    assert np.isclose(bent.parts[0].share, 1.0)
+
+
+def test_loads_at_bodies_and_on_the_platform_are_reciprocal():
+    """What F at the platform moves a body by, along f, f at the body moves the platform along F."""
+    robot = rs.load("hexapod")
+    F, f = np.array([100.0, 20, 50, 3, 4, 5]), np.array([10.0, -40, 30])
+    both = rs.deflection(robot, None, F, loads={"leg1/base bearings": f})
+    one = rs.deflection(robot, None, F)
+    other = rs.deflection(robot, loads={"leg1/base bearings": f})
+    mixed = both.energy - one.energy - other.energy
+    assert np.isclose(mixed, F @ other.twist, rtol=1e-9)
+
+
+def test_a_gravity_of_the_robot_is_no_part_of_a_deflection():
+    robot = arm(rod(), gravity="-z")
+    F = [0, 0, -3, 0, 0, 0]
+    assert np.array_equal(
+        rs.deflection(robot, None, F).twist, rs.deflection(arm(rod()), None, F).twist
+    )
+    with_loads = rs.deflection(robot, None, F, loads={"arm/beam": [0, 0, 0]})
+    assert np.allclose(with_loads.twist, rs.deflection(robot, None, F).twist, rtol=1e-12)
+
+
+def test_loads_that_drive_a_free_motion_and_slips():
+    robot = rs.load("planar-link")
+    bent = rs.deflection(robot, loads={"platform": rs.DeadForce([0, -1, 0], [9.0, 0, 0])})
+    assert rs.Status.UNBALANCED in bent.status
+    assert not bent.has_answer
+    unreached = rs.deflection(rs.load("3-puu"), [1, 0, 0.3], gravity="-z")
+    assert rs.Status.UNREACHABLE in unreached.status
+    with pytest.raises(rs.InputError, match="one pose"):
+        rs.deflection(rs.load("3-puu"), [[0, 0, 0.3], [0, 0, 0.31]], gravity="-z")
+    with pytest.raises(rs.InputError, match="a robot without masses"):
+        rs.deflection(rs.load("gough-stewart-b"), gravity="-z")
+    with pytest.raises(rs.InputError, match="wrench"):
+        rs.deflection(rs.load("hexapod"))
+    hexapod = rs.load("hexapod")
+    sunk = rs.deflection(hexapod, gravity="-z")
+    with pytest.raises(rs.InputError, match="forces or weights at bodies"):
+        rs.plot.robot(hexapod, deflection=sunk)
