@@ -110,3 +110,32 @@ def test_cables_are_sent_elsewhere():
     outcome = run("cable-8", "--wrench", "0 0 -200 0 0 0")
     assert outcome.exit_code == 2
     assert "robostiff cables cable-8" in outcome.stderr
+
+
+@pytest.mark.parametrize("ending", ["svg", "html"])
+def test_plot_of_the_curve(tmp_path, ending: str):
+    path = tmp_path / f"curve.{ending}"
+    asked = ("gough-stewart-b", "--wrench", "0 0 -5e7 0 0 0", "--plot", str(path))
+    assert run(*asked).exit_code == 2  # no factors
+    outcome = run(*asked, "--factors", "0 1 3")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "stable" in path.read_text(encoding="utf-8")
+    again = run(*asked, "--factors", "0 1 3")
+    assert again.exit_code == 2
+    assert "--overwrite" in again.stderr
+
+
+def test_report_on_finite_loads(tmp_path):
+    path = tmp_path / "report.html"
+    words = ("gough-stewart-b", "--wrench", "0 0 -5e7 0 0 0", "--finite-load", "-o", str(path))
+    outcome = CliRunner().invoke(app, ["report", *words])
+    assert outcome.exit_code == 0, outcome.stderr
+    page = path.read_text(encoding="utf-8")
+    assert "Under finite load" in page
+    assert "Critical load: 1.43" in page
+    assert "K under load" in page
+    assert "plot-load-curve" in page
+    assert "The robot stays there" in page
+    less = CliRunner().invoke(app, ["report", *words[:1], *words[3:], "--overwrite"])
+    assert less.exit_code == 2
+    assert "no wrench" in less.stderr

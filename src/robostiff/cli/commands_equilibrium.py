@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from robostiff.cli.failure import BAD_STATUS
-from robostiff.cli.output import print_data, say
+from robostiff.cli.output import new_file, print_data, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -23,6 +24,7 @@ from robostiff.cli.written_arguments import (
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si
+from robostiff.io.whole_file import whole_file
 from robostiff.model import Mass, Robot, Snapshot
 from robostiff.robots import load
 from robostiff.statics import DeadForce, critical_load, equilibrium, load_path
@@ -48,6 +50,8 @@ class Wanted:
     critical: bool = False
     factors: str | None = None
     as_json: bool = False
+    plot: str | None = None
+    overwrite: bool = False
 
 
 def print_equilibrium(
@@ -71,6 +75,7 @@ def print_equilibrium(
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
+    picture = _picture_file(wanted)
     options: dict[str, Any] = {
         "at": point_from(place),
         "loads": _loads(written),
@@ -86,12 +91,41 @@ def print_equilibrium(
         critical = critical_load(robot, pose, F or (), **options)
     if factors is not None:
         curve = load_path(robot, pose, F or (), factors, **options)
+        if picture is not None:
+            _draw(curve, picture)
     if wanted.as_json:
         print_data(equilibrium_data(result, critical, curve))
     else:
         text = equilibrium_text(result, critical)
         say(text if curve is None else f"{text}\n\n{_curve_text(curve)}")
     return BAD_STATUS if result.status.is_bad else 0
+
+
+_PICTURES = (".svg", ".png", ".pdf")
+
+
+def _picture_file(wanted: Wanted) -> Path | None:
+    if wanted.plot is None:
+        return None
+    if wanted.factors is None:
+        raise InputError("--plot", expected='--factors beside it, such as --factors "0 2 21"')
+    path = new_file("--plot", wanted.plot, wanted.overwrite)
+    if path.suffix.lower() not in {*_PICTURES, ".html"}:
+        raise InputError(
+            "--plot", got=wanted.plot, expected=f"a name that ends in {', '.join(_PICTURES)}, .html"
+        )
+    return path
+
+
+def _draw(curve: Any, path: Path) -> None:
+    from robostiff import plot
+
+    with whole_file(path) as begun:
+        if path.suffix.lower() == ".html":
+            begun.write_text(plot.load_curve(curve, backend=plot.Plotly()).to_html(), "utf-8")
+        else:
+            figure: Any = plot.load_curve(curve).figure
+            figure.savefig(begun, format=path.suffix.lower()[1:])
 
 
 def _curve_text(curve: Any) -> str:

@@ -35,6 +35,7 @@ class Pages:
     output: str
     pdf: bool
     overwrite: bool = False
+    finite: bool = False
 
 
 def make_report(
@@ -68,6 +69,7 @@ def make_report(
         near=near_from(robot, place),
         found=None if pages.map_file is None else read_map(pages.map_file),
         symbolic=_with_symbols(source, settings),
+        finite=pages.finite,
     )
     save_report(contents, *paths)
     if as_json:

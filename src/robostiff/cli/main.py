@@ -10,11 +10,11 @@ from robostiff.cli import (
     cable_options,
     check_options,
     derive_options,
-    equilibrium_options,
     file_formats,
     map_options,
     report_options,
 )
+from robostiff.cli.equilibrium_command import equilibrium
 from robostiff.cli.failure import ready_streams, reported
 from robostiff.cli.shared_options import (
     AtOption,
@@ -160,43 +160,7 @@ def deflection(
     return print_deflection(robot, place, wrench, set_ or [], json_, described)
 
 
-@app.command()
-@reported
-def equilibrium(
-    robot: RobotArgument,
-    pose: PoseOption = None,
-    joints: JointsOption = None,
-    near: NearOption = None,
-    wrench: equilibrium_options.WrenchOption = None,
-    at: AtOption = None,
-    weight: equilibrium_options.WeightOption = None,
-    load: equilibrium_options.LoadOption = None,
-    gravity: equilibrium_options.GravityOption = None,
-    preload: equilibrium_options.PreloadOption = None,
-    critical: equilibrium_options.CriticalOption = False,
-    factors: equilibrium_options.FactorsOption = None,
-    side: SideOption = None,
-    allow_xacro: XacroOption = False,
-    set_: SetOption = None,
-    json_: JsonOption = False,
-) -> int:
-    """Print where a robot comes to rest under finite loads, its stiffness there, and its stability.
-
-    Examples
-    --------
-    robostiff equilibrium hexapod --wrench "0 0 -50 kN 0 0 0" --weight "leg1/strut=12 kg" --critical
-
-    robostiff equilibrium six-joint-arm --gravity=-z --wrench "0 0 -150 N 0 0 0" --factors "0 4 9"
-
-    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
-    """
-    from robostiff.cli.commands_equilibrium import Wanted, WrittenLoads, print_equilibrium
-    from robostiff.cli.written_arguments import PoseArguments, SideFile
-
-    place = PoseArguments(pose, joints, at, near)
-    loads = WrittenLoads(wrench, weight or [], load or [], gravity, preload or [])
-    wanted, described = Wanted(critical, factors, json_), SideFile(side, allow_xacro)
-    return print_equilibrium(robot, place, loads, wanted, set_ or [], described)
+app.command()(equilibrium)
 
 
 @app.command()
@@ -269,6 +233,7 @@ def report(
     at: AtOption = None,
     wrench: report_options.WrenchOption = None,
     map_: report_options.MapOption = None,
+    finite: report_options.FiniteOption = False,
     pdf: report_options.PdfOption = False,
     overwrite: OverwriteOption = False,
     side: SideOption = None,
@@ -285,7 +250,7 @@ def report(
     from robostiff.cli.commands_report import Pages, make_report
     from robostiff.cli.written_arguments import PoseArguments, SideFile
 
-    pages = Pages(wrench, map_, output, pdf, overwrite)
+    pages = Pages(wrench, map_, output, pdf, overwrite, finite)
     described = SideFile(side, allow_xacro)
     place = PoseArguments(pose, joints, at, near)
     return make_report(robot, place, pages, set_ or [], described, as_json=json_)

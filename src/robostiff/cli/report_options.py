@@ -27,3 +27,11 @@ MapOption = Annotated[
     ),
 ]
 PdfOption = Annotated[bool, typer.Option("--pdf", help="Write FILE.pdf besides FILE.html.")]
+FiniteOption = Annotated[
+    bool,
+    typer.Option(
+        "--finite-load",
+        help="With --wrench: where the robot comes to rest under it, its stiffness there, the "
+        "critical load, and the force-deflection curve.",
+    ),
+]

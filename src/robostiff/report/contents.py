@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,9 +17,31 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.model import Robot, Snapshot
+from robostiff.statics import CriticalLoad, Equilibrium, critical_load, equilibrium, load_path
 
 if TYPE_CHECKING:
     import xarray
+
+
+_FACTORS = np.linspace(0.0, 2.0, 9)
+
+
+@dataclass(frozen=True)
+class UnderLoad:
+    """What finite loads do to the robot.
+
+    Attributes
+    ----------
+    equilibrium : Equilibrium
+    critical : CriticalLoad
+        Of the wrench.
+    curve : xarray.Dataset
+        Up to twice the wrench.
+    """
+
+    equilibrium: Equilibrium
+    critical: CriticalLoad
+    curve: xarray.Dataset
 
 
 @dataclass(frozen=True)
@@ -42,6 +64,8 @@ class ReportContents:
         Why.
     found : xarray.Dataset or None
         A map of the same robot.
+    under_load : UnderLoad or None
+        Of finite loads, where they are asked for.
     """
 
     robot: Robot | Snapshot
@@ -52,6 +76,7 @@ class ReportContents:
     derivation: RobotDerivation | None
     no_derivation: str
     found: xarray.Dataset | None
+    under_load: UnderLoad | None = None
 
     @property
     def status(self) -> Status:
@@ -69,6 +94,7 @@ def report_contents(
     near: Near = None,
     found: xarray.Dataset | None = None,
     symbolic: Robot | None = None,
+    finite: bool = False,
 ) -> ReportContents:
     """Compute the results of a report.
 
@@ -88,6 +114,8 @@ def report_contents(
         What ``rs.stiffness_map`` returned for this robot, over a grid.
     symbolic : Robot, optional
         The same robot with symbols, for its formula; `robot` itself when left out.
+    finite : bool
+        Whether to answer for finite loads too: equilibrium, critical load, force-deflection curve.
 
     Raises
     ------
@@ -102,6 +130,10 @@ def report_contents(
             hint="a network or a cable robot has no legs to report on",
         )
     _check_map(robot, found)
+    if finite and (wrench is None or not np.any(np.asarray(wrench, dtype=float))):
+        raise InputError(
+            "finite loads of a report", got="no wrench", expected="a wrench other than zero"
+        )
     numeric = robot.numeric if isinstance(robot, Robot) else robot
     result = stiffness(numeric, pose, at=at, near=near)
     hint = "make a map of many poses, and give it to the report"
@@ -131,6 +163,20 @@ def report_contents(
         derivation=derivation,
         no_derivation=why_not,
         found=found,
+        under_load=_under_load(numeric, pose, wrench, at, near) if finite else None,
+    )
+
+
+def _under_load(
+    robot: Robot | Snapshot, pose: Pose, wrench: Any, at: ArrayLike | None, near: Near
+) -> UnderLoad:
+    options: dict[str, Any] = {"at": at, "near": near}
+    found = equilibrium(robot, pose, wrench, **options)
+    require_one_pose("a report", () if isinstance(found, Equilibrium) else (len(found),))
+    return UnderLoad(
+        cast("Equilibrium", found),
+        critical_load(robot, pose, wrench, **options),
+        load_path(robot, pose, wrench, _FACTORS, **options),
     )
 
 

@@ -30,6 +30,7 @@ def write_report(
     at: ArrayLike | None = None,
     near: Near = None,
     found: xarray.Dataset | None = None,
+    finite: bool = False,
 ) -> None:
     """Write a report about a robot at a pose: an HTML page or a PDF.
 
@@ -49,6 +50,9 @@ def write_report(
         Those that choose the posture, as for `robostiff.stiffness`.
     found : xarray.Dataset, optional
         A map of this robot over a grid: adds slices of the workspace.
+    finite : bool
+        Whether to answer for a finite wrench too: where the robot comes to rest, its stiffness
+        there, the critical load, and the force-deflection curve.
 
     Raises
     ------
@@ -63,7 +67,9 @@ def write_report(
         rs.write_report(rs.load("hexapod"), "hexapod.html", wrench=[500, 0, 0, 0, 0, 0])
     """
     checked = report_path(path)
-    contents = report_contents(robot, pose, wrench=wrench, at=at, near=near, found=found)
+    contents = report_contents(
+        robot, pose, wrench=wrench, at=at, near=near, found=found, finite=finite
+    )
     save_report(contents, checked)
 
 

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 from robostiff.errors import needs_extra
-from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
+from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Picture, Scene
 from robostiff.plot.picture.charts import with_words
 from robostiff.plot.theme import Theme
 
@@ -54,7 +54,7 @@ class Matplotlib:
         with needs_extra("plots", "plot"):
             import matplotlib as mpl
 
-        from robostiff.plot.on_matplotlib import charts, scene
+        from robostiff.plot.on_matplotlib import charts, curves, scene
         from robostiff.plot.on_matplotlib.canvas import Canvas, style
 
         draws = {
@@ -63,6 +63,7 @@ class Matplotlib:
             Bars: charts.draw_bars,
             Field: charts.draw_field,
             Bands: charts.draw_bands,
+            Curves: curves.draw_curves,
         }
         palette = self.theme.palette
         settings: Any = style(palette)

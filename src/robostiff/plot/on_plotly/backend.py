@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from robostiff.errors import needs_extra
-from robostiff.plot.picture import Bands, Bars, Field, Matrix, Picture, Scene
+from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Picture, Scene
 from robostiff.plot.picture.charts import with_words
 from robostiff.plot.theme import Theme
 
@@ -43,7 +43,7 @@ class Plotly:
         with needs_extra("plots", "plot"):
             import plotly.graph_objects  # noqa: F401
 
-        from robostiff.plot.on_plotly import charts, scene
+        from robostiff.plot.on_plotly import charts, curves, scene
 
         draws = {
             Scene: scene.draw_scene,
@@ -51,6 +51,7 @@ class Plotly:
             Bars: charts.draw_bars,
             Field: charts.draw_field,
             Bands: charts.draw_bands,
+            Curves: curves.draw_curves,
         }
         # Plotly interprets text as HTML.
         return draws[type(picture)](with_words(picture, escape_letters), self.theme.palette)

@@ -4,6 +4,8 @@ from robostiff.plot.picture.charts import (
     Bands,
     Bars,
     Cover,
+    Curve,
+    Curves,
     Field,
     Group,
     Matrix,
@@ -27,7 +29,7 @@ from robostiff.plot.picture.scene import (
     Shape,
 )
 
-Picture = Scene | Matrix | Bars | Field | Bands
+Picture = Scene | Matrix | Bars | Field | Bands | Curves
 
 __all__ = [
     "Arrow",
@@ -36,6 +38,8 @@ __all__ = [
     "Category",
     "ColourScale",
     "Cover",
+    "Curve",
+    "Curves",
     "Face",
     "Field",
     "Group",

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.errors import printable
-from robostiff.plot.picture.paint import ColourScale, Paint, PlotAxis
+from robostiff.plot.picture.paint import Category, ColourScale, Paint, PlotAxis
 from robostiff.plot.theme import Palette
 
 
@@ -191,6 +191,45 @@ class Bands:
     label: str
     percentiles: tuple[Percentile, ...]
     left_out: tuple[Region, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve.
+
+    Attributes
+    ----------
+    name : str
+    x, y : (n,) arrays
+        NaN where it is interrupted.
+    paint : Category
+    is_dashed, has_marks : bool
+    """
+
+    name: str
+    x: np.ndarray
+    y: np.ndarray
+    paint: Category
+    is_dashed: bool = False
+    has_marks: bool = False
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Curves over common axes.
+
+    Attributes
+    ----------
+    title, x_label, y_label : str
+    curves : tuple of Curve
+    notes : tuple of str
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: tuple[Curve, ...]
     notes: tuple[str, ...] = ()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Section
+from robostiff.report.sections.finite_load import finite_load_section
 from robostiff.report.sections.map_slices import map_section
 from robostiff.report.sections.results import bending_section, matrices_section, weakest_section
 from robostiff.report.sections.the_robot import formula_section, method_section, robot_section
@@ -18,6 +19,7 @@ def report_sections(contents: ReportContents) -> list[Section]:
         matrices_section(contents),
         weakest_section(contents),
         bending_section(contents),
+        finite_load_section(contents),
         map_section(contents),
         method_section(contents),
         formula_section(contents),

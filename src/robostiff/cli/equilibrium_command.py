@@ -1,0 +1,123 @@
+"""The command ``equilibrium`` and its options; heavy imports happen inside it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from robostiff.cli.failure import reported
+from robostiff.cli.shared_options import (
+    AtOption,
+    JointsOption,
+    JsonOption,
+    NearOption,
+    OverwriteOption,
+    PoseOption,
+    RobotArgument,
+    SetOption,
+    SideOption,
+    XacroOption,
+)
+
+WrenchOption = Annotated[
+    str | None,
+    typer.Option(
+        "--wrench",
+        metavar='"fx fy fz mx my mz"',
+        help="Force [N] and moment [N m] on the platform about the point --at, which moves along.",
+    ),
+]
+WeightOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--weight",
+        metavar='"LEG/PART=MASS"',
+        help="A mass [kg] on the body behind a part, or on 'platform'; repeatable.",
+    ),
+]
+LoadOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--load",
+        metavar='"LEG/PART=fx fy fz"',
+        help="A force [N] on the body behind a part, or on 'platform'; repeatable.",
+    ),
+]
+GravityOption = Annotated[
+    str | None,
+    typer.Option(
+        "--gravity",
+        metavar='"gx gy gz"',
+        help="Acceleration of free fall [m/s^2], or an axis along which it is, such as -z; '0 0 0' "
+        "for none. By default that of the model file.",
+    ),
+]
+PreloadOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--preload",
+        metavar='"LEG/PART=FORCE"',
+        help="With how much a drive pushes along its coordinate [N or N m]; repeatable.",
+    ),
+]
+CriticalOption = Annotated[
+    bool, typer.Option("--critical", help="Find the critical load, and how the robot leaves.")
+]
+FactorsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--factors",
+        metavar='"START STOP COUNT"',
+        help="Multiples of the wrench at which to give the force-deflection curve.",
+    ),
+]
+PlotOption = Annotated[
+    str | None,
+    typer.Option(
+        "--plot",
+        metavar="FILE",
+        help="With --factors: draw the curve into a new file, .svg, .png, .pdf or .html.",
+    ),
+]
+
+
+@reported
+def equilibrium(
+    robot: RobotArgument,
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    near: NearOption = None,
+    wrench: WrenchOption = None,
+    at: AtOption = None,
+    weight: WeightOption = None,
+    load: LoadOption = None,
+    gravity: GravityOption = None,
+    preload: PreloadOption = None,
+    critical: CriticalOption = False,
+    factors: FactorsOption = None,
+    plot: PlotOption = None,
+    overwrite: OverwriteOption = False,
+    side: SideOption = None,
+    allow_xacro: XacroOption = False,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Print where a robot comes to rest under finite loads, its stiffness there, and its stability.
+
+    Examples
+    --------
+    robostiff equilibrium hexapod --wrench "0 0 -50 kN 0 0 0" --weight "leg1/strut=12 kg" --critical
+
+    robostiff equilibrium six-joint-arm --gravity=-z --wrench "0 0 -150 N 0 0 0" --factors "0 4 9"
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands_equilibrium import Wanted, WrittenLoads, print_equilibrium
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
+
+    place = PoseArguments(pose, joints, at, near)
+    loads = WrittenLoads(wrench, weight or [], load or [], gravity, preload or [])
+    wanted = Wanted(critical, factors, json_, plot, overwrite)
+    described = SideFile(side, allow_xacro)
+    return print_equilibrium(robot, place, loads, wanted, set_ or [], described)

@@ -1,0 +1,102 @@
+"""What finite loads do: equilibrium, stiffness under load, critical load, the curve."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robostiff.markup import (
+    STIFFNESS_UNITS,
+    Bullets,
+    Cell,
+    LabelledMatrix,
+    Number,
+    Paragraph,
+    Table,
+    Tone,
+)
+from robostiff.model import Robot
+from robostiff.plot.load_curve import load_curve_picture
+from robostiff.report.contents import ReportContents, UnderLoad
+from robostiff.report.figures import one_figure
+from robostiff.report.section import Part, Section, SideBySide, section
+from robostiff.statics import Equilibrium
+
+_TITLE = "Under finite load"
+_KNOWN = 1e-9  # of the largest stiffness: a smaller one is rounding
+
+
+def finite_load_section(contents: ReportContents) -> Section | None:
+    """Equilibrium, K with and without load, critical load and curve; nothing where not asked."""
+    known = contents.under_load
+    if known is None:
+        return None
+    result = known.equilibrium
+    parts: list[Part | None] = [Paragraph(f"Status {result.status}. {_stability(result)}")]
+    robot = contents.robot
+    if isinstance(robot, Robot) and robot.gravity is not None:
+        parts.append(Paragraph("The weights of the robot act besides the load."))
+    if result.advice:
+        parts.append(Bullets(tuple(result.advice), Tone.WARNING))
+    if result.has_answer:
+        parts += [_displacements(known, contents), _matrices(known, contents)]
+        words = (
+            "K under load is the rate of the wrench that the legs carry; K total, less the rate of "
+            "loads that turn with the platform, is what more load meets."
+        )
+        parts.append(Paragraph(words, Tone.QUIET))
+    parts.append(Paragraph(_critical(known)))
+    if np.any(np.isfinite(known.curve["displacement"].to_numpy())):
+        caption = "Force and deflection up to twice the load; dashed where the robot does not stay."
+        parts.append(one_figure("load-curve", caption, load_curve_picture(known.curve)))
+    return section("finite-load", _TITLE, parts)
+
+
+def _stability(result: Equilibrium) -> str:
+    if not result.has_answer:
+        return "No equilibrium was found."
+    words = "The robot stays there" if result.stable else "The robot does not stay there"
+    return f"{words}; margin {result.margin:.3g}: 1 without load, 0 at the critical load."
+
+
+def _displacements(known: UnderLoad, contents: ReportContents) -> Table:
+    """Displacement under the finite load beside that of small loads."""
+    result, bent = known.equilibrium, contents.deflection
+    rows: list[list[Cell]] = []
+    small = bent.twist if bent is not None and bent.has_answer else None
+    for i, name in enumerate(result.space.twist_order):
+        unit = "µrad" if name.startswith("r") else "µm"
+        own: Cell = Number(1e6 * float(result.displacement[i]), unit)
+        other: Cell = "none" if small is None else Number(1e6 * float(small[i]), unit)
+        rows.append([name, own, other])
+    return Table(["displacement", "under the load", "proportional to the load"], rows)
+
+
+def _matrices(known: UnderLoad, contents: ReportContents) -> SideBySide:
+    """K under load, and its change against K without."""
+    result, space = known.equilibrium, known.equilibrium.space
+    K = LabelledMatrix(
+        "K under load", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS
+    )
+    if not np.all(contents.stiffness.answered):
+        return SideBySide((K,))
+    change = result.K - contents.stiffness.K
+    diagonal = np.diagonal(contents.stiffness.K)
+    rows: list[list[Cell]] = []
+    names = zip(space.wrench_order, space.twist_order, strict=True)
+    for i, (force, motion) in enumerate(names):
+        shifts = np.arange(space.size) < space.translations
+        alike = diagonal[shifts == shifts[i]]
+        part: Cell = "from none"
+        if diagonal[i] > _KNOWN * np.max(alike):
+            part = Number(100 * float(change[i, i] / diagonal[i]), "%")
+        rows.append([f"{force}/{motion}", part])
+    return SideBySide((K, Table(["diagonal of K", "change by the load"], rows)))
+
+
+def _critical(known: UnderLoad) -> str:
+    critical = known.critical
+    if not critical.is_found:
+        why = "; ".join(critical.advice)
+        found = f"No critical load was found up to {critical.searched_to:g} times the load"
+        return f"{found}: {why}." if why else f"{found}."
+    return f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
