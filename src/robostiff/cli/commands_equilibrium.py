@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.io.whole_file import whole_file
 from robostiff.model import Mass, Robot, Snapshot
 from robostiff.robots import load
-from robostiff.statics import DeadForce, critical_load, equilibrium, load_path
+from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path
 
 _MOST_FACTORS = 1000
 
@@ -85,7 +85,7 @@ def print_equilibrium(
     }
     pose = pose_from(robot, place)
     factors = None if wanted.factors is None else _factors(wanted.factors)
-    result = equilibrium(robot, pose, F, **options)
+    result = cast("Equilibrium", equilibrium(robot, pose, F, **options))  # of one pose
     critical = curve = None
     if wanted.critical:
         critical = critical_load(robot, pose, F or (), **options)

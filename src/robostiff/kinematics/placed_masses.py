@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.posture import Posture
-from robostiff.model import Element, Link, Mass, PlacedLeg, PlacedMass, Rigid, Snapshot, Telescope
+from robostiff.model import (
+    Element,
+    Link,
+    Mass,
+    PlacedLeg,
+    PlacedMass,
+    PlacedSpring,
+    Rigid,
+    Snapshot,
+    Telescope,
+)
 
 
 def with_masses(posture: Posture) -> Snapshot:
@@ -71,7 +81,7 @@ class _MassWalk(ChainWalk):
             value = beam.mass_at(np.asarray(beam.fixed + beam.share * extension))
             if value is not None:
                 self.spread(value, start, (0.0, 1.0), after + i)
-            start = part.point
+            start = cast("PlacedSpring", part).point
 
     def fixed(
         self,
@@ -94,6 +104,6 @@ class _MassWalk(ChainWalk):
         """A mass along the elastic part that has been placed last, or as the `after`-th."""
         after = len(self.placed) if after is None else after
         part = self.placed[after - 1]
-        end = np.asarray(part.point)
+        end = cast("PlacedSpring", part).point
         centre = start + 0.5 * (span[0] + span[1]) * (end - start)
         self.masses.append(PlacedMass(part.name, np.asarray(value), centre, after, start, span))
