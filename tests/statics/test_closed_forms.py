@@ -156,3 +156,48 @@ def test_weight_of_a_rod_bends_its_spring():
         assert np.isclose(number(hinge.load), k * q, rtol=2e-7)
         assert np.isclose(hinge.wrench[5], k * q, rtol=2e-7)
         assert np.isclose(answer.potential, k * q * q / 2 + f * c * np.sin(q), rtol=1e-6)
+
+
+def three_links(k: float, L: float, stretch: float) -> Snapshot:
+    """Pashkevich's chain: three links of length L with springs k between, its end slides in y."""
+    z, y = [0, 0, 1], [0, 1, 0]
+    tip = np.array([0, 3 * L, 0])
+    links = (
+        joint("base", [0, 0, 0], z),
+        joint("link1", [0, 0, 0], y, "P", stretch),
+        joint("elbow1", [0, L, 0], z, "R", k),
+        joint("elbow2", [0, 2 * L, 0], z, "R", k),
+        joint("link3", [0, 2 * L, 0], y, "P", stretch),
+        joint("end", tip, z),
+    )
+    rail = (
+        joint("rail", tip, y, "P"),
+        joint("across", tip, [1, 0, 0], "P", stretch),
+        joint("turn", tip, z, "R", stretch),
+    )
+    legs = (PlacedLeg("links", links, tip), PlacedLeg("guide", rail, tip))
+    return Snapshot("three links", legs, tip, Space.PLANAR)
+
+
+def test_three_links_buckle_in_a_u_at_k_by_their_length():
+    """The U at k/L comes before the Z at 3 k/L."""
+    k, L = 40.0, 0.3
+    found = rs.critical_load(three_links(k, L, 1e8), wrench=[0, -1, 0])
+    assert np.isclose(found.factor, k / L, rtol=1e-5)
+    assert found.leg == "links"
+    assert "elbow" in found.mode
+
+
+@pytest.mark.parametrize("part", [0.6, 1.3])
+def test_three_links_bent_to_a_u(part: float):
+    """Moments m in both springs: outer links at a and -a carry P = (k a - m) / (L sin a)."""
+    k, L, m = 40.0, 0.3, 0.5
+    P = part * k / L
+    preload = {"links/elbow1": m, "links/elbow2": m}
+    answer = loaded(three_links(k, L, 1e7), wrench=[0, -P, 0], preload=preload)
+    assert answer.status == rs.EquilibriumStatus.OK
+    a = root(lambda a: k * a - m - P * L * np.sin(a), 1e-6, np.pi)
+    elbows = [part for part in answer.parts if part.part.startswith("elbow")]
+    for elbow in elbows:
+        assert np.isclose(elbow.motion[0], a, rtol=3e-3)
+    assert np.isclose(answer.displacement[1], -2 * L * (1 - np.cos(a)), atol=1e-4)
