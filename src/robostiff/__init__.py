@@ -142,6 +142,7 @@ _HOMES = {
         "Equilibria",
         "Equilibrium",
         "EquilibriumStatus",
+        "ForceLaw",
         "Linear",
         "Mode",
         "Modes",

@@ -120,6 +120,7 @@ from robostiff.statics import DeadForce as DeadForce
 from robostiff.statics import Equilibria as Equilibria
 from robostiff.statics import Equilibrium as Equilibrium
 from robostiff.statics import EquilibriumStatus as EquilibriumStatus
+from robostiff.statics import ForceLaw as ForceLaw
 from robostiff.statics import Linear as Linear
 from robostiff.statics import Mode as Mode
 from robostiff.statics import Modes as Modes

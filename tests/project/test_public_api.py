@@ -53,6 +53,7 @@ PUBLIC = [
     "EquilibriumStatus",
     "EulerBernoulli",
     "FileError",
+    "ForceLaw",
     "Frame",
     "GivenTensions",
     "Grid",

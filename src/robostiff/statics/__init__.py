@@ -4,6 +4,7 @@ from robostiff.statics.beam_bowing import Bowing, Linear
 from robostiff.statics.body_mass import BodyMass
 from robostiff.statics.critical_load import CriticalLoad, critical_load
 from robostiff.statics.equilibrium import equilibrium
+from robostiff.statics.force_law import ForceLaw
 from robostiff.statics.from_snapshot import DeadForce
 from robostiff.statics.load_path import load_path
 from robostiff.statics.loaded_parts import LoadedPart
@@ -20,6 +21,7 @@ __all__ = [
     "Equilibria",
     "Equilibrium",
     "EquilibriumStatus",
+    "ForceLaw",
     "Linear",
     "LoadedPart",
     "Mode",

@@ -16,6 +16,7 @@ from robostiff.spatial import as_float
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
 from robostiff.statics.equilibrium import one_question
+from robostiff.statics.force_law import Laws
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import LoadCase
@@ -113,6 +114,7 @@ def critical_load(
     loads: Loads | None = None,
     gravity: Gravity = None,
     preload: Mapping[str, Any] | None = None,
+    laws: Laws | None = None,
     beams: Beams = _BOWING,
     near: Near = None,
     up_to: float = 1e3,
@@ -124,7 +126,7 @@ def critical_load(
 
     Parameters
     ----------
-    robot, pose, at, loads, gravity, preload, beams, near
+    robot, pose, at, loads, gravity, preload, laws, beams, near
         As for `equilibrium`.
     wrench : (6,) array, or (3,) for a planar robot
         At factor 1, as for `equilibrium` [N, N m].
@@ -151,6 +153,7 @@ def critical_load(
     if not up_to > 0:
         raise InputError("up_to of a critical load", got=up_to, expected="a positive factor")
     question, F = one_question(robot, pose, wrench, at, loads, preload, beams, near, gravity)
+    question = question.under(laws)
     if not np.any(F):
         raise InputError(
             f"wrench of the critical load of {question.name!r}",

@@ -7,7 +7,8 @@ the energy that they store, is computed for all elements of a chain together, in
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -22,6 +23,22 @@ class Placement:
     def of(self, point: np.ndarray) -> np.ndarray:
         """Where points (N, 3) of the body are now [m]."""
         return np.einsum("nij,nj->ni", self.R, point) + self.t
+
+
+class Law(Protocol):
+    """How the force of a joint follows from its motion."""
+
+    def at(self, q: float) -> float:
+        """Force [N or N m]."""
+        ...
+
+    def tangent(self, q: float) -> float:
+        """Its derivative."""
+        ...
+
+    def energy(self, q: float) -> float:
+        """Stored from rest [J]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -41,6 +58,8 @@ class FiniteJoint:
         k of its drive or lock, 0 where it is passive [N/m or N m/rad].
     preload : (N,) array
         f, with which its drive pushes along its coordinate at q = 0 [N or N m].
+    laws : tuple of Law or None
+        In place of ``k q``, with k their tangent at rest; empty where there is none.
     """
 
     names: tuple[str, ...]
@@ -50,6 +69,7 @@ class FiniteJoint:
     slide: np.ndarray
     stiffness: np.ndarray
     preload: np.ndarray
+    laws: tuple[Law | None, ...] = ()
 
     size = 1
 
@@ -69,7 +89,25 @@ class FiniteJoint:
             np.concatenate([e.slide for e in joints]),
             np.concatenate([e.stiffness for e in joints]),
             np.concatenate([e.preload for e in joints]),
+            tuple(law for e in joints for law in (e.laws or (None,) * len(e.names)))
+            if any(e.laws for e in joints)
+            else (),
         )
+
+    def under(self, laws: Sequence[Law | None]) -> FiniteJoint:
+        """The joint of all legs, some of which follow laws of their own."""
+        if not any(law is not None for law in laws):
+            return self
+        rest = [
+            k if law is None else law.tangent(0.0)
+            for k, law in zip(self.stiffness, laws, strict=True)
+        ]
+        return replace(self, stiffness=np.array(rest, dtype=float), laws=tuple(laws))
+
+    def force(self, i: int, q: float) -> float:
+        """What it resists with in leg i, its preload left out [N or N m]."""
+        law = self.laws[i] if self.laws else None
+        return float(self.stiffness[i] * q) if law is None else law.at(q)
 
     def sizes(self, length: float) -> np.ndarray:
         """What a unit of its coordinate turns or shifts (N, 1), shifts by the robot's length."""

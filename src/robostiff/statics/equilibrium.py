@@ -17,6 +17,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
+from robostiff.statics.force_law import Laws
 from robostiff.statics.from_snapshot import legs_of, load_vector
 from robostiff.statics.given_loads import (
     Gravity,
@@ -27,6 +28,7 @@ from robostiff.statics.given_loads import (
 )
 from robostiff.statics.newton import FREE, FoundEquilibrium, Target, equilibrium_at
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.question import Question
 from robostiff.statics.result import Equilibria, Equilibrium
 from robostiff.statics.stability import leg_margins, platform_margin
 from robostiff.statics.status import EquilibriumStatus
@@ -36,31 +38,6 @@ _BOWING = Bowing()
 _SAFE = 0.3
 # Of the largest entry of a scaled matrix: an eigenvalue below it resists nothing.
 _FREE = 1e-9
-
-
-@dataclass(frozen=True)
-class Question:
-    """A robot at one posture with its loads, ready to be solved.
-
-    Attributes
-    ----------
-    name : str
-    problem : EquilibriumProblem
-    space : Space
-    frame : tuple of (3, 3) and (3,) arrays
-        Axes and origin of the platform frame at the unloaded posture [m].
-    status : EquilibriumStatus
-        What is to be said of the posture.
-    snapshot : Snapshot
-        At that posture.
-    """
-
-    name: str
-    problem: EquilibriumProblem
-    space: Space
-    frame: tuple[np.ndarray, np.ndarray]
-    status: EquilibriumStatus
-    snapshot: Snapshot
 
 
 def equilibrium(
@@ -73,6 +50,7 @@ def equilibrium(
     loads: Loads | None = None,
     gravity: Gravity = None,
     preload: Mapping[str, Any] | None = None,
+    laws: Laws | None = None,
     beams: Beams = _BOWING,
     near: Near = None,
 ) -> Equilibrium | Equilibria:
@@ -109,6 +87,8 @@ def equilibrium(
     preload : mapping of str to float, optional
         Force or moment with which the drive of a joint, ``leg/part``, pushes along its coordinate
         at the unloaded posture [N or N m].
+    laws : mapping of str to ForceLaw, optional
+        How the force of a joint, ``leg/part``, follows from its motion, in place of its stiffness.
     beams : Bowing or Linear
         What axial load does to a beam between its ends: ``Bowing(elements=None)`` chooses the
         number of elements by how a beam is held.
@@ -156,7 +136,7 @@ def equilibrium(
     question: Question | None = None
     for i, own in enumerate(given):
         if question is None or postures.batch:
-            question = postures.question(i, at, loads, preload, beams, gravity)
+            question = postures.question(i, at, loads, preload, beams, gravity).under(laws)
         target = None if displacement is None else own
         answers.append(solved(question, own if target is None else None, target))
     return Equilibria(tuple(answers)) if batch else answers[0]
@@ -307,14 +287,9 @@ def solved(
     if critical is not None:
         status |= EquilibriumStatus.BEYOND_CRITICAL_LOAD
     if not found.converged:
-        return Equilibrium(
-            question.name,
-            question.space,
-            status | EquilibriumStatus.NO_EQUILIBRIUM,
-            critical,
-        )
-    held = displacement is not None
-    return _answer(question, loading, margins, found, status, critical, held)
+        status |= EquilibriumStatus.NO_EQUILIBRIUM
+        return Equilibrium(question.name, question.space, status, critical)
+    return _answer(question, loading, margins, found, status, critical, displacement is not None)
 
 
 def _confirmed(
@@ -373,10 +348,9 @@ def _answer(
         held=held,
         frame=question.frame,
     )
-    return answer if answer.stable else replace(answer, status=status | _UNSTABLE)
-
-
-_UNSTABLE = EquilibriumStatus.UNSTABLE
+    if answer.stable:
+        return answer
+    return replace(answer, status=status | EquilibriumStatus.UNSTABLE)
 
 
 def _target(problem: EquilibriumProblem, displacement: np.ndarray) -> Target:

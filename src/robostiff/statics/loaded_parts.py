@@ -75,7 +75,7 @@ def loaded_parts(
                 for i, index in enumerate(group.indices):
                     load, moved = None, x[i]
                     if isinstance(element, FiniteJoint):
-                        load = float(element.stiffness[i] * x[i, 0] - share * element.preload[i])
+                        load = element.force(i, float(x[i, 0])) - share * float(element.preload[i])
                     else:
                         moved = element.modes[i] @ x[i]
                     alike = [e.names[i] == element.names[i] for e in chain.elements]

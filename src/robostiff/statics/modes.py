@@ -17,9 +17,11 @@ from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.body_mass import Masses, unit_weights
-from robostiff.statics.equilibrium import Loads, Question, one_question, solved
+from robostiff.statics.equilibrium import Loads, one_question, solved
+from robostiff.statics.force_law import Laws
 from robostiff.statics.from_snapshot import legs_of, load_vector
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
+from robostiff.statics.question import Question
 from robostiff.statics.status import EquilibriumStatus
 from robostiff.statics.vibration import SmallMotions
 
@@ -116,6 +118,7 @@ def modes(
     at: ArrayLike | None = None,
     loads: Loads | None = None,
     preload: Mapping[str, Any] | None = None,
+    laws: Laws | None = None,
     beams: Beams = _BOWING,
     near: Near = None,
 ) -> Modes:
@@ -127,7 +130,7 @@ def modes(
 
     Parameters
     ----------
-    robot, pose, wrench, at, loads, preload, beams, near
+    robot, pose, wrench, at, loads, preload, laws, beams, near
         As for `equilibrium`.
     masses : mapping of str to float, BodyMass or a sequence of them
         By the name of the part before the body that carries them, ``leg/part``, or ``platform``
@@ -158,6 +161,7 @@ def modes(
             hint='write masses={"platform": 150} or {"leg1/strut": rs.BodyMass(12, inertia=...)}',
         )
     question, given = one_question(robot, pose, wrench, at, loads, preload, beams, near)
+    question = question.under(laws)
     if question.status & EquilibriumStatus.UNREACHABLE:
         return Modes(question.name, question.space, question.status)
     problem, known, state, status = _about(question, given)

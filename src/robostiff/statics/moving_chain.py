@@ -96,6 +96,13 @@ class MovingChains:
         for i, (_, e) in enumerate(joints):
             self.axis[:, i], self.slide[:, i, 0] = e.axis, e.slide
             self.stiffness[:, i], self.preload[:, i] = e.stiffness, e.preload
+        #: Leg, joint, and law of what is no linear spring.
+        self.laws = [
+            (n, i, law)
+            for i, (_, e) in enumerate(joints)
+            for n, law in enumerate(e.laws)
+            if law is not None
+        ]
         self.turning = np.array([[float(e.turns)] for _, e in joints]).reshape(J, 1)
         self.axis_skew = skews(self.axis)
         self.axis_skew_squared = self.axis_skew @ self.axis_skew
@@ -243,6 +250,10 @@ class MovingChains:
         q = x[:, self.joint_places]
         tangent[:, self.joint_columns, self.joint_columns] += self.stiffness
         gradient[:, self.joint_columns] += self.stiffness * q - share * self.preload
+        for n, i, law in self.laws:
+            column, own, k = self.joint_columns[i], float(q[n, i]), self.stiffness[n, i]
+            gradient[n, column] += law.at(own) - k * own
+            tangent[n, column, column] += law.tangent(own) - k
         if len(self.spring_elements):
             stored = self._stored(x)
             gradient[:, self.spring_columns] += stored.gradient.reshape(self.count, -1)[
@@ -341,6 +352,8 @@ class MovingChains:
         """Elastic energy of every element (N,) [J], preloads left out."""
         found = np.zeros((self.count, len(self.elements)))
         found[:, self.joint_elements] = 0.5 * self.stiffness * x[:, self.joint_places] ** 2
+        for n, i, law in self.laws:
+            found[n, self.joint_elements[i]] = law.energy(float(x[n, self.joint_places[i]]))
         if len(self.spring_elements):
             found[:, self.spring_elements] = self._stored(x).value
         return list(found.T)

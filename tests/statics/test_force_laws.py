@@ -1,0 +1,92 @@
+"""Springs whose stiffness depends on their motion: on paper, and the same as linear ones."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.model import PlacedLeg, Snapshot
+from robostiff.spatial import Space
+from tests.statics.robots_under_load import column, joint, loaded, number, root
+
+Q = sp.Symbol("q")
+K1, K3 = 500.0, 2e6
+
+
+def slider(k: float | None = 500.0) -> Snapshot:
+    """A slide along x, and stiff guides across it."""
+    tip = np.array([0.3, 0, 0])
+    elements = (
+        joint("spring", [0, 0, 0], [1, 0, 0], "P", k),
+        joint("across", tip, [0, 1, 0], "P", 1e7),
+        joint("turn", tip, [0, 0, 1], "R", 1e5),
+    )
+    return Snapshot("slider", (PlacedLeg("leg", elements, tip),), tip, Space.PLANAR)
+
+
+@pytest.mark.parametrize("F", [3.0, 40.0, -200.0])
+def test_hardening_spring(F: float):
+    """``k1 x + k3 x^3 = F``; K is the tangent ``k1 + 3 k3 x^2``."""
+    x = root(lambda x: K1 * x + K3 * x**3 - F, -1, 1)
+    law = rs.ForceLaw(K1 * Q + K3 * Q**3)
+    answer = loaded(slider(), wrench=[F, 0, 0], laws={"leg/spring": law})
+    assert answer.status == 0
+    assert np.isclose(answer.displacement[0], x, rtol=1e-12)
+    assert np.isclose(answer.K[0, 0], K1 + 3 * K3 * x * x, rtol=1e-12)
+    assert np.isclose(answer.energy, K1 * x * x / 2 + K3 * x**4 / 4, rtol=1e-12)
+    assert np.isclose(number(answer.parts[0].load), F, rtol=1e-12)
+    assert np.isclose(law.secant(x), F / x, rtol=1e-12)
+    mode = rs.modes(slider(), masses={"platform": 2.0}, wrench=[F, 0, 0], laws={"leg/spring": law})
+    exact = np.sqrt((K1 + 3 * K3 * x * x) / 2.0) / (2 * np.pi)
+    assert np.isclose(mode.frequencies[0], exact, rtol=1e-10)
+
+
+def test_a_linear_law_is_a_stiffness():
+    """On one leg of six, formula and table alike."""
+    robot, wrench = rs.load("hexapod"), [3e4, -1e4, -2e5, 1e3, 0, 2e3]
+    plain = loaded(robot, wrench=wrench)
+    strut = next(part for part in plain.parts if part.part == "strut" and part.leg == "leg3")
+    k = number(strut.load) / float(strut.motion[0])
+    for law in (rs.ForceLaw(k * Q), rs.ForceLaw([[-0.1, -0.1 * k], [0, 0], [0.1, 0.1 * k]])):
+        answer = loaded(robot, wrench=wrench, laws={"leg3/strut": law})
+        assert np.allclose(answer.K, plain.K, rtol=1e-10, atol=1e-10 * np.abs(plain.K).max())
+        assert np.isclose(answer.energy, plain.energy, rtol=1e-10)
+    softer = loaded(robot, wrench=wrench, laws={"leg3/strut": rs.ForceLaw(k / 2 * Q)})
+    assert softer.energy > 1.02 * plain.energy
+
+
+def test_a_table_goes_on_straight_and_stores_what_it_takes():
+    law = rs.ForceLaw([[-0.02, -30], [-0.01, -5], [0, 0], [0.01, 5], [0.02, 30]])
+    for F in (2.0, 12.0, 60.0):
+        answer = loaded(slider(), wrench=[F, 0, 0], laws={"leg/spring": law})
+        x = float(answer.displacement[0])
+        assert np.isclose(law.at(x), F, rtol=1e-12)
+        h = 1e-6
+        assert np.isclose(law.tangent(x), (law.at(x + h) - law.at(x - h)) / (2 * h), rtol=1e-5)
+        assert np.isclose(law.at(x), (law.energy(x + h) - law.energy(x - h)) / (2 * h), rtol=1e-6)
+        assert np.isclose(answer.K[0, 0], law.tangent(x), rtol=1e-12)
+
+
+def test_a_softening_knee_buckles_sooner():
+    """At rest a knee ``k q - c q^3`` has k: 2 k/L as ever; but it snaps from there."""
+    k, L = 40.0, 0.3
+    law = rs.ForceLaw(k * Q - 30 * Q**3)
+    found = rs.critical_load(
+        column(10 * k, 1e8, L, 1e8), wrench=[0, -1, 0], laws={"links/knee": law}
+    )
+    assert np.isclose(found.factor, 2 * k / L, rtol=1e-4)
+
+
+def test_misuse():
+    with pytest.raises(rs.InputError, match="without motion"):
+        rs.ForceLaw(5 + 3 * Q)
+    with pytest.raises(rs.InputError, match="zero or more"):
+        rs.ForceLaw(-3 * Q)
+    with pytest.raises(rs.InputError, match="one symbol"):
+        rs.ForceLaw(sp.Symbol("a") * Q)
+    with pytest.raises(rs.InputError, match="ascend"):
+        rs.ForceLaw([[0, 0], [1, 5], [0.5, 7]])
+    with pytest.raises(rs.InputError, match="rows of motion"):
+        rs.ForceLaw([1, 2, 3])
+    with pytest.raises(rs.InputError, match="such as 'leg/spring'"):
+        rs.equilibrium(slider(), laws={"leg/sprung": rs.ForceLaw(3 * Q)})
