@@ -34,8 +34,8 @@ class ForceLaw:
     Raises
     ------
     InputError
-        When it is neither; when it pushes without motion, or gives way at once; when a table does
-        not ascend.
+        When it is neither; when it pushes without motion, or has a negative stiffness there; when
+        a table does not ascend.
 
     Examples
     --------
