@@ -41,6 +41,8 @@ def test_format_follows_the_name_of_the_file():
         "a.md": "# Cartesian",
         "a.c": "/*",
         "a.py": '"""',
+        "a.jl": '"""',
+        "a.m": "function K = stiffness(",
         "a.txt": "Cartesian",
     }.items():
         outcome = run("3-rpr", "--symbols", "none", "-o", name)

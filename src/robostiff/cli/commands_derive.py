@@ -37,6 +37,8 @@ from robostiff.analytic.export import (
     derivation_page,
     derivation_pdf,
     derivation_text,
+    julia_function,
+    matlab_function,
     python_function,
 )
 from robostiff.analytic.robot_pose import PoseFormula, coordinate_names
@@ -187,6 +189,8 @@ _WRITERS: dict[str, Callable[[Any], str]] = {
     "json": lambda derivation: json.dumps(derivation_data(derivation), indent=1) + "\n",
     "python": python_function,
     "c": c_function,
+    "julia": julia_function,
+    "matlab": matlab_function,
 }
 _SUFFIXES = {
     ".txt": "text",
@@ -197,6 +201,8 @@ _SUFFIXES = {
     ".json": "json",
     ".py": "python",
     ".c": "c",
+    ".jl": "julia",
+    ".m": "matlab",
 }
 
 

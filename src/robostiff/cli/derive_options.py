@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c")
+FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
 
 PoseOption = Annotated[
     str,

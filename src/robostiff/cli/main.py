@@ -338,7 +338,7 @@ def derive(
     free_motions: derive_options.FreeMotionsOption = False,
     eigenvalues: derive_options.EigenvaluesOption = False,
 ) -> int:
-    """Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python or C.
+    """Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia.
 
     Examples
     --------

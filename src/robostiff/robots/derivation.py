@@ -56,7 +56,7 @@ def derive(
     -------
     RobotDerivation
         With K, the legs, and the definitions of named steps. `robostiff.analytic.export` writes it
-        as text, LaTeX, Markdown, PDF, JSON, Python and C.
+        as text, LaTeX, Markdown, PDF, JSON, Python, C, Julia and MATLAB.
 
     Raises
     ------

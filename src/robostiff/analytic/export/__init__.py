@@ -1,14 +1,16 @@
-"""Export of derivations: text, LaTeX, Markdown, HTML, Typst, PDF, JSON, Python and C.
+"""Export of derivations: text, LaTeX, Markdown, HTML, Typst, PDF, JSON, and functions.
 
 Plain text, LaTeX, Markdown, HTML and Typst (PDF) show how a stiffness matrix came about; JSON data
-keep it without loss; Python and C compute it.
+keep it without loss; functions of Python, C, Julia and MATLAB compute it.
 """
 
 from robostiff.analytic.export.c_code import c_function
 from robostiff.analytic.export.html import derivation_html, derivation_page
 from robostiff.analytic.export.json_form import derivation_data, derivation_from_data
+from robostiff.analytic.export.julia_code import julia_function
 from robostiff.analytic.export.latex import derivation_latex
 from robostiff.analytic.export.markdown import derivation_markdown
+from robostiff.analytic.export.matlab_code import matlab_function
 from robostiff.analytic.export.python_code import python_function
 from robostiff.analytic.export.text import derivation_text
 from robostiff.analytic.export.typst import derivation_pdf, derivation_typst
@@ -24,5 +26,7 @@ __all__ = [
     "derivation_pdf",
     "derivation_text",
     "derivation_typst",
+    "julia_function",
+    "matlab_function",
     "python_function",
 ]

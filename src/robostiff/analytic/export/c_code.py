@@ -11,11 +11,10 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import rows, symbols_of
+from robostiff.analytic.export.function_parts import convention, where_it_holds
 from robostiff.analytic.export.program import FormulaProgram, program
-from robostiff.analytic.export.python_code import where_it_holds
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
-from robostiff.spatial import Space
 
 _KEYWORDS = """
     auto break case char const continue default do double else enum extern float for goto if inline
@@ -125,13 +124,8 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
 
 
 def _comment(derivation: Derivation, compute: FormulaProgram, K: str, p: str) -> list[str]:
-    space = Space.of_size(derivation.K.rows)
-    n = space.size
-    words = (
-        f"{K}, {n} x {n}, row after row, relates the twist ({', '.join(space.twist_order)}) of "
-        f"the reference point to the wrench ({', '.join(space.wrench_order)}) about the reference "
-        "point, F = K t: translation before rotation, force before moment, SI units."
-    )
+    n = derivation.K.rows
+    words = f"{K}, {n} x {n}, row after row, {convention(n)}"
     order = [f"{p}[{i}] {_plain(symbol.name)}" for i, symbol in enumerate(compute.arguments)]
     values = f"Values: {', '.join(order)}." if order else f"{p} is not used and may be null."
     lines = [

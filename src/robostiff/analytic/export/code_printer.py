@@ -17,6 +17,7 @@ from robostiff.errors import InputError
 
 _LARGEST = sp.Integer(10) ** 300
 _HALF = sp.Rational(1, 2)
+_NUMBERS = 8  # letters for a number behind an identifier
 
 
 class CodePrinter(ABC):
@@ -129,6 +130,8 @@ class Identifiers:
     ----------
     reserved : iterable of str
         Keywords and names that are not to be hidden.
+    longest : int, optional
+        Most letters of an identifier.
 
     Examples
     --------
@@ -137,13 +140,16 @@ class Identifiers:
     ['lambda_', 'K_C_1', 'K_C_1_2', 'phi', 'v2a', 'lambda_2']
     """
 
-    def __init__(self, reserved: Iterable[str]) -> None:
+    def __init__(self, reserved: Iterable[str], longest: int | None = None) -> None:
         self._reserved = frozenset(reserved)
+        self._longest = longest
         self._taken: set[str] = set()
 
     def take(self, name: str) -> str:
         """An identifier like a name."""
         plain = ascii_identifier(name)
+        if self._longest is not None:
+            plain = plain[: self._longest - _NUMBERS]
         if plain in self._reserved:
             plain = f"{plain}_"
         identifier, number = plain, 2

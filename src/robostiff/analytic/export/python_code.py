@@ -11,11 +11,15 @@ import sympy as sp
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
-from robostiff.analytic.export.entries import rows
+from robostiff.analytic.export.function_parts import (
+    convention,
+    filled,
+    title_of_function,
+    where_it_holds,
+)
 from robostiff.analytic.export.program import FormulaProgram, program
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
-from robostiff.spatial import Space
 
 _WIDTH = 96
 
@@ -78,7 +82,7 @@ def python_function(derivation: Derivation | FormulaDerivative, name: str = "sti
     """
     if ascii_identifier(name) != name or keyword.iskeyword(name) or name in _USED:
         raise InputError("name of the function", got=name, expected="an identifier")
-    compute, title = program(derivation), _title(derivation)
+    compute, title = program(derivation), title_of_function(derivation)
     identifiers, names = _identifiers(compute, name)
     arguments = [names[symbol] for symbol in compute.arguments]
     body, targets, holds = _body(compute, names, identifiers)
@@ -125,21 +129,9 @@ def _module_start(title: str) -> list[str]:
     return [f'"""Stiffness matrix {title} as a function."""', "", "import numpy as np", "", ""]
 
 
-def _title(derivation: Derivation | FormulaDerivative) -> str:
-    if isinstance(derivation, FormulaDerivative):
-        name, symbol = derivation.derivation.name, derivation.symbol.name
-        return f"{_plain(name)} with its derivative by {_plain(symbol)}"
-    return _plain(derivation.name)
-
-
 def _docstring(title: str, compute: FormulaProgram, names: Mapping[sp.Symbol, str]) -> list[str]:
-    space = Space.of_size(compute.entries.rows)
-    n = space.size
-    words = (
-        f"It relates the twist ({', '.join(space.twist_order)}) of the reference point to the "
-        f"wrench ({', '.join(space.wrench_order)}) about the reference point, F = K t: "
-        "translation before rotation, force before moment, SI units."
-    )
+    n = compute.entries.rows
+    words = f"It {convention(n)}"
     each = " each" if len(compute.results) > 1 else ""
     first = f"Stiffness matrix {title} about the reference point, (..., {n}, {n}){each}."
     start, *others = wrapped_words(first, _WIDTH - 8)
@@ -203,30 +195,11 @@ def _refusal(holds: str, bad: str) -> list[str]:
     ]
 
 
-def where_it_holds(compute: FormulaProgram) -> str:
-    """A sentence about the arguments for which a generated function gives no answer."""
-    words = (
-        "where the formula does not hold: where a denominator vanishes up to rounding, "
-        "a radicand is negative, or K is not finite"
-    )
-    besides = dict.fromkeys(_plain(own) for own, _ in compute.conditions)
-    return words + "".join(f"; unless {own}" for own in besides)
-
-
 def _filled(K: str, shape: str, matrix: sp.ImmutableMatrix, printer: _PythonPrinter) -> list[str]:
     """A matrix made of zeros, its other entries assigned one by one."""
-    K_rows = rows(matrix)
-    n = len(K_rows)
-    lines = [f"    {K} = np.zeros((*{shape}, {n}, {n}))"]
-    for i, row in enumerate(K_rows):
-        for j, entry in enumerate(row):
-            if entry == 0:
-                continue
-            place = f"{K}[..., {i}, {j}]"
-            if j < i and entry == K_rows[j][i]:
-                lines.append(f"    {place} = {K}[..., {j}, {i}]")
-            else:
-                lines += _assigned(place, printer.write(entry))
+    lines = [f"    {K} = np.zeros((*{shape}, {matrix.rows}, {matrix.rows}))"]
+    for place, expression in filled(matrix, lambda i, j: f"{K}[..., {i}, {j}]", printer.write):
+        lines += _assigned(place, expression)
     return lines
 
 
