@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import robostiff as rs
 from robostiff.analytic import (
+    FormulaTooLargeError,
     canonical,
     decoupling_conditions,
+    eigenvalue_formulas,
     fixed_point_formula,
     free_motion_formulas,
     rank_formula,
@@ -126,3 +129,26 @@ def test_a_hinge_has_no_single_fixed_point_in_space():
 def test_a_sliding_platform_has_no_fixed_point():
     k = sp.Symbol("k")
     assert fixed_point_formula(sp.diag(0, k, k)) is None
+
+
+def test_a_derivation_is_as_good_as_its_matrix_and_steps_are_refused():
+    closed = rs.derive("3-rpr", symbols=rs.ALL_PARAMETERS)
+    assert rank_formula(closed) == rank_formula(closed.K)
+    assert free_motion_formulas(closed) == free_motion_formulas(closed.K)
+    assert decoupling_conditions(closed) == decoupling_conditions(closed.K)
+    steps = rs.derive("3-rpr", pose=rs.AtSymbols())
+    for question in (
+        rank_formula,
+        free_motion_formulas,
+        fixed_point_formula,
+        decoupling_conditions,
+        eigenvalue_formulas,
+    ):
+        with pytest.raises(rs.InputError, match="got 'named steps', expected a closed form"):
+            question(steps)
+
+
+def test_a_rank_that_does_not_end_is_refused():
+    steps = rs.derive("hexapod", pose=rs.AtSymbols())
+    with pytest.raises(FormulaTooLargeError, match=r"rank of a formula: got .*within 0.5 s"):
+        rank_formula(steps.K, budget=0.5)

@@ -16,6 +16,7 @@ Found = TypeVar("Found")
 #: Seconds of computing that a closed form may take.
 BUDGET = 20.0
 
+_HINTS = {"closed form": "use named steps, form=Steps(), or a larger budget=..."}
 _LARGEST = 1e6  # seconds
 _INTERVAL = 0.1  # between two looks at the clock
 _LATER = 0.5  # until it is stopped again, where something has swallowed that
@@ -29,7 +30,7 @@ class _Stop(BaseException):  # no Exception: handlers on the way must not take i
     """Raised inside the computation."""
 
 
-def within(budget: float | None, work: Callable[[], Found]) -> Found:
+def within(budget: float | None, work: Callable[[], Found], subject: str = "closed form") -> Found:
     """The result of a computation that ends within a budget.
 
     The time is that of the thread that computes, so that a busy machine gives the same answer. A
@@ -40,6 +41,8 @@ def within(budget: float | None, work: Callable[[], Found]) -> Found:
     budget : float or None
         Seconds of computing; without a limit for None.
     work : callable
+    subject : str
+        What is computed, in words.
 
     Raises
     ------
@@ -68,10 +71,10 @@ def within(budget: float | None, work: Callable[[], Found]) -> Found:
     except _Stop:
         guard.end()
         raise OutOfTimeError(
-            "closed form",
+            subject,
             got=f"none within {limit:g} s of computing",
             expected="one in time",
-            hint="use named steps, form=Steps(), or a larger budget=...",
+            hint=_HINTS.get(subject, "use fewer symbols, or a larger budget=..."),
         ) from None
 
 

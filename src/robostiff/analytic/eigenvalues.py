@@ -11,6 +11,7 @@ import sympy as sp
 from robostiff.analytic.elimination import determinant, null_space
 from robostiff.analytic.factors import factored, rational
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.questions import closed_matrix
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
@@ -206,7 +207,7 @@ def eigenvalue_formulas(
 
     Parameters
     ----------
-    K : (n, n) symmetric matrix of SymPy expressions, n = 6 or 3
+    K : (n, n) symmetric matrix of SymPy expressions, n = 6 or 3, or Derivation in closed form
     part : StiffnessPart
         Translations alone, rotations alone, or all. Eigenvalues of the whole mix newtons by metre
         with newton metres wherever a translation is coupled with a rotation, so that a length is
@@ -234,7 +235,7 @@ def eigenvalue_formulas(
     >>> found.answer
     'all 3 eigenvalues in closed form'
     """
-    K = sp.ImmutableMatrix(K)
+    K = sp.ImmutableMatrix(closed_matrix(K, "eigenvalues"))
     M = _part_of(K, part, length)
     is_scaled = part is StiffnessPart.WHOLE and length is not None
     symbol: Any = sp.Symbol(_free_name(M))

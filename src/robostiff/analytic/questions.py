@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.budget import BUDGET, within
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.elimination import determinant, echelon, null_space
 from robostiff.analytic.factors import starts_with_minus
 from robostiff.analytic.field import ExactField
+from robostiff.errors import InputError
 from robostiff.spatial import Space, skew
 
 
@@ -36,7 +39,38 @@ class RankFormula:
     common_minor: sp.Expr
 
 
-def rank_formula(K: Any) -> RankFormula:
+def closed_matrix(formula: Any, question: str) -> sp.Matrix:
+    """The matrix that a question is about: a matrix of formulas, or a derivation in closed form.
+
+    Raises
+    ------
+    InputError
+        For a derivation in steps: their names would be taken for independent symbols.
+
+    Examples
+    --------
+    >>> k = sp.Symbol("k")
+    >>> K = sp.ImmutableMatrix(sp.diag(k, k, 0))
+    >>> closed_matrix(Derivation("K_C", K, (), K), "rank")
+    Matrix([
+    [k, 0, 0],
+    [0, k, 0],
+    [0, 0, 0]])
+    """
+    if not isinstance(formula, Derivation):
+        return sp.Matrix(formula)
+    if not formula.is_closed:
+        raise InputError(
+            f"{question} of {formula.name!r}",
+            got="named steps",
+            expected="a closed form",
+            hint="take the home pose, fewer symbols, or form=Closed(); subs(...) with values for "
+            "all symbols but a few makes steps short",
+        )
+    return sp.Matrix(formula.K)
+
+
+def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     """Rank of a stiffness formula and the conditions under which it drops.
 
     A positive semidefinite matrix of rank r has a principal minor of size r that is not zero; the
@@ -47,8 +81,17 @@ def rank_formula(K: Any) -> RankFormula:
 
     Parameters
     ----------
-    K : (n, n) matrix of SymPy expressions
+    K : (n, n) matrix of SymPy expressions, or Derivation in closed form
         Symmetric and positive semidefinite.
+    budget : float or None
+        Seconds of computing; None for no limit.
+
+    Raises
+    ------
+    InputError
+        For a derivation in steps.
+    OutOfTimeError
+        When it does not end in time, as with a matrix of long sums.
 
     Examples
     --------
@@ -56,7 +99,11 @@ def rank_formula(K: Any) -> RankFormula:
     >>> rank_formula(sp.diag(a, a * (a - b), 0))
     RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
     """
-    K = sp.Matrix(K)
+    matrix = closed_matrix(K, "rank")
+    return within(budget, lambda: _rank(matrix), "rank of a formula")
+
+
+def _rank(K: Any) -> RankFormula:
     field = ExactField(list(K))
     elements = [[field.element(K[i, j]) for j in range(K.cols)] for i in range(K.rows)]
     rank = len(echelon(field, elements)[1])
@@ -84,7 +131,7 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
 
     Parameters
     ----------
-    K : (n, n) matrix of SymPy expressions
+    K : (n, n) matrix of SymPy expressions, or Derivation in closed form
 
     Returns
     -------
@@ -98,7 +145,7 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     >>> free_motion_formulas(K)[0].T
     Matrix([[-d, 0, 1]])
     """
-    K = sp.Matrix(K)
+    K = closed_matrix(K, "free motions")
     field = ExactField(list(K))
     n = K.rows
     rows = [[field.element(entry) for entry in K.row(i)] for i in range(n)]
@@ -115,7 +162,7 @@ def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
 
     Parameters
     ----------
-    K : (n, n) matrix of SymPy expressions
+    K : (n, n) matrix of SymPy expressions, or Derivation in closed form
 
     Returns
     -------
@@ -129,7 +176,8 @@ def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
     >>> fixed_point_formula(K).T
     Matrix([[0, -d]])
     """
-    space = Space.of_size(sp.Matrix(K).rows)
+    K = closed_matrix(K, "fixed point")
+    space = Space.of_size(K.rows)
     t = space.translations
     motions = free_motion_formulas(K)
     equations = []
@@ -161,7 +209,7 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     >>> decoupling_conditions(sp.Matrix([[k, 0, k * (R - r)], [0, k, 0], [k * (R - r), 0, k]]))
     (k, R - r)
     """
-    K = sp.Matrix(K)
+    K = closed_matrix(K, "decoupling")
     t = Space.of_size(K.rows).translations
     field = ExactField(list(K))
     coupling = [field.element(K[i, j]) for i in range(t) for j in range(t, K.rows)]

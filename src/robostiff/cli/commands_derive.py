@@ -119,7 +119,7 @@ class Questions:
         """Whether a property is requested."""
         return self.rank or self.free_motions or self.eigenvalues
 
-    def answered(self, derivation: RobotDerivation) -> str:
+    def answered(self, derivation: RobotDerivation, budget: float) -> str:
         """The properties as text, one or more lines each.
 
         Raises
@@ -136,7 +136,7 @@ class Questions:
             )
         lines = [f"{derivation.name}, {derivation.where}"]
         if self.rank:
-            lines += _rank(derivation.K)
+            lines += _rank(derivation.K, budget)
         if self.free_motions:
             lines += _free_motions(derivation.K)
         if self.eigenvalues:
@@ -144,8 +144,8 @@ class Questions:
         return text_of(lines) + "\n"
 
 
-def _rank(K: sp.ImmutableMatrix) -> list[str]:
-    found = rank_formula(K)
+def _rank(K: sp.ImmutableMatrix, budget: float) -> list[str]:
+    found = rank_formula(K, budget)
     line = f"rank {found.rank} of {K.rows}"
     if found.exceptions:
         line += f"; lower where one of these is zero: {_listed(found.exceptions)}"
@@ -253,7 +253,11 @@ def print_formula(
             with whole_file(output) as begun:
                 derivation_pdf(found, begun)
             return 0
-        written = questions.answered(derivation) if questions.any else _WRITERS[language](found)
+        written = (
+            questions.answered(derivation, asked.budget)
+            if questions.any
+            else _WRITERS[language](found)
+        )
     except FormulaTooLargeError as error:
         raise InputError(
             error.subject,
