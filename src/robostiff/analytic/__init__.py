@@ -20,6 +20,7 @@ from robostiff.analytic.eigenvalues import (
 )
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.formula_function import FormulaFunction
+from robostiff.analytic.inverse import compliance_formula
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.questions import (
     RankFormula,
@@ -57,6 +58,7 @@ __all__ = [
     "StiffnessPart",
     "Unsolved",
     "canonical",
+    "compliance_formula",
     "decoupling_conditions",
     "derivative_formula",
     "derive_chain",

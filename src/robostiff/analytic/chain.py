@@ -14,6 +14,7 @@ from robostiff.analytic.closed import eliminate_exactly
 from robostiff.analytic.derivation import Definition, Derivation, Stage, Unwritten
 from robostiff.analytic.exact_matrix import ExactMatrix
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.inverse import compliance_formula
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
@@ -151,21 +152,27 @@ _CLOSED = Closed()
 
 
 def derive_chain(
-    K0: Any,
-    joints: Mapping[str, Any],
+    K0: Any = None,
+    joints: Mapping[str, Any] | None = None,
     form: Closed | Steps = _CLOSED,
     name: str = "K_C",
+    *,
+    C: Any = None,
 ) -> Derivation:
     """Derive the stiffness matrix of a chain, one passive joint after the other, eq. (15).
 
     Parameters
     ----------
     K0 : (n, n) matrix
-        Stiffness without passive joints: SymPy expressions, numbers or both; n = 6 or 3.
+        Stiffness without passive joints: SymPy expressions, numbers or both; n = 6 or 3. Left out
+        where `C` is given.
     joints : mapping of str to (n,) columns
         Passive joint twists by name, in the order of elimination.
     form : Closed or Steps
     name : str
+    C : (n, n) matrix, optional
+        Compliance of the springs in place of their stiffness: that of springs in series is the sum
+        of theirs about one point.
 
     Returns
     -------
@@ -174,8 +181,8 @@ def derive_chain(
     Raises
     ------
     InputError
-        When a shape does not fit, K0 is not symmetric, or an expression is none that exact
-        arithmetic knows.
+        When a shape does not fit, K0 is not symmetric, C has no inverse, or an expression is none
+        that exact arithmetic knows.
     DisagreementError
         When the formula and the block form differ at random values.
     FormulaTooLargeError
@@ -193,7 +200,15 @@ def derive_chain(
     >>> derivation.stages[0].rule
     'rotation about z at the reference point: trivial joint (19), row and column 3 vanish'
     """
-    start = _checked_stiffness(K0)
+    if (K0 is None) == (C is None) or joints is None:
+        given = [n for n, x in (("K0", K0), ("C", C), ("joints", joints)) if x is not None]
+        raise InputError(
+            "chain",
+            got=", ".join(given) or "nothing",
+            expected="either K0 or C, and joints",
+            hint="write derive_chain(K0, joints) or derive_chain(C=C, joints=joints)",
+        )
+    start = _checked_stiffness(K0 if C is None else compliance_formula(_checked_stiffness(C)))
     columns = {joint: _checked_column(joint, J, start.rows) for joint, J in joints.items()}
     if isinstance(form, Steps):
         derivation = _by_steps(start, columns, name)
