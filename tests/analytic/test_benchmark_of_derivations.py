@@ -18,3 +18,21 @@ def test_all_routes_agree_on_one_joint():
     assert run.stdout.count("canonical") >= 9
     assert "WRONG" not in run.stdout
     assert "no answer" not in run.stdout
+
+
+def test_robots_are_compared_with_numbers():
+    script = ROOT / "benchmarks/derivations.py"
+    model = ROOT / "tests/analytic/data/gsb-drive.yaml"
+    run = subprocess.run(
+        [sys.executable, script, "--robots", model, "3-rpr", "--sets", "5"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    rows = {line.split()[0]: line.split()[1:] for line in run.stdout.splitlines()}
+    assert rows["gsb-drive"][0] == rows["3-rpr"][0] == "springs"
+    assert int(rows["gsb-drive"][2]) <= 60
+    assert int(rows["gsb-drive"][3]) <= 10
+    assert float(rows["gsb-drive"][-1]) < 1e-12
+    assert "  c_a = 1/k + L_a/EA_1" in run.stdout
+    assert "K15 = -K24" in run.stdout

@@ -213,13 +213,13 @@ def test_steps_of_shipped_robots_at_their_own_values(name):
 
 
 def test_a_derivation_that_differs_from_numbers_is_not_returned(monkeypatch):
-    wrong = robot_formula.closed_sum
+    wrong = robot_formula.sum_of_springs
 
     def off(*arguments):
         found = wrong(*arguments)
         return replace(found, K=found.K * sp.Rational(1001, 1000))
 
-    monkeypatch.setattr(robot_formula, "closed_sum", off)
+    monkeypatch.setattr(robot_formula, "sum_of_springs", off)
     with pytest.raises(DisagreementError, match=r"disagree by 1\.0e-03 .*report"):
         rs.derive("gough-stewart-b")
 

@@ -166,6 +166,8 @@ def _compare(
     limit = _AGREED_IN_DOUBT if doubtful else AGREED
     where = f"{derivation.name!r} {derivation.where}"
     check_value(derivation.K, derivation.definitions, given, K, limit, where, placed.length)
+    if (named := derivation.named) is not None:
+        check_value(named.K, named.definitions, given, K, limit, where, placed.length)
 
 
 def check_value(

@@ -269,6 +269,21 @@ def _matrix(
     return sp.ImmutableMatrix(n, n, lambda i, j: written[min(i, j), max(i, j)])
 
 
+def factored_fraction(expression: Any) -> Any:
+    """An expression as one fraction, numerator and denominator factored where they are short.
+
+    Examples
+    --------
+    >>> R, r = sp.symbols("R r")
+    >>> factored_fraction(1 / R - r / R**2)
+    (R - r)/R**2
+    """
+    if expression.is_Symbol or expression.is_Number:
+        return expression
+    field = ExactField([expression])
+    return _expression(field, field.element(expression))
+
+
 def _expression(field: ExactField, element: Element) -> sp.Expr:
     """A fraction, its numerator and denominator factored where they are short."""
     if element.terms > _FACTORED:

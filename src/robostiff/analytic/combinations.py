@@ -114,9 +114,9 @@ class CombinationNames:
 
     def _free(self, letter: str) -> str:
         number = 0
-        while f"{letter}_{_suffix(number)}" in self._taken:
+        while f"{letter}_{suffix(number)}" in self._taken:
             number += 1
-        name = f"{letter}_{_suffix(number)}"
+        name = f"{letter}_{suffix(number)}"
         self._taken.add(name)
         return name
 
@@ -156,8 +156,8 @@ def _assumed(expression: Any) -> dict[str, bool]:
     return {"real": True} if expression.is_real else {}
 
 
-def _suffix(number: int) -> str:
-    """a, b, ..., z, aa, ab, ..."""
+def suffix(number: int) -> str:
+    """Letters for a number from 0: a, b, ..., z, aa, ab, ..."""
     letters = ""
     number += 1
     while number:

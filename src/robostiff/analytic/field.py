@@ -12,12 +12,14 @@ import sympy as sp
 
 from robostiff.analytic.atoms import Angles, atoms_of, is_root, prepare
 from robostiff.analytic.element import Element
-from robostiff.analytic.products import quotient
+from robostiff.analytic.products import FormulaTooLargeError, quotient
 from robostiff.analytic.roots import Radicand, Roots, factors_of
 from robostiff.analytic.writing import PolynomialWriter
 from robostiff.errors import InputError
 
 # Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
+# Most terms above and below of a fraction that is freed of sines: its norm has their square.
+_FREED = 300
 _CHECKED = 50
 
 
@@ -194,6 +196,8 @@ class ExactField:
         goes_up = is_sine or relation.square.is_constant()
         if len(den) > _CHECKED and not goes_up:
             return num, den
+        if max(len(num), len(den)) > _FREED:
+            raise FormulaTooLargeError.beyond(_FREED)
         norm = self.reduced(plain**2 - (with_root / root) ** 2 * relation.square)
         if norm.is_zero():
             raise InputError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+import flint
 import numpy as np
 import sympy as sp
 
@@ -74,6 +75,25 @@ def many_digits_of(
     for definition in definitions:
         known[definition.symbol] = _value(definition.expression, known, _many_digits, _careful)
     return [_value(expression, known, _many_digits, _careful) for expression in expressions]
+
+
+def balls_of(
+    expressions: Iterable[Any],
+    values: Mapping[Any, Any],
+    definitions: Iterable[Definition] = (),
+) -> list[Any]:
+    """The same as balls of FLINT that contain the value, at its precision; values are exact.
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> bool(balls_of([sp.sqrt(x) ** 2 - 2], {x: sp.Integer(2)})[0].contains(0))
+    True
+    """
+    known: dict[Any, Any] = {symbol: _ball(value) for symbol, value in values.items()}
+    for definition in definitions:
+        known[definition.symbol] = _value(definition.expression, known, _ball, _in_balls)
+    return [_value(expression, known, _ball, _in_balls) for expression in expressions]
 
 
 def matrix_value(
@@ -155,3 +175,24 @@ def _many_digits(number: Any) -> Any:
         if isinstance(number, sp.Rational):
             return mp.mpf(int(number.p)) / int(number.q)
         return mp.mpf(str(sp.N(number, DIGITS)) if isinstance(number, sp.Basic) else float(number))
+
+
+def _ball(number: Any) -> Any:
+    if number is sp.pi:
+        return flint.arb.pi()
+    exact = sp.Rational(number)
+    return flint.arb(flint.fmpq(int(exact.p), int(exact.q)))
+
+
+def _in_balls(expression: Any, arguments: list[Any]) -> Any:
+    if expression.is_Add or expression.is_Mul:
+        total = arguments[0]
+        for other in arguments[1:]:
+            total = total + other if expression.is_Add else total * other
+        return total
+    if expression.is_Pow:
+        base, exponent = arguments[0], expression.exp
+        if exponent.is_Rational and exponent.q == 2:
+            return base.sqrt() ** int(exponent.p)
+        return base ** int(exponent) if exponent.is_Integer else base ** arguments[1]
+    return getattr(flint.arb, type(expression).__name__)(*arguments)

@@ -11,6 +11,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.exact_points import ExactPoints, exact
 from robostiff.analytic.field import ExactField
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
@@ -86,6 +87,9 @@ class ClosedReading:
 class StepReading:
     """Writes entries of a record in named steps: entries used twice, or with a name, are defined.
 
+    What is zero or another number at random points in exact arithmetic is that number, and what is
+    equal up to a sign has one name.
+
     Parameters
     ----------
     record : Record
@@ -113,19 +117,17 @@ class StepReading:
         self, record: Record, symbols: dict[str, sp.Symbol], results: Iterable[Any]
     ) -> None:
         wanted = [value.step for value in results if isinstance(value, Entry)]
-        steps = record.needed(wanted)
-        uses = Counter(wanted)
-        for step in steps:
-            # A square counts as one use of its argument.
-            uses.update(set(record.arguments(step)))
+        self._same = ExactPoints(record).same(record.needed(wanted))
+        steps, uses = self._needed(record, wanted)
         reading = ClosedReading(record, symbols)
         given: set[str] = set()
         taken = {*record.inputs, *record.names.values()}
         count = 0
-        self._known: dict[int, sp.Expr] = {}
+        self._written: dict[int, sp.Expr] = {}
         definitions = []
         for step in steps:
-            expression = reading.written(step, self._known)
+            arguments = {x: self._of_step(x) for x in record.arguments(step)}
+            expression = reading.written(step, arguments)
             name = _identifier(record.names.get(step), taken, given)
             if name is None and uses[step] > 1 and not _is_trivial(expression):
                 count, name = _free_name(count, taken)
@@ -133,12 +135,32 @@ class StepReading:
                 symbol = sp.Symbol(name, real=True)
                 definitions.append(Definition(symbol, expression))
                 expression = symbol
-            self._known[step] = expression
-        self.definitions = _used(definitions, [self._known[step] for step in wanted])
+            self._written[step] = expression
+        self.definitions = _used(definitions, [self._of_step(step) for step in wanted])
 
     def __call__(self, value: Any) -> sp.Expr:
         """The expression of an entry or number that was among the results."""
-        return self._known[value.step] if isinstance(value, Entry) else exact(value)
+        return self._of_step(value.step) if isinstance(value, Entry) else exact(value)
+
+    def _needed(self, record: Record, wanted: list[int]) -> tuple[list[int], Counter[int]]:
+        """The first of all steps that are alike, in order, and how often each is used."""
+        waiting = [self._same[step].step for step in wanted]
+        uses = Counter(waiting)
+        steps = set()
+        while waiting:
+            step = waiting.pop()
+            if step is None or step in steps:
+                continue
+            steps.add(step)
+            # A square counts as one use of its argument.
+            arguments = {self._same[x].step for x in record.arguments(step)}
+            uses.update(arguments)
+            waiting.extend(arguments)
+        return sorted(steps), uses
+
+    def _of_step(self, step: int) -> Any:
+        same = self._same[step]
+        return same.factor if same.step is None else same.factor * self._written[same.step]
 
 
 def _shorter(radicand: sp.Expr) -> sp.Expr:
@@ -165,12 +187,6 @@ def written_size(record: Record, results: Iterable[Any]) -> int:
     for step in record.needed(wanted):
         sizes[step] = 1 + sum(sizes[argument] for argument in record.arguments(step))
     return max((sizes[step] for step in wanted), default=0)
-
-
-def exact(number: Any) -> sp.Expr:
-    """A number of SymPy; a float as the decimal that it prints as."""
-    written = sp.sympify(number)
-    return sp.nsimplify(written, rational=True) if written.has(sp.Float) else written
 
 
 def _used(definitions: list[Definition], results: Iterable[sp.Expr]) -> tuple[Definition, ...]:

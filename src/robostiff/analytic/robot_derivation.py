@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import sympy as sp
@@ -46,6 +46,25 @@ class LegDerivation:
 
 
 @dataclass(frozen=True)
+class InNames:
+    """A closed form as a person writes it: with names for lengths, beams and compliances.
+
+    Attributes
+    ----------
+    K : sympy.ImmutableMatrix
+        Sum of w w^T / c in names.
+    legs : tuple of LegDerivation
+        Their wrenches and compliances in names; without K.
+    definitions : tuple of Definition
+        What the names stand for, in the order in which they can be computed.
+    """
+
+    K: sp.ImmutableMatrix
+    legs: tuple[LegDerivation, ...]
+    definitions: tuple[Definition, ...]
+
+
+@dataclass(frozen=True)
 class RobotDerivation(Derivation):
     """The stiffness matrix of a robot as a formula, with the derivation of its legs.
 
@@ -61,6 +80,8 @@ class RobotDerivation(Derivation):
         are those at which the legs close, and not free to choose.
     remark : str
         Why it is in steps where a closed form was to be expected; empty otherwise.
+    named : InNames or None
+        The same in names, where every leg holds by unit wrenches that share no energy.
     """
 
     legs: tuple[LegDerivation, ...] = ()
@@ -68,10 +89,18 @@ class RobotDerivation(Derivation):
     coordinates: tuple[str, ...] = ()
     following: tuple[str, ...] = ()
     remark: str = ""
+    named: InNames | None = field(default=None, compare=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
-        of_robot = (self.legs, self.where, self.coordinates, self.following, self.remark)
+        of_robot = (
+            self.legs,
+            self.where,
+            self.coordinates,
+            self.following,
+            self.remark,
+            self.named,
+        )
         return RobotDerivation, (*own, *of_robot)
 
     def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
@@ -98,4 +127,5 @@ class RobotDerivation(Derivation):
             "legs": legs,
             "coordinates": tuple(name for name in self.coordinates if name in left),
             "following": tuple(name for name in self.following if name in left),
+            "named": None,  # its names stand for what they were
         }

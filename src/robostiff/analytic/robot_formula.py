@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -14,11 +15,13 @@ from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
 from robostiff.analytic.conditions import conditions_of
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading, written_size
-from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
+from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
+from robostiff.analytic.sum_of_springs import sum_of_springs
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
 from robostiff.record import Entry
@@ -154,18 +157,56 @@ def derive_robot(
     robot.check_platform_is_rigid("formula")
     placed = place_robot(robot, pose)
     recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
+    is_home = isinstance(pose, AtHome)
     if isinstance(form, Closed):
         limit = form.limit
-        return within(budget, lambda: _closed(placed, recorded, limit))
+        return within(budget, lambda: _readable(placed, recorded, limit, is_home))
     remark = ""
-    if form is None and isinstance(pose, AtHome):
+    if form is None and is_home:
         try:
-            return within(budget, lambda: _closed(placed, recorded, _READABLE))
+            return within(budget, lambda: _readable(placed, recorded, _READABLE, is_home))
         except OutOfTimeError:
             remark = f"A closed form did not end within {budget:g} s of computing."
         except FormulaTooLargeError:
             pass
     return replace(_in_steps(placed, recorded), remark=remark)
+
+
+def _readable(
+    placed: PlacedRobot, recorded: RecordedRobot, limit: int, is_home: bool
+) -> RobotDerivation:
+    """A sum of springs where the robot is one, a closed form otherwise."""
+    if is_home:
+        with suppress(FormulaTooLargeError):
+            if (derivation := _by_springs(placed, recorded)) is not None:
+                return derivation
+    return _closed(placed, recorded, limit)
+
+
+def _by_springs(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation | None:
+    """Unit wrenches, and compliances that stay sums; None where a leg has no such basis.
+
+    Also None where the sum holds only to the digits of the model, as with angles in decimals.
+    """
+    found = sum_of_springs(placed)
+    if found is None:
+        return None
+    points = ExactPoints(placed.record)
+    # Legs that are closed by iteration are not closed exactly at any point.
+    if not placed.closed and not points.holds(found.K, recorded.K):
+        return None
+    named, legs = [], []
+    for own, leg in zip(placed.legs, found.legs, strict=True):
+        parts = _facts(own.leg, leg.redundant, leg.wrenches, leg.compliances)
+        named.append(LegDerivation(**parts, K=None))
+        W = [found.written_out(w) for w in leg.wrenches]
+        c = [found.written_out(x) for x in leg.compliances]
+        zero: Any = sp.zeros(found.K.rows)
+        K = sum((w * w.T / x for w, x in zip(W, c, strict=True)), zero)
+        parts = _facts(own.leg, leg.redundant, W, c)
+        legs.append(LegDerivation(**parts, K=sp.ImmutableMatrix(K)))
+    in_names = InNames(found.K, tuple(named), found.definitions)
+    return _derivation(placed, found.written_out(found.K), legs, named=in_names)
 
 
 def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
@@ -209,8 +250,17 @@ def _parts(
     placed: PlacedLeg, recorded: RecordedLeg, wrenches: Sequence[Any], compliances: Sequence[Any]
 ) -> dict[str, Any]:
     """Facts about a leg that both forms contain."""
+    return _facts(placed, recorded.redundant, wrenches, compliances)
+
+
+def _facts(
+    placed: PlacedLeg,
+    redundant: Sequence[bool],
+    wrenches: Sequence[Any],
+    compliances: Sequence[Any],
+) -> dict[str, Any]:
     names = passive_freedoms(placed)
-    lost = zip(names, recorded.redundant, strict=True)
+    lost = zip(names, redundant, strict=True)
     return {
         "name": placed.name,
         "joints": names,
@@ -226,6 +276,7 @@ def _derivation(
     K: sp.ImmutableMatrix,
     legs: Sequence[LegDerivation],
     definitions: tuple[Definition, ...] = (),
+    named: InNames | None = None,
 ) -> RobotDerivation:
     derivation = RobotDerivation(
         name=placed.robot.name,
@@ -238,6 +289,7 @@ def _derivation(
         coordinates=placed.coordinates,
         following=placed.following,
         conditions=conditions_of(placed),
+        named=named,
     )
     check_robot(derivation, placed)
     return derivation

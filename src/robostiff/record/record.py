@@ -196,8 +196,6 @@ class Record:
         simpler = self.at(alike)
         return simpler if self._samples[alike, 0] * own[0] > 0 else -simpler
 
-    settled = simplified
-
     def _first_alike(self, step: int) -> int | None:
         """The first step with the same values up to one sign, before this one."""
         own = self._samples[step]

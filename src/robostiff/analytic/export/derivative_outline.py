@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Definition, Derivation
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
 from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
 from robostiff.analytic.export.outline import (
@@ -29,7 +29,7 @@ from robostiff.analytic.export.outline import (
     title_of,
 )
 from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
-from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
+from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
@@ -86,20 +86,13 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     return tuple(blocks)
 
 
-@dataclass(frozen=True)
-class _Named:
-    """K and the legs with names for recurring expressions."""
-
-    K: sp.ImmutableMatrix
-    legs: tuple[LegDerivation, ...]
-    definitions: tuple[Definition, ...]
-
-
-def _named(derivation: RobotDerivation, names: EntryNames) -> _Named:
+def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     """Names for K and the wrenches together, so that a name has one meaning; none in steps."""
     K, legs = derivation.K, derivation.legs
+    if derivation.named is not None:
+        return derivation.named
     if not derivation.is_closed:
-        return _Named(K, legs, ())
+        return InNames(K, legs, ())
     upper = [K[i, j] for i in range(K.rows) for j in range(i, K.rows)]
     columns = [[*w, c] for leg in legs for w, c in zip(leg.wrenches, leg.compliances, strict=True)]
     every = [*upper, *(entry for column in columns for entry in column)]
@@ -113,7 +106,7 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> _Named:
         compliances = tuple(column[-1] for column in own)
         found.append(replace(leg, wrenches=wrenches, compliances=compliances))
     matrix = sp.ImmutableMatrix(K.rows, K.rows, lambda i, j: written[min(i, j), max(i, j)])
-    return _Named(matrix, tuple(found), named.definitions)
+    return InNames(matrix, tuple(found), named.definitions)
 
 
 def _summary(derivation: RobotDerivation) -> str:

@@ -17,7 +17,7 @@ from robostiff.analytic.export.json_expression import (
     shown,
     symbol_data,
 )
-from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
+from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
@@ -34,7 +34,8 @@ LEG_KEYS = (
 
 
 _VERSION = 1
-_ROBOT_KEYS = ("legs", "where", "coordinates", "following", "remark", "conditions")
+_ROBOT_KEYS = ("legs", "where", "coordinates", "following", "remark", "conditions", "named")
+_NAMED_KEYS = ("K", "legs", "definitions")
 _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
 
@@ -166,7 +167,16 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
             {"words": condition.words, "expression": expression_tree(condition.expression)}
             for condition in derivation.conditions
         ]
+        data["named"] = None if derivation.named is None else _named_data(derivation.named)
     return data
+
+
+def _named_data(named: InNames) -> dict[str, Any]:
+    return {
+        "K": _matrix_data(named.K),
+        "legs": [leg_data(leg, _definitions_data) for leg in named.legs],
+        "definitions": _definitions_data(named.definitions),
+    }
 
 
 def derivation_from_data(data: Any) -> Derivation:
@@ -187,7 +197,7 @@ def derivation_from_data(data: Any) -> Derivation:
     keys = ("robostiff_derivation", "name", "symbols", "K0", "stages", "K", "definitions")
     is_robot = isinstance(data, dict) and "legs" in data
     if is_robot:  # absent in older files
-        data = {"following": [], "conditions": [], "remark": "", **data}
+        data = {"following": [], "conditions": [], "remark": "", "named": None, **data}
     fields = _fields(data, "derivation", (*keys, *_ROBOT_KEYS) if is_robot else keys)
     if fields["robostiff_derivation"] != _VERSION or fields["robostiff_derivation"] is True:
         raise InputError(
@@ -211,14 +221,13 @@ def _of_robot(
     derivation: Derivation, fields: dict[str, Any], reader: _DerivationReader
 ) -> RobotDerivation:
     """The derivation with its legs."""
-    legs = [_fields(leg, "leg", LEG_KEYS) for leg in _list(fields["legs"], "legs")]
     return RobotDerivation(
         name=derivation.name,
         K0=derivation.K0,
         stages=derivation.stages,
         K=derivation.K,
         definitions=derivation.definitions,
-        legs=tuple(leg_from_data(leg, reader) for leg in legs),
+        legs=_legs(fields["legs"], reader),
         where=_text(fields["where"], "where"),
         coordinates=texts(fields["coordinates"], "coordinates"),
         following=texts(fields["following"], "following"),
@@ -232,7 +241,20 @@ def _of_robot(
                 for data in _list(fields["conditions"], "conditions")
             )
         ),
+        named=None if fields["named"] is None else _in_names(fields["named"], reader),
     )
+
+
+def _legs(data: Any, reader: _DerivationReader) -> tuple[LegDerivation, ...]:
+    legs = [_fields(leg, "leg", LEG_KEYS) for leg in _list(data, "legs")]
+    return tuple(leg_from_data(leg, reader) for leg in legs)
+
+
+def _in_names(data: Any, reader: _DerivationReader) -> InNames:
+    fields = _fields(data, "form in names", _NAMED_KEYS)
+    definitions = reader.definitions(fields["definitions"])
+    _check_order(definitions)
+    return InNames(reader.matrix(fields["K"]), _legs(fields["legs"], reader), definitions)
 
 
 def _symbols_by_name(derivation: Derivation) -> list[sp.Symbol]:
@@ -241,10 +263,15 @@ def _symbols_by_name(derivation: Derivation) -> list[sp.Symbol]:
     for stage in derivation.stages:
         matrices += [stage.J, stage.u, stage.K, stage.mu]
         definitions += stage.definitions
-    for leg in derivation.legs if isinstance(derivation, RobotDerivation) else ():
-        matrices += [*leg.wrenches, *leg.compliances, *([] if leg.K is None else [leg.K])]
-        definitions += leg.definitions
     if isinstance(derivation, RobotDerivation):
+        legs = list(derivation.legs)
+        if (named := derivation.named) is not None:
+            matrices.append(named.K)
+            definitions += named.definitions
+            legs += named.legs
+        for leg in legs:
+            matrices += [*leg.wrenches, *leg.compliances, *([] if leg.K is None else [leg.K])]
+            definitions += leg.definitions
         matrices += [condition.expression for condition in derivation.conditions]
     found = symbols_of([*matrices, *(d.expression for d in definitions)])
     found |= {d.symbol for d in definitions}

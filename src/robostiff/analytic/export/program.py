@@ -15,6 +15,7 @@ from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.entries import entries, symbols_of
 from robostiff.analytic.export.scaled import LARGE, has_large_numbers, product, scaled
 from robostiff.analytic.export.vocabulary import check_vocabulary
+from robostiff.analytic.robot_derivation import InNames, RobotDerivation
 from robostiff.errors import InputError
 
 #: Smallest ratio of a denominator to its terms: below it, the digits of K are lost.
@@ -181,15 +182,27 @@ def program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     """
     matrix, definitions = _matrices(derivation), derivation.definitions
     if derivation.is_closed:
-        named = name_combinations(matrix, (symbol.name for symbol in _arguments(derivation)))
-        matrix, definitions = named.matrix, named.definitions
+        named = _in_names(derivation)
+        if named is None:
+            named = name_combinations(matrix, (symbol.name for symbol in _arguments(derivation)))
+            matrix, definitions = named.matrix, named.definitions
+        else:
+            matrix, definitions = named.K, named.definitions
     return _in_order(derivation, matrix, definitions, sp.cse)
 
 
 def plain_program(derivation: Derivation | FormulaDerivative) -> FormulaProgram:
     """The same without looking for more than equal subexpressions: quick, and less readable."""
-    matrices = _matrices(derivation)
-    return _in_order(derivation, matrices, derivation.definitions, tree_cse)
+    matrices, definitions = _matrices(derivation), derivation.definitions
+    named = _in_names(derivation)
+    if named is not None:
+        matrices, definitions = named.K, named.definitions
+    return _in_order(derivation, matrices, definitions, tree_cse)
+
+
+def _in_names(derivation: Derivation | FormulaDerivative) -> InNames | None:
+    """The form in names, which has no other poles than the robot."""
+    return derivation.named if isinstance(derivation, RobotDerivation) else None
 
 
 def _matrices(derivation: Derivation | FormulaDerivative) -> Any:

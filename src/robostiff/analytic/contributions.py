@@ -1,0 +1,238 @@
+"""The compliance that a unit wrench meets: a sum of contributions, each of a named spring.
+
+Traction, bending and torsion of a beam, a drive, a joint's elasticity: each is the square of what
+the spring feels of the wrench over its stiffness, and stays a term of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.unit_wrenches import UnitWrench, sampled
+from robostiff.model import PlacedLeg, PlacedSpring
+from robostiff.record import Entry, Record, is_zero
+
+_SAME = 1e-11
+_SHORT = 1  # operations of a stiffness that needs no name, such as E*A
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What one way of giving way adds to a compliance.
+
+    Attributes
+    ----------
+    spring : str
+        Name of the part.
+    felt : sympy.Expr
+        Square of what the spring feels of the wrench.
+    compliance : sympy.Expr
+        Of the spring, with the lengths of the part, over a named stiffness.
+    """
+
+    spring: str
+    felt: Any
+    compliance: Any
+
+
+def summed(contributions: Sequence[Contribution]) -> Any:
+    """The sum of contributions; springs that feel the same stand in one bracket.
+
+    Examples
+    --------
+    >>> L, EA, EI, m = sp.symbols("L EA EI m")
+    >>> springs = [Contribution("a", m**2, L / EI), Contribution("b", m**2, 1 / EA)]
+    >>> summed([Contribution("drive", 1, 1 / EA), *springs])
+    m**2*(L/EI + 1/EA) + 1/EA
+    """
+    of_felt: dict[Any, Any] = {}
+    for one in contributions:
+        of_felt[one.felt] = of_felt.get(one.felt, sp.Integer(0)) + one.compliance
+    return sp.Add(*(felt * compliance for felt, compliance in of_felt.items()))
+
+
+@dataclass
+class BeamProducts:
+    """Symbols EA_1, EI_1, ... for beams whose products are no short formulas, one set a beam."""
+
+    read: NamedReading
+    _known: dict[Any, dict[str, Any]] = field(default_factory=dict)
+
+    def of(self, products: dict[str, Any]) -> dict[str, Any]:
+        """The products E A, E I_z, E I_y, G J of a beam as formulas or names."""
+        written = {letter: self.read(x) for letter, x in products.items()}
+        key = tuple(written.values())
+        if key not in self._known:
+            self._known[key] = self._named(written, len(self._known) + 1)
+        return self._known[key]
+
+    def value(self, name: Any) -> Any:
+        """A product, defined where it has a name: only what is needed is defined."""
+        return self.read.define(*name) if isinstance(name, tuple) else name
+
+    def _named(self, written: dict[str, Any], number: int) -> dict[str, Any]:
+        named: dict[str, Any] = {}
+        for letter, expression in written.items():
+            if int(expression.count_ops()) <= _SHORT and expression.free_symbols:
+                named[letter] = expression
+            else:
+                alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
+                own = "EI" if alike else letter
+                named[letter] = (own, expression, f"{own}_{number}")
+        return named
+
+
+@dataclass(frozen=True)
+class ContributionReader:
+    """Writes the contributions of legs in one set of names.
+
+    Attributes
+    ----------
+    record : Record
+    length : float
+        Characteristic length [m].
+    read : NamedReading
+    products : BeamProducts
+    """
+
+    record: Record
+    length: float
+    read: NamedReading
+    products: BeamProducts
+
+    def of(self, leg: PlacedLeg, wrench: UnitWrench) -> tuple[Contribution, ...]:
+        """Contributions of the springs and drives of a leg, base to platform."""
+        found: list[Contribution] = []
+        beams = {id(x): recognised_beam(x, self.record) for x in leg.springs}
+        for beam in filter(None, beams.values()):
+            self.read.length(beam[0])  # named before anything is written with it
+        for part in leg.own_parts:
+            if isinstance(part, PlacedSpring):
+                w = wrench.felt_by(part, self.record, self.length)
+                beam = beams[id(part)]
+                found += self._of_beam(part.name, w, *beam) if beam else self._of_matrix(part, w)
+            elif part.stiffness is not None:
+                work = wrench.work_on(part, self.record, self.length)
+                felt = self._square(work)
+                found.append(Contribution(part.name, felt, 1 / self.read(part.stiffness)))
+        return tuple(x for x in found if x.felt != 0)
+
+    def _of_beam(
+        self, name: str, w: list[Any], along: Any, products: dict[str, Any]
+    ) -> list[Contribution]:
+        fx, fy, fz, mx, my, mz = w
+        L = self.read.length(along)
+        named, value = self.products.of(products), self.products.value
+        found = []
+        if not is_zero(fx):
+            found.append((", traction", self._square(fx), L, "EA"))
+        if named["EI_z"] == named["EI_y"]:
+            lever = self.read(self.record.simplified(fy * mz - fz * my, self.length))
+            across = self._squares(fy, fz), lever, self._squares(my, mz)
+            found.append((", bending", *_bent(L, *across), "EI_z"))
+        else:
+            for f, m, letter in ((fy, mz, "EI_z"), (fz, -my, "EI_y")):
+                across = self._square(f), self.read(f) * self.read(m), self._square(m)
+                found.append((", bending", *_bent(L, *across), letter))
+        if not is_zero(mx):
+            found.append((", torsion", self._square(mx), L, "GJ"))
+        return [
+            Contribution(name + way, felt, along / value(named[letter]))
+            for way, felt, along, letter in found
+            if felt != 0
+        ]
+
+    def _of_matrix(self, spring: PlacedSpring, w: list[Any]) -> list[Contribution]:
+        """Contributions of any elastic part: what its compliance couples comes together."""
+        C: Any = spring.elasticity.compliance
+        found = []
+        for block in ([0, 1, 2], [3, 4, 5]):
+            if _is_isotropic(C, block, self.record):
+                felt = self._squares(*(w[i] for i in block))
+                compliance = self.read(C[block[0], block[0]])
+                found.append(Contribution(spring.name, felt, compliance))
+                continue
+            for group in _coupled(C, block):
+                pairs = [(i, j) for i in group for j in group if j >= i]
+                terms = [
+                    (1 if i == j else 2) * self.read(w[i]) * self.read(w[j]) * self.read(C[i, j])
+                    for i, j in pairs
+                ]
+                found.append(Contribution(spring.name, sp.Add(*terms), sp.Integer(1)))
+        return found
+
+    def _square(self, x: Any) -> Any:
+        return self._squares(x)
+
+    def _squares(self, *parts: Any) -> Any:
+        """A sum of squares, simplified as a whole or left as it is, whichever is shorter."""
+        apart = sp.Add(*(self.read(x) ** 2 for x in parts))
+        total: Any = sum(x * x for x in parts)
+        simpler = self.record.simplified(total, self.length)
+        if not isinstance(simpler, Entry):
+            return self.read(simpler)
+        found = [apart] if len(parts) == 1 else [apart, self.read.fraction(apart)]
+        if simpler.step != total.step:
+            found.append(self.read(simpler))
+        return min(found, key=lambda e: int(e.count_ops()))
+
+
+def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
+    """Integral of the squared bending moment over a beam: f x + m, by its end's f and m."""
+    if across == 0:
+        return turning, L
+    if turning == 0:
+        return across, L**3 / 3
+    return across * L**3 / 3 + lever * L**2 + turning * L, sp.Integer(1)
+
+
+def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str, Any]] | None:
+    """Length and products of a uniform slender beam, recognised by its compliance."""
+    C: Any = spring.elasticity.compliance
+    at = sampled(C, record.count)
+    c = {i: at[:, i, i] for i in range(6)}
+    if min(np.min(np.abs(x)) for x in c.values()) <= 0 or np.min(np.abs(at[:, 1, 5])) <= 0:
+        return None
+    L = 2 * at[:, 1, 5] / c[5]
+    expected = np.zeros_like(at)
+    for i in (0, 3, 4, 5):
+        expected[:, i, i] = c[i]
+    expected[:, 1, 1], expected[:, 2, 2] = L**2 / 3 * c[5], L**2 / 3 * c[4]
+    expected[:, 1, 5] = expected[:, 5, 1] = L / 2 * c[5]
+    expected[:, 2, 4] = expected[:, 4, 2] = -L / 2 * c[4]
+    if np.any(np.abs(at - expected) > _SAME * np.abs(expected)):
+        return None
+    along = record.simplified(C[1, 5] * 2 / C[5, 5])
+    places = {"EA": 0, "EI_z": 5, "EI_y": 4, "GJ": 3}
+    return along, {letter: record.simplified(along / C[i, i]) for letter, i in places.items()}
+
+
+def _is_isotropic(C: Any, block: list[int], record: Record) -> bool:
+    at = sampled(C, record.count)
+    others = [j for j in range(6) if j not in block]
+    own = at[:, block][:, :, block]
+    alike = own[:, :1, :1] * np.eye(3)
+    size = np.abs(own[:, 0, 0])[:, None, None]
+    return bool(
+        np.all(np.abs(own - alike) <= _SAME * size) and np.all(at[:, block][:, :, others] == 0)
+    )
+
+
+def _coupled(C: Any, block: list[int]) -> list[list[int]]:
+    """Groups of directions that a compliance couples, each listed where its first one stands."""
+    groups: list[set[int]] = []
+    for i in range(6):
+        own = {i} | {j for j in range(6) if not is_zero(C[i, j])}
+        if is_zero(C[i, i]):
+            continue
+        for other in [g for g in groups if g & own]:
+            own |= other
+            groups.remove(other)
+        groups.append(own)
+    return [sorted(g) for g in groups if min(g) in block]

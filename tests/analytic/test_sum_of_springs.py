@@ -1,0 +1,164 @@
+"""Robots at home as a person writes them: unit wrenches, and compliances that stay sums."""
+
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic import rank_formula
+from robostiff.analytic.export import (
+    c_function,
+    derivation_data,
+    derivation_from_data,
+    derivation_html,
+    derivation_latex,
+    derivation_markdown,
+    derivation_text,
+    python_function,
+)
+from robostiff.analytic.sum_of_springs import operations_of
+from tests.analytic.test_right_or_refused import distance, function_of, values_for
+
+DATA = Path(__file__).parent / "data"
+
+# Operations of K and of what its names stand for that a derivation may take.
+LONGEST = {
+    "gsb-drive": 60,
+    "hexapod": 150,
+    "3-prs": 70,
+    "3-rps": 70,
+    "3-puu": 60,
+    "3-rrr": 100,
+    "3-upu": 80,
+}
+
+
+def path_of(name):
+    file = DATA / f"{name}.yaml"
+    return file if file.exists() else name
+
+
+@pytest.fixture(scope="module")
+def derived():
+    return {name: rs.derive(path_of(name)) for name in LONGEST}
+
+
+@pytest.mark.parametrize("name", LONGEST)
+def test_a_formula_is_as_short_as_a_person_would_write_it(derived, name):
+    named = derived[name].named
+    assert named is not None
+    assert operations_of(named.K, named.definitions) <= LONGEST[name]
+    assert named.K == named.K.T
+    assert named.K[0, 0] == named.K[1, 1]
+
+
+@pytest.mark.parametrize("name", LONGEST)
+def test_it_is_the_stiffness_at_random_parameters(derived, name):
+    robot = rs.load(path_of(name), symbols=rs.ALL_PARAMETERS)
+    function = function_of(derived[name])
+    random = np.random.default_rng(8)
+    for _ in range(8):
+        values = {k: v * random.uniform(0.97, 1.03) for k, v in robot.nominal.items()}
+        K = function(**values_for(derived[name], values))
+        assert distance(K, rs.stiffness(robot.substituted(values)).K) < 1e-9
+
+
+def test_a_compliance_is_a_sum_of_its_springs(derived):
+    definitions = {d.symbol.name: d.expression for d in derived["gsb-drive"].named.definitions}
+    c = definitions["c_a"]
+    k, L_a, EA_1 = (sp.Symbol(name, positive=True) for name in ("k", "L_a", "EA_1"))
+    assert {str(x) for x in sp.Add.make_args(c)} == {str(1 / k), str(L_a / EA_1)}
+
+
+@pytest.mark.parametrize("name", LONGEST)
+def test_wrenches_have_unit_length_and_a_dimension(derived, name):
+    for leg in derived[name].legs:
+        for w in leg.wrenches:
+            t = 2 if len(w) == 3 else 3
+            force = w[:t, 0] if not w[:t, 0].is_zero_matrix else w[t:, 0]
+            values = {s: 0.3 + 0.01 * i for i, s in enumerate(sorted(w.free_symbols, key=str))}
+            values |= {s: 0.9 for s in values if s.name in ("l", "h")}
+            if name != "3-rrr":  # closes at few lengths
+                assert float(abs(sum(x**2 for x in force).evalf(subs=values))) == pytest.approx(1)
+
+
+def test_a_planar_leg_of_two_beams_is_as_in_a_textbook(tmp_path):
+    text = (DATA / "planar-leg.yaml").read_text(encoding="utf-8")
+    of_numbers = text.replace("home: theta1", "home: 0.5 rad").replace(
+        "home: theta2", "home: 0.8 rad"
+    )
+    assert of_numbers != text
+    (tmp_path / "numbers.yaml").write_text(of_numbers, encoding="utf-8")
+    for file in (DATA / "planar-leg.yaml", tmp_path / "numbers.yaml"):
+        robot = rs.load(file, symbols=rs.ALL_PARAMETERS)
+        derivation = rs.derive(robot)
+        assert len(derivation.legs[0].wrenches) == 1
+        assert operations_of(derivation.named.K, derivation.named.definitions) <= 40
+        K = function_of(derivation)(**values_for(derivation, robot.nominal))
+        assert distance(K, rs.stiffness(robot.numeric).K) < 1e-9
+    derivation = rs.derive(DATA / "planar-leg.yaml")
+    k, l1, l2, t2 = (sp.Symbol(x, positive=True) for x in ("k", "l1", "l2", "theta2"))
+    EA_1, EA_2, EI_1 = (sp.Symbol(x, positive=True) for x in ("EA_1", "EA_2", "EI_1"))
+    (c,) = (d.expression for d in derivation.named.definitions if d.symbol.name == "c_a")
+    found = sp.sympify(str(c))
+    across = l1**2 / k + l1**3 / (3 * EI_1)
+    wanted = across * sp.sin(t2) ** 2 + l1 * sp.cos(t2) ** 2 / EA_1 + l2 / EA_2
+    assert sp.expand(found - sp.sympify(str(wanted))) == 0
+
+
+def test_exports_have_the_names(derived):
+    derivation = derived["gsb-drive"]
+    assert "c_a = 1/k + L_a/EA_1" in derivation_text(derivation)
+    assert "K_C = 3/(2*L_a**2*c_a) *" in derivation_text(derivation)
+    assert r"\frac{1}{k}" in derivation_latex(derivation)
+    assert "const double c_a" in c_function(derivation) or "double c_a" in c_function(derivation)
+
+
+def test_all_exports_keep_the_sum_of_springs(derived):
+    read = derivation_from_data(json.loads(json.dumps(derivation_data(derived["gsb-drive"]))))
+    assert read == derived["gsb-drive"]
+    for derivation in (read, derived["gsb-drive"]):
+        assert "c_a = 1/k + L_a/EA_1" in derivation_text(derivation)
+        for written in (derivation_latex(derivation), derivation_markdown(derivation)):
+            assert r"\frac{1}{k} + \frac{L_{a}}{\mathrm{EA}_{1}}" in written
+        assert "c_a" in derivation_html(derivation) or "<mi>c</mi>" in derivation_html(derivation)
+        assert "c_a = " in python_function(derivation)
+
+
+def test_a_beam_as_stiff_as_its_drive_is_no_special_case(derived):
+    derivation = derivation_from_data(derivation_data(derived["gsb-drive"]))
+    robot = rs.load(path_of("gsb-drive"), symbols=rs.ALL_PARAMETERS)
+    function = function_of(derivation)
+    numbers = {d.symbol.name: d.expression for d in derivation.named.definitions}
+    nominal = robot.nominal
+    values = {s: nominal[s.name] for s in derivation.symbols}
+    known = dict(values)
+    for name in ("L_a", "EA_1"):
+        symbol = sp.Symbol(name, positive=True)
+        known[symbol] = float(numbers[name].evalf(20, subs=known))
+    equal = known[sp.Symbol("EA_1", positive=True)] / known[sp.Symbol("L_a", positive=True)]
+    for factor in (1, 1 + 1e-12, 1 - 1e-9, 1 + 1e-6, 0.5, 2):
+        own = {**nominal, "k": equal * factor}
+        K = function(**values_for(derivation, own))
+        assert distance(K, rs.stiffness(robot.substituted(own)).K) < 1e-12
+        wanted = rs.stiffness(robot.substituted(own)).K
+        written = np.array(derivation.K.xreplace({s: own[s.name] for s in values}), dtype=float)
+        assert distance(written, wanted) < 1e-12
+
+
+def test_only_true_conditions_lower_the_rank(derived):
+    found = rank_formula(derived["gsb-drive"].K)
+    assert found.rank == 6
+    assert {str(x) for x in found.exceptions} == {"R", "r", "h", "k", "D - d", "D + d"}
+
+
+def test_closed_forms_that_nobody_would_print_end_early_in_steps():
+    start = time.process_time()
+    derivation = rs.derive("hexapod-pus")
+    assert time.process_time() - start < 20
+    assert derivation.named is None
+    assert not derivation.is_closed
