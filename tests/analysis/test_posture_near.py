@@ -273,6 +273,7 @@ def test_a_pose_that_is_reached_in_another_working_mode_only_says_so(kind: str):
     """The end of five freedoms says which way the rod goes: here not as at home."""
     case, refused = random_leg(kind, 4), 0
     random = np.random.default_rng(7)
+    pose = pose_of_end(case.leg, case.leg.chain.home)
     for _ in range(30):
         q = case.leg.chain.home + 0.6 * random.uniform(-1, 1, case.leg.chain.size)
         pose = pose_of_end(case.leg, q)

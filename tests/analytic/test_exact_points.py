@@ -52,11 +52,11 @@ def test_no_definition_is_zero_or_a_copy_and_zeros_are_zeros(name):
     robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot, form=Steps())
     random = np.random.default_rng(5)
+    names = [d.symbol for d in derivation.definitions]
     found = []
     for _ in range(2):
         known = {k: v * random.uniform(0.98, 1.02) for k, v in robot.nominal.items()}
         values = {s: known[s.name] for s in derivation.symbols}
-        names = [d.symbol for d in derivation.definitions]
         entries = list(derivation.K)
         found.append(values_of([*names, *entries], values, derivation.definitions, careful=True))
     of_names = np.array([x[: len(names)] for x in found])

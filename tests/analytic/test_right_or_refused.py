@@ -217,6 +217,7 @@ def test_a_derivation_that_differs_from_numbers_is_not_returned(monkeypatch):
 
     def off(*arguments):
         found = wrong(*arguments)
+        assert found is not None
         return replace(found, K=found.K * sp.Rational(1001, 1000))
 
     monkeypatch.setattr(robot_formula, "sum_of_springs", off)

@@ -97,13 +97,16 @@ def test_a_planar_leg_of_two_beams_is_as_in_a_textbook(tmp_path):
         robot = rs.load(file, symbols=rs.ALL_PARAMETERS)
         derivation = rs.derive(robot)
         assert len(derivation.legs[0].wrenches) == 1
-        assert operations_of(derivation.named.K, derivation.named.definitions) <= 40
+        named = derivation.named
+        assert named is not None
+        assert operations_of(named.K, named.definitions) <= 40
         K = function_of(derivation)(**values_for(derivation, robot.nominal))
         assert distance(K, rs.stiffness(robot.numeric).K) < 1e-9
-    derivation = rs.derive(DATA / "planar-leg.yaml")
+    named = rs.derive(DATA / "planar-leg.yaml").named
+    assert named is not None
     k, l1, l2, t2 = (sp.Symbol(x, positive=True) for x in ("k", "l1", "l2", "theta2"))
     EA_1, EA_2, EI_1 = (sp.Symbol(x, positive=True) for x in ("EA_1", "EA_2", "EI_1"))
-    (c,) = (d.expression for d in derivation.named.definitions if d.symbol.name == "c_a")
+    (c,) = (d.expression for d in named.definitions if d.symbol.name == "c_a")
     found = sp.sympify(str(c))
     across = l1**2 / k + l1**3 / (3 * EI_1)
     wanted = across * sp.sin(t2) ** 2 + l1 * sp.cos(t2) ** 2 / EA_1 + l2 / EA_2

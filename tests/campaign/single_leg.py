@@ -22,7 +22,7 @@ def drives_are_free(robot: Robot, q: np.ndarray) -> bool:
     roles = robot.legs[0].chain.roles
     J, free = _jacobian(robot, q)
     passive = np.array([not isinstance(roles[place], Actuated) for place in free], dtype=bool)
-    return _rank(J, _FINE) < _rank(J[:, passive], _FINE) + np.count_nonzero(~passive)
+    return _rank(J, _FINE) < _rank(J[:, passive], _FINE) + int(np.count_nonzero(~passive))
 
 
 def is_regular(robot: Robot, home: np.ndarray, q: np.ndarray) -> bool:

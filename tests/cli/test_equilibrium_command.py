@@ -41,6 +41,7 @@ def test_json_is_the_answer_of_python():
     }
     F = [0, 0, -5e4, 0, 0, 0]
     wanted = rs.equilibrium(robot, None, F, **options)
+    assert isinstance(wanted, rs.Equilibrium)
     critical = rs.critical_load(robot, None, F, **options)
     assert np.allclose(found["displacement"], wanted.displacement, rtol=1e-12, atol=1e-18)
     assert np.allclose(found["K_total"], wanted.K_total, rtol=1e-12)

@@ -6,11 +6,20 @@ import subprocess
 import sys
 
 import pytest
+from typer.models import CommandInfo
 from typer.testing import CliRunner
 
 from robostiff.cli.main import app
 
-COMMANDS = tuple(command.name or command.callback.__name__ for command in app.registered_commands)
+
+def name_of(command: CommandInfo) -> str:
+    if command.name:
+        return command.name
+    assert command.callback is not None
+    return command.callback.__name__
+
+
+COMMANDS = tuple(name_of(command) for command in app.registered_commands)
 WITH_JSON = {
     "robots": (),
     "check": ("planar-link",),

@@ -81,8 +81,10 @@ def test_file_is_the_arm_that_python_makes():
 
 def test_other_values_of_parameters_and_symbols():
     longer = read(ARM, parameters={"l": "700 mm"})
-    moved = rs.stiffness(longer).pose - rs.stiffness(read(ARM)).pose
-    assert np.linalg.norm(moved) == pytest.approx(0.2)
+    end, start = rs.stiffness(longer).pose, rs.stiffness(read(ARM)).pose
+    assert end is not None
+    assert start is not None
+    assert np.linalg.norm(end - start) == pytest.approx(0.2)
     robot = read(ARM, symbols=("l", "k"))
     assert [str(symbol) for symbol in robot.symbols] == ["k", "l"]
     assert robot.nominal == {"l": 0.5, "k": 2e4}

@@ -1,5 +1,7 @@
 """Force-deflection curves as pictures."""
 
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
@@ -31,7 +33,8 @@ def test_both_backends_draw_it(curve):
     assert axes.get_xlabel().startswith("dx")
     assert len(axes.get_lines()) == 3
     figure = rs.plot.load_curve(curve, backend=rs.plot.Plotly())
-    assert [trace.name for trace in figure.data] == ["stable", "unstable", "as asked"]
+    traces = cast("tuple[Any, ...]", figure.data)
+    assert [trace.name for trace in traces] == ["stable", "unstable", "as asked"]
     assert figure.layout.xaxis.title.text == "dy [mm]"
 
 

@@ -28,7 +28,8 @@ DOCUMENTS = (
 
 _CONSOLE = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _SCRIPT = re.compile(
-    r"^```python\n(?P<script>.*?)^```\n+```text\n(?P<output>.*?)^```$", re.MULTILINE | re.DOTALL
+    r"^```python\n(?P<script>(?:(?!^```).)*?)^```\n+```text\n(?P<output>.*?)^```$",
+    re.MULTILINE | re.DOTALL,
 )
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 

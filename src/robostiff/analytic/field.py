@@ -18,9 +18,9 @@ from robostiff.analytic.writing import PolynomialWriter
 from robostiff.errors import InputError
 
 # Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
-# Most terms above and below of a fraction that is freed of sines: its norm has their square.
-_FREED = 300
 _CHECKED = 50
+# Most terms above and below of a fraction that is freed of sines: its norm has their square.
+_FREED = 1000
 
 
 @dataclass(frozen=True)

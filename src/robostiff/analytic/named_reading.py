@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import sympy as sp
 
@@ -163,7 +163,7 @@ class NamedReading:
         if not root.free_symbols:
             return root
         outside, inside = [], []
-        for factor in sp.Mul.make_args(root):
+        for factor in cast("tuple[Any, ...]", sp.Mul.make_args(root)):
             is_root = factor.is_Pow and factor.exp == sp.Rational(1, 2) and factor.free_symbols
             is_named = is_root and not factor.base.is_Symbol
             (inside if is_named else outside).append(factor)

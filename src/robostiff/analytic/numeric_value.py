@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import flint
 import numpy as np
@@ -180,7 +180,7 @@ def _many_digits(number: Any) -> Any:
 def _ball(number: Any) -> Any:
     if number is sp.pi:
         return flint.arb.pi()
-    exact = sp.Rational(number)
+    exact = cast("sp.Rational", sp.Rational(number))  # finite
     return flint.arb(flint.fmpq(int(exact.p), int(exact.q)))
 
 

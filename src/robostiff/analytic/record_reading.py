@@ -142,7 +142,7 @@ class StepReading:
         """The expression of an entry or number that was among the results."""
         return self._of_step(value.step) if isinstance(value, Entry) else exact(value)
 
-    def _needed(self, record: Record, wanted: list[int]) -> tuple[list[int], Counter[int]]:
+    def _needed(self, record: Record, wanted: list[int]) -> tuple[list[int], Counter[int | None]]:
         """The first of all steps that are alike, in order, and how often each is used."""
         waiting = [self._same[step].step for step in wanted]
         uses = Counter(waiting)

@@ -80,11 +80,13 @@ def matlab(source):
             depth += 1
         else:
             assert line.endswith(";"), f"a line without its end: {line}"
+            assert first is not None, f"a line before the function: {line}"
             body = _indexed(_python(line[:-1]), first[1], "(", ")").replace("(:)", "")
             body = re.sub(r"zeros\((\d+), \d+\)", r"zeros((\1, \1))", body)
             body = re.sub(r"^error\((.*)\)$", r"raise ValueError(\1)", body)
             out.append("    " * depth + body)
     assert depth == 0, "an end is missing"
+    assert first is not None, "no function"
     names = {**_names(), "zeros": np.zeros, "all": np.all, "isfinite": np.isfinite}
     return _run(out, names, first[0])
 
@@ -98,14 +100,16 @@ def julia(source):
     assert lines[-1] == "end"
     text = "\n".join(lines[:-1])
     head = re.match(r"function (\w+)\(([^)]*)\)\n", text)
+    assert head is not None, "no function"
     body = text[head.end() :]
     body = re.sub(r"^    \w+ = typeof\([^)]*\)\n", "", body, flags=re.MULTILINE)
     body = re.sub(r"^    \w+ = Float64\n", "", body, flags=re.MULTILINE)
     body = re.sub(r"zeros\(\w+, (\d+), \d+\)", r"zeros((\1, \1))", body)
     body = re.sub(r"all\(isfinite, (\w+)\)", r"all(isfinite(\1))", body)
     body = re.sub(r"^    (\w+) \|\| throw\(", r"    \1 or throw(", body, flags=re.MULTILINE)
-    results = re.search(r"^    return (.*)$", body, flags=re.MULTILINE)[1].split(", ")
-    body = _indexed(_python(body), results, "[", "]")
+    returned = re.search(r"^    return (.*)$", body, flags=re.MULTILINE)
+    assert returned is not None, "nothing is returned"
+    body = _indexed(_python(body), returned[1].split(", "), "[", "]")
 
     def throw(error):
         raise error

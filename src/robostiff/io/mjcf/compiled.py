@@ -89,11 +89,9 @@ def _compiled(text: str, file: str) -> CompiledModel:
 
 def read_model(model: Any) -> CompiledModel:
     """Names and arrays of an ``mujoco.MjModel``."""
-    from mujoco import mjtTrn
+    from robostiff.io.mjcf.compile_in_child import mujoco, names_and_arrays
 
-    from robostiff.io.mjcf.compile_in_child import names_and_arrays
-
-    on_joints = (int(mjtTrn.mjTRN_JOINT), int(mjtTrn.mjTRN_JOINTINPARENT))
+    on_joints = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
     driven = [
         model.joint(int(model.actuator_trnid[i, 0])).name
         for i in range(model.nu)

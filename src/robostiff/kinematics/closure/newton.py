@@ -12,8 +12,6 @@ CONVERGED = 1e-14
 _STANDSTILL = 1e-11
 _NEAREST_ITERATIONS = 60
 _LARGEST_STEP = 0.5
-# Gaps as wide as this that in so many steps did not shrink to that part stay open.
-_WIDE, _PATIENCE, _PROGRESS = 1e-2, 5, 0.97
 
 
 @dataclass(frozen=True)
@@ -81,17 +79,13 @@ def nearest(equations: ClosureEquations, x: np.ndarray) -> np.ndarray:
     """
     best, best_size = x, np.full(len(x), np.inf)
     done = np.zeros(len(x), dtype=bool)
-    whole: list[np.ndarray] = []
     for _ in range(_NEAREST_ITERATIONS):
         e = equations.gaps(x)
         size = np.max(np.abs(e), axis=-1, initial=0.0)
-        whole.append(np.sqrt(np.sum(e * e, axis=-1)))
         better = (size < best_size) & ~done
         best_size = np.where(better, size, best_size)
         best = np.where(better[:, None], x, best)
         done |= (best_size <= CONVERGED) | (~better & (best_size < _STANDSTILL))
-        if len(whole) > _PATIENCE:  # out of reach
-            done |= (whole[-1] > _WIDE) & (whole[-1] > _PROGRESS * whole[-1 - _PATIENCE])
         if np.all(done):
             break
         J = equations.rates(x)
