@@ -22,6 +22,8 @@ from robostiff.statics.stability import Margin, leg_margins, platform_margin
 _SMALL, _TRIALS = 1e-4, 30
 # Of load times mode: below this the load does no work on the mode, and equilibria branch.
 _BRANCHES = 1e-4
+# Difference of margins by which legs buckle together.
+_TOGETHER = 1e-7
 
 
 @dataclass(frozen=True)
@@ -162,6 +164,10 @@ def _point(
     problem: EquilibriumProblem, found: FoundEquilibrium, leg: int | None, least: Margin
 ) -> CriticalPoint:
     if leg is not None:
+        # Of legs that buckle together, rounding must not choose the one that is named.
+        margins = leg_margins(problem, found.known)
+        leg = min(key for key in margins if margins[key].value <= least.value + _TOGETHER)
+        least = margins[leg]
         for group in problem.groups:
             if leg in group.indices:
                 i = group.indices.index(leg)
