@@ -46,3 +46,13 @@ def test_pull_has_no_critical_load():
     assert not found.is_found
     assert found.status == 0
     assert found.searched_to == 500.0
+
+
+def test_a_search_that_ends_early_says_how_far_it_came():
+    robot = rs.load("3-rpr")
+    found = rs.critical_load(robot, wrench=[-100, 0, 0])
+    assert not found.is_found
+    assert rs.EquilibriumStatus.NO_EQUILIBRIUM in found.status
+    assert 10 < found.searched_to < 1000
+    nearer = rs.critical_load(robot, wrench=[-100, 0, 0], up_to=10)
+    assert (nearer.is_found, nearer.searched_to, nearer.status.is_bad) == (False, 10.0, False)

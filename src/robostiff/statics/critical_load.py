@@ -18,7 +18,6 @@ from robostiff.statics.critical_point import CriticalPoint, first_critical
 from robostiff.statics.equilibrium import one_question
 from robostiff.statics.force_law import Laws
 from robostiff.statics.given_loads import Gravity, Loads
-from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import LoadCase
 from robostiff.statics.status import EquilibriumStatus
 
@@ -170,20 +169,7 @@ def critical_load(
         status |= EquilibriumStatus.RIGID_DIRECTION
         return CriticalLoad(question.name, F, status, 0.0, None)
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
-    ended, point = first_critical(problem, loading, unloaded, up_to)
-    return _answer(question.name, F, status, ended, point, up_to)
-
-
-def _answer(
-    name: str,
-    F: np.ndarray,
-    status: EquilibriumStatus,
-    ended: FoundEquilibrium | None,
-    point: CriticalPoint | None,
-    up_to: float,
-) -> CriticalLoad:
-    if point is not None:
-        return CriticalLoad(name, F, status, point.factor, point)
-    if ended is None:
-        return CriticalLoad(name, F, status | EquilibriumStatus.NO_EQUILIBRIUM, 0.0, None)
-    return CriticalLoad(name, F, status, min(up_to, ended.factor), None)
+    _, point, searched_to = first_critical(problem, loading, unloaded, up_to)
+    if point is None and searched_to < up_to:
+        status |= EquilibriumStatus.NO_EQUILIBRIUM
+    return CriticalLoad(question.name, F, status, searched_to, point)

@@ -56,7 +56,7 @@ class CriticalPoint:
 
 def first_critical(
     problem: EquilibriumProblem, loading: LoadCase, unloaded: Linearised, up_to: float
-) -> tuple[FoundEquilibrium | None, CriticalPoint | None]:
+) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
     """The first critical point from factor 0 up to a factor.
 
     Parameters
@@ -71,17 +71,19 @@ def first_critical(
     Returns
     -------
     FoundEquilibrium or None
-        The last stable equilibrium of the path, at or beyond `up_to` unless it ended before; None
-        where there is none from which to start.
+        The last stable equilibrium that was met; None where there is none from which to start.
     CriticalPoint or None
-        None where none was met.
+        None where none was met up to `up_to`.
+    float
+        Factor up to which equilibria were found to be stable: `up_to`, unless the path ended
+        before or a critical point was met.
     """
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not here.converged:
-        return None, None
+        return None, None, 0.0
     least = _least(problem, here, unloaded)
     if least[1].value <= 0:
-        return here, _point(problem, here, *least)
+        return here, _point(problem, here, *least), here.factor
     unit = arc_unit(problem, here)
     before = None
     for step in path(problem, loading, here):
@@ -89,11 +91,13 @@ def first_critical(
         found_least = _least(problem, step.found, unloaded)
         if found_least[1].value < 0:
             critical = _refined(problem, loading, unloaded, here, direction, step.arc, unit)
-            return here, critical if critical.factor <= up_to else None
+            if critical.factor <= up_to:
+                return here, critical, critical.factor
+            return here, None, up_to
         here, before = step.found, direction
         if here.factor >= up_to:
-            return here, None
-    return None, None
+            break
+    return here, None, min(up_to, here.factor)
 
 
 def _refined(

@@ -298,10 +298,10 @@ def _confirmed(
     """The equilibrium on the path from the unloaded posture, and the critical load before it."""
     if not _holds(problem, unloaded):
         return found, None  # what nothing elastic holds leaves the unloaded posture at once
-    ended, critical = first_critical(problem, loading, unloaded, 1.0)
+    ended, critical, searched_to = first_critical(problem, loading, unloaded, 1.0)
     if critical is not None:
         return found, critical
-    if ended is None:
+    if ended is None or searched_to < 1.0:
         return replace(found, converged=False), None
     return equilibrium_at(problem, loading, 1.0, ended.state), None
 
