@@ -1,14 +1,16 @@
 """Natural frequencies: springs and masses on paper, beams, pendulums, and laws."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, eigh
 
 import robostiff as rs
+from robostiff.elasticity import circle
 from robostiff.model import PlacedLeg, Snapshot
-from robostiff.spatial import Space
+from robostiff.spatial import Frame, Space
 from robostiff.statics.body_mass import equimomental
 from tests.statics.robots_under_load import beam, column, joint
 
@@ -79,8 +81,8 @@ def test_beam_with_its_own_mass():
 
 
 def test_platform_of_a_hexapod_without_masses_in_its_legs():
-    """Then ``K x = w^2 M x`` on the platform alone."""
-    robot, m = rs.load("hexapod"), 150.0
+    """Then ``K x = w^2 M x`` on the platform alone; the snapshot of a posture has no masses."""
+    robot, m = rs.find_posture(rs.load("hexapod")).snapshot.one(0), 150.0
     inertia = np.array([[4.0, 0.3, -0.2], [0.3, 5.0, 0.1], [-0.2, 0.1, 7.0]])
     K = rs.stiffness(robot).K
     exact = np.sqrt(eigh(K, block_diag(m * np.eye(3), inertia), eigvals_only=True)) / TURN
@@ -156,8 +158,8 @@ def test_points_have_the_inertia_of_a_body():
 
 def test_misuse():
     robot = rs.load("hexapod")
-    with pytest.raises(rs.InputError, match="what moves"):
-        rs.modes(robot)
+    with pytest.raises(rs.InputError, match="expected what moves"):
+        rs.modes(rs.load("gough-stewart-b"))
     with pytest.raises(rs.InputError, match="more than zero"):
         rs.modes(robot, masses={"platform": -1.0})
     with pytest.raises(rs.InputError, match="such as 'leg1/strut"):
@@ -169,3 +171,43 @@ def test_misuse():
     nowhere = rs.modes(rs.load("hexa"), [0, 0, -9, 0, 0, 0], {"platform": 1.0})
     with pytest.raises(rs.NoAnswerError, match="unreachable"):
         _ = nowhere.frequencies
+
+
+def model_arm(*elements: object, **options: object) -> rs.Robot:
+    frame = Frame(np.eye(3), np.zeros(3))
+    leg = rs.Leg("arm", frame, rs.Chain(tuple(elements)), frame)  # type: ignore[arg-type]
+    return rs.Robot("arm", (leg,), coordinates=(), **options)  # type: ignore[arg-type]
+
+
+def test_masses_of_the_model_move():
+    """A beam of steel by its density alone, against 3.516 and 22.03 of a uniform cantilever."""
+    steel, n, L, D = rs.material("steel"), 12, 0.8, 0.02
+    EI, per_length = 210e9 * np.pi * D**4 / 64, 7850 * np.pi * D**2 / 4
+    rods = [rs.beam_link([L / n, 0, 0], steel, circle(D), name=f"b{i + 1}") for i in range(n)]
+    found = rs.modes(model_arm(*rods), beams=rs.Linear()).frequencies
+    exact = np.array([3.5160152685, 22.0344915647]) * np.sqrt(EI / per_length / L**4) / TURN
+    assert np.allclose(found[[0, 2]], exact, rtol=5e-3)
+    assert np.allclose(found[::2][:2], found[1::2][:2], rtol=1e-9)
+
+
+def test_masses_on_the_platform_are_those_that_are_given():
+    robot = rs.load("gough-stewart-b")
+    home = rs.find_posture(robot).pose[0, :3]
+    masses = {"platform": rs.BodyMass(9.0, centre=home + np.array([0.1, 0, 0.05]))}
+    given = rs.modes(robot, masses=masses).frequencies
+    own = replace(robot, platform_masses=(rs.Mass(9.0, [0.1, 0, 0.05]),))
+    assert np.allclose(rs.modes(own).frequencies, given, rtol=1e-9)
+    both = rs.modes(own, masses={"platform": rs.BodyMass(9.0, masses["platform"].centre)})
+    assert np.allclose(both.frequencies, given / np.sqrt(2), rtol=1e-9)
+
+
+def test_gravity_of_the_model_softens_an_upright_pendulum():
+    k, m, L, g = 50.0, 2.0, 0.4, 9.80665
+    hinge = rs.revolute([0, 1, 0], rs.Actuated(k), name="hinge")
+    mast = rs.beam_link([0, 0, L], rs.material("steel"), circle(0.2), mass=rs.Mass(m, [0, 0, L]))
+    for gravity, factor in ((None, 0.0), ("-z", -1.0), ("z", 1.0)):
+        found = rs.modes(model_arm(hinge, mast, gravity=gravity))
+        expected = np.sqrt((k + factor * m * g * L) / (m * L**2)) / TURN
+        assert np.isclose(found.frequencies[0], expected, rtol=1e-6)
+    given = rs.modes(model_arm(hinge, mast), gravity="-z").frequencies
+    assert np.isclose(given[0], np.sqrt((k - m * g * L) / (m * L**2)) / TURN, rtol=1e-6)

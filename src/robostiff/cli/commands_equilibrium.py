@@ -1,4 +1,4 @@
-"""The command ``equilibrium``."""
+"""The commands ``equilibrium`` and ``modes``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.io.whole_file import whole_file
 from robostiff.model import Mass, Robot, Snapshot
 from robostiff.robots import load
-from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path
+from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path, modes
 
 _MOST_FACTORS = 1000
 
@@ -63,26 +63,13 @@ def print_equilibrium(
     side: SideFile = NO_SIDE_FILE,
 ) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
-    robot = load(source, parameters_from(settings), **side.options)
-    if not isinstance(robot, Robot | Snapshot):
-        raise InputError(
-            f"equilibrium of {source!r}",
-            got=type(robot).__name__,
-            expected="a robot or a snapshot of legs",
-            hint=f"cables have 'robostiff cables {source} --wrench ...'",
-        )
+    robot = _robot_of_legs(source, settings, side)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
     picture = _picture_file(wanted)
-    options: dict[str, Any] = {
-        "at": point_from(place),
-        "loads": _loads(written),
-        "gravity": _gravity(written.gravity),
-        "preload": dict(_named("--preload", text, _push) for text in written.preloads),
-        "near": near_from(robot, place),
-    }
+    options = _options(robot, place, written)
     pose = pose_from(robot, place)
     factors = None if wanted.factors is None else _factors(wanted.factors)
     result = cast("Equilibrium", equilibrium(robot, pose, F, **options))  # of one pose
@@ -99,6 +86,59 @@ def print_equilibrium(
         text = equilibrium_text(result, critical)
         say(text if curve is None else f"{text}\n\n{_curve_text(curve)}")
     return BAD_STATUS if result.status.is_bad else 0
+
+
+def print_modes(
+    source: str,
+    place: PoseArguments,
+    written: WrittenLoads,
+    masses: Sequence[str],
+    settings: Sequence[str],
+    side: SideFile = NO_SIDE_FILE,
+    *,
+    as_json: bool = False,
+) -> int:
+    """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
+    from robostiff.io.results.modes import modes_data, modes_text
+
+    robot = _robot_of_legs(source, settings, side)
+    F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
+    moving: dict[str, list[float]] = {}
+    for text in masses:
+        name, mass = _named("--mass", text, _kilograms)
+        moving.setdefault(name, []).append(mass)
+    pose = pose_from(robot, place)
+    found = modes(robot, pose, moving, wrench=F, **_options(robot, place, written))
+    if as_json:
+        print_data(modes_data(found))
+    else:
+        say(modes_text(found))
+    return BAD_STATUS if found.status.is_bad else 0
+
+
+def _robot_of_legs(source: str, settings: Sequence[str], side: SideFile) -> Robot | Snapshot:
+    robot = load(source, parameters_from(settings), **side.options)
+    if not isinstance(robot, Robot | Snapshot):
+        raise InputError(
+            f"equilibrium of {source!r}",
+            got=type(robot).__name__,
+            expected="a robot or a snapshot of legs",
+            hint=f"cables have 'robostiff cables {source} --wrench ...'",
+        )
+    return robot
+
+
+def _options(
+    robot: Robot | Snapshot, place: PoseArguments, written: WrittenLoads
+) -> dict[str, Any]:
+    """Loads beside the wrench, and where they act."""
+    return {
+        "at": point_from(place),
+        "loads": _loads(written),
+        "gravity": _gravity(written.gravity),
+        "preload": dict(_named("--preload", text, _push) for text in written.preloads),
+        "near": near_from(robot, place),
+    }
 
 
 _PICTURES = (".svg", ".png", ".pdf")
@@ -163,6 +203,7 @@ def _named(option: str, text: str, read: Any) -> tuple[str, Any]:
 
 _SUCH_AS = {
     "--weight": '"leg1/strut=12 kg"',
+    "--mass": '"leg1/strut=12 kg"',
     "--load": '"leg1/strut=0 0 -80 N"',
     "--preload": '"leg1/strut=2 kN"',
 }
@@ -170,6 +211,10 @@ _SUCH_AS = {
 
 def _mass(text: str) -> Mass:
     return Mass(to_si(text, Dimension.MASS, subject="--weight"), name="--weight")
+
+
+def _kilograms(text: str) -> float:
+    return to_si(text, Dimension.MASS, subject="--mass")
 
 
 def _force(text: str) -> DeadForce:

@@ -1,4 +1,4 @@
-"""The command ``equilibrium`` and its options; heavy imports happen inside it."""
+"""The commands ``equilibrium`` and ``modes``; heavy imports happen inside them."""
 
 from __future__ import annotations
 
@@ -61,6 +61,15 @@ PreloadOption = Annotated[
         help="With how much a drive pushes along its coordinate [N or N m]; repeatable.",
     ),
 ]
+MassOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--mass",
+        metavar='"LEG/PART=MASS"',
+        help="A mass [kg] that moves with the body behind a part, or with 'platform', and has no "
+        "weight; repeatable.",
+    ),
+]
 CriticalOption = Annotated[
     bool, typer.Option("--critical", help="Find the critical load, and how the robot leaves.")
 ]
@@ -121,3 +130,42 @@ def equilibrium(
     wanted = Wanted(critical, factors, json_, plot, overwrite)
     described = SideFile(side, allow_xacro)
     return print_equilibrium(robot, place, loads, wanted, set_ or [], described)
+
+
+@reported
+def modes(
+    robot: RobotArgument,
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    near: NearOption = None,
+    mass: MassOption = None,
+    wrench: WrenchOption = None,
+    at: AtOption = None,
+    weight: WeightOption = None,
+    load: LoadOption = None,
+    gravity: GravityOption = None,
+    preload: PreloadOption = None,
+    side: SideOption = None,
+    allow_xacro: XacroOption = False,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Print natural frequencies and modes about the equilibrium, without load or under one.
+
+    Masses are those of the model, and those of --mass.
+
+    Examples
+    --------
+    robostiff modes hexapod --mass "platform=150 kg"
+
+    robostiff modes six-joint-arm --gravity=-z --json
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands_equilibrium import WrittenLoads, print_modes
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
+
+    place = PoseArguments(pose, joints, at, near)
+    loads = WrittenLoads(wrench, weight or [], load or [], gravity, preload or [])
+    described = SideFile(side, allow_xacro)
+    return print_modes(robot, place, loads, mass or [], set_ or [], described, as_json=json_)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from robostiff.cli.failure import reported
 from robostiff.cli.shared_options import (
     JointsOption,
     JsonOption,
@@ -26,6 +27,7 @@ OutputOption = Annotated[
 ]
 
 
+@reported
 def schema(
     form: Annotated[
         str, typer.Argument(metavar="[model|snapshot|graph]", help="The file format.")
@@ -44,6 +46,7 @@ def schema(
     return print_schema(form, output, overwrite)
 
 
+@reported
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the robot, and of NAME.yaml.")],
     template: Annotated[
@@ -72,6 +75,7 @@ def new(
     return write_new(name, template, json_)
 
 
+@reported
 def convert(
     robot: RobotArgument,
     to: Annotated[

@@ -6,16 +6,10 @@ from typing import Annotated
 
 import typer
 
-from robostiff.cli import (
-    cable_options,
-    check_options,
-    derive_options,
-    file_formats,
-    map_options,
-    report_options,
-)
-from robostiff.cli.equilibrium_command import equilibrium
+from robostiff.cli import cable_options, check_options, derive_options, map_options, report_options
+from robostiff.cli.equilibrium_command import equilibrium, modes
 from robostiff.cli.failure import ready_streams, reported
+from robostiff.cli.file_formats import convert, new, schema
 from robostiff.cli.shared_options import (
     AtOption,
     JointsOption,
@@ -160,7 +154,8 @@ def deflection(
     return print_deflection(robot, place, wrench, set_ or [], json_, described)
 
 
-app.command()(equilibrium)
+for _command in (equilibrium, modes):
+    app.command()(_command)
 
 
 @app.command()
@@ -386,8 +381,8 @@ def cables(
     return print_cables(robot, place, (wrench, balance), (rule, level, tensions), set_ or [], json_)
 
 
-for _command in (file_formats.schema, file_formats.new, file_formats.convert):
-    app.command()(reported(_command))
+for _command in (schema, new, convert):
+    app.command()(_command)
 
 
 def main() -> None:

@@ -152,14 +152,16 @@ def one_question(
     beams: Beams,
     near: Near,
     gravity: Gravity = None,
+    *,
+    masses: bool = False,
 ) -> tuple[Question, np.ndarray]:
-    """A robot at one posture, and one wrench (r,)."""
+    """A robot at one posture, and one wrench (r,); its `masses` are there also without gravity."""
     postures = _postures(robot, pose, near)
     given = _rows_of("wrench", wrench, robot.space)
     require_one_pose("a robot under load", postures.batch)
     if given.ndim > 1:
         raise InputError("wrench", got=wrench, expected="one wrench")
-    return postures.question(0, at, loads, preload, beams, gravity), given
+    return postures.question(0, at, loads, preload, beams, gravity, masses=masses), given
 
 
 @dataclass(frozen=True)
@@ -178,6 +180,8 @@ class Postures:
         preload: Mapping[str, Any] | None,
         beams: Beams,
         gravity: Gravity = None,
+        *,
+        masses: bool = False,
     ) -> Question:
         """What is asked at posture i."""
         pull = acting_gravity(self.robot, gravity)
@@ -189,7 +193,7 @@ class Postures:
         else:
             k = i if self.batch else 0
             own = self.posture
-            snapshot = (with_masses(own) if np.any(pull) else own.snapshot).one(k)
+            snapshot = (with_masses(own) if masses or np.any(pull) else own.snapshot).one(k)
             status = EquilibriumStatus.OK
             if not own.reached[k]:
                 status |= EquilibriumStatus.UNREACHABLE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,13 +19,16 @@ from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.body_mass import Masses, unit_weights
 from robostiff.statics.equilibrium import Loads, one_question, solved
 from robostiff.statics.force_law import Laws
-from robostiff.statics.from_snapshot import legs_of, load_vector
+from robostiff.statics.from_snapshot import DeadForce, legs_of, load_vector
+from robostiff.statics.given_loads import Gravity, has_masses, platform_weights
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.question import Question
 from robostiff.statics.status import EquilibriumStatus
 from robostiff.statics.vibration import SmallMotions
 
 _BOWING = Bowing()
+# Gravity that makes forces of masses, whose size alone counts [m/s^2].
+_UNIT = np.array([0.0, 0.0, -1.0])
 # Of the platform's motion beside that of the legs: below this it stays.
 _STAYS = 1e-6
 # Of the largest square of a frequency: what rounding leaves of none.
@@ -117,6 +120,7 @@ def modes(
     wrench: ArrayLike | None = None,
     at: ArrayLike | None = None,
     loads: Loads | None = None,
+    gravity: Gravity = None,
     preload: Mapping[str, Any] | None = None,
     laws: Laws | None = None,
     beams: Beams = _BOWING,
@@ -130,11 +134,12 @@ def modes(
 
     Parameters
     ----------
-    robot, pose, wrench, at, loads, preload, laws, beams, near
+    robot, pose, wrench, at, loads, gravity, preload, laws, beams, near
         As for `equilibrium`.
-    masses : mapping of str to float, BodyMass or a sequence of them
-        By the name of the part before the body that carries them, ``leg/part``, or ``platform``
-        [kg]. A mass without a centre is at that part, or at the point of the platform.
+    masses : mapping of str to float, BodyMass or a sequence of them, optional
+        What moves beside the masses of the model, by the name of the part before the body that
+        carries it, ``leg/part``, or ``platform`` [kg]. A mass without a centre is at that part, or
+        at the point of the platform. These have no weight: `loads` take those.
 
     Returns
     -------
@@ -143,7 +148,7 @@ def modes(
     Raises
     ------
     InputError
-        As for `equilibrium`; when there are no masses, or one is not more than zero.
+        As for `equilibrium`; when nothing has a mass, or a given one is not more than zero.
 
     Examples
     --------
@@ -151,23 +156,27 @@ def modes(
     >>> spindle = {"platform": rs.BodyMass(150, inertia=[4, 4, 7])}
     >>> found = rs.modes(rs.load("hexapod"), masses=spindle)
     >>> len(found), found.frequencies[:2].round(1)
-    (6, array([53.9, 53.9]))
+    (72, array([48.7, 48.7]))
     """
-    if not masses:
+    own = has_masses(robot)
+    if not (masses or own):
         raise InputError(
             f"masses of {robot.name!r}",
-            got=masses,
             expected="what moves, by name [kg]",
-            hint='write masses={"platform": 150} or {"leg1/strut": rs.BodyMass(12, inertia=...)}',
+            hint='write masses={"platform": 150} or {"leg1/strut": rs.BodyMass(12, inertia=...)}, '
+            "or mass: in the model file",
         )
-    question, given = one_question(robot, pose, wrench, at, loads, preload, beams, near)
+    question, given = one_question(
+        robot, pose, wrench, at, loads, preload, beams, near, gravity, masses=own
+    )
     question = question.under(laws)
     if question.status & EquilibriumStatus.UNREACHABLE:
         return Modes(question.name, question.space, question.status)
     problem, known, state, status = _about(question, given)
     if known is None or state is None:
         return Modes(question.name, question.space, status)
-    weights = _weights(question.snapshot, problem, masses, beams)
+    on_platform = platform_weights(robot, _UNIT, question.frame)
+    weights = _weights(question.snapshot, problem, masses or {}, on_platform, beams)
     return Modes(question.name, question.space, status, _vibrating(problem, weights, known, state))
 
 
@@ -187,15 +196,19 @@ def _about(
 
 
 def _weights(
-    snapshot: Snapshot, problem: EquilibriumProblem, masses: Masses, beams: Beams
+    snapshot: Snapshot,
+    problem: EquilibriumProblem,
+    masses: Masses,
+    weights: Sequence[DeadForce],
+    beams: Beams,
 ) -> EquilibriumProblem:
-    """The robot with its masses as forces of a gravity of 1 m/s^2."""
+    """The robot with its masses as forces of a gravity of 1 m/s^2, those on its platform given."""
     forces = unit_weights(masses, {"platform": problem.point} | _places(snapshot))
-    on_platform = forces.pop("platform", ())
+    on_platform = [*forces.pop("platform", ()), *weights]
     points = [load_vector("point", "platform", own.point) for own in on_platform]
     return replace(
         problem,
-        groups=legs_of(snapshot, problem.point, beams, forces, {}),
+        groups=legs_of(snapshot, problem.point, beams, forces, {}, _UNIT),
         arms=np.array([point - problem.point for point in points]).reshape(-1, 3),
         forces=np.array([own.force for own in on_platform], dtype=float).reshape(-1, 3),
     )

@@ -1,0 +1,55 @@
+"""``robostiff modes`` as a user types it."""
+
+import json
+
+import numpy as np
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["modes", *arguments])
+
+
+def test_json_is_the_answer_of_python():
+    outcome = run(
+        "six-joint-arm",
+        *("--mass", "platform=8 kg", "--mass", "arm/joint3=2 kg"),
+        *("--gravity=-z", "--wrench", "0 0 -150 N 0 0 0", "--json"),
+    )
+    assert outcome.exit_code == 0, outcome.stderr
+    found = json.loads(outcome.stdout)
+    wanted = rs.modes(
+        rs.load("six-joint-arm"),
+        masses={"platform": 8.0, "arm/joint3": 2.0},
+        wrench=[0, 0, -150, 0, 0, 0],
+        gravity="-z",
+    )
+    assert found["status"] == "ok"
+    assert np.allclose([own["frequency"] for own in found["modes"]], wanted.frequencies)
+    assert found["modes"][0]["words"] == wanted[0].words
+    assert sum(own["share"] for own in found["modes"][0]["shares"]) - 1 < 1e-12
+
+
+def test_text_lists_the_slowest_first():
+    text = run("hexapod", "--mass", "platform=150 kg").stdout
+    assert "  1. 49.47 Hz: the platform moves: rotation about" in text
+    assert "bending: leg" in text
+    assert text.rstrip().endswith("faster ones")
+
+
+def test_bad_status_and_bad_input():
+    nowhere = run("hexapod", "--pose", "0 0 9 0 0 0")
+    assert nowhere.exit_code == 1
+    assert "status: beyond-limits" in nowhere.stdout
+    nothing = run("gough-stewart-b")
+    assert nothing.exit_code == 2
+    assert "expected what moves, by name [kg]" in nothing.stderr
+    words = run("hexapod", "--mass", "platform")
+    assert words.exit_code == 2
+    assert 'such as "leg1/strut=12 kg"' in words.stderr
+    cables = run("cable-8", "--mass", "platform=1 kg")
+    assert cables.exit_code == 2
+    assert "expected a robot or a snapshot of legs" in cables.stderr
