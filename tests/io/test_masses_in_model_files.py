@@ -4,8 +4,10 @@ import json
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import robostiff as rs
+from robostiff.cli.main import app
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import find_posture, with_masses
@@ -121,19 +123,17 @@ def test_slips_are_located(old: str, new: str, words: str):
     assert words in str(error.value)
 
 
-def test_check_lists_masses(capsys: pytest.CaptureFixture[str], tmp_path):
-    from robostiff.cli.commands import check_robot
+def test_check_lists_masses(tmp_path):
+    def printed(*arguments: str) -> str:
+        return CliRunner().invoke(app, ["check", *arguments]).stdout
 
     path = tmp_path / "arm.yaml"
     path.write_text(MODEL)
-    check_robot(str(path), (), True)
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(printed(str(path), "--json"))
     masses = facts["masses"]
     assert masses["parts"]["platform/tool"] == 3.0
     assert np.isclose(masses["total"], sum(masses["parts"].values()))
     assert facts["gravity"] == [0, 0, -9.80665]
-    check_robot("hexapod", (), False)
-    text = capsys.readouterr().out
+    text = printed("hexapod")
     assert "masses: 6 x strut.beam1 13.81 kg, 6 x strut.beam2 3.53 kg; 104 kg in all" in text
-    check_robot("gough-stewart-b", (), False)
-    assert "masses" not in capsys.readouterr().out
+    assert "masses" not in printed("gough-stewart-b")
