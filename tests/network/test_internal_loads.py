@@ -16,7 +16,10 @@ SOFT = Elasticity(np.diag([1e-6, 2e-6, 3e-6, 1e-5, 2e-5, 3e-5]))
 STAR = str(Path(__file__).parents[1] / "model" / "star-platform.yaml")
 
 
-@pytest.mark.parametrize("name", ["hexapod", "3-puu", "six-joint-arm", "3-rrr", STAR])
+@pytest.mark.parametrize(
+    "name",
+    ["hexapod", "3-puu", "six-joint-arm", "3-rrr", pytest.param(STAR, id="star-platform")],
+)
 def test_robots_bend_like_their_networks(name):
     robot = load(name)
     assert isinstance(robot, Robot)
