@@ -18,11 +18,12 @@ from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
 from robostiff.statics.force_law import Laws
-from robostiff.statics.from_snapshot import legs_of, load_vector
+from robostiff.statics.from_snapshot import legs_of
 from robostiff.statics.given_loads import (
     Gravity,
     Loads,
     acting_gravity,
+    arms_and_forces,
     given_forces,
     platform_weights,
 )
@@ -214,20 +215,13 @@ class Postures:
             for name, value in (preload or {}).items()
         }
         groups = legs_of(snapshot, point, beams, forces, pushes, pull)
-        places = [
-            point if force.point is None else load_vector("point", "platform", force.point)
-            for force in on_platform
-        ]
         length = float(snapshot.characteristic_length)
         problem = EquilibriumProblem(
             groups,
             snapshot.space.rows,
             point,
             length if length > 0 else 1.0,
-            np.array([place - point for place in places]).reshape(-1, 3),
-            np.array(
-                [load_vector("force", "platform", force.force) for force in on_platform]
-            ).reshape(-1, 3),
+            *arms_and_forces(on_platform, point),
         )
         return Question(snapshot.name, problem, snapshot.space, frame, status, snapshot)
 

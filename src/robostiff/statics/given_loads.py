@@ -109,6 +109,18 @@ def platform_weights(robot: Robot | Snapshot, gravity: np.ndarray, frame: Frame)
     ]
 
 
+def arms_and_forces(
+    on_platform: Sequence[DeadForce], point: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Arms (k, 3) of dead forces on the platform from its point [m], and the forces (k, 3) [N]."""
+    arms = [
+        np.zeros(3) if own.point is None else load_vector("point", "platform", own.point) - point
+        for own in on_platform
+    ]
+    forces = [load_vector("force", "platform", own.force) for own in on_platform]
+    return np.array(arms).reshape(-1, 3), np.array(forces).reshape(-1, 3)
+
+
 def _forces(name: str, value: Any, down: np.ndarray, frame: Frame) -> tuple[DeadForce, ...]:
     kinds = (DeadForce, Mass, Weight)
     if isinstance(value, kinds):

@@ -19,8 +19,8 @@ from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.body_mass import Masses, unit_weights
 from robostiff.statics.equilibrium import Loads, one_question, solved
 from robostiff.statics.force_law import Laws
-from robostiff.statics.from_snapshot import DeadForce, legs_of, load_vector
-from robostiff.statics.given_loads import Gravity, has_masses, platform_weights
+from robostiff.statics.from_snapshot import DeadForce, legs_of
+from robostiff.statics.given_loads import Gravity, arms_and_forces, has_masses, platform_weights
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.question import Question
 from robostiff.statics.status import EquilibriumStatus
@@ -204,14 +204,9 @@ def _weights(
 ) -> EquilibriumProblem:
     """The robot with its masses as forces of a gravity of 1 m/s^2, those on its platform given."""
     forces = unit_weights(masses, {"platform": problem.point} | _places(snapshot))
-    on_platform = [*forces.pop("platform", ()), *weights]
-    points = [load_vector("point", "platform", own.point) for own in on_platform]
-    return replace(
-        problem,
-        groups=legs_of(snapshot, problem.point, beams, forces, {}, _UNIT),
-        arms=np.array([point - problem.point for point in points]).reshape(-1, 3),
-        forces=np.array([own.force for own in on_platform], dtype=float).reshape(-1, 3),
-    )
+    arms, on_platform = arms_and_forces([*forces.pop("platform", ()), *weights], problem.point)
+    groups = legs_of(snapshot, problem.point, beams, forces, {}, _UNIT)
+    return replace(problem, groups=groups, arms=arms, forces=on_platform)
 
 
 def _places(snapshot: Snapshot) -> dict[str, np.ndarray]:
