@@ -90,3 +90,23 @@ def guard_test(guard: Guard, write: Callable[[sp.Expr], str]) -> str:
     """The test that a sum does not cancel, in languages with ``abs``."""
     sizes = " + ".join(f"abs({write(term)})" for term in guard.terms)
     return f"abs({write(guard.value)}) > {guard.part}*({sizes})"
+
+
+def tests_after(
+    holds: str, finite: str, compute: FormulaProgram, write: Callable[[sp.Expr], str]
+) -> list[str]:
+    """What is assigned to the flag `holds`, one test after the other, in languages with ``&&``.
+
+    Parameters
+    ----------
+    holds : str
+        Name of the flag.
+    finite : str
+        The first test: results are finite.
+    compute : FormulaProgram
+    write : callable
+        How an expression is written.
+    """
+    guards = [guard_test(guard, write) for guard in compute.guards]
+    conditions = [f"{write(expression)} >= 0" for _, expression in compute.conditions]
+    return [finite, *(f"{holds} && {test}" for test in (*guards, *conditions))]

@@ -12,8 +12,8 @@ from robostiff.analytic.export.function_parts import (
     NO_ANSWER,
     convention,
     filled,
-    guard_test,
     plain_text,
+    tests_after,
     title_of_function,
     where_it_holds,
 )
@@ -99,10 +99,8 @@ def julia_function(derivation: Derivation | FormulaDerivative, name: str = "stif
         entries = filled(matrix, lambda i, j, K=result: f"{K}[{i + 1}, {j + 1}]", printer.write)
         for target, expression in entries:
             lines += _assigned(target, expression)
-    tests = [" && ".join(f"all(isfinite, {result})" for result in results)]
-    tests += [f"{holds} && {guard_test(g, printer.write)}" for g in compute.guards]
-    tests += [f"{holds} && {printer.write(e)} >= 0" for _, e in compute.conditions]
-    for test in tests:
+    finite = " && ".join(f"all(isfinite, {result})" for result in results)
+    for test in tests_after(holds, finite, compute, printer.write):
         lines += _assigned(holds, test)
     given = f"({', '.join(arguments)}{',' * (len(arguments) == 1)})"
     thrown = f'{given}, "{NO_ANSWER}"))'

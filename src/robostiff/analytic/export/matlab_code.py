@@ -12,8 +12,8 @@ from robostiff.analytic.export.function_parts import (
     NO_ANSWER,
     convention,
     filled,
-    guard_test,
     plain_text,
+    tests_after,
     title_of_function,
     where_it_holds,
 )
@@ -124,9 +124,7 @@ def matlab_function(derivation: Derivation | FormulaDerivative, name: str = "sti
             lines += _assigned(target, expression)
     lines.append("")
     finite = " && ".join(f"all(isfinite({result}(:)))" for result in results)
-    tests = [finite, *(f"{holds} && {guard_test(g, printer.write)}" for g in compute.guards)]
-    tests += [f"{holds} && {printer.write(e)} >= 0" for _, e in compute.conditions]
-    for test in tests:
+    for test in tests_after(holds, finite, compute, printer.write):
         lines += _assigned(holds, test)
     lines += [f"if ~{holds}", f"    error('robostiff:formula', '{NO_ANSWER}');", "end", "end"]
     return "\n".join([*lines, *printer.local_functions()]) + "\n"
