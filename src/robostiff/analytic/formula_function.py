@@ -86,6 +86,7 @@ class FormulaFunction:
     @cached_property
     def _run(self) -> Callable[..., tuple[Any, ...]]:
         module: dict[str, Any] = {}
+        # Its writer admits only functions of the vocabulary, and identifiers that it made.
         exec(compile(self.source, f"<formula {self.name}>", "exec"), module)  # noqa: S102
         return module["formula"]
 
