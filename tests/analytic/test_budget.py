@@ -1,5 +1,6 @@
 """A budget of time: what does not end in time is stopped, and the answer says so."""
 
+import gc
 import threading
 import time
 from contextlib import suppress
@@ -48,6 +49,47 @@ def test_another_thread_is_as_good_and_alone_is_stopped():
     thread.start()
     thread.join(30)
     assert len(found) == 1
+
+
+class Slow:
+    """What takes its time when it is collected."""
+
+    def __del__(self):
+        wait_in_python(0.03)
+
+
+def wait_in_python(seconds):
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        sum(range(100))
+
+
+def test_a_stop_is_not_lost_in_a_callback_of_the_garbage_collector():
+    # pytest makes an error of an exception that the interpreter could only print
+    def callback(phase, info):
+        wait_in_python(0.03)
+
+    def collect():
+        while True:
+            gc.collect(0)
+            wait_in_python(0.03)
+
+    gc.callbacks.append(callback)
+    try:
+        with pytest.raises(OutOfTimeError):
+            within(0.2, collect)
+    finally:
+        gc.callbacks.remove(callback)
+
+
+def test_a_stop_is_not_lost_in_a_finalizer():
+    def finalize():
+        while True:
+            Slow()
+            wait_in_python(0.03)
+
+    with pytest.raises(OutOfTimeError):
+        within(0.2, finalize)
 
 
 @pytest.mark.parametrize("budget", [0, -1, "20", True, float("nan")])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import gc
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -20,6 +22,7 @@ _HINTS = {"closed form": "use named steps, form=Steps(), or a larger budget=..."
 _LARGEST = 1e6  # seconds
 _INTERVAL = 0.1  # between two looks at the clock
 _LATER = 0.5  # until it is stopped again, where something has swallowed that
+_SOON = 0.01  # until the next look, where an exception would be lost
 
 
 class OutOfTimeError(FormulaTooLargeError):
@@ -114,8 +117,12 @@ class _Guard:
             if self._clock() < self._until:
                 continue
             with self._lock:
-                if not self._ended.is_set():
-                    _raise_in(self._ident, _Stop)
+                if self._ended.is_set():
+                    break
+                if _loses_exceptions(self._ident):
+                    wait = _SOON
+                    continue
+                _raise_in(self._ident, _Stop)
             wait = _LATER
 
     def end(self) -> None:
@@ -131,6 +138,22 @@ def _clock_of(ident: int) -> Callable[[], float]:
         clock = time.pthread_getcpuclockid(ident)
         return lambda: time.clock_gettime(clock)
     return time.monotonic
+
+
+def _loses_exceptions(ident: int) -> bool:
+    """Whether a thread runs code out of which the interpreter takes no exception.
+
+    It prints those of finalizers and of callbacks of the garbage collector, and goes on.
+    """
+    frame = sys._current_frames().get(ident)  # pyright: ignore[reportPrivateUsage]
+    callbacks = {getattr(callback, "__code__", None) for callback in gc.callbacks}
+    while frame is not None:
+        code = frame.f_code
+        in_weakref = frame.f_globals.get("__name__") == "weakref"
+        if code in callbacks or code.co_name == "__del__" or in_weakref:
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _raise_in(ident: int, exception: type[BaseException] | None) -> None:
