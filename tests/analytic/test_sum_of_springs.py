@@ -28,7 +28,7 @@ DATA = Path(__file__).parent / "data"
 # Operations of K and of what its names stand for that a derivation may take.
 LONGEST = {
     "gsb-drive": 60,
-    "hexapod": 150,
+    "hexapod": 80,
     "3-prs": 70,
     "3-rps": 70,
     "3-puu": 60,

@@ -180,33 +180,6 @@ class NamedReading:
         return f"{letter}_{suffix(number)}"
 
 
-def with_sums_of_angles(expression: Any) -> Any:
-    """An expression or matrix with cos(a + b) for cos(a) cos(b) - sin(a) sin(b), and so on.
-
-    Examples
-    --------
-    >>> a, b = sp.symbols("a b")
-    >>> with_sums_of_angles(3 / (sp.sin(a) * sp.sin(b) - sp.cos(a) * sp.cos(b)))
-    -3/cos(a + b)
-    """
-    pairs = [
-        part
-        for part in sp.ordered(expression.atoms(sp.Add))
-        if len(part.args) == 2 and all(len(x.atoms(sp.sin, sp.cos)) == 2 for x in part.args)
-    ]
-    for pair in pairs:
-        angles = sorted({x.args[0] for x in pair.atoms(sp.sin, sp.cos)}, key=str)
-        if len(angles) != 2:
-            continue
-        a, b = angles
-        for whole in (sp.sin(a + b), sp.sin(a - b), sp.cos(a + b), sp.cos(a - b)):
-            parts = sp.expand_trig(whole)
-            if pair in (parts, -parts):
-                expression = expression.xreplace({pair: whole if pair == parts else -whole})
-                break
-    return expression
-
-
 def _fraction(expression: Any) -> Any:
     """A factored fraction of an expression that is short enough."""
     if max(bound_of_terms(part, _WRITTEN) for part in sp.fraction(expression)) > _WRITTEN:

@@ -21,9 +21,10 @@ from robostiff.analytic.contributions import (
     summed,
 )
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.named_reading import NamedReading, with_sums_of_angles
+from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.robot_placement import PlacedRobot
+from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.analytic.unit_wrenches import UnitWrench, WrenchSearch, sampled
 from robostiff.model import PlacedLeg, PlacedSpring
 from robostiff.record import Entry
@@ -144,14 +145,10 @@ def sum_of_springs(placed: PlacedRobot) -> SumOfSprings | None:
     K = _matrix(list(groups.values()), search, read)
     taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
     recurring = name_combinations(K, taken)
-    K = with_sums_of_angles(recurring.matrix)
+    K = shortest_trigonometry(recurring.matrix)
     inputs = set(placed.symbols.values())
     first = [d for d in recurring.definitions if d.expression.free_symbols <= inputs]
-    last = [
-        Definition(d.symbol, with_sums_of_angles(d.expression))
-        for d in recurring.definitions
-        if d not in first
-    ]
+    last = [d for d in recurring.definitions if d not in first]
     lengths = [Definition(d.symbol, _in_names(d.expression, first)) for d in read.definitions]
     legs = [
         replace(
@@ -161,8 +158,18 @@ def sum_of_springs(placed: PlacedRobot) -> SumOfSprings | None:
         )
         for leg in legs
     ]
+    definitions, numbers = _without_numbers([*first, *lengths, *last])
+    K = K.xreplace(numbers)
+    legs = [
+        replace(
+            leg,
+            wrenches=tuple(w.xreplace(numbers) for w in leg.wrenches),
+            compliances=tuple(c.xreplace(numbers) for c in leg.compliances),
+        )
+        for leg in legs
+    ]
     results = [K, *(x for leg in legs for x in (*leg.wrenches, *leg.compliances))]
-    used = _used(results, [*first, *lengths, *last])
+    used = _used(results, definitions)
     if operations_of(K, used) > _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
     return SumOfSprings(K, tuple(legs), used)
@@ -288,7 +295,21 @@ def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:
     for d in definitions:
         if d.expression.is_Add:
             expression = expression.xreplace({d.expression: d.symbol, -d.expression: -d.symbol})
-    return with_sums_of_angles(expression)
+    return shortest_trigonometry(expression)
+
+
+def _without_numbers(
+    definitions: Sequence[Definition],
+) -> tuple[list[Definition], dict[sp.Symbol, Any]]:
+    """Definitions in their shortest form without numbers before sums, and what their names were."""
+    found, numbers = [], {}
+    for d in definitions:
+        expression = shortest_trigonometry(d.expression.xreplace(numbers))
+        number, rest = expression.as_coeff_Mul(rational=True)
+        if rest.is_Add and number != 1:
+            numbers[d.symbol], expression = number * d.symbol, rest
+        found.append(Definition(d.symbol, expression))
+    return found, numbers
 
 
 def _used(results: list[Any], definitions: Sequence[Definition]) -> tuple[Definition, ...]:
