@@ -25,6 +25,7 @@ ROBOTS = {
     "planar-rigid-branch": ("file",),
     "recursive-digits": ("recursive",),
     "reference-far-away": ("network",),
+    "rigid-beside-soft": ("compliance", "deflection"),
     "rigid-but-for-rounding": ("compliance",),
     "saddle-point-digits": ("saddle-point",),
     "saddle-point-singular": ("saddle-point", "block", "recursive"),

@@ -16,6 +16,7 @@ from robostiff.elastostatics import (
     chain_stiffness,
 )
 from robostiff.elastostatics.chain_problem import ChainProblem
+from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
 from tests.generators.metric import distance
 
@@ -292,3 +293,30 @@ def test_rounding_in_a_block_without_stiffness_costs_no_digits():
         noisy = K + noise * K[3, 3] * np.diag([1.0, 0.5, 0, 0, 0, 0])
         assert not problem.costs_digits(noisy)
         assert not problem.costs_digits_to_invert(noisy)
+
+
+@pytest.mark.parametrize(
+    ("angle", "ill"), [(0.0, False), (1e-13, False), (1e-8, True), (1e-3, False)]
+)
+def test_rigid_wrenches_of_two_legs_that_are_almost_one(angle: float, ill: bool):
+    """What decides between them is a difference of which few digits are left."""
+    legs = []
+    for turn in (0.0, angle):
+        R = np.eye(6)
+        R[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+        C = C_FULL - np.outer(C_FULL[0], C_FULL[0]) / C_FULL[0, 0]
+        C[0], C[:, 0] = 0.0, 0.0
+        legs.append(chain_stiffness(R @ C @ R.T, NO_JOINTS))
+    status = aggregate(legs).status
+    assert status == (Status.RIGID_DIRECTION | (Status.ILL_CONDITIONED if ill else Status.OK))
+
+
+def test_a_rigid_wrench_shares_no_energy_with_others():
+    """It feels springs by less than decides; times a soft spring that is not nothing."""
+    rows = np.array([[1.0, 0, 4e-12], [0.6, 0.8, -7e-12], [0, 1, 9e-12]])
+    sizes = np.array([1e-3, 10.0, 1.0])
+    found = conjugate_wrenches(np.eye(3), rows, sizes, Tolerance())
+    assert np.count_nonzero(np.any(found.rigid, axis=0)) == 1
+    felt = rows * sizes[:, None]
+    shared = (felt @ found.unit[:, :2]).T @ felt @ found.rigid[:, 0]
+    assert np.all(np.abs(shared) <= 1e-14 * found.compliance[:2])

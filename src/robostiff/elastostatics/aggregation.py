@@ -92,6 +92,11 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
     status = status & ~np.uint8(Status.FREE_MOTIONS)
     status = status | (rank < n) * np.uint8(Status.FREE_MOTIONS)
     K = np.sum([leg.matrix for leg in legs], axis=0)
+    rigid = _beside([leg.rigid for leg in legs])
+    if len(legs) > 1 and np.any(rigid):
+        # Rigid wrenches of two legs that are almost one: how they differ is known to few digits.
+        values = np.linalg.svd(rigid, compute_uv=False)
+        doubtful = doubtful | np.any(tolerance.leaves_in_doubt(values), axis=-1)
     s = scaling(first.length, first.space)
     smallest = smallest_held_stiffness(K / (s[..., :, None] * s[..., None, :]), rank)
     answered = (status & int(WITHOUT_STIFFNESS)) == 0
@@ -104,7 +109,7 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
         held=held,
         redundant=np.concatenate([leg.redundant for leg in legs], axis=-1),
         length=first.length,
-        rigid=_beside([leg.rigid for leg in legs]),
+        rigid=rigid,
         tolerance=tolerance,
         reason="; ".join(dict.fromkeys(leg.reason for leg in legs if leg.reason)),
         carried=_all_carried(legs),

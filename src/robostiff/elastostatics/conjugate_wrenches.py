@@ -111,7 +111,7 @@ def conjugate_wrenches(
     transmitted = np.broadcast_to(np.count_nonzero(np.any(W != 0, axis=-2), axis=-1), batch)
     elastic, doubtful = _elastic_rank(rows * (sizes > 0)[..., None], batch, tolerance)
     if m == 0 or (np.all(elastic == m)):
-        unit, compliance, blurred = _conjugate(W, rows, sizes)
+        unit, compliance, _, blurred = _conjugate(W, rows, sizes, m)
         return ConjugateWrenches(unit, compliance, np.zeros((*batch, n, 0)), doubtful | blurred)
     unit, rigid = np.zeros((*batch, n, m)), np.zeros((*batch, n, m))
     compliance = np.zeros((*batch, m))
@@ -120,13 +120,14 @@ def conjugate_wrenches(
     for group, (count, rank) in alike(np.stack([transmitted, elastic], axis=-1)):
         W_own, R_own, s_own = W[group][..., :count], rows[group][..., :count], sizes[group]
         if rank < count:
-            Vt = np.linalg.svd(R_own * (s_own > 0)[..., None])[2]
-            rigid[group, :, : count - rank] = W_own @ transposed(Vt[..., rank:, :])
-            Y = transposed(Vt[..., :rank, :])
+            Y = transposed(np.linalg.svd(R_own * (s_own > 0)[..., None])[2])
             W_own, R_own = W_own @ Y, R_own @ Y
-        own = _conjugate(W_own, R_own, s_own)
-        unit[group, :, :rank], compliance[group, :rank] = own[:2]
-        doubtful[group] |= own[2]
+        unit[group, :, :rank], compliance[group, :rank], rest, blurred = _conjugate(
+            W_own, R_own, s_own, rank
+        )
+        if rank < count:
+            rigid[group, :, : count - rank] = np.linalg.qr(rest)[0]
+        doubtful[group] |= blurred
     return ConjugateWrenches(unit, compliance, rigid, doubtful)
 
 
@@ -188,16 +189,20 @@ def _swapped(A: np.ndarray, chosen: np.ndarray, left: int) -> np.ndarray:
 
 
 def _conjugate(
-    W: np.ndarray, rows: np.ndarray, sizes: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    m = W.shape[-1]
-    found, _, blurred = eliminated(rows * sizes[..., None], W, sizes, m)
+    W: np.ndarray, rows: np.ndarray, sizes: np.ndarray, elastic: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The first wrenches made conjugate, their compliances, and the others without energy shared.
+
+    The others feel springs by less than decides. Of a spring that is much softer than the rest
+    that is still felt, were it not taken out of them.
+    """
+    found, rest, blurred = eliminated(rows * sizes[..., None], W, sizes, elastic)
     if not found:
-        return W, np.zeros((*blurred.shape, 0)), blurred
+        return W[..., :0], np.zeros((*blurred.shape, 0)), rest, blurred
     unit = np.stack([x for x, _ in found], axis=-1)
     square = np.einsum("...nm,...nm->...m", unit, unit)
     energies = np.stack([energy for _, energy in found], axis=-1)
-    return unit / np.sqrt(square)[..., None, :], energies / square, blurred
+    return unit / np.sqrt(square)[..., None, :], energies / square, rest, blurred
 
 
 def _elastic_rank(
