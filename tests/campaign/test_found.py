@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 import robostiff as rs
+from robostiff.network import energy_stiffness, network_of_snapshot
 from tests.campaign import ways
+from tests.cases.metric import distance
 
 FOUND = Path(__file__).parent / "found"
 #: What went wrong there: the robot, and the ways that were.
@@ -42,3 +44,15 @@ def test_ways_agree_with_the_reference(name):
         judge, taken = ways.judged(snapshot, [0], asked)
     assert not judge.complaints, [str(complaint) for complaint in judge.complaints]
     assert asked <= set(taken)
+
+
+@pytest.mark.parametrize("name", ["drives-29-default", "parallel-63-recursive"])
+def test_second_opinions_have_digits_to_spare(name):
+    """Blocks of K that differ by 10^12: which BLAS adds must not decide whether all agree."""
+    snapshot = rs.load(FOUND / f"{name}.json")
+    network, exact = network_of_snapshot(snapshot), ways.reference(snapshot)
+    assert exact is not None
+    assert exact.K is not None
+    size = ways._extent(snapshot)
+    assert distance(energy_stiffness(network), exact.K, size, least=1e-12) <= 1e-10
+    assert distance(rs.stiffness(network).K, exact.K, size, least=1e-12) <= 1e-10

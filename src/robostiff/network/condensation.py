@@ -14,8 +14,6 @@ from robostiff.network.network import Network
 from robostiff.network.redundancy import redundancy, redundant_freedoms
 from robostiff.network.saddle_point import CONVERGED, saddle_point_system
 
-_ROUNDING = 4 * np.finfo(float).eps
-
 
 @dataclass(frozen=True)
 class NetworkStiffness:
@@ -120,10 +118,19 @@ def _range(wrenches: np.ndarray, tolerance: Tolerance) -> np.ndarray:
 
 
 def _on_held(K: np.ndarray, held: np.ndarray, rank: int) -> np.ndarray:
-    """K between the wrenches that hold the platform: rounding must not stiffen free motions."""
-    if rank == len(K):
-        return K
+    """K of its rank: rounding must not stiffen free motions.
+
+    ``K W (W^T K W)^-1 W^T K`` is K where K has the rank of W, and an error of W, the wrenches that
+    hold the platform, changes it in second order only. W itself has the digits of its largest
+    entries, and small blocks of K have more.
+    """
+    if rank in (0, len(K)):
+        return K if rank else np.zeros(K.shape)
     W = np.linalg.svd(held, full_matrices=False)[0][:, :rank]
-    # Unit vectors carry no smaller parts than these.
-    W = np.where(np.abs(W) <= _ROUNDING, 0.0, W)
-    return W @ (W.T @ K @ W) @ W.T
+    felt = K @ W
+    try:
+        L = np.linalg.cholesky(W.T @ felt)
+    except np.linalg.LinAlgError:  # parts too different in size: few digits, as the status says
+        return W @ (W.T @ felt) @ W.T
+    X = np.linalg.solve(L, felt.T)
+    return X.T @ X

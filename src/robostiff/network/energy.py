@@ -11,6 +11,7 @@ from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, JointElement, SpringElement, beam_stiffness_12
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.network import Network
+from robostiff.network.residual import residual
 from robostiff.spatial import block_rotation
 
 _DEFAULT_TOLERANCE = Tolerance()
@@ -144,7 +145,10 @@ def _elastic(E: np.ndarray, N: np.ndarray, tolerance: Tolerance) -> np.ndarray:
 def _solutions(
     G: np.ndarray, right: np.ndarray, tolerance: Tolerance
 ) -> tuple[np.ndarray, np.ndarray]:
-    """One solution of G z = right, and a basis of null(G), by pivoted QR."""
+    """One solution of G z = right, and a basis of null(G), by pivoted QR.
+
+    Both are refined: where no motion is left to minimise over, their small entries are the answer.
+    """
     Q, R, order = (np.asarray(part) for part in qr(G.T, pivoting=True))
     size = np.abs(np.diagonal(R))
     rank = int(np.count_nonzero(size > tolerance.independence * size.max(initial=0.0)))
@@ -153,11 +157,18 @@ def _solutions(
             f"no stiffness by least energy: joints within {size[rank - 1] / size[0]:.0e} of a "
             "singular arrangement leave it fewer than nine digits"
         )
-    y = solve_triangular(R[:rank, :rank], right[order[:rank]], trans=1)
+    held, kept = Q[:, :rank], order[:rank]
+
+    def moved(gaps: np.ndarray) -> np.ndarray:
+        return held @ solve_triangular(R[:rank, :rank], gaps, trans=1)
+
+    y = solve_triangular(R[:rank, :rank], right[kept], trans=1)
     gap = R[:rank, rank:].T @ y - right[order[rank:]]
     if np.abs(gap).max(initial=0.0) > tolerance.independence:
         raise NoAnswerError(f"no stiffness: {Status.RIGID_DIRECTION.advice[0]}")
-    return Q[:, :rank] @ y, Q[:, rank:]
+    z, free = held @ y, Q[:, rank:]
+    z = z + moved(residual(G[kept], z, right[kept]))
+    return z, free + moved(residual(G[kept], free, np.zeros((rank, free.shape[1]))))
 
 
 def _beam_energy(equations: Equations, bodies: dict[str, slice], size: int) -> np.ndarray:
