@@ -56,3 +56,10 @@ def test_second_opinions_have_digits_to_spare(name):
     size = ways._extent(snapshot)
     assert distance(energy_stiffness(network), exact.K, size, least=1e-12) <= 1e-10
     assert distance(rs.stiffness(network).K, exact.K, size, least=1e-12) <= 1e-10
+
+
+def test_a_record_that_arrives_near_home_alone_is_confirmed_there():
+    """None of the poses drawn first is reached in recorded steps; nothing differs at nearer ones."""
+    with pytest.warns(rs.PlausibilityWarning, match="an angle of 191"):  # a screw of fine pitch
+        robot = rs.load(FOUND / "closure-near-home.yaml")
+    assert rs.compile(robot, backend=rs.Backend.ARRAYS).verified

@@ -99,7 +99,8 @@ class CompiledRobot:
         At a general pose.
     verified : bool
         Whether record and wrench basis form were found to agree at generic poses; False where those
-        are ill-conditioned, and every pose is then computed by the latter.
+        are ill-conditioned, or recorded steps reach none of them, and every pose is then computed
+        by the latter.
     """
 
     robot: Robot

@@ -169,7 +169,7 @@ class KernelInputs:
             When they are not as the kernel takes them.
         """
         subject = f"poses of {self.robot.name!r}"
-        by_joints = isinstance(pose, JointCoordinates) and self.robot.is_serial and self.joints > 0
+        by_joints = isinstance(pose, JointCoordinates) and self._takes_joints
         expected = self._joints_in_words if by_joints else self._pose_in_words
         if isinstance(pose, JointCoordinates):
             if not by_joints:
@@ -184,7 +184,7 @@ class KernelInputs:
         else:
             given = as_floats(subject, pose, expected, coordinate_units(self.robot))
         count = self.joints if by_joints else len(self.robot.coordinates)
-        if given.ndim != 2 or given.shape[1] != count or count == 0:
+        if given.ndim != 2 or given.shape[1] != count or (count == 0 and self._needs_joints):
             raise InputError(
                 subject, got=f"shape {given.shape}", expected=expected, hint=_OTHERWISE
             )
@@ -213,12 +213,24 @@ class KernelInputs:
         return InputRows(rows, missed, loose)
 
     @property
+    def _takes_joints(self) -> bool:
+        """Whether joint coordinates pose it; a chain without joints has none, (N, 0)."""
+        return self.robot.is_serial and (self.joints > 0 or not self.robot.legs[0].chain.size)
+
+    @property
+    def _needs_joints(self) -> bool:
+        """Whether nothing but joint coordinates poses it."""
+        return self.robot.is_posed_by_joints and self.robot.legs[0].chain.size > 0
+
+    @property
     def _joints_in_words(self) -> str:
         return f"joint coordinates (N, {self.joints}), one pose a row"
 
     @property
     def _pose_in_words(self) -> str:
         names = [coordinate.value for coordinate in self.robot.coordinates]
-        if not names:
+        if not names and self._needs_joints:
             return f"JointCoordinates of an array (N, {self.joints})"
+        if not names:
+            return "an array (N, 0): a structure has one pose"
         return f"an array (N, {len(names)}): {' '.join(names)}, one pose a row"

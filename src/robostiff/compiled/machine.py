@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.compiled.arrays import ArrayCode
 from robostiff.record import OPERATORS, Operation, Program
 
 _threads = threading.Lock()
@@ -56,6 +57,9 @@ class MachineCode:
     def _function(self) -> Any:
         import heyoka as hy
 
+        if not self.program.inputs:  # every result is a number, and nothing is left to compile
+            numbers = ArrayCode(self.program)
+            return lambda inputs, outputs, batch_parallel: numbers.evaluate(inputs, outputs)
         variables = hy.make_vars(*self.program.inputs)
         # One variable comes without a list around it.
         variables = variables if isinstance(variables, list) else [variables]

@@ -70,8 +70,8 @@ class PostureFinder:
         self.home_pose = home_coordinates(self.robot)
         #: Results for the robot as a whole, by their names.
         self.known: dict[str, tuple[str, ...]] = {}
-        #: Postures drawn around home, by the seed.
-        self.samples: dict[int, Posture] = {}
+        #: Postures drawn around home, by the seed and by how near.
+        self.samples: dict[tuple[int, int], Posture] = {}
         self.length = reach(self.robot, self.home_pose)
 
     @cached_property

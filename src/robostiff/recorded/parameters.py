@@ -110,12 +110,14 @@ _SEED_OF_SAMPLES = 20110
 _SHRINKS = 6
 
 
-def sample_postures(robot: Robot, finder: PostureFinder, seed: int | None = None) -> Posture:
+def sample_postures(
+    robot: Robot, finder: PostureFinder, seed: int | None = None, nearer: int = 0
+) -> Posture:
     """A few postures near home in general position, one a row, that all legs reach.
 
     Pose coordinates that the robot is free to choose are drawn at random; the others follow from
     the legs. For a serial arm posed by its joints, joint coordinates are drawn. Another seed gives
-    others than those of the records.
+    others than those of the records; each whole number of `nearer` takes a fifth of the way.
 
     Raises
     ------
@@ -123,14 +125,17 @@ def sample_postures(robot: Robot, finder: PostureFinder, seed: int | None = None
         When no neighbourhood of home is reached.
     """
     seed = _SEED_OF_SAMPLES if seed is None else seed
-    if seed not in finder.samples:
-        finder.samples[seed] = _samples(robot, finder, np.random.default_rng(seed))
-    return finder.samples[seed]
+    if (seed, nearer) not in finder.samples:
+        random = np.random.default_rng(seed)
+        finder.samples[seed, nearer] = _samples(robot, finder, random, nearer)
+    return finder.samples[seed, nearer]
 
 
-def _samples(robot: Robot, finder: PostureFinder, random: np.random.Generator) -> Posture:
-    spread = 0.1
-    for _ in range(_SHRINKS):
+def _samples(
+    robot: Robot, finder: PostureFinder, random: np.random.Generator, nearer: int
+) -> Posture:
+    spread = 0.1 * 0.2**nearer
+    for _ in range(_SHRINKS - nearer):
         posture = _drawn(robot, finder, random, spread)
         reached = np.flatnonzero(posture.reached)
         if reached.size >= COUNT:

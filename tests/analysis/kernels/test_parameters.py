@@ -145,3 +145,37 @@ def test_misuse_tells_what_to_write(names, values, message):
         rs.compile(robot, parameters=names, backend=rs.Backend.ARRAYS).evaluate(
             around_home(robot, 3), parameters=values
         )
+
+
+STRUCTURE = """
+robostiff: 1
+name: frame
+source: made up
+parameters: {h: 0.5 m}
+coordinates: []
+legs:
+  - name: post
+    chain:
+      - {type: beam, name: bar, to: [0, 0, h], material: steel, section: {circle: {diameter: 2 cm}}}
+"""
+
+
+@pytest.mark.parametrize("backend", list(rs.Backend))
+def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend, tmp_path):
+    file = tmp_path / "frame.yaml"
+    file.write_text(STRUCTURE)
+    robot = rs.load(file, symbols=("h",))
+    for parameters, heights in ((("h",), [0.4, 0.5, 0.7]), ((), [0.5])):
+        outputs = [rs.StiffnessMatrix(), rs.ComplianceMatrix()]
+        compiled = rs.compile(robot, outputs, parameters=parameters, backend=backend)
+        given = {"h": np.array(heights)} if parameters else {}
+        for pose in (np.zeros((len(heights), 0)), rs.JointCoordinates(np.zeros((len(heights), 0)))):
+            found = compiled.evaluate(pose, parameters=given)
+            for i, h in enumerate(heights):
+                own = rs.stiffness(robot.substituted({"h": h}))
+                assert found.status_codes[i] == 0
+                np.testing.assert_allclose(found.values["K"][i], own.K, rtol=1e-10, atol=1e-4)
+                C = found.values["compliance"][i]
+                np.testing.assert_allclose(C, own.compliance, rtol=1e-10, atol=1e-18)
+        with pytest.raises(rs.InputError, match=r"an array \(N, 0\): a structure has one pose"):
+            compiled.evaluate(np.zeros((1, 6)), parameters=given)
