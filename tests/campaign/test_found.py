@@ -59,7 +59,7 @@ def test_second_opinions_have_digits_to_spare(name):
 
 
 def test_a_record_that_arrives_near_home_alone_is_confirmed_there():
-    """None of the poses drawn first is reached in recorded steps; nothing differs at nearer ones."""
+    """Recorded steps reach none of the poses drawn first; at nearer ones nothing differs."""
     with pytest.warns(rs.PlausibilityWarning, match="an angle of 191"):  # a screw of fine pitch
         robot = rs.load(FOUND / "closure-near-home.yaml")
     assert rs.compile(robot, backend=rs.Backend.ARRAYS).verified
