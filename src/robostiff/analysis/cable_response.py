@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from robostiff.analysis.cable_result import CableStiffness
 from robostiff.analysis.cable_stiffness import cable_stiffness, judged
@@ -18,6 +17,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, as_floats
+from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 
 _FURTHEST = 100.0  # times the load, up to which slack is searched for
 
@@ -220,13 +220,13 @@ def _after(
     status = np.uint16(before.status & CableStatus.UNBALANCED)
     if beyond:
         status |= np.uint16(CableStatus.BEYOND_LIMITS)
-    turn = Rotation.from_matrix(state.R) * Rotation.from_rotvec(before.pose[3:])
+    R = state.R @ matrix_of_rotation(before.pose[3:])
     origin = before.pose[:3] - before.reference_point
     position = before.reference_point + state.shift + state.R @ origin
     return judged(
         replace(
             before,
-            pose=np.concatenate([position, turn.as_rotvec()]),
+            pose=np.concatenate([position, vector_of_rotation(R)]),
             placed=state.now,
             tensions=tensions,
             axial=np.where(taut, before.axial, 0.0),
@@ -239,8 +239,7 @@ def _after(
 
 
 def _displacement(state: Hanging, space: Space) -> np.ndarray:
-    turn = Rotation.from_matrix(state.R).as_rotvec()
-    return np.concatenate([state.shift, turn])[list(space.rows)]
+    return np.concatenate([state.shift, vector_of_rotation(state.R)])[list(space.rows)]
 
 
 def _load(load: ArrayLike | None, space: Space) -> np.ndarray:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import RigidTransform
 
 from robostiff.analysis.careful_form import CHUNK
 from robostiff.errors import InputError
@@ -15,6 +14,7 @@ from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.kinematics.pose import coordinate_units, joint_units
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
+from robostiff.spatial.rotation import is_rigid_transform
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ class KernelInputs:
                 )
             units = joint_units(self.robot.legs[0].chain)
             given = as_floats(subject, pose.values, expected, units)
-        elif pose is None or isinstance(pose, RigidTransform):
+        elif pose is None or is_rigid_transform(pose):
             got = "none" if pose is None else "a rigid transform"
             raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
         else:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result_tables import stiffness_html
@@ -22,6 +21,9 @@ from robostiff.spatial import (
     move_twist,
     move_wrench,
 )
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import RigidTransform
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,8 @@ class RobotStiffness:
         """Pose of the platform as a rigid transform, or as a batch of them; None for a snapshot."""
         if self.pose is None:
             return None
+        from scipy.spatial.transform import RigidTransform, Rotation
+
         turn = Rotation.from_rotvec(self.pose[..., 3:])
         return RigidTransform.from_components(self.pose[..., :3], turn)
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robostiff.cables.stiffness_matrix import (
     elastic_stiffness,
@@ -15,6 +14,7 @@ from robostiff.cables.stiffness_matrix import (
     wrench_derivative,
 )
 from robostiff.cables.structure_matrix import PlacedCables, structure_matrix, weight_wrench
+from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 
 _ITERATIONS = 50
 _SHORTEST_STEP = 1e-4  # of the load, before the path is given up
@@ -112,7 +112,7 @@ class Hanging:
         """Displaced by a translation of the reference point and then a turn about it (n,)."""
         six = np.zeros(6)
         six[list(self.placed.space.rows)] = x
-        turn = Rotation.from_rotvec(six[3:]).as_matrix()
+        turn = matrix_of_rotation(six[3:])
         return replace(self, shift=self.shift + six[:3], R=turn @ self.R)
 
     def at_equilibrium(self, wrench: np.ndarray) -> Hanging | None:
@@ -220,6 +220,6 @@ def first_slack(
 
 def _near(before: Hanging, after: Hanging) -> bool:
     """Whether two states are neighbours on a path, not separate equilibria."""
-    turn = Rotation.from_matrix(after.R @ before.R.T).magnitude()
+    turn = np.linalg.norm(vector_of_rotation(after.R @ before.R.T))
     shift = np.linalg.norm(after.shift - before.shift)
     return bool(turn < 0.3 and shift < 0.1 * before.size)

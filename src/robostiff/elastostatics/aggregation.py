@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.elastostatics.conditioning import smallest_held_stiffness, smallest_singular_value
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
@@ -15,6 +14,7 @@ from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness
 from robostiff.spatial.batch import empty_batch
+from robostiff.spatial.shapes import Float
 
 
 def aggregate_matrices(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.elastostatics.chain_problem import (
     C_SINGULAR,
@@ -15,6 +14,7 @@ from robostiff.elastostatics.chain_problem import (
     FormAnswer,
     refusal,
 )
+from robostiff.spatial.shapes import Float
 
 
 def eliminate_block(

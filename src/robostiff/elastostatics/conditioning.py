@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.spatial.batch import product, transposed
+from robostiff.spatial.shapes import Float
 
 # A certificate this much above rounding needs no further look.
 _CERTAIN = 1e-10

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from robostiff.elastostatics.conditioning import smallest_singular_value
 from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.spatial.batch import product, transposed
+from robostiff.spatial.shapes import Bool, Float
 
 # Rounding grows by this much before an answer is no longer certain to nine digits.
 _FEW_DIGITS = 1e6

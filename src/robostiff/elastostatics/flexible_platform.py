@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
-from scipy.linalg import block_diag
 
 from robostiff.elastostatics.aggregation import aggregate
 from robostiff.elastostatics.conditioning import smallest_compliance
@@ -15,6 +13,8 @@ from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import Status
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.errors import InputError
+from robostiff.spatial.batch import block_diagonal
+from robostiff.spatial.shapes import Float
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def couple_legs(
             expected=f"one row and column for each of the {count} wrenches",
         )
     tolerance = first.tolerance
-    M = platform_compliance + block_diag(*leg_compliances)
+    M = platform_compliance + block_diagonal(leg_compliances)
     M = np.where(_idle(H)[..., None] | _idle(H)[..., None, :], 0.0, M)
     work = np.broadcast_to(platform_work, (*first.batch_shape, *platform_work.shape[-2:]))
     Z, lost, doubtful = _combinations(work, tolerance)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.elastostatics.chain_problem import (
     C_SINGULAR,
@@ -16,6 +15,7 @@ from robostiff.elastostatics.chain_problem import (
 )
 from robostiff.errors import InputError
 from robostiff.spatial import Space
+from robostiff.spatial.shapes import Float
 
 NOT_ALONG_AXES = (
     "index rules hold for joints along the frame axes only (trivial or quasi-trivial columns, "

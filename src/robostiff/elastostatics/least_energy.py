@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from robostiff.elastostatics.conjugate_wrenches import alike, eliminated
 from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.spatial.batch import transposed
+from robostiff.spatial.shapes import Bool, Float
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches, conjugate_wrenches
 from robostiff.elastostatics.result import CartesianStiffness
@@ -17,6 +16,7 @@ from robostiff.elastostatics.status import Status
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.elastostatics.transmitted_wrenches import unit_twists_and_wrenches
 from robostiff.spatial import Space, compliance_modes
+from robostiff.spatial.shapes import Float
 
 #: What each spring feels of scaled wrenches W (..., n, m): rows (..., p, m) along unit twists, and
 #: roots of the compliances along them (..., p).

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from robostiff.elastostatics.conjugate_wrenches import ConjugateWrenches
 from robostiff.elastostatics.least_energy import least_energy
 from robostiff.elastostatics.leg import LegWrenches, felt_by_compliance, leg_wrenches
 from robostiff.elastostatics.tolerance import Tolerance, scaling
 from robostiff.spatial import Space
+from robostiff.spatial.shapes import Bool, Float
 
 _ROUNDING = 4 * np.finfo(float).eps
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.elastostatics.chain_problem import (
     C_SINGULAR,
@@ -16,6 +15,7 @@ from robostiff.elastostatics.chain_problem import (
     refusal,
 )
 from robostiff.errors import InputError
+from robostiff.spatial.shapes import Float
 
 
 def eliminate_joint(

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
+from robostiff.spatial.shapes import Float
 
 
 @dataclass(frozen=True)

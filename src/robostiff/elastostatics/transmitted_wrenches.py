@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.spatial.shapes import Bool, Float
 
 _ROUNDING = 4 * np.finfo(float).eps
 

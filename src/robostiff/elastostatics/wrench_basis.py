@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.elastostatics.chain_problem import ChainProblem, FormAnswer
+from robostiff.spatial.shapes import Float
 
 
 def wrench_basis_stiffness(

@@ -87,6 +87,8 @@ def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[A
         elif is_union(annotation) and len(members(annotation)) == 1:
             (annotation,) = members(annotation)
         else:
+            if is_model(annotation) and not annotation.__pydantic_fields_complete__:
+                annotation.model_rebuild()  # of elements that hold elements, written before these
             return annotation, metadata
 
 

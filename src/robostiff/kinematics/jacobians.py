@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 import numpy as np
-from jaxtyping import Float
-from scipy.linalg import block_diag
 
 from robostiff.errors import InputError
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import block_rotation, skew, twist_transport
-from robostiff.spatial.batch import empty_batch, matrix_of_columns, product, transposed
+from robostiff.spatial.batch import (
+    block_diagonal,
+    empty_batch,
+    matrix_of_columns,
+    product,
+    transposed,
+)
+from robostiff.spatial.shapes import Float
 
 
 def freedom_twist(
@@ -94,7 +98,7 @@ def spring_jacobian(
         [np.broadcast_to(c, (*batch, *c.shape[-2:])) for c in columns], axis=-1
     )
     size = J_theta.shape[-1]
-    compliance: Any = block_diag(*blocks)
+    compliance = block_diagonal(blocks)
     return J_theta, np.broadcast_to(compliance, (*batch, size, size))
 
 

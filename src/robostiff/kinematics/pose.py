@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import RigidTransform
 
 from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import place_chain
@@ -18,6 +17,10 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Rigid, Robot
 from robostiff.spatial import Frame, Space, as_floats, holds_quantities
 from robostiff.spatial.batch import poses_side_by_side
+from robostiff.spatial.rotation import is_rigid_transform, nearest_rotation, vector_of_rotation
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import RigidTransform
 
 FARTHEST = 100.0
 """Lengths and places beyond that are probably meant in another unit [m]."""
@@ -40,7 +43,7 @@ class JointCoordinates:
     values: ArrayLike
 
 
-Pose = RigidTransform | Frame | JointCoordinates | ArrayLike | None
+Pose: TypeAlias = "RigidTransform | Frame | JointCoordinates | ArrayLike | None"
 
 
 @dataclass(frozen=True)
@@ -126,17 +129,17 @@ def joint_units(chain: Chain) -> tuple[str, ...]:
 def home_coordinates(robot: Robot) -> np.ndarray:
     """Pose coordinates (x, y, z, rotation vector) of the home configuration (6,) [m, rad]."""
     if robot.home is not None:
-        return _six(robot.home.rigid_transform)
+        return six_coordinates(nearest_rotation(robot.home.R), robot.home.p)
     leg = robot.legs[0]
-    return _six(platform_pose(robot, leg.chain.home))
+    return six_coordinates(*platform_pose(robot, leg.chain.home))
 
 
-def platform_pose(robot: Robot, q: np.ndarray) -> RigidTransform:
-    """Pose of the platform of a serial arm at joint coordinates (..., size)."""
+def platform_pose(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Axes (..., 3, 3) and origin (..., 3) of the platform of a serial arm at (..., size)."""
     leg = robot.legs[0]
     placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
-    end = RigidTransform.from_matrix(_homogeneous(placed.R, placed.p))
-    return end * leg.attachment.inverse.rigid_transform
+    tool = leg.attachment.inverse
+    return placed.R @ tool.R, placed.p + placed.R @ tool.p
 
 
 def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> PoseRequest:
@@ -155,12 +158,13 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     if pose is None:
         return PoseRequest((), home[None, :], ())
     pose = _as_transform(robot, pose)
-    if isinstance(pose, RigidTransform):
+    if is_rigid_transform(pose):
         as_floats(f"pose of {robot.name!r}", pose.as_matrix(), "a rigid transform")
         batch = tuple(int(k) for k in pose.shape)
-        six = _six(pose).reshape(-1, 6)
+        R = pose.rotation.as_matrix()
+        six = six_coordinates(R, pose.translation).reshape(-1, 6)
         _check_plane(robot, six, home)
-        R = pose.rotation.as_matrix().reshape(-1, 3, 3)
+        R = R.reshape(-1, 3, 3)
         return PoseRequest(batch, six, (), R)
     if isinstance(pose, JointCoordinates):
         raise InputError(
@@ -214,6 +218,8 @@ def _as_transform(robot: Robot, pose: Pose) -> Pose:
             got=pose,
             expected="rigid transforms: a rotation, a place [m], and 0 0 0 1 in the last row",
         )
+    from scipy.spatial.transform import RigidTransform
+
     return RigidTransform.from_matrix(T)
 
 
@@ -303,11 +309,6 @@ def _check_plane(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
         )
 
 
-def _six(pose: RigidTransform) -> np.ndarray:
-    return np.concatenate([pose.translation, pose.rotation.as_rotvec()], axis=-1)
-
-
-def _homogeneous(R: np.ndarray, p: np.ndarray) -> np.ndarray:
-    T = np.zeros((*R.shape[:-2], 4, 4))
-    T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = R, p, 1.0
-    return T
+def six_coordinates(R: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Origin and rotation vector (..., 6) of axes (..., 3, 3) at an origin (..., 3)."""
+    return np.concatenate([p, vector_of_rotation(R)], axis=-1)

@@ -30,6 +30,7 @@ from robostiff.kinematics.pose import (
     platform_pose,
     question_joints,
     requested_pose,
+    six_coordinates,
 )
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.turn import turn_by_vector
@@ -131,9 +132,9 @@ class PostureFinder:
     def at_joints(self, q: np.ndarray) -> Posture:
         """Posture of a serial arm at joint coordinates (..., size)."""
         rows = q.reshape(math.prod(q.shape[:-1]), q.shape[-1])
-        platform = platform_pose(self.robot, rows)
-        pose = np.concatenate([platform.translation, platform.rotation.as_rotvec()], axis=-1)
-        R = poses_side_by_side(platform.rotation.as_matrix(), 2)
+        R, p = platform_pose(self.robot, rows)
+        pose = six_coordinates(R, p)
+        R = poses_side_by_side(R, 2)
         return self._posture(q.shape[:-1], pose, R, [poses_side_by_side(rows, 1)])
 
     def at_poses(self, request: PoseRequest, near: Sequence[np.ndarray] | None = None) -> Posture:

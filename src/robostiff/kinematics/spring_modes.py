@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial.batch import empty_batch, product, transposed
+from robostiff.spatial.shapes import Float
 
 
 def felt_by_springs(

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Shaped
-from scipy.spatial.transform import Rotation
 
 from robostiff.record import cosine, is_number, is_one, is_zero, sine, square_root
 from robostiff.spatial import skew
-from robostiff.spatial.batch import poses_side_by_side
+from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
+from robostiff.spatial.shapes import Float, Shaped
 
 #: Keeps the root of a vanishing angle regular.
 _TINY = 1e-300
@@ -142,9 +141,7 @@ def turn_by_vector(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*ba
     """
     if r.dtype == object:
         return turn_by_vector_of_entries(r)
-    # A copy: SciPy takes no read-only arrays.
-    R = Rotation.from_rotvec(np.array(r, dtype=float).reshape(-1, 3)).as_matrix()
-    return poses_side_by_side(R.reshape(*r.shape, 3), 2)
+    return matrix_of_rotation(np.asarray(r, dtype=float))
 
 
 def vector_of_turn(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3"]:
@@ -155,9 +152,7 @@ def vector_of_turn(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*ba
     >>> vector_of_turn(turn_by_vector(np.array([0.1, 0.2, 0.3])))
     array([0.1, 0.2, 0.3])
     """
-    matrices = np.array(R, dtype=float).reshape(-1, 3, 3)
-    r = Rotation.from_matrix(matrices, assume_valid=True).as_rotvec()
-    return poses_side_by_side(r.reshape(R.shape[:-1]), 1)
+    return vector_of_rotation(np.asarray(R, dtype=float))
 
 
 def rotvec_rate(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:

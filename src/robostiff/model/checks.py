@@ -18,6 +18,7 @@ from robostiff.spatial.formula import (
     length_of,
     vanishes,
 )
+from robostiff.spatial.rotation import nearest_rotation
 
 
 def vector3(subject: str, value: Entries) -> np.ndarray:
@@ -118,8 +119,7 @@ def rotation_matrix(subject: str, value: Entries) -> np.ndarray:
             hint="a mirror image is no rotation: flip the sign of one column",
         )
     # The nearest exact rotation: input written with few digits must not shear the robot.
-    U, _, Vt = np.linalg.svd(R)
-    return U @ Vt
+    return nearest_rotation(R)
 
 
 def finite_coordinates(subject: str, values: Sequence[Any], count: int) -> tuple[Any, ...]:

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
 
 from robostiff.errors import InputError
 from robostiff.model.chain import Chain, Element
@@ -21,6 +20,9 @@ from robostiff.model.link import Rigid
 from robostiff.model.robot import Coordinate, Leg, Robot
 from robostiff.spatial import Frame, as_float, exact_number, is_formula
 from robostiff.spatial.formula import exact_array, is_possible
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import RigidTransform
 
 _AXIS = (0.0, 0.0, 1.0)
 _KEYS = ("a", "alpha", "d", "theta")

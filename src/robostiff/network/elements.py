@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from robostiff.elasticity import (
@@ -20,6 +19,7 @@ from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, beam_axes
 from robostiff.model.checks import vector3
 from robostiff.spatial import twist_transport
+from robostiff.spatial.shapes import Float
 
 _DEFAULT_THEORY = EulerBernoulli()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular
 
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import NoAnswerError, TooFewDigitsError
@@ -128,6 +127,8 @@ def _least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
 
     Householder QR is that accurate where large rows come first and columns are pivoted.
     """
+    from scipy.linalg import qr, solve_triangular
+
     order = np.argsort(-np.linalg.norm(A, axis=1), kind="stable")
     Q, R, columns = (np.asarray(p) for p in qr(A[order], mode="economic", pivoting=True))
     x = np.zeros((A.shape[1], b.shape[1]))
@@ -149,6 +150,8 @@ def _solutions(
 
     Both are refined: where no motion is left to minimise over, their small entries are the answer.
     """
+    from scipy.linalg import qr, solve_triangular
+
     Q, R, order = (np.asarray(part) for part in qr(G.T, pivoting=True))
     size = np.abs(np.diagonal(R))
     rank = int(np.count_nonzero(size > tolerance.independence * size.max(initial=0.0)))

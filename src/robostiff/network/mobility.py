@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, hstack
-from scipy.sparse.csgraph import connected_components
 
 from robostiff.elastostatics import Tolerance
 from robostiff.network.connection import RelativeMotion
@@ -16,6 +15,9 @@ from robostiff.network.null_space import (
     pinning_coordinates,
     sparse_null_space,
 )
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 # Rows and columns up to which a dense decomposition is quicker.
 _DENSE = 600
@@ -46,6 +48,8 @@ class BlockEntries:
 
     def matrix(self, shape: tuple[int, int]) -> csc_array:
         """The matrix, by columns."""
+        from scipy.sparse import coo_array
+
         none = np.zeros(0, dtype=int)
         rows = np.concatenate([none, *self.rows])
         columns = np.concatenate([none, *self.columns])
@@ -165,6 +169,8 @@ def _large(
 
     What is free with the platform free is split into what moves it and what does not.
     """
+    from scipy.sparse import csc_array, hstack
+
     n = G_p.shape[1]
     both = csc_array(hstack([G, csc_array(G_p)]))
     motions, doubtful = sparse_null_space(both, tolerance)
@@ -183,7 +189,7 @@ def _clusters(equations: Equations) -> _Clusters:
     index = {node.name: i for i, node in enumerate(network.nodes)}
     pairs = [(c.a, c.b) for c in equations.connections if c.is_full]
     pairs += [(network.fixed[0], name) for name in network.fixed[1:]]
-    labels = _labels([(index[a], index[b]) for a, b in pairs], len(index))
+    labels = connected_parts([(index[a], index[b]) for a, b in pairs], len(index))
     label_of = {name: int(labels[i]) for name, i in index.items()}
     members: dict[int, list[str]] = {}
     for name, label in label_of.items():
@@ -209,7 +215,7 @@ def _parts(
         ends = [index[label] for label in _ends(c, clusters) if label in index]
         if len(ends) == 2:
             pairs.append((ends[0], ends[1]))
-    labels = _labels(pairs, len(free))
+    labels = connected_parts(pairs, len(free))
     parts: list[tuple[list[int], list[RelativeMotion]]] = [
         ([], []) for _ in range(max(labels, default=-1) + 1)
     ]
@@ -224,7 +230,11 @@ def _parts(
     return parts
 
 
-def _labels(pairs: list[tuple[int, int]], size: int) -> np.ndarray:
+def connected_parts(pairs: list[tuple[int, int]], size: int) -> np.ndarray:
+    """The number of its part (size,) for each node of a graph with these edges."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
     graph = coo_array((np.ones(len(pairs)), (rows, columns)), shape=(size, size))
     return connected_components(graph, directed=False)[1]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from scipy.linalg import qr
-from scipy.sparse import block_array, csc_array, eye_array
-from scipy.sparse.linalg import splu
 
 from robostiff.elastostatics import Tolerance
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 # Parts of 1 that a matrix of unit wrenches is shifted by: inverse iteration is blind to them.
 _FIRM, _FAINT = 1e-8, 1e-14
@@ -77,10 +77,14 @@ def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, b
 
     Examples
     --------
+    >>> from scipy.sparse import csc_array
     >>> motions, _ = sparse_null_space(csc_array(np.array([[1.0, -1.0, 0.0]])), Tolerance())
     >>> motions.shape
     (3, 2)
     """
+    from scipy.sparse import block_array, eye_array
+    from scipy.sparse.linalg import splu
+
     rows, columns = cast("tuple[int, int]", G.shape)
     lu = splu(
         block_array(
@@ -115,6 +119,8 @@ def pinning_coordinates(basis: np.ndarray) -> np.ndarray:
     >>> pinning_coordinates(np.array([[0.1], [0.9], [0.2]]))
     array([1])
     """
+    from scipy.linalg import qr
+
     k = basis.shape[1]
     if k == 0:
         return np.zeros(0, dtype=int)

@@ -6,12 +6,10 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from robostiff.network.connection import RelativeMotion
 from robostiff.network.equations import Equations
-from robostiff.network.mobility import Mechanism, Mobility
+from robostiff.network.mobility import Mechanism, Mobility, connected_parts
 from robostiff.network.null_space import null_spaces, pinning_coordinates
 
 # A unit wrench with a smaller statically indeterminate part has none.
@@ -111,9 +109,7 @@ def _connected(
 ) -> list[tuple[list[str], list[int]]]:
     index = {name: i for i, name in enumerate(nodes)}
     pairs = [(index[c.a], index[c.b]) for c in edges.values() if len(_free_ends(c, still)) == 2]
-    rows, columns = np.array(pairs, dtype=int).reshape(-1, 2).T
-    graph = coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(nodes), len(nodes)))
-    labels = connected_components(graph, directed=False)[1]
+    labels = connected_parts(pairs, len(nodes))
     parts: list[tuple[list[str], list[int]]] = [
         ([], []) for _ in range(max(labels, default=-1) + 1)
     ]

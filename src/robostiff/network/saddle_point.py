@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import SuperLU, splu
 
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.network.equations import Equations
 from robostiff.network.mobility import BlockEntries, Mobility
 from robostiff.network.redundancy import Redundancy
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import SuperLU
 
 _REFINEMENTS = 2
 # A last step of refinement above this part of the answer means that few digits hold.
@@ -94,6 +97,8 @@ def saddle_point_system(
         When rounding makes the rest singular all the same: parts that differ in softness by more
         than all digits.
     """
+    from scipy.sparse.linalg import splu
+
     nodes = [node.name for node in equations.network.nodes]
     n = equations.size
     rows_of = {name: np.arange(n * i, n * (i + 1)) for i, name in enumerate(nodes)}

@@ -70,6 +70,26 @@ def transposed(A: np.ndarray) -> np.ndarray:
     return np.swapaxes(A, -1, -2)
 
 
+def block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
+    """Blocks (..., n, m) on the diagonal of one array, zeros elsewhere.
+
+    Examples
+    --------
+    >>> block_diagonal([np.eye(1), np.full((1, 2), 2.0)])
+    array([[1., 0., 0.],
+           [0., 2., 2.]])
+    """
+    batch = np.broadcast_shapes(*(block.shape[:-2] for block in blocks))
+    rows, columns = (sum(block.shape[axis] for block in blocks) for axis in (-2, -1))
+    out = np.zeros((*batch, rows, columns), np.result_type(float, *blocks))
+    row = column = 0
+    for block in blocks:
+        n, m = block.shape[-2:]
+        out[..., row : row + n, column : column + m] = block
+        row, column = row + n, column + m
+    return out
+
+
 def vector_of_entries(entries: Sequence[Any]) -> np.ndarray:
     """Array (..., n) of n entries (...), poses side by side.
 

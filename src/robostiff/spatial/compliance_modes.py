@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
 
 from robostiff.errors import InputError
+from robostiff.spatial.shapes import Float
 
 # Of a diagonal entry: a smaller remainder is rounding, and the direction is rigid.
 _RIGID = 1e-14

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import RigidTransform
 
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_arrays, formula_array, is_possible
 from robostiff.spatial.quantities import as_floats
+from robostiff.spatial.rotation import is_rigid_transform
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import RigidTransform
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +66,7 @@ class Frame:
         """
         if isinstance(value, Frame):
             return value
-        if not isinstance(value, RigidTransform) or value.shape != ():
+        if not is_rigid_transform(value) or value.shape != ():
             raise InputError(
                 "frame",
                 got=value,
@@ -103,6 +107,8 @@ class Frame:
                 expected="numbers",
                 hint="give the symbols values first",
             )
+        from scipy.spatial.transform import RigidTransform
+
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = self.R, self.p
         return RigidTransform.from_matrix(T)

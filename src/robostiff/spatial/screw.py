@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Shaped
 
 from robostiff.errors import InputError
 from robostiff.spatial.batch import empty_batch, vector_of_entries
+from robostiff.spatial.shapes import Float, Shaped
 
 
 def cross(

@@ -8,10 +8,10 @@ defines it, ``J_v = [[I, -(v x)], [0, I]]``.
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Shaped
 
 from robostiff.errors import InputError
 from robostiff.spatial.batch import empty_batch
+from robostiff.spatial.shapes import Shaped
 
 
 def skew(v: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robostiff.analysis import PartShare
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space
+from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.critical_point import CriticalPoint
 from robostiff.statics.legs import turn_between
 from robostiff.statics.loaded_parts import LoadedPart, base_reactions, loaded_parts, shares
@@ -107,7 +107,7 @@ class Equilibrium:
         R, p = self.frame or (np.eye(3), problem.point)
         state = found.state
         place = state.p + state.R @ (p - problem.point)
-        return np.concatenate([place, Rotation.from_matrix(state.R @ R).as_rotvec()])
+        return np.concatenate([place, vector_of_rotation(state.R @ R)])
 
     @property
     def point(self) -> np.ndarray:

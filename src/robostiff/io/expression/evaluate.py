@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
 
 from robostiff.errors import InputError
 from robostiff.io.expression import functions
@@ -13,12 +12,7 @@ from robostiff.io.expression.functions import FLOATS, OPERATORS, Mathematics, Re
 from robostiff.io.expression.nodes import Call, Literal, Name, Negative, Node, OperatorChain, Power
 from robostiff.io.expression.parser import error_at, parse_tree
 from robostiff.io.suggest import Words, did_you_mean, listing
-from robostiff.io.units import describe, is_quantity, make_quantity
-
-if TYPE_CHECKING:
-    from pint import Quantity
-else:
-    Quantity = object
+from robostiff.io.units import Quantity, describe, is_quantity, make_quantity
 
 
 @dataclass(frozen=True)
@@ -150,7 +144,7 @@ class _Evaluation:
             value = self.environment[node.name]
             if not is_quantity(value):
                 raise self.error(node.column, f"{node.name} = {value!r}", "a quantity for it")
-            return make_quantity(value.magnitude, value.units)
+            return value
         if node.name in self.mathematics.constants:
             return make_quantity(self.mathematics.constants[node.name])
         raise error_at(

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from robostiff.io.expression.functions import Mathematics, Refusal
-from robostiff.io.units import exact_quantity
+from robostiff.io.units import Quantity, Unit, exact_quantity
 from robostiff.spatial.formula import exact_number, is_possible
-
-if TYPE_CHECKING:
-    from pint import Quantity, Unit
-else:
-    Quantity = Unit = object
 
 _MOST_BITS = 4096  # of a fraction: far more than data need, far less than the memory
 

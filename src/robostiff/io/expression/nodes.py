@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
-if TYPE_CHECKING:
-    from pint import Quantity, Unit
-else:
-    Quantity = Unit = object
+from robostiff.io.units import Quantity, Unit
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,14 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from robostiff.errors import InputError
 from robostiff.io.expression.evaluate import Expression, known_names, parse
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import Words, did_you_mean
 from robostiff.io.units import (
+    Quantity,
     describe,
     exponents,
     is_bare,
@@ -24,11 +25,6 @@ from robostiff.io.units import (
     own_quantity,
     same_dimension,
 )
-
-if TYPE_CHECKING:
-    from pint import Quantity
-else:
-    Quantity = object
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _MOST = 4000
@@ -186,7 +182,7 @@ def _within(name: str, error: InputError) -> ParameterError:
 
 def _bare_number(value: Any, mathematics: Mathematics) -> Quantity:
     if is_quantity(value):
-        return make_quantity(value.magnitude, value.units)
+        return value
     own = own_quantity(value)
     if own is not None and math.isfinite(own.magnitude):
         return make_quantity(mathematics.bare(own.magnitude), own.units)

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from robostiff.errors import InputError
 from robostiff.io.expression.functions import CONSTANTS, RULES
@@ -21,12 +20,8 @@ from robostiff.io.expression.nodes import (
     Power,
 )
 from robostiff.io.suggest import Words, did_you_mean, nearest
-from robostiff.io.units import UNIT_WORDS, is_unit_word, make_quantity, read_unit
+from robostiff.io.units import UNIT_WORDS, Quantity, Unit, is_unit_word, make_quantity, read_unit
 from robostiff.io.units.text import NUMBER
-
-if TYPE_CHECKING:
-    from pint import Quantity, Unit
-
 
 LONGEST_TEXT = 1000
 _SPACE = re.compile(r"[ \t\r\n]*")

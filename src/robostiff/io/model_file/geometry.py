@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_parts import WrittenAxes, WrittenFrame, WrittenRotation
@@ -15,6 +14,7 @@ from robostiff.io.units import Dimension
 from robostiff.model.checks import rotation_matrix, unit_vector
 from robostiff.spatial import Frame, is_formula
 from robostiff.spatial.formula import exact_array, exact_arrays, length_of
+from robostiff.spatial.rotation import matrix_of_rotation
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,43 @@ class ExactRotation:
         return self.matrix
 
 
-AnyRotation = Rotation | ExactRotation
+@dataclass(frozen=True, eq=False)
+class FloatRotation:
+    """A rotation of floats.
+
+    Attributes
+    ----------
+    matrix : (3, 3) array
+        Columns: the turned axes.
+    """
+
+    matrix: np.ndarray
+
+    @classmethod
+    def identity(cls) -> FloatRotation:
+        """No turn."""
+        return cls(np.eye(3))
+
+    @classmethod
+    def from_matrix(cls, matrix: np.ndarray) -> FloatRotation:
+        """The rotation of a matrix that has been checked."""
+        return cls(matrix)
+
+    @classmethod
+    def from_rotvec(cls, vector: np.ndarray) -> FloatRotation:
+        """The turn about a vector (3,) by its length [rad]."""
+        return cls(matrix_of_rotation(np.asarray(vector, dtype=float)))
+
+    def __mul__(self, other: FloatRotation) -> FloatRotation:
+        """The other turn, then this one."""
+        return FloatRotation(self.matrix @ other.matrix)
+
+    def as_matrix(self) -> np.ndarray:
+        """Columns: the turned axes (3, 3)."""
+        return self.matrix
+
+
+AnyRotation = FloatRotation | ExactRotation
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _THE_OTHER_TWO = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
 _WAYS = ("turn", "rotation_vector", "matrix", "axes")
@@ -111,21 +147,17 @@ def transform(place: Place, written: WrittenFrame) -> Frame:
 
 def frame(origin: np.ndarray, turn: AnyRotation | None) -> Frame:
     """The frame with an origin and axes that are turned, or not."""
-    if isinstance(turn, ExactRotation):
-        return Frame(turn.as_matrix(), origin)
-    if origin.dtype == object:
-        return Frame(np.eye(3), origin)
-    return Frame.of(RigidTransform.from_components(origin, turn or Rotation.identity()))
+    return Frame(axes_of(turn), origin)
 
 
 def axes_of(turn: AnyRotation | None) -> np.ndarray:
     """Columns (3, 3): the turned axes."""
-    return (turn or Rotation.identity()).as_matrix()
+    return np.eye(3) if turn is None else turn.as_matrix()
 
 
 def rotation(place: Place, written: WrittenRotation) -> AnyRotation | None:
     """The rotation that is written, if any is."""
-    kind = ExactRotation if place.is_exact else Rotation
+    kind = ExactRotation if place.is_exact else FloatRotation
     ways = [way for way in _WAYS if getattr(written, way) is not None]
     if len(ways) > 1:
         raise (place / ways[1]).error(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from robostiff.io.plausibility import question
 from robostiff.io.suggest import Words
 from robostiff.io.units import (
     Dimension,
+    Quantity,
     describe,
     is_bare,
     make_quantity,
@@ -26,11 +27,6 @@ from robostiff.io.units import (
     to_si,
 )
 from robostiff.spatial.formula import is_above
-
-if TYPE_CHECKING:
-    from pint import Quantity
-else:
-    Quantity = object
 
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
 _LARGEST_OF = {Dimension.LENGTH: 1e9, Dimension.AREA: 1e18, Dimension.ANGLE: 1e9}

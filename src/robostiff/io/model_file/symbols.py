@@ -5,19 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from robostiff.errors import InputError
 from robostiff.io.expression import parse
 from robostiff.io.suggest import did_you_mean, listing
+from robostiff.io.units import Quantity, make_quantity
 from robostiff.model import Actuated, Chain, ParallelBlock, Robot, with_entries
 from robostiff.model.chain import Element
 from robostiff.spatial import exact_number
-
-if TYPE_CHECKING:
-    from pint import Quantity
-else:
-    Quantity = object
 
 
 class ParameterChoice(Enum):
@@ -75,8 +70,6 @@ def symbolic_values(
     A symbol is taken to be positive where its number is, and real elsewhere.
     """
     import sympy as sp
-
-    from robostiff.io.units import make_quantity
 
     quantities, nominal = {}, {}
     for name in names:

@@ -237,16 +237,6 @@ WrittenElement = Annotated[
     Field(discriminator="type"),
 ]
 
-# These were written before the elements that they hold; complaints look their types up.
-for _holder in (
-    WrittenParallelogram,
-    WrittenBranchBody,
-    WrittenBranch,
-    WrittenBranchPattern,
-    WrittenParallel,
-):
-    _holder.model_rebuild(force=True)
-
 
 _Node = Annotated[str, Field(min_length=1)]
 _Between = Annotated[list[_Node], Field(min_length=2, max_length=2)]

@@ -23,7 +23,7 @@ from robostiff.io._wording import shown
 class Written(BaseModel):
     """A mapping in a model file: its keys and no others, kept as they were written."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
 def _value(value: Any) -> Any:

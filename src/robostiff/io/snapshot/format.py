@@ -28,7 +28,9 @@ Informative = Annotated[Any, Field(description="any value; for people, not read"
 class FilePart(BaseModel):
     """Settings that all parts of the file share."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(
+        extra="forbid", strict=True, allow_inf_nan=False, frozen=True, defer_build=True
+    )
 
 
 class Chained(FilePart):
@@ -201,10 +203,6 @@ class LegPart(FilePart):
         min_length=1, description="the elements from base to platform; all else is rigid"
     )
     note: Informative = None
-
-
-for _holder in (BranchPart, ParallelPart, LegPart):
-    _holder.model_rebuild()
 
 
 class FileHead(FilePart):

@@ -11,6 +11,8 @@ from robostiff.io.units.dimension import (
 )
 from robostiff.io.units.registry import (
     UNIT_WORDS,
+    Quantity,
+    Unit,
     exact_quantity,
     exponents,
     is_quantity,
@@ -24,6 +26,8 @@ from robostiff.io.units.text import parse_quantity, read_unit
 __all__ = [
     "UNIT_WORDS",
     "Dimension",
+    "Quantity",
+    "Unit",
     "describe",
     "exact_quantity",
     "exponents",

@@ -12,16 +12,13 @@ import math
 from collections.abc import Sequence
 from enum import Enum
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from robostiff.errors import InputError
 from robostiff.io.suggest import Words
-from robostiff.io.units.registry import exponents, is_quantity, make_quantity
+from robostiff.io.units.registry import Quantity, exponents, is_quantity, make_quantity
 from robostiff.io.units.text import after_space, bounded, parse_quantity, read_quantity, read_unit
 from robostiff.spatial.formula import is_formula, is_possible
-
-if TYPE_CHECKING:
-    from pint import Quantity
 
 
 class Dimension(Enum):
@@ -86,7 +83,7 @@ def to_si(
 
     Parameters
     ----------
-    quantity : pint quantity, float or str
+    quantity : quantity, float or str
         A bare number, or a quantity that came out as a bare number, counts as SI.
     dimension : Dimension
         What it must be.
@@ -157,8 +154,7 @@ def describe(quantity: Quantity) -> str:
     for dimension in Dimension:
         if _equal(exponents(quantity), _dimension_exponents(dimension)):
             return f"{number} {dimension.si_unit} ({dimension.with_article})"
-    unit = f"{quantity.units:~C}".replace("**", "^")
-    return f"{number} {unit}"
+    return f"{number} {quantity.units}"
 
 
 def _measures(quantity: Quantity, dimension: Dimension) -> bool:

@@ -11,22 +11,18 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
 
 from robostiff.errors import InputError
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units.registry import (
     OTHER_SPELLINGS,
     UNIT_WORDS,
+    Quantity,
+    Unit,
     is_unit_word,
     make_quantity,
     make_unit,
 )
-
-if TYPE_CHECKING:
-    from pint import Quantity, Unit
-else:
-    Quantity = Unit = object
 
 NUMBER = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 """An unsigned decimal number."""
