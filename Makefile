@@ -121,16 +121,16 @@ $(STAMP)-runtime: pyproject.toml constraints.txt | $(BIN)/python
 	@touch $@
 
 $(STAMP)-demo: $(STAMP)-runtime
-	$(PIP) --editable '.[plot,pdf]'
+	$(PIP) --editable '.[fast,plot,pdf]'
 	@touch $@
 
 $(STAMP)-test: $(STAMP)-runtime
-	$(PIP) --editable '.[test,maps,urdf,mjcf,plot]'
+	$(PIP) --editable '.[test,fast,maps,urdf,mjcf,plot]'
 	@touch $@
 
 # Other programs to compare with.
 $(STAMP)-bench: $(STAMP)-test
-	$(PIP) --editable '.[test,maps,urdf,mjcf,plot,bench]'
+	$(PIP) --editable '.[test,fast,maps,urdf,mjcf,plot,bench]'
 	@touch $@
 
 # Pyright runs on Node.js, which need not be there: it comes as a wheel.
@@ -139,5 +139,5 @@ $(STAMP)-lint: $(STAMP)-runtime
 	@touch $@
 
 $(STAMP)-docs: $(STAMP)-runtime
-	$(PIP) --editable '.[docs,maps,plot]'
+	$(PIP) --editable '.[docs,fast,maps,plot]'
 	@touch $@

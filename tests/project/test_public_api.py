@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -171,6 +172,11 @@ HEAVY = (
     "dask",
     "distributed",
     "heyoka",
+    "jaxtyping",
+    "flint",
+    "mujoco",
+    "yourdfpy",
+    "plotly",
 )
 
 
@@ -247,6 +253,49 @@ def test_help_is_light():
         "    from robostiff.cli.main import main; main()"
     )
     assert set(loaded_by(code)) <= {"typer", "rich"}
+
+
+@pytest.mark.parametrize(
+    ("command", "needed"),
+    [
+        ("robots", {"ruamel"}),
+        ("stiffness hexapod", {"numpy", "pydantic", "ruamel"}),
+        ("stiffness gough-stewart-a --json", {"numpy", "pydantic", "ruamel"}),
+        ("check 3-rpr", {"numpy", "pydantic", "ruamel", "rich"}),
+        ("indices hexapod", {"numpy", "pydantic", "ruamel", "rich"}),
+        ("deflection hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "ruamel"}),
+    ],
+)
+def test_commands_load_what_they_use(command: str, needed: set[str]):
+    code = (
+        "import contextlib, io, sys\n"
+        f"sys.argv = ['robostiff', *{command.split()}]\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    from robostiff.cli.main import main; main()"
+    )
+    # typer imports pydantic where it is installed
+    assert set(loaded_by(code)) <= {"typer", "pydantic", *needed}
+
+
+def test_a_package_and_its_names_are_in_step():
+    for package in ("analysis", "network"):
+        module = import_module(f"robostiff.{package}")
+        stub = ast.parse(Path(str(module.__file__)).with_suffix(".pyi").read_text("utf-8"))
+        listed = next(node.value for node in stub.body if isinstance(node, ast.Assign))
+        assert ast.literal_eval(listed) == module.__all__
+        assert set(module.__all__) <= set(dir(module))
+        with pytest.raises(AttributeError, match="no attribute 'stifness'"):
+            _ = module.stifness
+
+
+@pytest.mark.parametrize("name", ["cable_response", "cable_stiffness", "cable_tensions"])
+def test_a_module_does_not_hide_the_function_of_its_name(name: str):
+    code = (
+        f"import robostiff.analysis.{name}\n"
+        f"from robostiff.analysis import {name} as function\n"
+        f"import robostiff as rs; assert callable(function) and function is rs.{name}"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def loaded_by(code: str) -> list[str]:

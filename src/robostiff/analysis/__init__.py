@@ -1,47 +1,5 @@
 """Analysis of robots: stiffness, compliance, deflection, indices, maps, verification."""
 
-from robostiff.analysis.cable_response import CableResponse, SlackEvent, cable_response
-from robostiff.analysis.cable_result import CableStiffness
-from robostiff.analysis.cable_stiffness import cable_stiffness
-from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
-from robostiff.analysis.compiled_robot import CompiledAnswer, CompiledRobot
-from robostiff.analysis.compiled_robot import compile_robot as compile
-from robostiff.analysis.deflection_under_load import (
-    ActuatorLoad,
-    Deflection,
-    JointReaction,
-    PartShare,
-)
-from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
-from robostiff.analysis.many_deflections import DeflectionsOfPoses, deflection
-from robostiff.analysis.result import RobotStiffness
-from robostiff.analysis.stiffness_at_pose import compliance, stiffness
-from robostiff.analysis.verification import Comparison, Outcome, Verification, verify
+from robostiff.on_demand import import_on_demand
 
-__all__ = [
-    "ActuatorLoad",
-    "CableResponse",
-    "CableStiffness",
-    "CableTensions",
-    "Comparison",
-    "CompiledAnswer",
-    "CompiledRobot",
-    "Deflection",
-    "DeflectionsOfPoses",
-    "FreeMotion",
-    "JointReaction",
-    "Outcome",
-    "PartShare",
-    "RobotStiffness",
-    "SlackEvent",
-    "Verification",
-    "cable_response",
-    "cable_stiffness",
-    "cable_tensions",
-    "compile",
-    "compliance",
-    "deflection",
-    "free_motions_in_words",
-    "stiffness",
-    "verify",
-]
+import_on_demand(__name__)

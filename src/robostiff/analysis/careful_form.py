@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.posture_choice import posture_advice
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.snapshot_stiffness import SnapshotStiffness, solve_snapshot
@@ -135,6 +134,8 @@ def careful_stiffness(
                 got=method.name,
                 expected="none: forms of K_C are of legs, and a network is solved as a whole",
             )
+        from robostiff.analysis.network_stiffness import network_stiffness
+
         return network_stiffness(robot, tolerance)
     solved = solve_snapshot(robot, method, tolerance)
     return RobotStiffness(

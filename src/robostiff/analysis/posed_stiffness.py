@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,17 +15,18 @@ from robostiff.analysis.careful_form import (
     careful_stiffness,
     check_arguments,
 )
-from robostiff.analysis.record_agreement import SUBJECT, differences
 from robostiff.analysis.result import RobotStiffness, about_point
-from robostiff.analysis.robot_record import RecordedAnswer
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import Near, Pose, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Robot, Snapshot
-from robostiff.network import Network
 from robostiff.spatial import Space, move_stiffness
+
+if TYPE_CHECKING:
+    from robostiff.analysis.robot_record import RecordedAnswer
+    from robostiff.network import Network
 
 _FIELDS = tuple(field.name for field in fields(RobotStiffness))
 # Poses of a batch that are worked out together when they are asked for one by one.
@@ -241,6 +242,8 @@ def _check_agreement(
     ------
     DisagreementError
     """
+    from robostiff.analysis.record_agreement import SUBJECT, differences
+
     for i, distance in differences(recorded.K, recorded.rank, recorded.status_codes, careful):
         place = asked.numbers[rows[i]].tolist()
         raise DisagreementError(SUBJECT, distance, f"{asked.finder.robot.name!r} at {place}")

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.analysis.careful_form import DEFAULT_METHOD, AskedPoses
-from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
-from robostiff.compiled import Backend, StiffnessMatrix, machine_code_is_available
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
+
+if TYPE_CHECKING:
+    from robostiff.analysis.compiled_robot import CompiledRobot
 
 # Under this name a robot keeps its record.
 _KEPT = "_robot_record"
@@ -81,8 +82,7 @@ class RobotRecord:
         if compiled is None:
             return None
         self._served += count
-        pays = self._served > _MACHINE_CODE_PAYS and machine_code_is_available()
-        if pays and not self._is_machine_code:
+        if self._served > _MACHINE_CODE_PAYS and not self._is_machine_code and _has_machine_code():
             self._is_machine_code = True
             kernel = compiled.kernel.in_machine_code()
             compiled = self._compiled = replace(compiled, kernel=kernel)
@@ -109,6 +109,8 @@ def recorded_answer(robot: Robot, asked: AskedPoses) -> RecordedAnswer | None:
     compiled = known.for_poses(len(given))
     if compiled is None:
         return None
+    from robostiff.compiled import StiffnessMatrix
+
     found = compiled.evaluate(JointCoordinates(given) if robot.is_posed_by_joints else given)
     answer = RecordedAnswer(found.values[StiffnessMatrix.name], found.status_codes, found.rank)
     return answer if len(asked.batch) == 1 else answer.reshaped(asked.batch)
@@ -138,8 +140,17 @@ def _inputs(robot: Robot, asked: AskedPoses) -> np.ndarray | None:
 
 def _compiled(robot: Robot) -> CompiledRobot | None:
     """The robot's kernel on NumPy; None where it has none, or one that nothing is left to."""
+    from robostiff.analysis.compiled_robot import compile_robot
+    from robostiff.compiled import Backend
+
     try:
         compiled = compile_robot(robot.numeric, backend=Backend.ARRAYS)
     except (InputError, NoAnswerError):
         return None
     return compiled if compiled.verified else None
+
+
+def _has_machine_code() -> bool:
+    from robostiff.compiled import machine_code_is_available
+
+    return machine_code_is_available()

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.cable_result import CableStiffness
-from robostiff.analysis.cable_stiffness import cable_stiffness
 from robostiff.analysis.careful_form import (
     DEFAULT_METHOD,
     AskedPoses,
@@ -23,7 +21,10 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, posture_finder
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
-from robostiff.network import Network
+
+if TYPE_CHECKING:
+    from robostiff.analysis.cable_result import CableStiffness
+    from robostiff.network import Network
 
 
 @overload
@@ -104,6 +105,8 @@ def stiffness(
                 got=method.name,
                 expected="none: forms of K_C are of legs",
             )
+        from robostiff.analysis.cable_stiffness import cable_stiffness
+
         return cable_stiffness(robot, pose, at=at, tolerance=tolerance)
     if not isinstance(robot, Robot):
         return about_point(careful_stiffness(robot, pose, method=method, tolerance=tolerance), at)
@@ -146,6 +149,8 @@ def compliance(
     """
     if isinstance(robot, CableRobot):
         check_arguments(robot, DEFAULT_METHOD, near, tolerance)
+        from robostiff.analysis.cable_stiffness import cable_stiffness
+
         return cable_stiffness(robot, pose, at=at, tolerance=tolerance).required_compliance()
     result = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
     return result.required_compliance()

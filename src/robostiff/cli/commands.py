@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robostiff.analysis import CableStiffness, deflection, stiffness
-from robostiff.cli import tables
+from robostiff.analysis.result import RobotStiffness
+from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.cli.failure import BAD_STATUS, slips
 from robostiff.cli.output import new_file, on_terminal, print_data, say
-from robostiff.cli.parts_at_home import mobility_at_home, parts_at_home
-from robostiff.cli.robot_facts import home_facts, network_facts, robot_facts, snapshot_facts
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -56,6 +54,8 @@ def check_robot(
     details: Details = Details(),
 ) -> int:
     """Print the parts of a robot; reading the file checks it."""
+    from robostiff.cli import robot_facts as facts_of
+
     picture = None if details.plot is None else _new_picture(details)
     doubts: list[str] = []
     with slips(doubts.append):
@@ -65,9 +65,14 @@ def check_robot(
 
             facts = cable_robot_facts(robot)
         elif isinstance(robot, Network):
-            facts = {**network_facts(robot), "home": home_facts(stiffness(robot))}
+            facts = facts_of.network_facts(robot)
+            facts["home"] = facts_of.home_facts(stiffness(robot))
         else:
-            facts = snapshot_facts(robot) if isinstance(robot, Snapshot) else robot_facts(robot)
+            facts = (
+                facts_of.snapshot_facts(robot)
+                if isinstance(robot, Snapshot)
+                else facts_of.robot_facts(robot)
+            )
         _add_details(facts, robot, source, details)
     if doubts:
         facts["warnings"] = doubts
@@ -80,6 +85,8 @@ def check_robot(
     if as_json:
         print_data(facts)
     else:
+        from robostiff.cli import tables
+
         tables.print_facts(facts)
     return 0
 
@@ -87,6 +94,8 @@ def check_robot(
 def _add_details(facts: dict[str, Any], robot: Any, source: str, details: Details) -> None:
     """Freedoms of the platform at home; parts at home, where they are wanted."""
     if isinstance(robot, Robot | Snapshot):
+        from robostiff.cli.parts_at_home import mobility_at_home, parts_at_home
+
         if isinstance(robot, Robot) and not robot.is_serial:
             facts["mobility"] = mobility_at_home(robot)
         if details.parts:
@@ -120,13 +129,15 @@ def print_stiffness(
     robot = load(source, parameters_from(settings), **side.options)
     pose, near = pose_from(robot, place), near_from(robot, place)
     result = stiffness(robot, pose, method=form, at=point_from(place), near=near)
-    if isinstance(result, CableStiffness):
+    if not isinstance(result, RobotStiffness):
         from robostiff.cli.commands_cables import print_cable_stiffness
 
         return print_cable_stiffness(result, as_json)
     if as_json:
         print_data(stiffness_data(result))
     elif on_terminal():
+        from robostiff.cli import tables
+
         tables.print_stiffness(result)
     else:
         say(stiffness_text(result))
@@ -142,6 +153,8 @@ def print_deflection(
     side: SideFile = NO_SIDE_FILE,
 ) -> int:
     """Print the deflection under a load."""
+    from robostiff.analysis import deflection
+
     robot = load(source, parameters_from(settings), **side.options)
     F = wrench_from(wrench, robot.space)
     pose, near = pose_from(robot, place), near_from(robot, place)
@@ -149,6 +162,8 @@ def print_deflection(
     if as_json:
         print_data(deflection_data(result))
     elif on_terminal():
+        from robostiff.cli import tables
+
         tables.print_deflection(result)
     else:
         say(deflection_text(result))

@@ -23,7 +23,7 @@ from robostiff.spatial import Space
 class Backend(Enum):
     """How a record is run: by ``MACHINE`` code, by NumPy on ``ARRAYS``, or the ``BEST`` available.
 
-    Machine code is some ten times faster, and needs heyoka.
+    Machine code is some ten times faster, and needs heyoka, of the extra ``fast``.
     """
 
     BEST = "best"
@@ -208,11 +208,12 @@ def _code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:
             "backend of the kernel",
             got="machine code",
             expected="heyoka to be installed",
-            hint="write pip install heyoka, or Backend.ARRAYS",
+            hint="write pip install 'robostiff[fast]', or Backend.ARRAYS",
         )
     # Warnings of one line of code are shown once.
     warnings.warn(
-        "heyoka is not installed: NumPy runs the record, some ten times slower than machine code",
+        "heyoka is not installed: NumPy runs the record, some ten times slower than machine code; "
+        "write pip install 'robostiff[fast]', or backend=Backend.ARRAYS",
         NoMachineCodeWarning,
         stacklevel=1,
     )

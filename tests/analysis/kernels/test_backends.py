@@ -100,7 +100,7 @@ def test_who_asks_for_arrays_is_not_warned(no_heyoka):
 
 
 def test_who_wants_machine_code_reads_what_to_install(no_heyoka):
-    with pytest.raises(rs.InputError, match="write pip install heyoka"):
+    with pytest.raises(rs.InputError, match=r"write pip install 'robostiff\[fast\]'"):
         rs.compile(model("3-rpr"), backend=rs.Backend.MACHINE)
 
 

@@ -1,0 +1,56 @@
+"""Names of a package that are imported when they are first used.
+
+A package lists them once, in its ``__init__.pyi``, where type checkers read them as well.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+
+class _Package(ModuleType):
+    """A package whose names come from its modules."""
+
+    _homes: dict[str, tuple[str, str]]
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in self._homes:
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+        home, own_name = self._homes[name]
+        value = getattr(import_module(home), own_name)
+        super().__setattr__(name, value)
+        return value
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # A module does not hide the function of the same name.
+        if not (name in self._homes and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *self._homes})
+
+
+def import_on_demand(package: str) -> None:
+    """Let a package import the names of its ``__init__.pyi`` when they are used.
+
+    Examples
+    --------
+    >>> import robostiff.network
+    >>> "Network" in dir(robostiff.network)
+    True
+    """
+    module = sys.modules[package]
+    stub = ast.parse(Path(str(module.__file__)).with_suffix(".pyi").read_text(encoding="utf-8"))
+    homes = {
+        name.asname or name.name: (str(node.module), name.name)
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom)
+        for name in node.names
+    }
+    module.__dict__.update(_homes=homes, __all__=sorted(homes))
+    module.__class__ = _Package

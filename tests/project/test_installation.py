@@ -1,0 +1,151 @@
+"""What is installed with robostiff, and what works with that alone."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.project.shown_output import ROOT
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+EXTRAS = PROJECT["optional-dependencies"]
+FOR_DEVELOPERS = {"test", "lint", "bench", "docs"}
+MOST_MEGABYTES = 300
+INTERPRETERS = [f"python3.{minor}" for minor in (11, 12, 13, 14)]
+
+WITHOUT_EXTRAS = """
+import sys, warnings
+
+sys.modules.update(dict.fromkeys({names}))  # None: cannot be imported
+warnings.simplefilter("error")
+import numpy as np
+import robostiff as rs
+
+robot = rs.load("hexapod")
+assert rs.stiffness(robot).rank == 6
+assert rs.indices(robot).result.rank == 6
+assert rs.deflection(robot, wrench=[100, 0, 0, 0, 0, 0]).twist[0] > 0
+assert rs.verify(robot).agree
+assert str(rs.derive("planar-link").K)
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    compiled = rs.compile(robot)
+(warning,) = caught
+assert warning.category is rs.NoMachineCodeWarning and "'robostiff[fast]'" in str(warning.message)
+pose = np.array([[0.01, 0.02, 0.9, 0, 0, 0.1]])
+K = compiled.evaluate(pose).values["K"]
+np.testing.assert_allclose(K, rs.stiffness(robot, pose).K, rtol=1e-9, atol=1e-3)
+try:
+    rs.compile(robot, backend=rs.Backend.MACHINE)
+except rs.InputError as error:
+    assert "'robostiff[fast]'" in str(error)
+else:
+    raise AssertionError
+"""
+
+
+def bare(requirement: str) -> str:
+    """Name of a distribution."""
+    return (
+        requirement.split(";", maxsplit=1)[0]
+        .split(">", maxsplit=1)[0]
+        .split("[", maxsplit=1)[0]
+        .strip()
+        .lower()
+    )
+
+
+def test_what_installs_robostiff():
+    assert {bare(each) for each in PROJECT["dependencies"]} == {
+        "numpy",
+        "scipy",
+        "sympy",
+        "python-flint",
+        "pydantic",
+        "ruamel.yaml",
+        "typer",
+        "rich",
+    }
+    assert [bare(each) for each in EXTRAS["fast"]] == ["heyoka"]
+
+
+def test_all_is_every_extra_for_users():
+    (everything,) = EXTRAS["all"]
+    listed = everything.removeprefix("robostiff[").removesuffix("]").split(",")
+    assert set(listed) == set(EXTRAS) - FOR_DEVELOPERS - {"all"}
+
+
+@pytest.mark.parametrize("extra", sorted(set(EXTRAS) - FOR_DEVELOPERS))
+def test_extras_are_documented(extra: str):
+    assert f"`{extra}`" in (ROOT / "docs/getting-started.md").read_text("utf-8")
+
+
+def test_python_versions_are_listed():
+    oldest = int(PROJECT["requires-python"].removeprefix(">=3."))
+    listed = [f"python{each.rsplit(' ', 1)[1]}" for each in PROJECT["classifiers"] if "::" in each
+              and each.startswith("Programming Language :: Python :: 3.")]  # fmt: skip
+    assert listed == INTERPRETERS
+    assert INTERPRETERS[0] == f"python3.{oldest}"
+
+
+def test_everything_but_extras_works_without_them():
+    needed = {bare(each) for each in PROJECT["dependencies"]}
+    more = (
+        {bare(each) for extra in EXTRAS.values() for each in extra}
+        - needed
+        - {"robostiff", "mpmath"}
+    )
+    names = more | {"h5netcdf", "distributed", "yourdfpy", "pinocchio"}
+    subprocess.run([sys.executable, "-c", WITHOUT_EXTRAS.format(names=sorted(names))], check=True)
+
+
+def test_shapes_are_checked_while_testing():
+    from jaxtyping import TypeCheckError
+
+    from robostiff.spatial.transport import skew
+
+    with pytest.raises(TypeCheckError, match="parameter 'v'"):
+        skew(np.zeros(4))
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", str(folder), ROOT]
+    if subprocess.run(pip, check=False, capture_output=True).returncode:
+        pytest.skip("no index of packages can be reached")
+    (found,) = folder.glob("robostiff-*.whl")
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("interpreter", INTERPRETERS)
+def test_the_wheel_in_a_clean_environment(interpreter: str, wheel: Path, tmp_path: Path):
+    python = shutil.which(interpreter)
+    if python is None or subprocess.run([python, "-c", ""], check=False).returncode:
+        pytest.skip(f"{interpreter} is not installed")
+    subprocess.run([python, "-m", "venv", tmp_path / "clean"], check=True)
+    own = next((tmp_path / "clean").glob("*/python"))
+    install = ["-m", "pip", "install", "--quiet", "--only-binary", ":all:"]
+    subprocess.run([own, *install, "-c", ROOT / "constraints.txt", wheel], check=True)
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = own.with_name("robostiff")
+    for words in ("stiffness hexapod", "check 3-puu --json", "derive planar-link", "robots"):
+        finished = subprocess.run(
+            [command, *words.split()], check=True, env=clean, capture_output=True, cwd=tmp_path
+        )
+        assert finished.stdout
+        assert not finished.stderr
+    packages = next((tmp_path / "clean").rglob("site-packages"))
+    others = {"pip", "setuptools"}
+    size = sum(
+        file.stat().st_size
+        for file in packages.rglob("*")
+        if file.is_file() and file.relative_to(packages).parts[0].split("-")[0] not in others
+    )
+    assert size < MOST_MEGABYTES * 1e6
