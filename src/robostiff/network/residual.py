@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+
+from robostiff.spatial.shapes import Float
 
 _BITS = np.finfo(float).nmant + 1
 
