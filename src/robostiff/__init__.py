@@ -77,6 +77,8 @@ _HOMES = {
     "robostiff.kinematics": ("JointCoordinates", "find_posture", "postures"),
     "robostiff.model": (
         "Actuated",
+        "BodyPoint",
+        "BodySpring",
         "Chain",
         "DHConvention",
         "DHRow",

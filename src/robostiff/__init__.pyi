@@ -78,6 +78,8 @@ from robostiff.kinematics import JointCoordinates as JointCoordinates
 from robostiff.kinematics import find_posture as find_posture
 from robostiff.kinematics import postures as postures
 from robostiff.model import Actuated as Actuated
+from robostiff.model import BodyPoint as BodyPoint
+from robostiff.model import BodySpring as BodySpring
 from robostiff.model import Chain as Chain
 from robostiff.model import DHConvention as DHConvention
 from robostiff.model import DHRow as DHRow

@@ -23,6 +23,8 @@ PUBLIC = [
     "Batched",
     "Block",
     "BodyMass",
+    "BodyPoint",
+    "BodySpring",
     "Bowing",
     "Cable",
     "CableResponse",

@@ -166,6 +166,8 @@ def check_arguments(robot: Any, method: Any, near: Near, tolerance: Any) -> None
             expected="a Robot, a Snapshot, a Network or a CableRobot",
             hint='write load("hexapod")',
         )
+    if isinstance(robot, Robot | Snapshot):
+        robot.check_has_no_springs("stiffness without load")
     if isinstance(method, type) or not isinstance(method, Form):
         name = method.__name__ if isinstance(method, type) else "WrenchBasis"
         raise InputError(

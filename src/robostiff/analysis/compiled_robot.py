@@ -326,6 +326,7 @@ def compile_robot(
             hint='write compile(load("hexapod"))',
         )
     robot.check_platform_is_rigid("kernel")
+    robot.check_has_no_springs("kernel")
     outputs = _checked_outputs(outputs)
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
     robot = _within_its_space(robot)

@@ -155,6 +155,7 @@ def derive_robot(
     if budget is not None:
         checked_budget(budget)
     robot.check_platform_is_rigid("formula")
+    robot.check_has_no_springs("formula")
     placed = place_robot(robot, pose)
     recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
     is_home = isinstance(pose, AtHome)

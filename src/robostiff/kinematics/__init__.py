@@ -15,6 +15,7 @@ from robostiff.kinematics.jacobians import (
     spring_compliance,
     spring_jacobian,
 )
+from robostiff.kinematics.placed_body_springs import with_body_springs
 from robostiff.kinematics.placed_masses import with_masses
 from robostiff.kinematics.pose import JointCoordinates, Near, Pose
 from robostiff.kinematics.posture import Posture
@@ -45,5 +46,6 @@ __all__ = [
     "postures",
     "spring_compliance",
     "spring_jacobian",
+    "with_body_springs",
     "with_masses",
 ]

@@ -1,6 +1,7 @@
 """Robots as frozen data: joints, links, legs, snapshots."""
 
 from robostiff.model.beam_link import beam_axes, beam_link
+from robostiff.model.body_spring import BodyPoint, BodySpring
 from robostiff.model.chain import Chain, Element
 from robostiff.model.entries import with_entries
 from robostiff.model.flexible_platform import (
@@ -33,6 +34,7 @@ from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
 from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
 from robostiff.model.snapshot import (
     PlacedBlock,
+    PlacedBodySpring,
     PlacedElement,
     PlacedFreedom,
     PlacedLeg,
@@ -45,6 +47,8 @@ __all__ = [
     "ALL_COORDINATES",
     "STANDARD_GRAVITY",
     "Actuated",
+    "BodyPoint",
+    "BodySpring",
     "Branch",
     "Chain",
     "Coordinate",
@@ -62,6 +66,7 @@ __all__ = [
     "ParallelBlock",
     "Passive",
     "PlacedBlock",
+    "PlacedBodySpring",
     "PlacedElement",
     "PlacedFreedom",
     "PlacedLeg",

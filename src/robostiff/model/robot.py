@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import vector3
 from robostiff.model.entries import formulas
@@ -117,6 +118,8 @@ class Robot:
         Of the platform and of what it carries, in the platform frame.
     gravity : (3,) array, axis such as ``"-z"``, or None
         Acceleration of free fall in the world [m/s^2]; None for none.
+    springs : tuple of BodySpring
+        Between points of its bodies, such as gravity compensators.
     """
 
     name: str
@@ -131,6 +134,7 @@ class Robot:
     platform: FlexiblePlatform | None = None
     platform_masses: tuple[Mass, ...] = ()
     gravity: Any = None
+    springs: tuple[BodySpring, ...] = ()
 
     def __post_init__(self) -> None:
         point = vector3(f"reference point of {self.name!r}", self.reference_point)
@@ -147,6 +151,10 @@ class Robot:
         names = [leg.name for leg in self.legs]
         if len(set(names)) < len(names):
             raise InputError("names of the legs", got=names, expected="each name once")
+        object.__setattr__(self, "springs", tuple(self.springs))
+        names = [spring.name for spring in self.springs]
+        if len(set(names)) < len(names):
+            raise InputError("names of the springs", got=names, expected="each name once")
         if self.home is None and any(leg.chain.has_blocks for leg in self.legs):
             raise InputError(
                 f"home pose of {self.name!r}",
@@ -189,6 +197,16 @@ class Robot:
                 expected="a rigid one: flexible platforms are computed in numbers only",
                 hint="use stiffness(robot, poses), and method=Batched() for maps",
             )
+
+    def check_has_no_springs(self, subject: str) -> None:
+        """Raise an InputError if springs between bodies would be left out.
+
+        Parameters
+        ----------
+        subject : str
+            The result that does not have them, such as ``kernel``.
+        """
+        refuse_springs(self.name, self.springs, subject)
 
     @property
     def is_serial(self) -> bool:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elasticity import Elasticity
+from robostiff.model.body_spring import refuse_springs
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
 from robostiff.spatial import Screw, Space
@@ -115,6 +116,35 @@ class PlacedBlock:
     branches: tuple[PlacedLeg, ...]
 
 
+@dataclass(frozen=True)
+class PlacedBodySpring:
+    """A spring between points of two bodies, in the world.
+
+    Its tension at the distance l is ``tension + stiffness (l - length)``.
+
+    Attributes
+    ----------
+    name : str
+    bodies : (str, str)
+        ``base``, ``platform``, or ``leg/part`` for the body behind that part.
+    points : two of (..., 3) arrays
+        Where it is held [m].
+    stiffness : float
+        [N/m].
+    length : float
+        [m].
+    tension : float
+        At that length; negative where it pushes [N].
+    """
+
+    name: str
+    bodies: tuple[str, str]
+    points: tuple[np.ndarray, np.ndarray]
+    stiffness: float
+    length: float
+    tension: float = 0.0
+
+
 PlacedElement = PlacedFreedom | PlacedSpring | PlacedBlock
 
 
@@ -188,6 +218,8 @@ class Snapshot:
     description : str
     platform : PlacedPlatform or None
         What bends between the legs and the reference point; None for a rigid platform.
+    springs : tuple of PlacedBodySpring
+        Between bodies, as far as they have been placed; those of finite loads alone have them.
     """
 
     name: str
@@ -196,6 +228,7 @@ class Snapshot:
     space: Space = Space.SPATIAL
     description: str = ""
     platform: PlacedPlatform | None = None
+    springs: tuple[PlacedBodySpring, ...] = ()
 
     def __post_init__(self) -> None:
         elements = [e for leg in self.legs for e in leg.parts]
@@ -214,7 +247,17 @@ class Snapshot:
         legs = tuple(_one_leg(leg, index) for leg in self.legs)
         reference = _one(self.reference_point, 1, index)
         platform = None if self.platform is None else self.platform.one(index)
-        return replace(self, legs=legs, reference_point=reference, platform=platform)
+        springs = tuple(
+            replace(own, points=(_one(own.points[0], 1, index), _one(own.points[1], 1, index)))
+            for own in self.springs
+        )
+        return replace(
+            self, legs=legs, reference_point=reference, platform=platform, springs=springs
+        )
+
+    def check_has_no_springs(self, subject: str) -> None:
+        """Raise an InputError if there are springs between its bodies; see `Robot`."""
+        refuse_springs(self.name, self.springs, subject)
 
     @property
     def characteristic_length(self) -> np.ndarray:

@@ -43,12 +43,15 @@ class FiniteChain:
         Body at its end; None for the platform.
     elements : tuple of FiniteJoint or FiniteSpring
     loads : tuple of BodyLoad
+    anchors : tuple of BodyLoad
+        Where springs between bodies are held, without a force of their own.
     """
 
     start: int | None
     end: int | None
     elements: tuple[Element, ...]
     loads: tuple[BodyLoad, ...] = ()
+    anchors: tuple[BodyLoad, ...] = ()
 
     @staticmethod
     def stacked(chains: Sequence[FiniteChain], counts: Sequence[int]) -> FiniteChain:

@@ -174,9 +174,8 @@ def _point(
         least = margins[leg]
         for group in problem.groups:
             if leg in group.indices:
-                i = group.indices.index(leg)
-                name = group.names[i]
-                part = max(group.energies_of(least.mode, i), key=lambda own: own[1])[0]
+                i = 0 if group.owners else group.indices.index(leg)
+                name, part, _ = max(group.energies_of(least.mode, i), key=lambda own: own[2])
                 words = f"leg {name!r} buckles while the platform stays: most in {part!r}"
                 twist = np.zeros(problem.size)
                 return CriticalPoint(found.factor, words, name, twist, False, found)

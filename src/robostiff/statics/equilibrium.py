@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.result import require_one_pose
 from robostiff.errors import InputError
-from robostiff.kinematics import Near, Pose, Posture, find_posture, with_masses
+from robostiff.kinematics import Near, Pose, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space, as_float, as_floats
@@ -194,7 +194,8 @@ class Postures:
         else:
             k = i if self.batch else 0
             own = self.posture
-            snapshot = (with_masses(own) if masses or np.any(pull) else own.snapshot).one(k)
+            placed = with_masses(own) if masses or np.any(pull) else own.snapshot
+            snapshot = replace(placed, springs=with_body_springs(own).springs).one(k)
             status = EquilibriumStatus.OK
             if not own.reached[k]:
                 status |= EquilibriumStatus.UNREACHABLE

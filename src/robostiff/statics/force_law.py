@@ -152,12 +152,13 @@ def with_laws(groups: tuple[LegGroup, ...], laws: Laws) -> tuple[LegGroup, ...]:
     left, found, known = dict(laws), [], []
     for group in groups:
         chains = []
-        for chain in group.chains:
+        for c, chain in enumerate(group.chains):
+            legs = [leg for _, _, leg in group.rows_of(c)]
             elements = []
             for element in chain.elements:
                 own = element
                 if isinstance(own, FiniteJoint):
-                    names = [f"{leg}/{e}" for leg, e in zip(group.names, own.names, strict=True)]
+                    names = [f"{leg}/{e}" for leg, e in zip(legs, own.names, strict=True)]
                     known += names
                     own = own.under([left.pop(name, None) for name in names])
                 elements.append(own)

@@ -23,6 +23,7 @@ from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.chain import BodyLoad, FiniteChain
 from robostiff.statics.element import Element, FiniteJoint
+from robostiff.statics.held_springs import HeldSprings
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.lumped_mass import lumped
 from robostiff.statics.spring_elements import SpringElements
@@ -110,20 +111,31 @@ def legs_of(
         if isinstance(joint, FiniteJoint):
             chain[2][part.drive] = replace(joint, preload=joint.preload + value)
     groups: dict[tuple[object, ...], list[LegGroup]] = {}
+    held = HeldSprings.of(snapshot, {n: (k, part.chain) for n, (k, part) in named.items()})
     for k, (leg, walk) in enumerate(zip(snapshot.legs, walks, strict=True)):
         one = LegGroup(
             (k,),
             (leg.name,),
             tuple(
-                FiniteChain(start, end, tuple(elements), tuple(walk.loads.get(c, ())))
+                FiniteChain(
+                    start,
+                    end,
+                    tuple(elements),
+                    tuple(walk.loads.get(c, ())),
+                    tuple(
+                        BodyLoad(named[name][1].after, point[None], np.zeros((1, 3)))
+                        for name, point in held.on_chain(k, c)
+                    ),
+                )
                 for c, (start, end, elements) in enumerate(walk.chains)
             ),
             tuple(point[None] for point in walk.points),
             platform_point,
             snapshot.space.rows,
         )
-        groups.setdefault(one.signature, []).append(one)
-    return tuple(LegGroup.stacked(legs) for legs in groups.values())
+        is_held = held.group_of(k) >= 0
+        groups.setdefault((k if is_held else None, one.signature), []).append(one)
+    return held.joined([LegGroup.stacked(legs) for legs in groups.values()])
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,30 @@ class LegState:
 
 
 @dataclass(frozen=True)
+class Beside:
+    """Derivatives of what the platform exerts on springs between bodies, about its point.
+
+    Attributes
+    ----------
+    by_unknown : (N, r, n) array
+    by_twist : (N, r, r) array
+    by_factor : (N, r) array
+        By the factor of the loads.
+    """
+
+    by_unknown: np.ndarray
+    by_twist: np.ndarray
+    by_factor: np.ndarray
+
+    def steps(self, found: np.ndarray) -> np.ndarray:
+        """With steps (N, n, 1 + r + 1) by themselves, by the twist, and by the factor."""
+        own = self.by_unknown @ found
+        own[..., 1:-1] += self.by_twist
+        own[..., -1] += self.by_factor
+        return own
+
+
+@dataclass(frozen=True)
 class LegEquations:
     """Residual and tangent of the legs of a group, platform apart.
 
@@ -56,6 +80,8 @@ class LegEquations:
         Derivative by the factor of the loads.
     carried : (N, r) array
         What the platform exerts on the leg about its point [N, N m].
+    beside : Beside or None
+        How that changes beside the wrenches of chains, where springs act on the platform.
     """
 
     A: np.ndarray
@@ -63,6 +89,7 @@ class LegEquations:
     A_t: np.ndarray
     r_factor: np.ndarray
     carried: np.ndarray
+    beside: Beside | None = None
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.statics.chain import FiniteChain, Moved, stacked_loads
+from robostiff.statics.body_springs import FiniteBodySpring, SpringTerms
+from robostiff.statics.chain import BodyLoad, FiniteChain, Moved, stacked_loads
 from robostiff.statics.element import Placement
 from robostiff.statics.finite_turn import turn_between, turned_by
 from robostiff.statics.leg_state import LegEquations, LegState, MovingBody, Share
@@ -32,6 +33,10 @@ class LegGroup:
         Point of the platform about which wrenches are, at the unloaded posture [m].
     rows : tuple of int
         Coordinates in which it moves: six in space, three in the plane.
+    springs : tuple of FiniteBodySpring
+        Between bodies; legs that have or share some are a group of their own, with N = 1.
+    owners : tuple of int
+        Of legs that share springs, the leg of each chain; empty elsewhere.
     """
 
     indices: tuple[int, ...]
@@ -40,11 +45,15 @@ class LegGroup:
     points: tuple[np.ndarray, ...]
     platform_point: np.ndarray
     rows: tuple[int, ...]
+    springs: tuple[FiniteBodySpring, ...] = ()
+    owners: tuple[int, ...] = ()
 
     @staticmethod
     def stacked(legs: Sequence[LegGroup]) -> LegGroup:
         """Legs of one signature as one group."""
         first = legs[0]
+        if len(legs) == 1:
+            return first
         counts = [leg.count for leg in legs]
         chains = [
             FiniteChain.stacked([leg.chains[i] for leg in legs], counts)
@@ -67,8 +76,24 @@ class LegGroup:
 
     @property
     def count(self) -> int:
-        """Number of legs N."""
-        return len(self.indices)
+        """Number of legs N; 1 where legs share springs."""
+        return 1 if self.owners else len(self.indices)
+
+    def rows_of(self, c: int) -> list[tuple[int, int, str]]:
+        """Row, index and name of every leg that has chain c."""
+        if self.owners:
+            leg = self.owners[c]
+            return [(0, self.indices[leg], self.names[leg])]
+        return [(i, k, self.names[i]) for i, k in enumerate(self.indices)]
+
+    def by_legs(self, ends: Sequence[np.ndarray]) -> np.ndarray:
+        """What each leg carries, from that of the chains on the platform, (N, ...) each."""
+        if not self.owners:
+            return np.sum(ends, axis=0)
+        found = np.zeros((len(self.indices), *ends[0].shape[1:]))
+        for c, own in zip(self.on_platform, ends, strict=True):
+            found[self.owners[c]] += own[0]
+        return found
 
     @cached_property
     def coordinates(self) -> tuple[slice, ...]:
@@ -149,6 +174,7 @@ class LegGroup:
         share : Share
         """
         N, n, rows = self.count, self.size, list(self.rows)
+        springs = SpringTerms.of(self, state, R, p, share) if self.springs else None
         A, residual = np.zeros((N, n, n)), np.zeros((N, n))
         A_t, r_factor = np.zeros((N, n, len(rows))), np.zeros((N, n))
         identity = np.eye(len(rows))
@@ -165,6 +191,7 @@ class LegGroup:
                 family.end_points,
                 full,
                 share.value,
+                None if springs is None else family.pulls(springs.pulls),
             )
             J = terms.J[:, rows]
             P = terms.end.of(family.end_points)
@@ -200,7 +227,34 @@ class LegGroup:
                     A[:, wrench, to] -= identity
                     A[:, to, wrench] += identity
                     residual[:, to] += state.W[i]
-        return LegEquations(A, residual, A_t, r_factor, carried)
+        if springs is None:
+            return LegEquations(A, residual, A_t, r_factor, carried)
+        m = self.free_size
+        A[0, :m, :m] += springs.stiffness
+        A_t[0, :m] += springs.by_twist
+        r_factor[0, :m] += share.rate * springs.by_share
+        return LegEquations(A, residual, A_t, r_factor, carried + springs.carried, springs.beside)
+
+    def anchored(self, state: LegState) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Where springs are held on every chain (A, 3) [m], and their velocities (A, 3, m)."""
+        found = [
+            (np.zeros((len(own.anchors), 3)), np.zeros((len(own.anchors), 3, self.free_size)))
+            for own in self.chains
+        ]
+        for family in self.families:
+            if not family.held:
+                continue
+            x, starts = family.coordinates(state), family.starts(self, state)
+            points = family.arrays.loaded_points(x, starts)
+            rates = family.arrays.load_velocities(x, starts, family.centres(state))
+            for row, place, load in family.held:
+                c, at = family.members[row], 0
+                found[c][0][place] = points[row, load]
+                for moving in self.moving_places(c):
+                    size = moving.stop - moving.start
+                    found[c][1][place][:, moving] = rates[row, load, :, at : at + size]
+                    at += size
+        return found
 
     def energies(self, state: LegState) -> list[list[np.ndarray]]:
         """Elastic energy of every element of every chain (N,) [J], preloads left out."""
@@ -211,14 +265,15 @@ class LegGroup:
                 found[i] = [energy[own] for energy in energies]
         return [found[i] for i in range(len(self.chains))]
 
-    def energies_of(self, mode: np.ndarray, i: int) -> list[tuple[str, float]]:
-        """Names of the parts of leg i, and what they store in a motion of its coordinates [J]."""
+    def energies_of(self, mode: np.ndarray, i: int) -> list[tuple[str, str, float]]:
+        """Legs and parts of row i, and what they store in a motion of its coordinates [J]."""
         found = []
-        for chain, own in zip(self.chains, self.coordinates, strict=True):
+        for c, (chain, own) in enumerate(zip(self.chains, self.coordinates, strict=True)):
+            leg = self.names[self.owners[c] if self.owners else i]
             for element, place in zip(chain.elements, chain.places, strict=True):
                 x = mode[own.start + place.start : own.start + place.stop]
                 energy = 0.5 * float(x @ element.unloaded_curvature[i] @ x)
-                found.append((element.names[i], energy))
+                found.append((leg, element.names[i], energy))
         return found
 
     def load_potential(self, state: LegState, share: float) -> float:
@@ -259,6 +314,11 @@ class LegGroup:
             for element, place in zip(chain.elements, chain.places, strict=True):
                 here = slice(own.start + place.start, own.start + place.stop)
                 h[:, here, here] = element.unloaded_curvature
+        if self.springs:
+            at_rest = SpringTerms.of(
+                self, self.unloaded(), np.eye(3), self.platform_point, Share(0.0, 0.0)
+            )
+            h[0] += at_rest.stiffness
         return h
 
     def sizes(self, length: float) -> np.ndarray:
@@ -298,6 +358,8 @@ class ChainFamily:
     arrays : MovingChains
     bodies : tuple of int
         At their starts; none where they start at the base.
+    held : tuple of (int, int, int)
+        Row, place among the anchors of its chain, and place among the loads, of every anchor.
     end_points : (N, 3) array
         Of the bodies at their ends, at the unloaded posture [m].
     """
@@ -306,6 +368,7 @@ class ChainFamily:
     arrays: MovingChains
     bodies: tuple[int, ...]
     end_points: np.ndarray
+    held: tuple[tuple[int, int, int], ...] = ()
 
     @staticmethod
     def of(group: LegGroup, members: Sequence[int]) -> ChainFamily:
@@ -313,7 +376,13 @@ class ChainFamily:
         chains, counts = [group.chains[i] for i in members], [group.count] * len(members)
         first = chains[0]
         elements = FiniteChain.stacked(chains, counts).elements
-        loads = stacked_loads([chain.loads for chain in chains], counts)
+        loads = list(stacked_loads([chain.loads for chain in chains], counts))
+        held = []
+        for row, chain in enumerate(chains):
+            for place, anchor in enumerate(chain.anchors):
+                held.append((row, place, len(loads)))
+                points = np.tile(anchor.point, (sum(counts), 1))
+                loads.append(BodyLoad(anchor.after, points, np.zeros(points.shape)))
         bodies = tuple(chain.start for chain in chains if chain.start is not None)
         rows = () if first.start is None else group.rows
         return ChainFamily(
@@ -321,7 +390,17 @@ class ChainFamily:
             MovingChains(elements, loads, sum(counts), rows),
             bodies,
             np.concatenate([group.end_point(i) for i in members]),
+            tuple(held),
         )
+
+    def pulls(self, of_chains: Sequence[np.ndarray]) -> np.ndarray | None:
+        """Forces (N, L, 3) at the points of its loads, from those on the anchors of each chain."""
+        if not self.held:
+            return None
+        found = np.zeros(self.arrays.load_force.shape)
+        for row, place, load in self.held:
+            found[row, load] = of_chains[self.members[row]][place]
+        return found
 
     def split(self, count: int) -> list[tuple[int, slice]]:
         """Each chain with its rows."""

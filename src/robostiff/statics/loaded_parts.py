@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.spatial import cross
-from robostiff.statics.chain import FiniteChain, Moved
+from robostiff.statics.body_springs import SpringTerms
+from robostiff.statics.chain import BodyLoad, FiniteChain, Moved
 from robostiff.statics.element import FiniteJoint
+from robostiff.statics.leg_state import LegState, Share
+from robostiff.statics.legs import LegGroup
 from robostiff.statics.problem import EquilibriumProblem, State
 
 
@@ -66,13 +69,14 @@ def loaded_parts(
     placed = (state if places is None else places).legs
     for group, own, where in zip(problem.groups, state.legs, placed, strict=True):
         energies = group.energies(own)
+        acting = _acting(group, own, state, share)
         for c, (chain, motion) in enumerate(zip(group.chains, group.moved(where), strict=True)):
             W = np.zeros((group.count, 6))
             W[:, list(problem.rows)] = own.W[c]
             P = motion.end.of(group.end_point(c))
-            for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, share)):
+            for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, acting[c])):
                 element, x = chain.elements[k], own.x[c][:, chain.places[k]]
-                for i, index in enumerate(group.indices):
+                for i, index, leg in group.rows_of(c):
                     load, moved = None, x[i]
                     if isinstance(element, FiniteJoint):
                         load = element.force(i, float(x[i, 0])) - share * float(element.preload[i])
@@ -80,7 +84,7 @@ def loaded_parts(
                         moved = element.modes[i] @ x[i]
                     alike = [e.names[i] == element.names[i] for e in chain.elements]
                     part = LoadedPart(
-                        leg=group.names[i],
+                        leg=leg,
                         part=element.names[i],
                         number=1 + sum(alike[:k]),
                         of=sum(alike),
@@ -108,19 +112,39 @@ def base_reactions(
     """
     found: dict[int, tuple[str, np.ndarray]] = {}
     for group, own in zip(problem.groups, state.legs, strict=True):
-        total = np.zeros((group.count, 6))
+        for i, name in zip(group.indices, group.names, strict=True):
+            found[i] = (name, np.zeros(6))
+        acting = _acting(group, own, state, share)
         for c, (chain, motion) in enumerate(zip(group.chains, group.moved(own), strict=True)):
             if chain.start is not None:
                 continue
             f = np.zeros((group.count, 6))
             f[:, list(problem.rows)] = own.W[c]
-            total += _about(motion.end.of(group.end_point(c)), f, state.p)
-            for load in chain.loads:
+            total = _about(motion.end.of(group.end_point(c)), f, state.p)
+            for load in acting[c]:
                 f = np.zeros((group.count, 6))
-                f[:, :3] = share * load.force
+                f[:, :3] = load.force
                 total += _about(motion.placements[load.after].of(load.point), f, state.p)
-        found |= {k: (group.names[i], total[i]) for i, k in enumerate(group.indices)}
+            for row, i, name in group.rows_of(c):
+                found[i] = (name, found[i][1] + total[row])
     return tuple(found[k] for k in sorted(found))
+
+
+def _acting(
+    group: LegGroup, own: LegState, state: State, share: float
+) -> list[list[BodyLoad]]:
+    """Forces on the bodies of each chain, those of springs between bodies among them."""
+    found = [
+        [replace(load, force=share * load.force) for load in chain.loads] for chain in group.chains
+    ]
+    if group.springs:
+        pulls = SpringTerms.of(group, own, state.R, state.p, Share(share, 0.0)).pulls
+        for forces, chain, pull in zip(found, group.chains, pulls, strict=True):
+            forces += [
+                replace(anchor, force=force[None])
+                for anchor, force in zip(chain.anchors, pull, strict=True)
+            ]
+    return found
 
 
 def _about(point: np.ndarray, wrench: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -145,7 +169,7 @@ def shares(parts: tuple[LoadedPart, ...]) -> tuple[PartShare, ...]:
 
 
 def _carried(
-    chain: FiniteChain, motion: Moved, W: np.ndarray, P: np.ndarray, share: float
+    chain: FiniteChain, motion: Moved, W: np.ndarray, P: np.ndarray, acting: Sequence[BodyLoad]
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Wrench (N, 6) of every element about its own point, and that point (N, 3)."""
     for k, element in enumerate(chain.elements):
@@ -155,9 +179,8 @@ def _carried(
             C = motion.placements[k].of(element.point)
         f = W[:, :3]
         m = W[:, 3:] + cross(P - C, f)
-        for load in chain.loads:
+        for load in acting:
             if load.after > k:
-                force = share * load.force
-                f = f + force
-                m = m + cross(motion.placements[load.after].of(load.point) - C, force)
+                f = f + load.force
+                m = m + cross(motion.placements[load.after].of(load.point) - C, load.force)
         yield np.concatenate([f, m], axis=-1), C

@@ -249,9 +249,8 @@ def _shares(problem: EquilibriumProblem, shape: np.ndarray) -> tuple[PartShare, 
         for i in range(group.count):
             own = shape[at : at + group.free_size]
             at += group.free_size
-            for part, energy in group.energies_of(own, i):
-                name = (group.names[i], part)
-                energies[name] = energies.get(name, 0.0) + energy
+            for leg, part, energy in group.energies_of(own, i):
+                energies[leg, part] = energies.get((leg, part), 0.0) + energy
     total = sum(energies.values())
     found = [
         PartShare(leg, part, energy, energy / total if total > 0 else 0.0)

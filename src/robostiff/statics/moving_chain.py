@@ -201,6 +201,7 @@ class MovingChains:
         end_point: np.ndarray,
         W: np.ndarray,
         share: float,
+        pulls: np.ndarray | None = None,
     ) -> ChainTerms:
         """What the chains contribute to the equations of their legs.
 
@@ -222,6 +223,8 @@ class MovingChains:
             What that body exerts on the chain, about the point where the chain has it [N, N m].
         share : float
             Of loads and preloads.
+        pulls : (N, L, 3) array or None
+            Forces at the points of the loads beside these, whatever their share [N].
         """
         steps = self._steps(x)
         motion = self._moved(steps, start)
@@ -238,6 +241,9 @@ class MovingChains:
             more = _felt(self.load_force, np.zeros((self.count, 1, 3)), at, C, reach)
             by_share -= np.sum(v * more[0][:, order] + w * more[1][:, order], axis=-1)
             f, m, S = f + share * more[0], m + share * more[1], S + share * more[2]
+            if pulls is not None:
+                more = _felt(pulls, np.zeros((self.count, 1, 3)), at, C, reach)
+                f, m, S = f + more[0], m + more[1], S + more[2]
         f_own = f[:, order] if f.shape[1] > 1 else f
         gradient = -np.sum(v * f_own + w * m[:, order], axis=-1)
         Sw = (S[:, order] @ w[..., None])[..., 0]
@@ -337,6 +343,10 @@ class MovingChains:
         arms = at[:, :, None] - C[:, None, self.order]
         found = (v[:, None] + crossed(w[:, None], arms)) * reach[self.order].T[..., None]
         return np.swapaxes(found, -1, -2)
+
+    def loaded_points(self, x: np.ndarray, start: Placement | None) -> np.ndarray:
+        """Where loads act (N, L, 3) [m], at coordinates x (N, size)."""
+        return self._loaded_points(self.moved(x, start))
 
     def _loaded_points(self, motion: Moved) -> np.ndarray:
         """Where loads act (N, L, 3) [m]."""

@@ -70,6 +70,7 @@ class Linearised:
         Steps of the unknowns of the legs: by themselves (N, n), by the twist of the platform
         (N, n, r), by the load factor (N, n).
     leg_K : tuple of (N, r, r) arrays
+        What springs on the platform add to K is left out.
     equations : tuple of LegEquations
     rigid : bool
         Whether some leg cannot follow the platform.
@@ -151,9 +152,12 @@ class EquilibriumProblem:
             rigid = rigid or _leaves_out(inverse, found[..., 1:-1], wanted[..., 1:-1])
             regular = regular and bool(np.all(inverse.regular))
             ends = [group.wrench_places[i] for i in group.on_platform]
-            carried = np.sum([found[:, place] for place in ends], axis=0)
-            leg_K.append(carried[..., 1:-1])
-            K += np.sum(leg_K[-1], axis=0)
+            own_ends = [found[:, place] for place in ends]
+            leg_K.append(group.by_legs([end[..., 1:-1] for end in own_ends]))
+            carried = np.sum(own_ends, axis=0)
+            if eq.beside is not None:
+                carried = carried + eq.beside.steps(found)
+            K += np.sum(carried[..., 1:-1], axis=0)
             missing -= np.sum(eq.carried + carried[..., 0], axis=0)
             by_factor -= np.sum(carried[..., -1], axis=0)
             steps.append(found[..., 0])
@@ -177,7 +181,9 @@ class EquilibriumProblem:
 
     @property
     def loads_platform_alone(self) -> bool:
-        """Whether neither preloads nor forces act on the legs."""
+        """Whether neither preloads, forces nor springs between bodies act on the legs."""
+        if any(group.springs for group in self.groups):
+            return False
         return not any(family.arrays.is_loaded for g in self.groups for family in g.families)
 
     def under_load(self, known: Linearised, loading: LoadCase, factor: float) -> Linearised:

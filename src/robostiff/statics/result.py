@@ -12,6 +12,7 @@ from robostiff.analysis import PartShare
 from robostiff.errors import NoAnswerError
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.statics.body_springs import LoadedSpring, loaded_springs
 from robostiff.statics.critical_point import CriticalPoint
 from robostiff.statics.legs import turn_between
 from robostiff.statics.loaded_parts import LoadedPart, base_reactions, loaded_parts, shares
@@ -135,7 +136,7 @@ class Equilibrium:
 
     @property
     def leg_K(self) -> tuple[np.ndarray, ...]:
-        """K of each leg (r, r); they add up to K."""
+        """K of each leg (r, r); with what springs on the platform add, they add up to K."""
         problem, found = self._require()
         pairs = zip(problem.groups, found.known.leg_K, strict=True)
         own = {k: K for group, all_K in pairs for k, K in zip(group.indices, all_K, strict=True)}
@@ -147,7 +148,7 @@ class Equilibrium:
         problem, found = self._require()
         own: dict[int, np.ndarray] = {}
         for group, state in zip(problem.groups, found.state.legs, strict=True):
-            carried = np.sum([state.W[i] for i in group.on_platform], axis=0)
+            carried = group.by_legs([state.W[i] for i in group.on_platform])
             own |= dict(zip(group.indices, carried, strict=True))
         return tuple(own[k] for k in sorted(own))
 
@@ -168,17 +169,12 @@ class Equilibrium:
             self._require()
         if not self.held and self.loading is not None:
             return self.loading.wrench + self.loading.wrench_rate
-        problem, _ = self._require()
-        forces = np.zeros(6)
-        for arm, force in zip(problem.arms, problem.forces, strict=True):
-            b = self._require()[1].state.R @ arm
-            forces += np.concatenate([force, np.cross(b, force)])
-        return np.sum(self.leg_wrenches, axis=0) - forces[list(problem.rows)]
+        return -self._require()[1].known.missing
 
     @property
     def energy(self) -> float:
-        """Elastic energy [J]."""
-        return sum(part.energy for part in self.parts)
+        """Elastic energy of the parts of the legs, and of springs between bodies [J]."""
+        return sum(part.energy for part in (*self.parts, *self.springs))
 
     @property
     def potential(self) -> float:
@@ -194,6 +190,13 @@ class Equilibrium:
         problem, found = self._require()
         share = 1.0 if self.loading is None else self.loading.shares(found.factor).value
         return loaded_parts(problem, found.state, share)
+
+    @cached_property
+    def springs(self) -> tuple[LoadedSpring, ...]:
+        """Springs between bodies: how long they are, and how much they pull."""
+        problem, found = self._require()
+        share = 1.0 if self.loading is None else self.loading.shares(found.factor).value
+        return loaded_springs(problem, found.state, share)
 
     @property
     def shares(self) -> tuple[PartShare, ...]:

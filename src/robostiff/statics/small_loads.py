@@ -206,6 +206,6 @@ def _on_legs(problem: EquilibriumProblem, state: State) -> list[np.ndarray]:
     """What the platform exerts on each leg about its point (r,)."""
     own: dict[int, np.ndarray] = {}
     for group, legs in zip(problem.groups, state.legs, strict=True):
-        carried = np.sum([legs.W[i] for i in group.on_platform], axis=0)
+        carried = group.by_legs([legs.W[i] for i in group.on_platform])
         own |= dict(zip(group.indices, carried, strict=True))
     return [own[k] for k in sorted(own)]

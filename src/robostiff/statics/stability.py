@@ -78,7 +78,8 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
         if m <= eq.A.shape[1] - m:
             continue  # the platform holds all coordinates
         own = _margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
-        found |= dict(zip(group.indices, own, strict=True))
+        # legs that share springs have one margin, under the first of them
+        found |= dict(zip(group.indices[: group.count], own, strict=True))
     # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
     return {index: own for index, own in found.items() if own is not None and own.value != 0.0}
 

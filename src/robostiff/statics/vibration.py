@@ -84,11 +84,15 @@ class SmallMotions:
                 closed = np.zeros((eq.A.shape[1] - m, n))
                 closed[:, here], closed[:, n - r :] = eq.A[i, m:, :m], eq.A_t[i, m:]
                 closure.append(closed)
+                if eq.beside is not None:
+                    K[here, n - r :] = eq.A_t[i, :m]
+                    K[n - r :, here] = eq.beside.by_unknown[i, :, :m]
+                    K[n - r :, n - r :] += eq.beside.by_twist[i]
                 roots = np.sqrt(np.linalg.norm(forces[i], axis=-1))
                 rate = np.zeros((*moving.shape[1:3], n))
                 rate[..., here] = moving[i] * roots[:, None, None]
                 B.append(rate.reshape(-1, n))
-        K[n - r :, n - r :] = known.K_total - known.K
+        K[n - r :, n - r :] += known.K_total - known.K
         for arm, force in zip(weights.arms, weights.forces, strict=True):
             b = state.R @ arm
             rate = np.zeros((3, n))

@@ -1,0 +1,261 @@
+"""Springs between points of two bodies: what they pull, and how that changes as the points move.
+
+With d from one point to the other, ``l = |d|`` and ``u = d / l``, a spring of stiffness k pulls with
+``t = k l + c``. The force ``t u = k d + c u`` on the first point has the derivative
+``D = k I + (c/l)(I - u u^T) = k u u^T + (t/l)(I - u u^T)`` by d; it enters the tangent of its leg as
+``J^T D J``, J the velocity of d, and as a force does, with the second derivatives of the points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.spatial import skew
+from robostiff.statics.leg_state import Beside, LegState, Share
+
+if TYPE_CHECKING:
+    from robostiff.statics.legs import LegGroup
+    from robostiff.statics.problem import EquilibriumProblem, State
+
+# Of the length of a spring at the unloaded posture, or of its tension: none.
+_NONE = 1e-12
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A point of a body that holds an end of a spring.
+
+    Attributes
+    ----------
+    point : (3,) array
+        At the unloaded posture [m].
+    chain : int or None
+        Of the legs computed together; None for the base, and for the platform.
+    place : int
+        Which of the anchors of that chain.
+    on_platform : bool
+    """
+
+    point: np.ndarray
+    chain: int | None = None
+    place: int = 0
+    on_platform: bool = False
+
+
+@dataclass(frozen=True)
+class FiniteBodySpring:
+    """A spring between two bodies; ``t = s tension + stiffness (l - length)`` at the share s.
+
+    Attributes
+    ----------
+    name : str
+    ends : two of Anchor
+    stiffness : float
+        [N/m].
+    length, tension : float
+        At the unloaded posture [m], [N].
+
+    Raises
+    ------
+    InputError
+        When its ends are in one point, and it pulls there: nowhere.
+    """
+
+    name: str
+    ends: tuple[Anchor, Anchor]
+    stiffness: float
+    length: float
+    tension: float
+
+    def __post_init__(self) -> None:
+        constant = abs(self.tension - self.stiffness * self.length)
+        size = max(float(np.max(np.abs(end.point), initial=0.0)) for end in self.ends)
+        if self.length <= _NONE * size and constant > _NONE * self.stiffness * size:
+            raise InputError(
+                f"spring {self.name!r}",
+                got="both ends in one point at the unloaded posture",
+                expected="points apart: there the direction of its pull is not determined",
+                hint="a spring of free length 0 alone may have no length",
+            )
+
+    def pulling(self, a: np.ndarray, b: np.ndarray, share: float) -> Pulling:
+        """Between points (3,) [m]."""
+        d = b - a
+        length = float(np.linalg.norm(d))
+        constant = share * self.tension - self.stiffness * self.length
+        D = self.stiffness * np.eye(3)
+        if length == 0:
+            return Pulling(np.zeros(3), np.zeros(3), D, 0.0, constant)
+        u = d / length
+        D = D + (constant / length) * (np.eye(3) - np.outer(u, u))
+        tension = self.stiffness * length + constant
+        return Pulling(tension * u, self.tension * u, D, length, tension)
+
+    def energy(self, length: float, tension: float) -> float:
+        """Stored from its free length; of a constant force, from the unloaded posture [J]."""
+        if self.stiffness > 0:
+            return 0.5 * tension**2 / self.stiffness
+        return tension * (length - self.length)
+
+
+@dataclass(frozen=True)
+class Pulling:
+    """A spring at a state.
+
+    Attributes
+    ----------
+    force : (3,) array
+        On its first point; the opposite acts on the second [N].
+    rate : (3,) array
+        Of the force by the share of loads [N].
+    D : (3, 3) array
+        Of the force by the vector between its points [N/m].
+    length, tension : float
+        [m], [N].
+    """
+
+    force: np.ndarray
+    rate: np.ndarray
+    D: np.ndarray
+    length: float
+    tension: float
+
+
+@dataclass(frozen=True)
+class SpringTerms:
+    """What springs between bodies contribute to the equations of their legs, m free unknowns.
+
+    Attributes
+    ----------
+    pulls : sequence of (A, 3) arrays
+        Forces on the anchors of each chain [N].
+    stiffness : (m, m) array
+        ``J^T D J``.
+    by_share : (m,) array
+        Derivative of the gradient of the energy by the share of loads.
+    by_twist : (m, r) array
+        The same by the twist of the platform.
+    carried : (r,) array
+        What the platform exerts on springs about its point [N, N m].
+    beside : Beside
+        Its derivatives.
+    """
+
+    pulls: Sequence[np.ndarray]
+    stiffness: np.ndarray
+    by_share: np.ndarray
+    by_twist: np.ndarray
+    carried: np.ndarray
+    beside: Beside
+
+    @staticmethod
+    def of(group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray, share: Share) -> SpringTerms:
+        """At a state of legs, with the platform at (R, p)."""
+        m, rows = group.free_size, list(group.rows)
+        r = len(rows)
+        anchored = group.anchored(state)
+        pulls = [np.zeros(points.shape) for points, _ in anchored]
+        stiffness, by_share = np.zeros((m, m)), np.zeros(m)
+        by_twist, carried = np.zeros((m, r)), np.zeros(6)
+        by_unknown, of_twist, of_share = np.zeros((6, m)), np.zeros((6, 6)), np.zeros(6)
+        for spring in group.springs:
+            ends = [_end(end, group, anchored, R, p) for end in spring.ends]
+            own = spring.pulling(ends[0].point, ends[1].point, share.value)
+            J = ends[1].J - ends[0].J  # of the vector between the points, by the legs
+            J_t = ends[1].J_t - ends[0].J_t  # and by the twist of the platform (3, 6)
+            stiffness += J.T @ own.D @ J
+            by_share += J.T @ own.rate
+            by_twist += (J.T @ own.D @ J_t)[:, rows]
+            for sign, end, anchor in zip((1.0, -1.0), ends, spring.ends, strict=True):
+                if anchor.chain is not None:
+                    pulls[anchor.chain][anchor.place] += sign * own.force
+                if anchor.on_platform:
+                    f = -sign * own.force  # what the platform exerts
+                    arm = end.point - p
+                    carried += np.concatenate([f, np.cross(arm, f)])
+                    of_twist[3:, 3:] += skew(f) @ skew(arm)
+            # the platform moves both ends where it has them: its wrench is J_t^T force
+            by_unknown += J_t.T @ own.D @ J
+            of_twist += J_t.T @ own.D @ J_t
+            of_share += J_t.T @ own.rate
+        wide = np.zeros((1, r, group.size))
+        wide[0, :, :m] = by_unknown[rows]
+        beside = Beside(
+            wide, of_twist[np.ix_(rows, rows)][None], share.rate * of_share[None, rows]
+        )
+        return SpringTerms(pulls, stiffness, by_share, by_twist, carried[rows], beside)
+
+
+@dataclass(frozen=True)
+class _End:
+    """An end of a spring: where it is, and its velocity by legs (3, m) and platform (3, 6)."""
+
+    point: np.ndarray
+    J: np.ndarray
+    J_t: np.ndarray
+
+
+def _end(
+    anchor: Anchor,
+    group: LegGroup,
+    anchored: Sequence[tuple[np.ndarray, np.ndarray]],
+    R: np.ndarray,
+    p: np.ndarray,
+) -> _End:
+    point, J, J_t = anchor.point, np.zeros((3, group.free_size)), np.zeros((3, 6))
+    if anchor.chain is not None:
+        points, velocities = anchored[anchor.chain]
+        point, J = points[anchor.place], velocities[anchor.place]
+    elif anchor.on_platform:
+        arm = R @ (anchor.point - group.platform_point)
+        point = p + arm
+        J_t = np.concatenate([np.eye(3), -skew(arm)], axis=1)
+    return _End(point, J, J_t)
+
+
+@dataclass(frozen=True)
+class LoadedSpring:
+    """A spring between two bodies under load.
+
+    Attributes
+    ----------
+    name : str
+    points : (2, 3) array
+        Where its ends are [m].
+    length : float
+        [m].
+    tension : float
+        Negative where it pushes [N].
+    energy : float
+        Stored [J]: from its free length; of a constant force, from the unloaded posture.
+    """
+
+    name: str
+    points: np.ndarray
+    length: float
+    tension: float
+    energy: float
+
+
+def loaded_springs(
+    problem: EquilibriumProblem, state: State, share: float
+) -> tuple[LoadedSpring, ...]:
+    """Every spring between bodies at a state of a robot."""
+    found = []
+    for group, own in zip(problem.groups, state.legs, strict=True):
+        if not group.springs:
+            continue
+        anchored = group.anchored(own)
+        for spring in group.springs:
+            a, b = (_end(end, group, anchored, state.R, state.p).point for end in spring.ends)
+            now = spring.pulling(a, b, share)
+            energy = spring.energy(now.length, now.tension)
+            found.append(
+                LoadedSpring(spring.name, np.array([a, b]), now.length, now.tension, energy)
+            )
+    return tuple(found)
