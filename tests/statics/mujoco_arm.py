@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 
-from robostiff.model import PlacedLeg, Snapshot
+from robostiff.model import PlacedBodySpring, PlacedLeg, Snapshot
 from tests.statics.robots_under_load import joint
 
 mujoco = pytest.importorskip("mujoco")
@@ -53,6 +54,23 @@ class Rest:
     frequencies: np.ndarray
 
 
+@dataclass(frozen=True)
+class Tendon:
+    """A spring between points of two bodies: 0 is the world, i the body behind joint i."""
+
+    bodies: tuple[int, int]
+    points: tuple[np.ndarray, np.ndarray]
+    stiffness: float
+    length: float
+
+    @property
+    def placed(self) -> PlacedBodySpring:
+        names = ["base", *(f"arm/j{i + 1}" for i in range(6))]
+        a, b = (names[body] for body in self.bodies)
+        name = f"{a} to {b}"
+        return PlacedBodySpring(name, (a, b), self.points, self.stiffness, self.length)
+
+
 def arm() -> Snapshot:
     points = np.cumsum(STEPS, axis=0)
     elements = tuple(
@@ -68,8 +86,21 @@ def centres() -> np.ndarray:
     return np.cumsum(STEPS, axis=0) + CENTRES
 
 
-def model() -> Any:
+def model(tendons: Sequence[Tendon] = ()) -> Any:
+    """The arm, and springs between points of it and of the world, as spatial tendons."""
     text, end = "", ""
+    sites = dict.fromkeys(range(7), "")
+    springs = ""
+    for n, tendon in enumerate(tendons):
+        names = [f"t{n}a", f"t{n}b"]
+        for name, body, point in zip(names, tendon.bodies, tendon.points, strict=True):
+            at = point - (np.cumsum(STEPS, axis=0)[body - 1] if body else 0)
+            at = " ".join(map(repr, map(float, at)))
+            sites[body] += f'<site name="{name}" pos="{at}"/>'
+        springs += (
+            f'<spatial stiffness="{tendon.stiffness}" springlength="{tendon.length}">'
+            f'<site site="{names[0]}"/><site site="{names[1]}"/></spatial>'
+        )
     for i in range(6):
         numbers = [
             " ".join(map(repr, map(float, v))) for v in (STEPS[i], AXES[i], CENTRES[i], INERTIAS[i])
@@ -77,20 +108,22 @@ def model() -> Any:
         step, axis, centre, inertia = numbers
         text += (
             f'<body pos="{step}"><joint type="hinge" axis="{axis}" stiffness="{STIFFNESS[i]}"/>'
-            f'<inertial pos="{centre}" mass="{MASSES[i]}" diaginertia="{inertia}"/>'
+            f'<inertial pos="{centre}" mass="{MASSES[i]}" diaginertia="{inertia}"/>' + sites[i + 1]
         )
         end += "</body>"
     tip = " ".join(map(repr, map(float, TIP)))
     site = f'<site name="tip" pos="{tip}"/>'
     option = f'<option gravity="0 0 -{G}"><flag contact="disable"/></option>'
-    xml = f"<mujoco>{option}<worldbody>{text}{site}{end}</worldbody></mujoco>"
+    world = f"<worldbody>{sites[0]}{text}{site}{end}</worldbody>"
+    xml = f"<mujoco>{option}{world}<tendon>{springs}</tendon></mujoco>"
     return mujoco.MjModel.from_xml_string(xml)
 
 
-def at_rest(wrench: np.ndarray) -> Rest:
+def at_rest(wrench: np.ndarray, tendons: Sequence[Tendon] = ()) -> Rest:
     """Where springs, weights and a dead wrench on the tip balance, and the rates there."""
-    m = model()
+    m = model(tendons)
     d = mujoco.MjData(m)
+    tip = m.site("tip").id
 
     def unbalanced(q: np.ndarray) -> np.ndarray:
         d.qpos[:], d.qvel[:] = q, 0
@@ -99,7 +132,7 @@ def at_rest(wrench: np.ndarray) -> Rest:
 
     def jacobian() -> np.ndarray:
         J = np.zeros((6, m.nv))
-        mujoco.mj_jacSite(m, d, J[:3], J[3:], 0)
+        mujoco.mj_jacSite(m, d, J[:3], J[3:], tip)
         return J
 
     def rates(q: np.ndarray) -> np.ndarray:
@@ -122,4 +155,4 @@ def at_rest(wrench: np.ndarray) -> Rest:
     mujoco.mj_fullM(m, d, M)
     squares = np.linalg.eigvals(np.linalg.solve(M, H)).real
     K = np.linalg.inv(J @ np.linalg.solve(H, J.T))
-    return Rest(q, d.site_xpos[0].copy(), K, np.sqrt(np.sort(squares)) / 2 / np.pi)
+    return Rest(q, d.site_xpos[tip].copy(), K, np.sqrt(np.sort(squares)) / 2 / np.pi)

@@ -1,5 +1,7 @@
 """An arm under its weight and a wrench: MuJoCo's forces, their differences and its mass matrix."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from tests.cases.metric import distance
 from tests.statics.robots_under_load import loaded, number
 
 pytest.importorskip("mujoco")
-from tests.statics.mujoco_arm import INERTIAS, MASSES, G, arm, at_rest, centres
+from tests.statics.mujoco_arm import INERTIAS, MASSES, G, Tendon, arm, at_rest, centres
 
 WRENCHES = np.array([[0.0, 0, 0, 0, 0, 0], [120.0, -80, 60, 0, 0, 0], [40.0, 90, -150, 12, -8, 15]])
 WEIGHTS = {
@@ -40,3 +42,24 @@ def test_natural_frequencies_under_load(wrench: np.ndarray):
     assert np.allclose(found.frequencies, rest.frequencies, rtol=1e-8)
     free = rs.modes(arm(), masses=BODIES)
     assert np.abs(free.frequencies / found.frequencies - 1).max() > 1e-3
+
+
+TENDONS = (
+    Tendon((0, 2), (np.array([-0.2, 0.1, 0.9]), np.array([0.2, 0, 0.5])), 900.0, 0.3),
+    Tendon((2, 4), (np.array([0.1, 0, 0.55]), np.array([0.6, 0.05, 0.45])), 1500.0, 0.6),
+    Tendon((0, 6), (np.array([0.9, 0.4, 1.2]), np.array([0.9, 0, 0.5])), 200.0, 0.0),
+)
+
+
+@pytest.mark.parametrize("wrench", WRENCHES[:2])
+def test_springs_between_bodies_are_spatial_tendons(wrench: np.ndarray):
+    """Pulled, pushed, and of zero free length; frequencies with them."""
+    robot = replace(arm(), springs=tuple(own.placed for own in TENDONS))
+    rest = at_rest(wrench, TENDONS)
+    assert np.abs(rest.q - at_rest(wrench).q).max() > 0.05
+    answer = loaded(robot, wrench=wrench, loads=WEIGHTS)
+    motion = np.array([number(float(part.motion[0])) for part in answer.parts])
+    assert np.abs(motion - rest.q).max() < 1e-11
+    assert distance(answer.K, rest.K) < 1e-9
+    found = rs.modes(robot, masses=BODIES, wrench=wrench, loads=WEIGHTS)
+    assert np.allclose(found.frequencies, rest.frequencies, rtol=1e-8)

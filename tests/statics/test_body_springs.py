@@ -117,7 +117,9 @@ def two_arms(*springs: PlacedBodySpring) -> Snapshot:
 A, B = [0.2, -0.25, 0.4], [0.25, 0.28, 0.45]
 SPRINGS = {
     "base to body": held("base", "arm1/j2", points=([-0.1, -0.2, 0.6], A), k=4e3, length=0.2),
-    "two bodies of an arm": held("arm1/j1", "arm1/e1", points=(A, [0.4, 0, 0.6]), k=3e3, tension=40),
+    "two bodies of an arm": held(
+        "arm1/j1", "arm1/e1", points=(A, [0.4, 0, 0.6]), k=3e3, tension=40
+    ),
     "two arms": held("arm1/j2", "arm2/j2", points=(A, B), k=5e3, length=0.3, tension=-60.0),
     "body to platform": held("arm2/j1", "platform", points=(B, [0.6, 0.1, 0.5]), k=2e3, length=0.1),
     "base to platform": held("platform", "base", points=([0.6, 0, 0.6], [0.9, 0.2, 1]), k=1e3),
@@ -126,7 +128,7 @@ SPRINGS = {
 WRENCH = np.array([20.0, -15, -40, 3, -4, 2])
 
 
-@pytest.mark.parametrize("which", [*SPRINGS, "all"])
+@pytest.mark.parametrize("which", ["all", *SPRINGS])
 def test_stiffness_is_that_of_differences_of_equilibria(which: str):
     chosen = SPRINGS.values() if which == "all" else [SPRINGS[which]]
     robot = two_arms(*(replace(own, name=f"s{i}") for i, own in enumerate(chosen)))
@@ -144,9 +146,9 @@ def test_stiffness_is_that_of_differences_of_equilibria(which: str):
             pair.append(loaded(robot, displacement=moved, loads=weights).wrench)
         columns.append((pair[0] - pair[1]) / (2 * h))
     assert distance(np.array(columns).T, answer.K) < 1e-6
-    assert np.allclose(
-        np.sum(answer.leg_wrenches, axis=0), WRENCH, atol=1e-8
-    ) == (which not in ("body to platform", "base to platform", "all"))
+    assert np.allclose(np.sum(answer.leg_wrenches, axis=0), WRENCH, atol=1e-8) == (
+        which not in ("body to platform", "base to platform", "all")
+    )
     # without any of the springs it rests elsewhere
     bare = loaded(two_arms(), wrench=WRENCH, loads=weights)
     assert np.abs(bare.displacement - answer.displacement).max() > 1e-4
@@ -188,3 +190,74 @@ def test_energy_has_its_least_there():
     motions = [float(part.motion[0]) for part in answer.parts]
     assert np.abs(motions).max() > 0.05
     assert np.allclose(motions, found.x, atol=2e-6)
+
+
+def guyed(k: float, tension: float) -> Snapshot:
+    """An upright rod on a hinge between two guys."""
+    tip = np.array([0, REACH, 0])
+    elements = (
+        joint("hinge", [0, 0, 0], [0, 0, 1]),
+        joint("rod", [0, 0, 0], [0, 1, 0], "P", 1e10),
+        joint("end", tip, [0, 0, 1], "R", 1e10),
+    )
+    length = float(np.hypot(HOLD, POST))
+    guys = tuple(
+        PlacedBodySpring(
+            f"guy{side:+}",
+            ("base", "rod/hinge"),
+            (np.array([side * POST, 0, 0]), np.array([0, HOLD, 0])),
+            k,
+            length,
+            tension,
+        )
+        for side in (1, -1)
+    )
+    robot = Snapshot("guyed", (PlacedLeg("rod", elements, tip),), tip, Space.PLANAR)
+    return replace(robot, springs=guys)
+
+
+def test_critical_load_of_a_guyed_rod():
+    """P = 2 (h w / l)^2 (k - t / l) / L."""
+    k, t, l = 5e3, 200.0, float(np.hypot(HOLD, POST))
+    found = rs.critical_load(guyed(k, t), wrench=[0, -1.0, 0], up_to=1e5)
+    assert np.isclose(found.factor, 2 * (HOLD * POST / l) ** 2 * (k - t / l) / REACH, rtol=1e-6)
+    assert not found.is_limit
+
+
+def test_frequency_of_a_balanced_rod():
+    """The drive against the mass, m l^2, as if there were neither weight nor spring."""
+    drive = 10.0
+    found = rs.modes(
+        pendulum(0.4, BALANCED, drive=drive),
+        masses={"platform": MASS},
+        loads={"platform": rs.Mass(MASS)},
+    )
+    rate = np.sqrt(drive / MASS) / REACH
+    assert np.isclose(found.frequencies[0], rate / (2 * np.pi), rtol=1e-6)
+
+
+def test_spring_on_the_platform_in_its_modes():
+    """Of a platform on a spring alone beside its soft drive: (k + k_drive) / m."""
+    tip = np.array([0.2, 0, 0])
+    slide = joint("slide", [0, 0, 0], [1, 0, 0], "P", 300.0)
+    ends = (joint("x", tip, [0, 1, 0], "P", 1e8), joint("turn", tip, [0, 0, 1], "R", 1e8))
+    robot = Snapshot("slide", (PlacedLeg("leg", (slide, *ends), tip),), tip, Space.PLANAR)
+    spring = held("platform", "base", points=(tip, [1.0, 0, 0]), k=500.0, length=0.8)
+    found = rs.modes(replace(robot, springs=(spring,)), masses={"platform": 2.0})
+    assert np.isclose(found.frequencies[0], np.sqrt(800 / 2.0) / (2 * np.pi), rtol=1e-9)
+
+
+def test_what_cannot_be_is_refused():
+    robot = pendulum(0.3, 100.0)
+    with pytest.raises(InputError, match=r"rs\.equilibrium\(robot, pose\)\.K"):
+        rs.stiffness(robot)
+    spring = held("base", "rod/hing", points=([0, 1, 0], [0, 0, 0]), k=1.0)
+    with pytest.raises(InputError, match="rod/hinge"):
+        loaded(replace(robot, springs=(spring,)))
+    spring = held("base", "rod/hinge", points=([0, 0, 0], [0, 0, 0]), k=1.0, tension=3.0)
+    with pytest.raises(InputError, match="both ends in one point"):
+        loaded(replace(robot, springs=(spring,)))
+    with pytest.raises(InputError, match="free_length or preload"):
+        rs.BodySpring("s", (rs.BodyPoint("base"), rs.BodyPoint("platform")), 10.0)
+    with pytest.raises(InputError, match="two bodies"):
+        rs.BodySpring("s", (rs.BodyPoint("base"), rs.BodyPoint("base")), 10.0, free_length=0)

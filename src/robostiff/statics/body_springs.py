@@ -154,7 +154,9 @@ class SpringTerms:
     beside: Beside
 
     @staticmethod
-    def of(group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray, share: Share) -> SpringTerms:
+    def of(
+        group: LegGroup, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
+    ) -> SpringTerms:
         """At a state of legs, with the platform at (R, p)."""
         m, rows = group.free_size, list(group.rows)
         r = len(rows)
@@ -185,9 +187,7 @@ class SpringTerms:
             of_share += J_t.T @ own.rate
         wide = np.zeros((1, r, group.size))
         wide[0, :, :m] = by_unknown[rows]
-        beside = Beside(
-            wide, of_twist[np.ix_(rows, rows)][None], share.rate * of_share[None, rows]
-        )
+        beside = Beside(wide, of_twist[np.ix_(rows, rows)][None], share.rate * of_share[None, rows])
         return SpringTerms(pulls, stiffness, by_share, by_twist, carried[rows], beside)
 
 

@@ -134,8 +134,6 @@ class HeldSprings:
             length = float(np.linalg.norm(ends[1].point - ends[0].point))
             tension = spring.tension + spring.stiffness * (length - spring.length)
             found.append(
-                FiniteBodySpring(
-                    spring.name, (ends[0], ends[1]), spring.stiffness, length, tension
-                )
+                FiniteBodySpring(spring.name, (ends[0], ends[1]), spring.stiffness, length, tension)
             )
         return tuple(found)

@@ -130,9 +130,7 @@ def base_reactions(
     return tuple(found[k] for k in sorted(found))
 
 
-def _acting(
-    group: LegGroup, own: LegState, state: State, share: float
-) -> list[list[BodyLoad]]:
+def _acting(group: LegGroup, own: LegState, state: State, share: float) -> list[list[BodyLoad]]:
     """Forces on the bodies of each chain, those of springs between bodies among them."""
     found = [
         [replace(load, force=share * load.force) for load in chain.loads] for chain in group.chains
