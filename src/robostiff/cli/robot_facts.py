@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis import RobotStiffness, stiffness
-from robostiff.kinematics import find_posture, with_masses
+from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Snapshot
 from robostiff.model.in_words import elements_in_words, placed_in_words
@@ -50,8 +50,11 @@ def platform_facts(robot: Robot) -> dict[str, Any]:
 
 
 def robot_facts(robot: Robot) -> dict[str, Any]:
-    """Facts for ``robostiff check`` about a robot, its stiffness at home included."""
-    home = stiffness(robot)
+    """Facts for ``robostiff check`` about a robot, its stiffness at home included.
+
+    Springs between bodies are listed; the stiffness is that of the legs.
+    """
+    home = stiffness(robot.with_springs())
     of_platform = {} if robot.platform is None else {"platform": platform_facts(robot)}
     return {
         "name": robot.name,
@@ -76,7 +79,7 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
 
 
 def mass_facts(robot: Robot) -> dict[str, Any]:
-    """Masses at home by parts, their sum and centre, and gravity; nothing of a robot without."""
+    """Masses at home by parts, their sum and centre, gravity, springs between bodies."""
     posture = find_posture(robot)
     R, p = turn_by_vector(posture.pose[0, 3:]), posture.pose[0, :3]
     placed = [
@@ -99,6 +102,19 @@ def mass_facts(robot: Robot) -> dict[str, Any]:
             facts["masses"]["centre"] = centre.tolist()
     if robot.gravity is not None:
         facts["gravity"] = robot.in_floats.gravity.tolist()
+    if robot.springs:
+        placed_springs = with_body_springs(posture).one(0).springs
+        facts["springs"] = [
+            {
+                "name": own.name,
+                "bodies": list(own.bodies),
+                "stiffness": own.stiffness,
+                "length": length,
+                "tension": own.tension + own.stiffness * (length - own.length),
+            }
+            for own in placed_springs
+            for length in [float(np.linalg.norm(own.points[1] - own.points[0]))]
+        ]
     return facts
 
 

@@ -93,6 +93,12 @@ def mass_lines(facts: Mapping[str, Any]) -> list[str]:
             lines[-1] += f" at ({row(np.array(masses['centre']))}) m"
     if "gravity" in facts:
         lines.append(f"gravity: ({row(np.array(facts['gravity']))}) m/s^2")
+    for own in facts.get("springs", ()):
+        lines.append(
+            f"spring {own['name']} between {' and '.join(own['bodies'])}: {own['stiffness']:.4g} N/m,"
+            f" {own['length']:.4g} m long at home, tension {own['tension']:.4g} N;"
+            " under finite loads alone"
+        )
     return lines
 
 

@@ -126,6 +126,5 @@ def refuse_springs(name: str, springs: Sequence[Any], subject: str) -> None:
             f"{subject} of {name!r}",
             got=f"springs between bodies: {', '.join(own.name for own in springs)}",
             expected="a robot of legs alone: those springs act under finite loads",
-            hint="rs.equilibrium(robot, pose).K has them; dataclasses.replace(robot, springs=()) "
-            "is the robot without them",
+            hint="rs.equilibrium(robot, pose).K has them; robot.with_springs() has none",
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -207,6 +207,10 @@ class Robot:
             The result that does not have them, such as ``kernel``.
         """
         refuse_springs(self.name, self.springs, subject)
+
+    def with_springs(self, springs: Sequence[BodySpring] = ()) -> Robot:
+        """The same robot with other springs between its bodies, or with none."""
+        return replace(self, springs=tuple(springs))
 
     @property
     def is_serial(self) -> bool:

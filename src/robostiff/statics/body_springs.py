@@ -1,9 +1,9 @@
 """Springs between points of two bodies: what they pull, and how that changes as the points move.
 
-With d from one point to the other, ``l = |d|`` and ``u = d / l``, a spring of stiffness k pulls with
-``t = k l + c``. The force ``t u = k d + c u`` on the first point has the derivative
-``D = k I + (c/l)(I - u u^T) = k u u^T + (t/l)(I - u u^T)`` by d; it enters the tangent of its leg as
-``J^T D J``, J the velocity of d, and as a force does, with the second derivatives of the points.
+With d from one point to the other, ``l = |d|`` and ``u = d / l``, a spring of stiffness k pulls
+with ``t = k l + c``. The force ``t u = k d + c u`` on the first point has the derivative
+``D = k I + (c/l)(I - u u^T) = k u u^T + (t/l)(I - u u^T)`` by d. It enters the tangent of its leg
+as ``J^T D J``, J the velocity of d, and as a force does, with the second derivatives of the points.
 """
 
 from __future__ import annotations

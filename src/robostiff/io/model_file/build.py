@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from robostiff.io.document import Document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build_arm import build_arm
+from robostiff.io.model_file.build_body_springs import build_body_springs, check_body_springs
 from robostiff.io.model_file.build_chain import build_legs
 from robostiff.io.model_file.build_mass import build_gravity, build_platform_masses
 from robostiff.io.model_file.build_platform import attached, build_platform, check_platform
@@ -43,6 +44,7 @@ def build_robot(
     robot, places = _assembled(top, written)
     robot = verified(robot, top, places, chosen=written.coordinates is not None)
     check_platform(top / "platform", robot)
+    check_body_springs(top / "springs", robot)
     names = chosen_parameters(symbols, written.parameters, overrides)
     if not names:
         return robot
@@ -88,6 +90,7 @@ def _assembled(
             platform=platform,
             platform_masses=build_platform_masses(top / "platform_masses", written.platform_masses),
             gravity=build_gravity(top / "gravity", written.gravity),
+            springs=build_body_springs(top / "springs", written.springs),
         )
     return robot, [place for place, _ in legs]
 

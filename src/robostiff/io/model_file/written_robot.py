@@ -76,6 +76,25 @@ class WrittenPlatformMass(Written):
     centre: Vector | None = None
 
 
+class WrittenBodyPoint(Written):
+    """A point of a body: in the world, in the platform frame, or where a part begins."""
+
+    body: Text = Field(description="base, platform, or leg/part for the body behind that part")
+    at: Vector | None = None
+
+
+class WrittenBodySpring(Written):
+    """A spring between points of two bodies, such as a gravity compensator."""
+
+    name: Text = Field(description="the name of the spring")
+    between: Annotated[list[WrittenBodyPoint], Field(min_length=2, max_length=2)] = Field(
+        description="its two ends, such as [{body: base, at: [0, 0, 1 m]}, {body: arm/upper arm}]"
+    )
+    stiffness: Value = Field(description="the stiffness, such as 2 kN/m")
+    free_length: Value | None = None
+    preload: Value | None = None
+
+
 class WrittenRobot(WrittenHead):
     """A whole model file."""
 
@@ -88,6 +107,7 @@ class WrittenRobot(WrittenHead):
     platform: WrittenPlatform | None = None
     platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
     gravity: Direction | None = None
+    springs: list[WrittenBodySpring] = Field(default_factory=list)
     legs: WrittenLegs = Field(description="a list of legs, or one leg with repeat:")
 
 

@@ -44,14 +44,22 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None, most: i
             lines.append(f"{words}, margin {result.margin:.4g} of 1 without load")
         lines += ["", f"K under load [{STIFFNESS_UNITS}]:"]
         lines += matrix_lines(result.K, space.wrench_order, space.twist_order)
-        if result.energy > 0:
-            lines += ["", f"elastic energy {result.energy:.4g} J, by part:"]
+        of_parts = sum(share.energy for share in result.shares)
+        if of_parts > 0:
+            lines += ["", f"elastic energy {of_parts:.4g} J, by part:"]
             named_ones = [own for own in result.shares[:most] if own.share >= _NAMED]
             lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in named_ones]
             rest = result.shares[len(named_ones) :]
             if rest:
                 share = 100 * sum(p.share for p in rest)
                 lines.append(f"{share:7.2f} %  {len(rest)} more parts")
+        if result.springs:
+            lines += ["", "springs between bodies:"]
+            lines += [
+                f"  {own.name}: tension {own.tension:.5g} N, length {own.length:.5g} m, "
+                f"energy {own.energy:.4g} J"
+                for own in result.springs
+            ]
         drives = _drives(result)
         if drives:
             lines += ["", "load on elastic drives [N or N m]:"]
@@ -126,6 +134,16 @@ def equilibrium_data(
             "energy": part.energy,
         }
         for part in (result.parts if known else ())
+    ]
+    data["springs"] = [
+        {
+            "name": own.name,
+            "points": own.points.tolist(),
+            "length": own.length,
+            "tension": own.tension,
+            "energy": own.energy,
+        }
+        for own in (result.springs if known else ())
     ]
     if critical is not None:
         data["critical_load"] = {
