@@ -86,3 +86,30 @@ def test_bad_calls():
     far = rs.load_path(rs.load("3-puu"), [1, 0, 0.3], [0, 0, -1, 0, 0, 0], [1.0])
     assert str(rs.EquilibriumStatus(int(far.status_code[0]))) == "unreachable"
     assert far.sizes["step"] == 0
+
+
+def test_critical_point_stands_on_the_path():
+    """The curve is stable up to it, and not beyond: no stretch between is drawn as either."""
+    from tests.statics.robots_under_load import column
+
+    curve = rs.load_path(column(100.0, 1e7, 0.5, 1e9), None, [0, -1.0, 0], [100.0, 600.0])
+    stable, factor = curve.path_stable.values, curve.path_factor.values
+    last = np.flatnonzero(stable)[-1]
+    assert np.isclose(factor[last], 400.0, rtol=1e-3)  # 2 k / L
+    assert not stable[last + 1 :].any()
+    assert stable[: last + 1].all()
+    assert factor[-1] > 600
+
+
+def test_law_of_a_joint_acts_along_the_path():
+    import sympy as sp
+
+    q = sp.Symbol("q")
+    law = {"left/left strut": rs.ForceLaw(K * q + 1e9 * q**3)}
+    factors = [0.5, 0.9]
+    curve = rs.load_path(shallow_truss(), None, [0, -LIMIT, 0], factors, laws=law)
+    for i, factor in enumerate(factors):
+        alone = loaded(shallow_truss(), wrench=[0, -factor * LIMIT, 0], laws=law)
+        assert np.allclose(alone.displacement, curve.displacement[i], rtol=1e-12)
+    linear = rs.load_path(shallow_truss(), None, [0, -LIMIT, 0], factors)
+    assert np.abs(linear.displacement - curve.displacement).max() > 1e-5

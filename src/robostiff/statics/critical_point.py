@@ -81,16 +81,16 @@ def first_critical(
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not here.converged:
         return None, None, 0.0
-    least = _least(problem, here, unloaded)
+    least = least_margin(problem, here, unloaded)
     if least[1].value <= 0:
         return here, _point(problem, here, *least), here.factor
     unit = arc_unit(problem, here)
     before = None
     for step in path(problem, loading, here):
         direction = path_direction(problem, here, before, unit)
-        found_least = _least(problem, step.found, unloaded)
+        found_least = least_margin(problem, step.found, unloaded)
         if found_least[1].value < 0:
-            critical = _refined(problem, loading, unloaded, here, direction, step.arc, unit)
+            critical = refined(problem, loading, unloaded, here, direction, step.arc, unit)
             if critical.factor <= up_to:
                 return here, critical, critical.factor
             return here, None, up_to
@@ -100,7 +100,7 @@ def first_critical(
     return here, None, min(up_to, here.factor)
 
 
-def _refined(
+def refined(
     problem: EquilibriumProblem,
     loading: LoadCase,
     unloaded: Linearised,
@@ -109,24 +109,24 @@ def _refined(
     arc: float,
     unit: float,
 ) -> CriticalPoint:
-    """Where the margin vanishes between a stable equilibrium and an unstable one.
+    """Where the margin vanishes between a stable and an unstable equilibrium, in either order.
 
     By regula falsi (Illinois) up to where equations are nearly singular; arc and load factor are
     interpolated from there.
     """
     left, right = 0.0, arc
     best = step_along(problem, loading, here, direction, arc, unit)
-    at_left = _least(problem, here, unloaded)[1].value
-    at_right = _least(problem, best, unloaded)[1].value
-    small = _SMALL * max(at_left, -at_right)
+    at_left = least_margin(problem, here, unloaded)[1].value
+    at_right = least_margin(problem, best, unloaded)[1].value
+    small = _SMALL * max(abs(at_left), abs(at_right))
     met = [(at_left, here.factor), (at_right, best.factor)]
-    smallest = -at_right
+    smallest = abs(at_right)
     for _ in range(_TRIALS):
         h = (left * at_right - right * at_left) / (at_right - at_left)
         found = step_along(problem, loading, here, direction, h, unit)
         if not found.converged:
             break
-        value = _least(problem, found, unloaded)[1].value
+        value = least_margin(problem, found, unloaded)[1].value
         met.append((value, found.factor))
         if abs(value) < smallest:
             smallest, best = abs(value), found
@@ -137,7 +137,7 @@ def _refined(
         else:
             at_left *= 0.5
         right, at_right = h, value
-    point = _point(problem, best, *_least(problem, best, unloaded))
+    point = _point(problem, best, *least_margin(problem, best, unloaded))
     return replace(point, factor=_at_zero(met))
 
 
@@ -154,7 +154,7 @@ def _at_zero(met: list[tuple[float, float]]) -> float:
     return total
 
 
-def _least(
+def least_margin(
     problem: EquilibriumProblem, found: FoundEquilibrium, unloaded: Linearised
 ) -> tuple[int | None, Margin]:
     """The least margin, and the leg that has it; None for the platform."""

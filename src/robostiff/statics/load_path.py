@@ -13,13 +13,20 @@ from robostiff.kinematics import Near, Pose
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.critical_point import least_margin, refined
 from robostiff.statics.equilibrium import Question, one_question, solved
+from robostiff.statics.force_law import Laws
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.legs import turn_between
-from robostiff.statics.newton import FoundEquilibrium, equilibrium_at, path
+from robostiff.statics.newton import (
+    FoundEquilibrium,
+    arc_unit,
+    equilibrium_at,
+    path,
+    path_direction,
+)
 from robostiff.statics.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.result import Equilibria
-from robostiff.statics.stability import leg_margins, platform_margin
 from robostiff.statics.status import WITHOUT_STIFFNESS
 
 if TYPE_CHECKING:
@@ -38,6 +45,7 @@ def load_path(
     loads: Loads | None = None,
     gravity: Gravity = None,
     preload: Mapping[str, Any] | None = None,
+    laws: Laws | None = None,
     beams: Beams = _BOWING,
     near: Near = None,
 ) -> xarray.Dataset:
@@ -50,7 +58,7 @@ def load_path(
 
     Parameters
     ----------
-    robot, pose, at, loads, gravity, preload, beams, near
+    robot, pose, at, loads, gravity, preload, laws, beams, near
         As for `equilibrium`.
     wrench : (6,) array, or (3,) for a planar robot
         At factor 1 [N, N m].
@@ -63,7 +71,8 @@ def load_path(
         Along ``factor``: ``displacement`` (from the unloaded posture), ``pose``, ``K``,
         ``K_total``, ``energy``, ``margin``, ``stable``, ``status_code``; no number where there is
         no equilibrium, which the status explains. Along ``step``: ``path_factor``,
-        ``path_displacement``, ``path_stable``, up to the largest factor or to where it ends.
+        ``path_displacement``, ``path_stable``, up to the largest factor or to where it ends; a
+        step at each critical point, the last that counts as stable.
 
     Raises
     ------
@@ -82,6 +91,7 @@ def load_path(
     if s.ndim != 1 or not s.size:
         raise InputError("factors of a load path", got=factors, expected=words)
     question, F = one_question(robot, pose, wrench, at, loads, preload, beams, near, gravity)
+    question = question.under(laws)
     if not np.any(F):
         raise InputError(
             f"wrench of the load path of {question.name!r}",
@@ -93,32 +103,38 @@ def load_path(
     return _dataset(question, F, s, found, _path(question, F, float(s.max())))
 
 
-def _path(question: Question, F: np.ndarray, furthest: float) -> list[FoundEquilibrium]:
-    """Equilibria as the wrench grows, until it is reached, or has turned back to nothing."""
+Along = list[tuple[FoundEquilibrium, bool]]
+
+
+def _path(question: Question, F: np.ndarray, furthest: float) -> Along:
+    """Equilibria as the wrench grows, until it is reached, or has turned back to nothing.
+
+    Each with whether it is stable; between a stable and an unstable one stands the critical point.
+    """
     problem = question.problem
     nothing = np.zeros(problem.size)
     if furthest <= 0 or question.status & WITHOUT_STIFFNESS:
         return []
-    if problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0).rigid:
+    unloaded = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
+    if unloaded.rigid:
         return []
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not here.converged:
         return []
-    found = [here]
+    unit, before = arc_unit(problem, here), None
+    found = [(here, least_margin(problem, here, unloaded)[1].value >= 0)]
     for step in path(problem, loading, here, largest=0.1 * furthest):
-        found.append(step.found)
-        if not 0 <= step.found.factor < furthest:
+        direction = path_direction(problem, here, before, unit)
+        is_stable = least_margin(problem, step.found, unloaded)[1].value >= 0
+        if is_stable != found[-1][1]:
+            point = refined(problem, loading, unloaded, here, direction, step.arc, unit)
+            found.append((point.found, True))
+        found.append((step.found, is_stable))
+        here, before = step.found, direction
+        if not 0 <= here.factor < furthest:
             break
     return found
-
-
-def _is_stable(problem: EquilibriumProblem, found: FoundEquilibrium) -> bool:
-    nothing = np.zeros(problem.size)
-    unloaded = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
-    margins = [platform_margin(problem, found.known, unloaded)]
-    margins += leg_margins(problem, found.known).values()
-    return min(margin.value for margin in margins) >= 0
 
 
 def _displacement(problem: EquilibriumProblem, found: FoundEquilibrium) -> np.ndarray:
@@ -131,13 +147,13 @@ def _dataset(
     F: np.ndarray,
     factors: np.ndarray,
     found: Equilibria,
-    along: list[FoundEquilibrium],
+    along: Along,
 ) -> xarray.Dataset:
     with needs_extra("maps", "maps"):
         import xarray
     space, problem = question.space, question.problem
     energy = np.array([own.energy if own.has_answer else np.nan for own in found])
-    steps = [_displacement(problem, own) for own in along]
+    steps = [_displacement(problem, own) for own, _ in along]
     whole = {"long_name": "from the unloaded posture", "units": "m, rad"}
     variables: dict[str, Any] = {
         "displacement": (("factor", "twist"), found.displacement.filled(np.nan), whole),
@@ -148,13 +164,13 @@ def _dataset(
         "margin": (("factor",), found.margin.filled(np.nan)),
         "stable": (("factor",), found.stable),
         "status_code": (("factor",), found.status_codes),
-        "path_factor": (("step",), np.array([own.factor for own in along])),
+        "path_factor": (("step",), np.array([own.factor for own, _ in along])),
         "path_displacement": (
             ("step", "twist"),
             np.array(steps).reshape(len(steps), space.size),
             whole,
         ),
-        "path_stable": (("step",), np.array([_is_stable(problem, own) for own in along], bool)),
+        "path_stable": (("step",), np.array([is_stable for _, is_stable in along], dtype=bool)),
     }
     coordinates = {
         "factor": factors,
