@@ -54,6 +54,16 @@ class Wanted:
     overwrite: bool = False
 
 
+@dataclass(frozen=True)
+class ShownModes:
+    """How modes are shown: as data, and one of them in a picture."""
+
+    as_json: bool = False
+    plot: str | None = None
+    number: int = 1
+    overwrite: bool = False
+
+
 def print_equilibrium(
     source: str,
     place: PoseArguments,
@@ -68,7 +78,7 @@ def print_equilibrium(
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
-    picture = _picture_file(wanted)
+    picture = _picture_file(wanted.plot, overwrite=wanted.overwrite)
     options = _options(robot, place, written)
     pose = pose_from(robot, place)
     factors = None if wanted.factors is None else _factors(wanted.factors)
@@ -78,8 +88,11 @@ def print_equilibrium(
         critical = critical_load(robot, pose, F or (), **options)
     if factors is not None:
         curve = load_path(robot, pose, F or (), factors, **options)
-        if picture is not None:
-            _draw(curve, picture)
+    if picture is not None:
+        from robostiff.plot.load_curve import load_curve_picture
+        from robostiff.plot.loaded_robot import equilibrium_picture
+
+        _draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
     if wanted.as_json:
         print_data(equilibrium_data(result, critical, curve))
     else:
@@ -95,12 +108,13 @@ def print_modes(
     masses: Sequence[str],
     settings: Sequence[str],
     side: SideFile = NO_SIDE_FILE,
-    *,
-    as_json: bool = False,
+    shown: ShownModes | None = None,
 ) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
     from robostiff.io.results.modes import modes_data, modes_text
 
+    shown = ShownModes() if shown is None else shown
+    picture = _picture_file(shown.plot, overwrite=shown.overwrite)
     robot = _robot_of_legs(source, settings, side)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
@@ -109,7 +123,12 @@ def print_modes(
         moving.setdefault(name, []).append(mass)
     pose = pose_from(robot, place)
     found = modes(robot, pose, moving, wrench=F, **_options(robot, place, written))
-    if as_json:
+    if picture is not None:
+        from robostiff.plot.loaded_robot import mode_picture
+
+        number = shown.number
+        _draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
+    if shown.as_json:
         print_data(modes_data(found))
     else:
         say(modes_text(found))
@@ -144,28 +163,33 @@ def _options(
 _PICTURES = (".svg", ".png", ".pdf")
 
 
-def _picture_file(wanted: Wanted) -> Path | None:
-    if wanted.plot is None:
+def _picture_file(name: str | None, *, overwrite: bool) -> Path | None:
+    if name is None:
         return None
-    if wanted.factors is None:
-        raise InputError("--plot", expected='--factors beside it, such as --factors "0 2 21"')
-    path = new_file("--plot", wanted.plot, wanted.overwrite)
+    path = new_file("--plot", name, overwrite)
     if path.suffix.lower() not in {*_PICTURES, ".html"}:
         raise InputError(
-            "--plot", got=wanted.plot, expected=f"a name that ends in {', '.join(_PICTURES)}, .html"
+            "--plot", got=name, expected=f"a name that ends in {', '.join(_PICTURES)}, .html"
         )
     return path
 
 
-def _draw(curve: Any, path: Path) -> None:
+def _draw(picture: Any, path: Path, other: Any = None) -> None:
+    """Into a new file; on a page, moving to another picture and back."""
     from robostiff import plot
 
     with whole_file(path) as begun:
-        if path.suffix.lower() == ".html":
-            begun.write_text(plot.load_curve(curve, backend=plot.Plotly()).to_html(), "utf-8")
-        else:
-            figure: Any = plot.load_curve(curve).figure
+        if path.suffix.lower() != ".html":
+            figure: Any = plot.Matplotlib().draw(picture).figure
             figure.savefig(begun, format=path.suffix.lower()[1:])
+            return
+        drawn = plot.Plotly().draw(picture)
+        if other is None:
+            begun.write_text(drawn.to_html(), "utf-8")
+            return
+        from robostiff.plot.on_plotly.swinging import swinging_page
+
+        begun.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")
 
 
 def _curve_text(curve: Any) -> str:

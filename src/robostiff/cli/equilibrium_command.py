@@ -86,8 +86,20 @@ PlotOption = Annotated[
     typer.Option(
         "--plot",
         metavar="FILE",
-        help="With --factors: draw the curve into a new file, .svg, .png, .pdf or .html.",
+        help="Draw the loaded shape, or with --factors the curve, into a new file: .svg, .png, .pdf "
+        "or .html.",
     ),
+]
+PlotModeOption = Annotated[
+    str | None,
+    typer.Option(
+        "--plot",
+        metavar="FILE",
+        help="Draw a mode into a new file: .html, in which it moves, .svg, .png or .pdf.",
+    ),
+]
+ModeOption = Annotated[
+    int, typer.Option("--mode", metavar="NUMBER", help="Which mode to draw, 1 for the slowest.")
 ]
 
 
@@ -145,6 +157,9 @@ def modes(
     load: LoadOption = None,
     gravity: GravityOption = None,
     preload: PreloadOption = None,
+    mode: ModeOption = 1,
+    plot: PlotModeOption = None,
+    overwrite: OverwriteOption = False,
     side: SideOption = None,
     allow_xacro: XacroOption = False,
     set_: SetOption = None,
@@ -158,14 +173,15 @@ def modes(
     --------
     robostiff modes hexapod --mass "platform=150 kg"
 
-    robostiff modes six-joint-arm --gravity=-z --json
+    robostiff modes six-joint-arm --gravity=-z --plot first-mode.html
 
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
-    from robostiff.cli.commands_equilibrium import WrittenLoads, print_modes
+    from robostiff.cli.commands_equilibrium import ShownModes, WrittenLoads, print_modes
     from robostiff.cli.written_arguments import PoseArguments, SideFile
 
     place = PoseArguments(pose, joints, at, near)
     loads = WrittenLoads(wrench, weight or [], load or [], gravity, preload or [])
     described = SideFile(side, allow_xacro)
-    return print_modes(robot, place, loads, mass or [], set_ or [], described, as_json=json_)
+    shown = ShownModes(json_, plot, mode, overwrite)
+    return print_modes(robot, place, loads, mass or [], set_ or [], described, shown)

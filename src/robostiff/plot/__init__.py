@@ -12,6 +12,7 @@ from robostiff.plot.energy_bars import energy_shares
 from robostiff.plot.free_motion_screws import free_motions
 from robostiff.plot.geometry.ellipsoid import Quality
 from robostiff.plot.load_curve import load_curve
+from robostiff.plot.loaded_robot import equilibrium, mode
 from robostiff.plot.maps.isosurfaces import map_isosurface
 from robostiff.plot.maps.percentile_bands import map_bands
 from robostiff.plot.maps.slice import map_slice
@@ -36,11 +37,13 @@ __all__ = [
     "comparison",
     "ellipsoid",
     "energy_shares",
+    "equilibrium",
     "free_motions",
     "load_curve",
     "map_bands",
     "map_isosurface",
     "map_slice",
     "matrix",
+    "mode",
     "robot",
 ]

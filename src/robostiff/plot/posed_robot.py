@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis import Deflection
+from robostiff.analysis import Deflection, PartShare
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
 from robostiff.model import Robot, Snapshot
@@ -109,10 +110,10 @@ def robot_picture(
     if bent is None:
         drawing = Drawing(snapshot, at_rest(snapshot), 0.0, factor)
         items = robot_items(drawing, {}, PlainColour.INK)
-        return _scene(snapshot, unit, items, is_plane(snapshot))
+        return robot_scene(snapshot, unit, items, is_plane(snapshot))
     motion, scale = _motion(snapshot, bent, exaggeration)
     drawing = Drawing(snapshot, motion, scale, factor)
-    shares = _shares(bent, colouring)
+    shares = energy_colours(bent.parts, colouring)
     items = robot_items(drawing, shares, PlainColour.INK if not shares else PlainColour.MUTED)
     if scale:
         items = [*ghost(Drawing(snapshot, motion, 0.0, factor)), *items]
@@ -124,7 +125,7 @@ def robot_picture(
     label = "share of elastic energy [%]"
     top = max(shares.values(), default=0.0)
     colours = ColourScale(label, 0, top) if shares else None
-    return _scene(snapshot, unit, items, is_flat, colours, notes)
+    return robot_scene(snapshot, unit, items, is_flat, colours, notes)
 
 
 def _motion(
@@ -151,22 +152,26 @@ def _motion(
         )
     motion = motion_under(snapshot, bent)
     _check_fit(snapshot, bent, motion)
-    return motion, _chosen(snapshot, motion) if exaggeration is None else float(exaggeration)
+    return motion, chosen_exaggeration(snapshot, motion) if exaggeration is None else float(
+        exaggeration
+    )
 
 
-def _shares(bent: Deflection, colouring: Colouring) -> dict[tuple[str, str], float]:
+def energy_colours(
+    parts: Sequence[PartShare], colouring: Colouring
+) -> dict[tuple[str, str], float]:
     """Shares [%] of legs, or of their parts; the part of a whole leg has no name."""
     shares: dict[tuple[str, str], float] = {}
     if colouring is Colouring.NONE:
         return shares
-    for part in bent.parts:
+    for part in parts:
         key = (part.leg, part.part if colouring is Colouring.PARTS else "")
         shares[key] = shares.get(key, 0.0) + 100 * part.share
     return shares
 
 
-def _chosen(snapshot: Snapshot, motion: RobotMotion) -> float:
-    """A round factor 1, 2 or 5 times a power of ten."""
+def chosen_exaggeration(snapshot: Snapshot, motion: RobotMotion) -> float:
+    """With which displacements are drawn: a round factor 1, 2 or 5 times a power of ten."""
     points = [leg.end for leg in snapshot.legs] + [snapshot.reference_point]
     moved = [np.linalg.norm(motion.platform.displacement(point)) for point in points]
     for leg, own in zip(snapshot.legs, motion.legs, strict=True):
@@ -208,7 +213,7 @@ def _stays_in_plane(bent: Deflection, motion: RobotMotion) -> bool:
     return not np.any(bent.wrench[out]) and bool(np.abs(moved[out]).max() <= _ROUNDING * size)
 
 
-def _scene(
+def robot_scene(
     snapshot: Snapshot,
     unit: str,
     items: list[Item],

@@ -159,9 +159,9 @@ def _joints(
     return items
 
 
-def ghost(d: Drawing) -> list[Item]:
+def ghost(d: Drawing, label: str = "without load") -> list[Item]:
     """The undeformed legs in dashed lines."""
-    label, items = "without load", []
+    items: list[Item] = []
     for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
         for member in leg_members(leg, motion):
             points = d.factor * member.points
@@ -177,7 +177,11 @@ def load_items(d: Drawing, bent: Deflection, is_flat: bool) -> list[Item]:
     """
     F = np.zeros(6)
     F[list(bent.stiffness.space.rows)] = bent.wrench
-    point = bent.stiffness.reference_point
+    return wrench_items(d, F, bent.stiffness.reference_point, is_flat)
+
+
+def wrench_items(d: Drawing, F: np.ndarray, point: np.ndarray, is_flat: bool) -> list[Item]:
+    """Arrows of a wrench (6,) at a point (3,) of the platform, see `load_items`."""
     point = d.factor * (point + d.scale * d.motion.platform.displacement(point))
     length = _ARROW * d.factor * extent(d.snapshot)
     items: list[Item] = []

@@ -17,7 +17,16 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.model import Robot, Snapshot
-from robostiff.statics import CriticalLoad, Equilibrium, critical_load, equilibrium, load_path
+from robostiff.statics import (
+    CriticalLoad,
+    Equilibrium,
+    Modes,
+    critical_load,
+    equilibrium,
+    has_masses,
+    load_path,
+    modes,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -66,6 +75,8 @@ class ReportContents:
         A map of the same robot.
     under_load : UnderLoad or None
         Of finite loads, where they are asked for.
+    modes : Modes or None
+        Natural vibrations without load, of a robot whose model has masses.
     """
 
     robot: Robot | Snapshot
@@ -77,6 +88,7 @@ class ReportContents:
     no_derivation: str
     found: xarray.Dataset | None
     under_load: UnderLoad | None = None
+    modes: Modes | None = None
 
     @property
     def status(self) -> Status:
@@ -164,6 +176,7 @@ def report_contents(
         no_derivation=why_not,
         found=found,
         under_load=_under_load(numeric, pose, wrench, at, near) if finite else None,
+        modes=_modes(numeric, pose, near),
     )
 
 
@@ -178,6 +191,14 @@ def _under_load(
         critical_load(robot, pose, wrench, **options),
         load_path(robot, pose, wrench, _FACTORS, **options),
     )
+
+
+def _modes(robot: Robot | Snapshot, pose: Pose, near: Near) -> Modes | None:
+    """Of the masses of the model; none of a robot without, or with a flexible platform."""
+    if robot.platform is not None or not has_masses(robot):
+        return None
+    found = modes(robot, pose, near=near, gravity=np.zeros(3))
+    return found if found.each else None
 
 
 def _check_map(robot: Robot | Snapshot, found: xarray.Dataset | None) -> None:

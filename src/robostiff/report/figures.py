@@ -20,10 +20,21 @@ class Level:
     label : str
         Such as ``z = 0.4 m``.
     picture : Picture
+    other : Picture or None
+        The other end of a vibration, between which and `picture` the page moves the lines.
     """
 
     label: str
     picture: Picture
+    other: Picture | None = None
+
+    @property
+    def drawn(self) -> dict[str, Any]:
+        """In both themes, and the other end where there is one."""
+        own: dict[str, Any] = {theme.value: _drawn(self.picture, theme) for theme in Theme}
+        if self.other is not None:
+            own["other"] = _drawn(self.other, Theme.LIGHT)["data"]
+        return own
 
 
 @dataclass(frozen=True)
@@ -54,10 +65,7 @@ class Figure:
             "name": self.name,
             "start": self.start,
             "labels": [level.label for level in self.levels],
-            "levels": [
-                {theme.value: _drawn(level.picture, theme) for theme in Theme}
-                for level in self.levels
-            ],
+            "levels": [level.drawn for level in self.levels],
         }
 
 

@@ -15,7 +15,9 @@
     if (scene && scene.camera && layout.scene) {
       layout.scene = Object.assign({}, layout.scene, { camera: scene.camera });
     }
-    return Plotly.react(place, drawn.data, layout, options);
+    const made = Plotly.react(place, drawn.data, layout, options);
+    const other = figure.levels[level].other;
+    return other === undefined ? made : made.then(function () { swing(place, other); });
   }
 
   for (const figure of figures) {

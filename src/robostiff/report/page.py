@@ -8,6 +8,7 @@ from string import Template
 from robostiff.analytic.export import derivation_html
 from robostiff.errors import needs_extra
 from robostiff.markup import Bullets, Table, Tone, block_html, element, escaped
+from robostiff.plot.on_plotly.swinging import swinging_script
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, figures_json
 from robostiff.report.section import (
@@ -50,7 +51,7 @@ def report_html(contents: ReportContents) -> str:
         sections="\n".join(map(_section_html, sections)),
         figures=figures_json([figure for section in sections for figure in section.figures]),
         style=_resource("page.css"),
-        script=_resource("page.js"),
+        script=swinging_script() + _resource("page.js"),
         plotly=get_plotlyjs(),
     )
 

@@ -2,10 +2,12 @@
 
 from robostiff.statics.beam_bowing import Bowing, Linear
 from robostiff.statics.body_mass import BodyMass
+from robostiff.statics.body_motions import BodyPlace, BodyPlaces
 from robostiff.statics.critical_load import CriticalLoad, critical_load
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.force_law import ForceLaw
 from robostiff.statics.from_snapshot import DeadForce
+from robostiff.statics.given_loads import has_masses
 from robostiff.statics.load_path import load_path
 from robostiff.statics.loaded_parts import LoadedPart
 from robostiff.statics.modes import Mode, Modes, modes
@@ -15,6 +17,8 @@ from robostiff.statics.status import EquilibriumStatus
 
 __all__ = [
     "BodyMass",
+    "BodyPlace",
+    "BodyPlaces",
     "Bowing",
     "CriticalLoad",
     "DeadForce",
@@ -29,6 +33,7 @@ __all__ = [
     "critical_load",
     "deflection",
     "equilibrium",
+    "has_masses",
     "load_path",
     "modes",
 ]

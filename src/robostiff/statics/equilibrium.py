@@ -346,6 +346,7 @@ def _answer(
         margins=margins,
         held=held,
         frame=question.frame,
+        snapshot=question.snapshot,
     )
     if answer.stable:
         return answer

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,9 @@ from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.body_mass import Masses, unit_weights
+from robostiff.statics.body_motions import BodyPlaces, body_places
 from robostiff.statics.equilibrium import Loads, one_question, solved
+from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.force_law import Laws
 from robostiff.statics.from_snapshot import DeadForce, legs_of
 from robostiff.statics.given_loads import Gravity, arms_and_forces, has_masses, platform_weights
@@ -31,6 +33,8 @@ _BOWING = Bowing()
 _UNIT = np.array([0.0, 0.0, -1.0])
 # Of the platform's motion beside that of the legs: below this it stays.
 _STAYS = 1e-6
+# Of a mode, by which bodies are moved to find how they move [rad].
+_PART = 1e-3
 # Of the largest square of a frequency: what rounding leaves of none.
 _ROUNDING = 1e-10
 
@@ -52,6 +56,9 @@ class Mode:
         Who bends: elastic energy of the parts, largest first.
     words : str
         How the platform moves; or the leg that vibrates while it stays.
+    motion : BodyPlaces
+        By how much all bodies have moved from the equilibrium, so that none has turned, or moved by
+        the length of the robot, by more than a thousandth [rad].
     """
 
     frequency: float
@@ -59,6 +66,7 @@ class Mode:
     twist: np.ndarray
     shares: tuple[PartShare, ...]
     words: str
+    motion: BodyPlaces = field(repr=False, compare=False)
 
     def __str__(self) -> str:
         rate = f"{self.frequency:.4g} Hz" if self.growth == 0 else f"grows by {self.growth:.4g} /s"
@@ -77,12 +85,15 @@ class Modes:
         Of the equilibrium about which it vibrates.
     each : tuple of Mode
         As many as motions have mass; empty where there is no equilibrium.
+    snapshot : Snapshot or None
+        The robot at the unloaded posture.
     """
 
     name: str
     space: Space
     status: EquilibriumStatus
     each: tuple[Mode, ...] = ()
+    snapshot: Snapshot | None = None
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -177,7 +188,8 @@ def modes(
         return Modes(question.name, question.space, status)
     on_platform = platform_weights(robot, _UNIT, question.frame)
     weights = _weights(question.snapshot, problem, masses or {}, on_platform, beams)
-    return Modes(question.name, question.space, status, _vibrating(problem, weights, known, state))
+    each = _vibrating(problem, weights, known, state)
+    return Modes(question.name, question.space, status, each, question.snapshot)
 
 
 def _about(
@@ -224,7 +236,7 @@ def _vibrating(
 ) -> tuple[Mode, ...]:
     found = SmallMotions.of(problem, weights, known, state).vibrations()
     largest = np.max(np.abs(found.squares), initial=0.0)
-    each = []
+    each, rest = [], body_places(problem, state)
     for square, shape in zip(found.squares, found.shapes, strict=True):
         rate = np.sqrt(abs(square)) if abs(square) > _ROUNDING * largest else 0.0
         twist = shape[len(shape) - problem.size :]
@@ -236,9 +248,37 @@ def _vibrating(
                 twist,
                 shares,
                 _words(problem, state, shape, twist, shares),
+                _moved(problem, state, shape).since(rest),
             )
         )
     return tuple(each)
+
+
+def _moved(problem: EquilibriumProblem, state: State, shape: np.ndarray) -> BodyPlaces:
+    """Where bodies are after a small part of a mode."""
+    part = _PART / max(_largest(problem, shape), problem.size_of(shape[-problem.size :]))
+    legs, at = [], 0
+    for group, own in zip(problem.groups, state.legs, strict=True):
+        step = np.zeros((group.count, group.size))
+        for i in range(group.count):
+            step[i, : group.free_size] = part * shape[at : at + group.free_size]
+            at += group.free_size
+        legs.append(group.stepped(own, step))
+    full = np.zeros(6)
+    full[list(problem.rows)] = part * shape[-problem.size :]
+    R = turned_by(full[None, 3:])[0] @ state.R
+    return body_places(problem, State(R, state.p + full[:3], tuple(legs)))
+
+
+def _largest(problem: EquilibriumProblem, shape: np.ndarray) -> float:
+    """How much the coordinates of the legs turn or shift, shifts by the robot's length [rad]."""
+    moving, at = 0.0, 0
+    for group, sizes in zip(problem.groups, problem.leg_sizes, strict=True):
+        for i in range(group.count):
+            own = shape[at : at + group.free_size]
+            at += group.free_size
+            moving = max(moving, float(np.max(np.abs(own) * sizes[i], initial=0.0)))
+    return moving
 
 
 def _shares(problem: EquilibriumProblem, shape: np.ndarray) -> tuple[PartShare, ...]:
@@ -267,14 +307,7 @@ def _words(
     twist: np.ndarray,
     shares: tuple[PartShare, ...],
 ) -> str:
-    moving = 0.0
-    at = 0
-    for group, sizes in zip(problem.groups, problem.leg_sizes, strict=True):
-        for i in range(group.count):
-            own = shape[at : at + group.free_size]
-            at += group.free_size
-            moving = max(moving, float(np.max(np.abs(own) * sizes[i], initial=0.0)))
-    if problem.size_of(twist) < _STAYS * moving:
+    if problem.size_of(twist) < _STAYS * _largest(problem, shape):
         most = shares[0] if shares else None
         return "the platform stays" + (f": most in {f'{most.leg}/{most.part}'!r}" if most else "")
     size = np.linalg.norm(twist * problem.scale)

@@ -10,8 +10,10 @@ import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.errors import NoAnswerError
+from robostiff.model import Snapshot
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.statics.body_motions import BodyPlaces, body_places
 from robostiff.statics.body_springs import LoadedSpring, loaded_springs
 from robostiff.statics.critical_point import CriticalPoint
 from robostiff.statics.legs import turn_between
@@ -40,8 +42,8 @@ class Equilibrium:
         curvature of the energy to that without load.
     held : bool
         Whether the pose of the platform was given, and the wrench follows.
-    problem, loading, found, frame
-        What was solved, where it ended, and the unloaded frame of the platform.
+    problem, loading, found, frame, snapshot
+        What was solved, where it ended, the unloaded frame of the platform, and the robot there.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Equilibrium:
     loading: LoadCase | None = None
     found: FoundEquilibrium | None = None
     frame: tuple[np.ndarray, np.ndarray] | None = None
+    snapshot: Snapshot | None = None
 
     @property
     def has_answer(self) -> bool:
@@ -190,6 +193,12 @@ class Equilibrium:
         problem, found = self._require()
         share = 1.0 if self.loading is None else self.loading.shares(found.factor).value
         return loaded_parts(problem, found.state, share)
+
+    @property
+    def places(self) -> BodyPlaces:
+        """Where the bodies behind all joints and elastic parts are, and the platform."""
+        problem, found = self._require()
+        return body_places(problem, found.state)
 
     @cached_property
     def springs(self) -> tuple[LoadedSpring, ...]:

@@ -53,6 +53,10 @@ class BodyMotion:
         """Rotation of the body (3,) [rad]."""
         return self.twist[3:]
 
+    def turned(self, along: np.ndarray) -> np.ndarray:
+        """Change of a vector (3,) that the body carries."""
+        return np.cross(self.rotation, along)
+
 
 @dataclass(frozen=True)
 class LegMotion:

@@ -204,7 +204,7 @@ def bent_line(
     along = end - start
     s = np.linspace(0.0, 1.0, _BENDS)[:, None]
     u_0, u_1 = first.displacement(start), last.displacement(end)
-    slope_0, slope_1 = np.cross(first.rotation, along), np.cross(last.rotation, along)
+    slope_0, slope_1 = first.turned(along), last.turned(along)
     cubic = (1 - 3 * s**2 + 2 * s**3) * u_0 + (3 * s**2 - 2 * s**3) * u_1
     cubic = cubic + (s - 2 * s**2 + s**3) * slope_0 + (s**3 - s**2) * slope_1
     e = along / np.linalg.norm(along)

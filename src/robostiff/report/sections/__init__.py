@@ -8,6 +8,7 @@ from robostiff.report.sections.finite_load import finite_load_section
 from robostiff.report.sections.map_slices import map_section
 from robostiff.report.sections.results import bending_section, matrices_section, weakest_section
 from robostiff.report.sections.the_robot import formula_section, method_section, robot_section
+from robostiff.report.sections.vibrations import vibrations_section
 
 __all__ = ["report_sections"]
 
@@ -20,6 +21,7 @@ def report_sections(contents: ReportContents) -> list[Section]:
         weakest_section(contents),
         bending_section(contents),
         finite_load_section(contents),
+        vibrations_section(contents),
         map_section(contents),
         method_section(contents),
         formula_section(contents),

@@ -16,6 +16,7 @@ from robostiff.markup import (
 )
 from robostiff.model import Robot
 from robostiff.plot.load_curve import load_curve_picture
+from robostiff.plot.loaded_robot import equilibrium_picture
 from robostiff.report.contents import ReportContents, UnderLoad
 from robostiff.report.figures import one_figure
 from robostiff.report.section import Part, Section, SideBySide, section
@@ -44,6 +45,9 @@ def finite_load_section(contents: ReportContents) -> Section | None:
             "loads that turn with the platform, is what more load meets."
         )
         parts.append(Paragraph(words, Tone.QUIET))
+    if result.has_answer:
+        words = "Where the robot comes to rest, without load in dashed lines."
+        parts.append(one_figure("loaded-shape", words, equilibrium_picture(result)))
     parts.append(Paragraph(_critical(known)))
     if np.any(np.isfinite(known.curve["displacement"].to_numpy())):
         caption = "Force and deflection up to twice the load; dashed where the robot does not stay."

@@ -1,0 +1,232 @@
+"""A robot under finite loads and in its modes: its shape beside the unloaded one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.model import Snapshot
+from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
+from robostiff.plot.geometry.displacement import RobotMotion
+from robostiff.plot.geometry.finite_motion import finite_motion
+from robostiff.plot.geometry.legs import extent
+from robostiff.plot.picture import (
+    Category,
+    ColourScale,
+    Item,
+    LineWeight,
+    Path,
+    PlainColour,
+    Scene,
+)
+from robostiff.plot.posed_robot import Colouring, chosen_exaggeration, energy_colours, robot_scene
+from robostiff.plot.prefix import short
+from robostiff.plot.robot_parts import (
+    Drawing,
+    drawing_unit,
+    ghost,
+    is_plane,
+    robot_items,
+    wrench_items,
+)
+from robostiff.statics import Equilibrium, Modes
+
+_COILS, _WIDE = 7, 0.012  # of a spring, and how wide they are, of the robot
+_ROUNDING = 1e-9
+
+
+def equilibrium(
+    result: Equilibrium,
+    *,
+    colouring: Colouring = Colouring.LEGS,
+    exaggeration: float | None = None,
+    backend: PlotBackend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw a robot where it comes to rest under finite loads, and without them in dashed lines.
+
+    Parameters
+    ----------
+    result : Equilibrium
+        What ``rs.equilibrium`` answers.
+    colouring : Colouring
+        Meaning of the colours: shares in the elastic energy.
+    exaggeration : float, optional
+        Factor of all displacements; 1 for the true shape. When left out, a round number from 1 on
+        that draws the largest displacement as a tenth of the robot.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When `result` is no equilibrium.
+    NoAnswerError
+        When there is none.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> loaded = rs.equilibrium(rs.load("3-puu"), wrench=[500, 0, 0, 0, 0, 0])
+    >>> rs.plot.equilibrium(loaded).get_title()
+    '3-puu under load'
+    """
+    return drawn_by(backend, equilibrium_picture(result, colouring, exaggeration))
+
+
+def equilibrium_picture(
+    result: Equilibrium,
+    colouring: Colouring = Colouring.LEGS,
+    exaggeration: float | None = None,
+) -> Scene:
+    """The picture of `equilibrium`, as data."""
+    if not isinstance(result, Equilibrium):
+        raise InputError(
+            "equilibrium of a plot",
+            got=result,
+            expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
+        )
+    moved = result.displacement  # raises with the reason when there is none
+    snapshot = result.snapshot
+    if snapshot is None or result.problem is None:
+        raise TypeError("an equilibrium has its robot")
+    if exaggeration is not None and not np.isfinite(exaggeration):
+        raise InputError("exaggeration of a plot", got=exaggeration, expected="a finite number")
+    motion = finite_motion(snapshot, result.places)
+    scale = exaggeration
+    if scale is None:
+        scale = chosen_exaggeration(snapshot, motion)
+        scale = max(scale, 1.0) if scale else 0.0
+    factor, unit = drawing_unit(snapshot)
+    drawing = Drawing(snapshot, motion, scale, factor)
+    shares = energy_colours(result.shares, colouring)
+    items = robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
+    if scale:
+        items = [*ghost(Drawing(snapshot, motion, 0.0, factor)), *items]
+    F = np.zeros(6)
+    F[list(result.space.rows)] = result.wrench
+    flat = [2, 3, 4]
+    full = np.zeros(6)
+    full[list(result.space.rows)] = moved
+    is_flat = is_plane(snapshot) and not np.any(np.abs(F[flat]) > _ROUNDING)
+    is_flat = is_flat and bool(np.abs(full[flat]).max() <= _ROUNDING * np.abs(full).max(initial=0))
+    items += wrench_items(drawing, F, result.problem.point, is_flat)
+    items += _springs(result, snapshot, scale, factor)
+    notes = (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
+    if not result.stable:
+        notes = (*notes, "the robot does not stay there")
+    label, top = "share of elastic energy [%]", max(shares.values(), default=0.0)
+    colours = ColourScale(label, 0, top) if shares else None
+    named = robot_scene(snapshot, unit, items, is_flat, colours, notes)
+    return Scene(
+        f"{snapshot.name} under load", named.axes, named.items, colours, is_flat, notes=notes
+    )
+
+
+def mode(
+    modes: Modes,
+    number: int = 1,
+    *,
+    backend: PlotBackend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw a robot in one of its modes, at one end of the vibration, and at rest in dashed lines.
+
+    Parameters
+    ----------
+    modes : Modes
+        What ``rs.modes`` answers.
+    number : int
+        Of the mode, 1 for the slowest.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When there is no such mode.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> rs.plot.mode(rs.modes(rs.load("hexapod"), masses={"platform": 150})).get_title()
+    'hexapod, mode 1: 49.65 Hz'
+    """
+    return drawn_by(backend, mode_picture(modes, number))
+
+
+def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
+    """The picture of `mode`, as data; side -1 for the other end of the vibration."""
+    if not isinstance(modes, Modes):
+        raise InputError("modes of a plot", got=modes, expected="a result of rs.modes(robot)")
+    _ = modes.frequencies  # raises with the reason when there are none
+    whole = isinstance(number, int) and not isinstance(number, bool)
+    if not (whole and 1 <= number <= len(modes)):
+        raise InputError(
+            "number of a mode", got=number, expected=f"1 to {len(modes)}, the slowest first"
+        )
+    snapshot, own = modes.snapshot, modes[number - 1]
+    if snapshot is None:
+        raise TypeError("modes have their robot")
+    motion = finite_motion(snapshot, own.motion)
+    factor, unit = drawing_unit(snapshot)
+    scale = side * chosen_exaggeration(snapshot, motion)
+    drawing = Drawing(snapshot, motion, scale, factor)
+    shares = energy_colours(own.shares, Colouring.PARTS)
+    items = ghost(Drawing(snapshot, motion, 0.0, factor), "at rest")
+    items += robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
+    rate = f"{own.frequency:.4g} Hz" if own.growth == 0 else f"grows by {own.growth:.4g} /s"
+    colours = ColourScale("share of elastic energy [%]", 0, max(shares.values(), default=1.0))
+    is_flat = is_plane(snapshot) and _stays_in_plane(motion)
+    scene = robot_scene(snapshot, unit, items, is_flat, colours)
+    margin = factor * 0.1 * extent(snapshot)
+    low, high = scene.box
+    return Scene(
+        f"{snapshot.name}, mode {number}: {rate}",
+        scene.axes,
+        scene.items,
+        colours,
+        is_flat,
+        frame=np.array([low - margin, high + margin]),
+    )
+
+
+def _stays_in_plane(motion: RobotMotion) -> bool:
+    """Whether no body leaves the x-y plane."""
+    points = 1.0 * np.eye(3)[:2]
+    bodies = [motion.platform, *(body for leg in motion.legs for body in leg.bodies)]
+    moved = np.array([body.displacement(point) for body in bodies for point in points])
+    return bool(np.abs(moved[:, 2]).max() <= _ROUNDING * np.abs(moved).max(initial=0.0))
+
+
+def _springs(result: Equilibrium, snapshot: Snapshot, scale: float, factor: float) -> list[Item]:
+    """Springs between bodies as coils, their ends displaced as the bodies are."""
+    items: list[Item] = []
+    label = "spring"
+    for placed, own in zip(snapshot.springs, result.springs, strict=True):
+        ends = [p + scale * (now - p) for p, now in zip(placed.points, own.points, strict=True)]
+        about = f"{own.name}: {own.tension:.4g} N"
+        points = factor * _coil(ends[0], ends[1], _WIDE * extent(snapshot))
+        items.append(Path(points, Category(2), LineWeight.LINE, label=label, about=about))
+        label = ""
+    return items
+
+
+def _coil(a: np.ndarray, b: np.ndarray, wide: float) -> np.ndarray:
+    """A zigzag (n, 3) between two points."""
+    d = b - a
+    length = float(np.linalg.norm(d))
+    if length == 0:
+        return np.array([a, b])
+    across = np.cross(d, np.eye(3)[np.argmin(np.abs(d))])
+    across = wide * across / np.linalg.norm(across)
+    s = np.linspace(0.2, 0.8, 2 * _COILS + 1)
+    side = np.array([0.0, *((-1.0) ** np.arange(2 * _COILS - 1)), 0.0])
+    inner = a + s[:, None] * d + side[:, None] * across
+    return np.array([a, *inner, b])
