@@ -1,0 +1,213 @@
+"""Elements of loaded chains on recorded entries: joints, springs, and beams with their bowing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.model import PlacedFreedom, PlacedSpring
+from robostiff.record import Entry, is_zero, reciprocal, square_root
+from robostiff.spatial import Space
+from robostiff.statics.element import FiniteSpring
+
+# Of the product of two diagonal entries of a compliance: a square beside it that is rounding.
+_LOST = 1e-20
+
+
+@dataclass(frozen=True)
+class RecordedJoint:
+    """A joint that moves by q along its screw, at the unloaded posture; see `FiniteJoint`.
+
+    Attributes
+    ----------
+    point, axis : (3,) arrays of entries and numbers
+    turns : bool
+    slide : entry or number
+        Shift for each unit of q.
+    stiffness : entry or number
+        0 where it is passive.
+    """
+
+    point: np.ndarray
+    axis: np.ndarray
+    turns: bool
+    slide: Any
+    stiffness: Any
+
+    size = 1
+
+    def sample_sizes(self, length: float) -> list[float]:
+        """A unit of motion of its coordinate: a radian, or the length of the robot."""
+        return [1.0 if self.turns else length]
+
+    @property
+    def springs(self) -> list[Any]:
+        """Stiffness of its coordinate, 0 of a passive one."""
+        return [self.stiffness]
+
+
+@dataclass(frozen=True)
+class RecordedSpring:
+    """An elastic part, ``th = (d, r) = V y`` with the energy ``sum(k y^2) / 2``.
+
+    Attributes
+    ----------
+    point : (3,) array of entries and numbers
+        Its far end at the unloaded posture.
+    rotation : (3, 3) array of entries and numbers
+        Its own axes.
+    modes : (6, m) array of entries and numbers
+        V, each column of about the length of the robot or a radian.
+    stiffness : list of entries and numbers
+        k, 0 along a freedom.
+    axial : entry or number
+        EA/L of a beam with bowing [N/m]; 0 of a linear spring.
+    G : (6, 6) array of entries and numbers
+        ``th^T G th / 2`` is its shortening by bending.
+    """
+
+    point: np.ndarray
+    rotation: np.ndarray
+    modes: np.ndarray
+    stiffness: list[Any]
+    axial: Any
+    G: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number of its coordinates."""
+        return len(self.stiffness)
+
+    def sample_sizes(self, length: float) -> list[float]:
+        """A unit of motion of each coordinate."""
+        return [1.0] * self.size
+
+    @property
+    def springs(self) -> list[Any]:
+        """Stiffness of each coordinate, 0 along freedoms."""
+        return self.stiffness
+
+
+RecordedElement = RecordedJoint | RecordedSpring
+
+
+def recorded_joint(freedom: PlacedFreedom) -> RecordedJoint:
+    """A placed freedom as an element."""
+    k = freedom.stiffness
+    return RecordedJoint(
+        np.array(freedom.point, dtype=object),
+        np.array(freedom.axis, dtype=object),
+        freedom.turns,
+        freedom.advance(1),
+        0 if k is None else k,
+    )
+
+
+def recorded_springs(
+    spring: PlacedSpring, like: FiniteSpring, parts: int, space: Space, length: float
+) -> list[RecordedElement]:
+    """An elastic part as one spring, or a beam as so many elements.
+
+    Parameters
+    ----------
+    spring : PlacedSpring
+        Of entries and numbers.
+    like : FiniteSpring
+        The same of one leg in numbers: whether it bows.
+    parts : int
+        Into how many elements it is cut.
+    space : Space
+    length : float
+        Of the robot [m].
+    """
+    C = np.array(spring.elasticity.compliance, dtype=object)
+    free = np.array(spring.elasticity.freedoms, dtype=object)
+    rotation = np.array(spring.rotation, dtype=object)
+    point = np.array(spring.point, dtype=object)
+    own: np.ndarray = np.eye(6, dtype=int).astype(object)
+    if like.bowing is None:
+        axial, G, shifts = 0, np.zeros((6, 6), dtype=int).astype(object), [None]
+    else:
+        beam = 2 * C[1, 5] / C[5, 5]
+        axial, G = parts / C[0, 0], _shortening(beam * (1 / parts))
+        C = _part(C, beam, parts)
+        x = rotation[:, 0] * beam
+        shifts = [x * ((i + 1) / parts - 1) if i + 1 < parts else None for i in range(parts)]
+    if space is not Space.SPATIAL:
+        world = np.zeros((6, 6), dtype=int).astype(object)
+        world[:3, :3] = world[3:, 3:] = rotation
+        rows = list(space.rows)
+        own = world.T[:, rows]
+        C = (world @ C @ world.T)[np.ix_(rows, rows)]
+        free = (world @ free)[rows] if free.size else np.zeros((len(rows), 0), dtype=object)
+    modes = _modes(C)
+    columns = [own @ column for column in modes] + [own @ column for column in free.T]
+    V, stiffness = [], []
+    for i, column in enumerate(columns):
+        size = max(
+            max(_usual(x) / (length if k < 3 else 1.0) for k, x in enumerate(column)), 1e-300
+        )
+        V.append(column * (1 / size))
+        stiffness.append(1 / size**2 if i < len(modes) else 0)
+    return [
+        RecordedSpring(
+            point if shift is None else point + shift,
+            rotation,
+            np.array(V, dtype=object).T.reshape(6, len(V)),
+            stiffness,
+            axial,
+            G,
+        )
+        for shift in shifts
+    ]
+
+
+def _part(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
+    """Compliance of one of so many equal parts of a uniform beam; see `UniformBeam`."""
+    if parts == 1:
+        return C
+    L = length * (1 / parts)
+    found = np.zeros((6, 6), dtype=int).astype(object)
+    for i in (0, 3, 4, 5):
+        found[i, i] = C[i, i] * (1 / parts)
+    for d, r, sign in ((1, 5, 1), (2, 4, -1)):
+        bending = found[r, r] * L
+        # a beam has bending / 3 of its length in each direction, and shear besides
+        shear = C[d, d] - C[r, r] * length * length * (1 / 3)
+        found[d, d] = bending * L * (1 / 3) + shear * (1 / parts)
+        found[d, r] = found[r, d] = bending * (sign * 0.5)
+    return found
+
+
+def _shortening(L: Any) -> np.ndarray:
+    G = np.zeros((6, 6), dtype=int).astype(object)
+    for d, r, sign in ((1, 5, -1), (2, 4, 1)):
+        G[d, d], G[r, r] = 1.2 * reciprocal(L), L * (2 / 15)
+        G[d, r] = G[r, d] = 0.1 * sign
+    return G
+
+
+def _modes(C: np.ndarray) -> list[np.ndarray]:
+    """Twists F in columns with ``sum F F^T = C``; rotations come first, as in bending."""
+    left, found = C.copy(), []
+    for i in reversed(range(len(C))):
+        pivot = left[i, i]
+        if _usual(pivot) <= _LOST**0.5 * _usual(C[i, i]):
+            continue
+        column = left[:, i] * reciprocal(square_root(pivot))
+        found.append(column)
+        for a in range(i + 1):
+            for b in range(i + 1):
+                if is_zero(column[a]) or is_zero(column[b]):
+                    continue
+                rest = left[a, b] - column[a] * column[b]
+                lost = _usual(rest) ** 2 <= _LOST * _usual(C[a, a]) * _usual(C[b, b])
+                left[a, b] = 0 if lost else rest
+    return found
+
+
+def _usual(value: Any) -> float:
+    """Mean size at the samples."""
+    return float(np.mean(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))

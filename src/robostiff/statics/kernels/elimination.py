@@ -1,0 +1,243 @@
+"""Symmetric systems of coordinates and multipliers on recorded entries, eliminated stably."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from robostiff.record import Entry, is_zero
+
+# Of the largest entry of its column, and of its own mean over the samples: a pivot above is safe.
+_OF_COLUMN, _OF_ITSELF = 0.2, 0.3
+# Of a unit: a rate at the unloaded samples that is rounding.
+_STILL = 1e-9
+# Of a multiplier's row: what is left of it after elimination is rounding.
+_LOST = 1e-11
+# Of the stiffness by loads: what is none.
+_NOTHING = 1e-6
+
+
+class RigidLegError(Exception):
+    """A leg has a direction without compliance: a kernel of its stiffness does not exist."""
+
+
+@dataclass
+class SymmetricElimination:
+    """Elimination of ``[[T, J^T], [J, 0]]``, whose signs say whether T is positive where J x = 0.
+
+    Pairs of a free coordinate and a multiplier come first: ``[[a, b], [b, 0]]`` has the determinant
+    ``-b^2`` whatever the load. Elastic coordinates then have positive pivots, and the multipliers
+    that are left negative ones. Where all signs are so, the matrix has as many positive eigenvalues
+    as coordinates: T reduced to the closure is positive definite.
+
+    Attributes
+    ----------
+    A : dict of str to dicts of entries or numbers
+        Rows without zeros, both triangles.
+    right : dict of str to entries or numbers
+    pivots : list of entries or numbers
+        Positive where the signs are as they should be.
+    still : list of entries or numbers
+        Positive where coordinates that are left at zero stay there.
+    """
+
+    A: dict[str, dict[str, Any]] = field(default_factory=dict)
+    right: dict[str, Any] = field(default_factory=dict)
+    pivots: list[Any] = field(default_factory=list)
+    still: list[Any] = field(default_factory=list)
+    _scale: dict[str, float] = field(default_factory=dict)
+    _solved: list[Any] = field(default_factory=list)
+
+    def unknown(self, name: str, size: float) -> None:
+        """An unknown, and a number that makes its unit like that of others."""
+        self.A[name], self.right[name], self._scale[name] = {}, 0, size
+
+    def add(self, a: str, b: str, value: Any) -> None:
+        """To an entry, and to the one across the diagonal."""
+        if is_zero(value):
+            return
+        for i, j in {(a, b), (b, a)}:
+            total = self.A[i].get(j, 0) + value
+            if is_zero(total):
+                self.A[i].pop(j, None)
+            else:
+                self.A[i][j] = total
+
+    def add_right(self, a: str, value: Any) -> None:
+        """To the right side."""
+        self.right[a] = self.right[a] + value
+
+    def eliminate(
+        self,
+        elastic: Sequence[str],
+        free: Sequence[str],
+        multipliers: Sequence[str],
+        carried: Sequence[tuple[str, str]],
+        by_loads: float,
+    ) -> None:
+        """Eliminate a leg: bodies, pairs, what is elastic, then single multipliers.
+
+        Free coordinates that move nothing and are held by nothing, such as the spin of a rod, are
+        left at zero.
+
+        Parameters
+        ----------
+        elastic, free, multipliers : sequences of str
+        carried : sequence of pairs of str
+            Motions of bodies between chains, and multipliers of a chain that takes them there:
+            they move as it does, which leaves its coordinates alone.
+        by_loads : float
+            Stiffness that the loads of the samples make.
+
+        Raises
+        ------
+        NoPivotError
+            When the leg has a direction without compliance.
+        """
+        for motion, multiplier in carried:
+            self._two(motion, multiplier)
+        taken = {name for _, name in carried}
+        free_left, left = list(free), [name for name in multipliers if name not in taken]
+        while free_left:
+            found = self._pair(free_left, left)
+            if found is None:
+                break
+            q, j = found
+            free_left.remove(q)
+            left.remove(j)
+            self._two(q, j)
+        open_ = list(elastic)
+        while open_:
+            own = min(open_, key=lambda name: (len(self.A[name]), elastic.index(name)))
+            open_.remove(own)
+            pivot = self.A[own].get(own, 0)
+            self.pivots.append(_as_part(pivot, 1.0))
+            self._one(own)
+        for name in free_left:
+            self._drop(name, by_loads)
+        # in units of the robot's length: what carries a force is a spring of some compliance
+        sizes = {name: self._size(name, name)[1] * self._scale[name] ** 2 for name in left}
+        softest = max(sizes.values(), default=0.0)
+        while left:
+            own = max(left, key=lambda name: self._size(name, name)[0] * self._scale[name] ** 2)
+            if self._size(own, own)[0] * self._scale[own] ** 2 <= _LOST * softest:
+                raise RigidLegError(own)
+            left.remove(own)
+            self.pivots.append(_as_part(-self.A[own][own], 1.0))
+            self._one(own)
+
+    def solution(self, known: dict[str, Any]) -> dict[str, Any]:
+        """Every unknown that was eliminated, from the others."""
+        found = dict(known)
+        for kind, *step in reversed(self._solved):
+            if kind == "still":
+                found[step[0]] = 0
+                continue
+            names, rows, rights = step
+            for name in names:
+                value = rights[name]
+                for other, rate in rows[name].items():
+                    if not is_zero(found[other]):
+                        value = value - rate * found[other]
+                found[name] = value
+        return found
+
+    def _drop(self, name: str, by_loads: float) -> None:
+        """Leave a coordinate at zero, where nothing drives it, and loads do not push it away."""
+        row, right = self.A.pop(name), self.right.pop(name)
+        for other in row:
+            if other != name:
+                del self.A[other][name]
+        held = row.get(name, 0) * (1 / by_loads) + _NOTHING
+        driven = right * (1 / by_loads)
+        self.still += [held, _NOTHING**2 - driven * driven]
+        self._solved.append(("still", name))
+
+    def _one(self, own: str) -> None:
+        row = self.A.pop(own)
+        pivot, right = row.pop(own), self.right.pop(own)
+        inverse = 1 / pivot
+        solved = {name: value * inverse for name, value in row.items()}
+        new_right = right * inverse
+        for name in row:
+            del self.A[name][own]
+        names = list(row)
+        for i, a in enumerate(names):
+            for b in names[i:]:
+                self.add(a, b, -(solved[a] * row[b]))
+            if not is_zero(right):
+                self.right[a] = self.right[a] - solved[a] * right
+        self._solved.append(("solved", (own,), {own: solved}, {own: new_right}))
+
+    def _two(self, q: str, j: str) -> None:
+        """A pair, by ``[[a, b], [b, d]]^-1 = [[d, -b], [-b, a]] / (a d - b^2)``."""
+        first, second = self.A.pop(q), self.A.pop(j)
+        a, b, d = first.pop(q, 0), first.pop(j), second.pop(j, 0)
+        second.pop(q)
+        right = {q: self.right.pop(q), j: self.right.pop(j)}
+        minus = b * b - a * d
+        self.pivots.append(_as_part(minus, 1.0))
+        inverse = 1 / minus
+        names = sorted({*first, *second})
+        for name in names:
+            self.A[name].pop(q, None)
+            self.A[name].pop(j, None)
+        rows: dict[str, dict[str, Any]] = {q: {}, j: {}}
+        simple = is_zero(a) and is_zero(d)
+        factor = 1 / b if simple else inverse
+        for name in names:
+            x, y = first.get(name, 0), second.get(name, 0)
+            if simple:
+                rows[q][name], rows[j][name] = y * factor, x * factor
+            else:
+                rows[q][name] = (b * y - d * x) * factor
+                rows[j][name] = (b * x - a * y) * factor
+        x, y = right[q], right[j]
+        if simple:
+            rights = {q: y * factor, j: x * factor}
+        else:
+            rights = {q: (b * y - d * x) * factor, j: (b * x - a * y) * factor}
+        for i, one in enumerate(names):
+            x, y = first.get(one, 0), second.get(one, 0)
+            for other in names[i:]:
+                self.add(one, other, -(x * rows[q][other] + y * rows[j][other]))
+            self.right[one] = self.right[one] - (x * rights[q] + y * rights[j])
+        rows = {k: {n: v for n, v in own.items() if not is_zero(v)} for k, own in rows.items()}
+        self._solved.append(("solved", (q, j), rows, rights))
+
+    def _pair(self, free: Sequence[str], left: Sequence[str]) -> tuple[str, str] | None:
+        best: tuple[Any, ...] | None = None
+        for q in free:
+            sizes = {
+                j: tuple(s / self._scale[j] for s in self._size(q, j))
+                for j in left
+                if j in self.A[q]
+            }
+            largest = max((least for least, _ in sizes.values()), default=0.0)
+            if largest <= _STILL:
+                continue
+            for j, (least, usual) in sizes.items():
+                part = least / largest
+                safe = part > _OF_COLUMN and least > _OF_ITSELF * usual
+                fill = len(self.A[q]) * len(self.A[j])
+                key = (not safe, fill if safe else 0, -part, q, j)
+                best = key if best is None else min(best, key)
+        return None if best is None else (best[-2], best[-1])
+
+    def _size(self, a: str, b: str) -> tuple[float, float]:
+        """Least and mean size over the samples."""
+        value = self.A[a].get(b, 0)
+        if not isinstance(value, Entry):
+            return abs(float(value)), abs(float(value))
+        size = np.abs(value.sample)
+        return float(np.min(size)), float(np.mean(size))
+
+
+def _as_part(value: Any, sign: float) -> Any:
+    """A pivot against its mean over the samples; a number as it is."""
+    if not isinstance(value, Entry):
+        return sign * value
+    return value * (sign / float(np.mean(np.abs(value.sample))))

@@ -1,0 +1,329 @@
+"""A leg under load on recorded entries: its chains, and the bodies between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.model import PlacedFreedom, PlacedLeg
+from robostiff.record import Entry, is_zero, reciprocal, square_root
+from robostiff.spatial import Space, cross
+from robostiff.statics.element import FiniteSpring
+from robostiff.statics.kernels.elements import (
+    RecordedElement,
+    RecordedJoint,
+    recorded_joint,
+    recorded_springs,
+)
+from robostiff.statics.kernels.elimination import SymmetricElimination
+from robostiff.statics.kernels.motion import Body, ChainTerms, chain_terms, identity
+from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
+from robostiff.statics.legs import LegGroup
+
+
+@dataclass(frozen=True)
+class RecordedChain:
+    """A chain from one body to another; see `FiniteChain`.
+
+    Attributes
+    ----------
+    name : str
+        Its unknowns begin with it.
+    start, end : int or None
+        Bodies; None for base and platform.
+    elements : tuple of RecordedElement
+    """
+
+    name: str
+    start: int | None
+    end: int | None
+    elements: tuple[RecordedElement, ...]
+
+    @property
+    def coordinates(self) -> list[str]:
+        """Names of its coordinates."""
+        return [f"{self.name}.x{i}" for i in range(sum(e.size for e in self.elements))]
+
+    @property
+    def springs(self) -> list[Any]:
+        """Stiffness of each coordinate; 0 where it is free."""
+        return [k for e in self.elements for k in e.springs]
+
+    def wrench(self, size: int) -> list[str]:
+        """Names of the components of its wrench."""
+        return [f"{self.name}.W{i}" for i in range(size)]
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A body that has moved from its unloaded posture: a shift, and a quaternion.
+
+    Attributes
+    ----------
+    name : str
+        Its seven coordinates begin with it.
+    origin : (3,) array of entries and numbers
+        Its point at the unloaded posture [m].
+    """
+
+    name: str
+    origin: np.ndarray
+
+    @property
+    def coordinates(self) -> list[str]:
+        """Names: of the shift, and of the quaternion, scalar first."""
+        return [f"{self.name}.{own}" for own in ("x", "y", "z", "q0", "q1", "q2", "q3")]
+
+    @property
+    def start(self) -> dict[str, float]:
+        """Where it is unloaded."""
+        return dict(zip(self.coordinates, (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), strict=True))
+
+    def moved(self, values: Mapping[str, Any]) -> Body:
+        """The body at the values of its coordinates."""
+        x, y, z, a, b, c, d = (values[name] for name in self.coordinates)
+        bb, cc, dd = b * b, c * c, d * d
+        bc, bd, cd, ab, ac, ad = b * c, b * d, c * d, a * b, a * c, a * d
+        R = np.array(
+            [
+                [1 - 2 * (cc + dd), 2 * (bc - ad), 2 * (bd + ac)],
+                [2 * (bc + ad), 1 - 2 * (bb + dd), 2 * (cd - ab)],
+                [2 * (bd - ac), 2 * (cd + ab), 1 - 2 * (bb + cc)],
+            ],
+            dtype=object,
+        )
+        return Body(R, self.origin, self.origin + np.array([x, y, z], dtype=object))
+
+    def stepped(self, values: Mapping[str, Any], twist: np.ndarray) -> dict[str, Any]:
+        """Its coordinates after a twist (6,): a Cayley turn, alike to second order."""
+        x, y, z, a, b, c, d = (values[name] for name in self.coordinates)
+        p, q, r = twist[3:] * 0.5
+        by = reciprocal(square_root(p * p + q * q + r * r + 1)) if _any(twist[3:]) else 1
+        turned = (
+            a - p * b - q * c - r * d,
+            b + p * a + q * d - r * c,
+            c + q * a + r * b - p * d,
+            d + r * a + p * c - q * b,
+        )
+        after = (x + twist[0], y + twist[1], z + twist[2], *(own * by for own in turned))
+        return dict(zip(self.coordinates, after, strict=True))
+
+
+@dataclass(frozen=True)
+class RecordedLoadedLeg:
+    """A leg whose coordinates and wrenches are unknowns.
+
+    Attributes
+    ----------
+    name : str
+    chains : tuple of RecordedChain
+    bodies : tuple of Turned
+    space : Space
+    length : float
+        Of the robot [m].
+    """
+
+    name: str
+    chains: tuple[RecordedChain, ...]
+    bodies: tuple[Turned, ...]
+    space: Space
+    length: float
+
+    @property
+    def start(self) -> dict[str, float]:
+        """Its unknowns at the unloaded posture."""
+        found: dict[str, float] = {}
+        for chain in self.chains:
+            found |= dict.fromkeys([*chain.coordinates, *chain.wrench(self.space.size)], 0.0)
+        for body in self.bodies:
+            found |= body.start
+        return found
+
+    def samples(
+        self, shares: np.ndarray, force: float, random: np.random.Generator
+    ) -> dict[str, Any]:
+        """Values of its unknowns somewhat off the unloaded posture, by shares of a load."""
+        found: dict[str, Any] = {}
+        count = len(shares)
+
+        def small() -> np.ndarray:
+            return 1e-3 * shares * random.uniform(-1, 1, count)
+
+        for chain in self.chains:
+            sizes = [s for e in chain.elements for s in e.sample_sizes(self.length)]
+            found |= {n: s * small() for n, s in zip(chain.coordinates, sizes, strict=True)}
+            for name, row in zip(chain.wrench(self.space.size), self.space.rows, strict=True):
+                found[name] = 1e3 * force * (1.0 if row < 3 else self.length) * small()
+        for body in self.bodies:
+            x = [*(self.length * small() for _ in range(3)), np.ones(count)]
+            found |= dict(zip(body.coordinates, [*x, *(small() for _ in range(3))], strict=True))
+        return found
+
+    def add_to(
+        self,
+        elimination: SymmetricElimination,
+        values: Mapping[str, Any],
+        platform: Body,
+        twist: Sequence[str],
+        force: float,
+    ) -> LegAdded:
+        """Add its equations to those of the platform, and eliminate its unknowns."""
+        rows, L = list(self.space.rows), self.length
+        bodies = [body.moved(values) for body in self.bodies]
+        motions = [[f"{body.name}.t{row}" for row in rows] for body in self.bodies]
+        for names in motions:
+            for name, row in zip(names, rows, strict=True):
+                elimination.unknown(name, L if row < 3 else 1.0)
+        elastic, free, multipliers, carried = [], [], [], []
+        left = set(range(len(bodies)))
+        moments = np.zeros(3, dtype=int).astype(object)
+        turns: list[Any] = []
+        for chain in self.chains:
+            x = np.array([values[name] for name in chain.coordinates], dtype=object)
+            W = np.zeros(6, dtype=int).astype(object)
+            W[rows] = [values[name] for name in chain.wrench(len(rows))]
+            end = platform if chain.end is None else bodies[chain.end]
+            begin, first = _BASE, []
+            if chain.start is not None:
+                begin, first = bodies[chain.start], motions[chain.start]
+            terms = chain_terms(chain.elements, x, begin, rows if first else (), end.origin, W)
+            turns += terms.turns
+            names = [*first, *chain.coordinates]
+            wrench = chain.wrench(len(rows))
+            for name in chain.coordinates:
+                elimination.unknown(name, 1.0)
+            for name, row in zip(wrench, rows, strict=True):
+                elimination.unknown(name, 1.0 if row >= 3 else L)
+            for (a, b), value in terms.T.items():
+                elimination.add(names[a], names[b], value)
+            ends = twist if chain.end is None else motions[chain.end]
+            gap = _gap(terms, end)
+            for k, (name, row) in enumerate(zip(wrench, rows, strict=True)):
+                for own, column in zip(names, terms.J, strict=True):
+                    elimination.add(name, own, column[row])
+                elimination.add(name, ends[k], -1)
+                elimination.add_right(name, -gap[row])
+                elimination.add_right(ends[k], -W[row])
+            for own, value in zip(names, terms.gradient, strict=True):
+                elimination.add_right(own, -value)
+            held = zip(chain.coordinates, chain.springs, strict=True)
+            for name, k in held:
+                (free if is_zero(k) else elastic).append(name)
+            multipliers += wrench
+            if chain.end in left:
+                left.remove(chain.end)
+                carried += zip(ends, wrench, strict=True)
+            if chain.end is None:
+                moments = moments + W[3:]
+        elimination.eliminate(elastic, free, multipliers, carried, force * L)
+        return LegAdded(moments, turns)
+
+    def stepped(
+        self, values: Mapping[str, Any], found: Mapping[str, Any], platform_twist: np.ndarray
+    ) -> tuple[dict[str, Any], list[Any]]:
+        """Its unknowns after a step; and steps of its coordinates, in radians and lengths."""
+        rows = list(self.space.rows)
+        after: dict[str, Any] = {}
+        moved: list[Any] = []
+        twists = []
+        for body in self.bodies:
+            twist = np.zeros(6, dtype=int).astype(object)
+            twist[rows] = [found[f"{body.name}.t{row}"] for row in rows]
+            twists.append(twist)
+            after |= body.stepped(values, twist)
+        for chain in self.chains:
+            sizes = [s for e in chain.elements for s in e.sample_sizes(self.length)]
+            for name, size in zip(chain.coordinates, sizes, strict=True):
+                after[name] = values[name] + found[name]
+                moved.append(found[name] * (1 / size))
+            turn = (platform_twist if chain.end is None else twists[chain.end])[3:]
+            names = chain.wrench(len(rows))
+            m = np.zeros(6, dtype=int).astype(object)
+            m[rows] = [values[name] for name in names]
+            # the multiplier's step is that of the wrench in axes that turn half as far
+            lag = np.concatenate([np.zeros(3, dtype=int), cross(m[3:], turn) * 0.5])
+            for name, row in zip(names, rows, strict=True):
+                after[name] = values[name] - found[name] - lag[row]
+        return after, moved
+
+
+@dataclass(frozen=True)
+class LegAdded:
+    """Moment that a leg takes from the platform (3,), and squares of turns in its parts."""
+
+    moment: np.ndarray
+    turns: list[Any]
+
+
+_BASE = Body(
+    identity(), np.zeros(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object)
+)
+
+
+def recorded_legs(
+    groups: Sequence[LegGroup],
+    placed: Sequence[PlacedLeg],
+    space: Space,
+    length: float,
+) -> list[RecordedLoadedLeg | RecordedStrut]:
+    """Legs on entries, of the same elements as those in numbers.
+
+    Parameters
+    ----------
+    groups : sequence of LegGroup
+        In numbers, at one posture.
+    placed : sequence of PlacedLeg
+        On entries, in the order of the robot.
+    space : Space
+    length : float
+        [m].
+    """
+    found: dict[int, RecordedLoadedLeg | RecordedStrut] = {}
+    for group in groups:
+        for i, index in enumerate(group.indices):
+            found[index] = _leg(group, i, placed[index], space, length)
+    return [found[k] for k in sorted(found)]
+
+
+def _leg(
+    group: LegGroup, i: int, placed: PlacedLeg, space: Space, length: float
+) -> RecordedLoadedLeg | RecordedStrut:
+    parts = {part.name: part for part in placed.parts}
+    chains, origins = [], {}
+    for c, chain in enumerate(group.chains):
+        elements: list[RecordedElement] = []
+        names = [element.names[i] for element in chain.elements]
+        for k, (name, element) in enumerate(zip(names, chain.elements, strict=True)):
+            part = parts[name]
+            if isinstance(part, PlacedFreedom):
+                elements.append(recorded_joint(part))
+            elif isinstance(element, FiniteSpring) and name not in names[:k]:
+                count = names.count(name)
+                elements += recorded_springs(part, element, count, space, length)
+        chains.append(RecordedChain(f"{placed.name}.{c}", chain.start, chain.end, tuple(elements)))
+        if chain.end is not None and elements:
+            origins.setdefault(chain.end, elements[-1].point)
+    if len(chains) == 1 and space is Space.SPATIAL:
+        strut = recorded_strut(chains[0].elements, length)
+        if strut is not None:
+            return strut
+    bodies = tuple(Turned(f"{placed.name}.b{b}", origins[b]) for b in range(len(group.points)))
+    return RecordedLoadedLeg(placed.name, tuple(chains), bodies, space, length)
+
+
+def _gap(terms: ChainTerms, end: Body) -> np.ndarray:
+    """By how much the end of a chain is beyond the body there (6,)."""
+    R, to = terms.end.R, end.R
+    D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
+    turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
+    return np.array([*(terms.P - end.at), *turn], dtype=object)
+
+
+def _any(values: np.ndarray) -> bool:
+    return any(isinstance(x, Entry) or x != 0 for x in values)
+
+
+__all__ = ["LegAdded", "RecordedJoint", "RecordedLoadedLeg", "Turned", "recorded_legs"]

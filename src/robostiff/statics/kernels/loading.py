@@ -1,0 +1,390 @@
+"""A robot under load as a record: Newton steps from the unloaded posture, and checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics import PostureFinder
+from robostiff.kinematics.formula import FormulaPose, place_leg, place_leg_at_joints
+from robostiff.model import Robot
+from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, is_zero, least
+from robostiff.recorded import RecordedRobot
+from robostiff.recorded.parameters import (
+    closed_samples,
+    coordinates_at_home,
+    parameter_samples,
+    sample_postures,
+    with_inputs,
+)
+from robostiff.recorded.robot import assembled
+from robostiff.spatial import Space
+from robostiff.statics.kernels.elimination import SymmetricElimination
+from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_legs
+from robostiff.statics.kernels.motion import FURTHEST_TURN
+from robostiff.statics.kernels.strut import RecordedStrut
+from robostiff.statics.legs import LegGroup
+
+# Every step is at most half of the one before, or as small as rounding makes it; squares.
+_CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
+#: Least ratio of stiffness under load to that without it at which an answer is given.
+SAFE = 0.3
+# Of its mean size at the samples: what a pivot must keep.
+_PIVOT = 1e-3
+# The next step, that would be made, at which equilibrium is reached; ClosedCode compares with 1e-12.
+_ARRIVED = 1e-11
+_LAST, _MARGIN = "size of the last step", "contraction"
+_ENDLESS = 1e300
+
+
+@dataclass(frozen=True)
+class RecordedLoading:
+    """Newton steps from the unloaded posture to equilibrium.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        Coordinates of the posture, the wrench, then parameters.
+    start : dict of names to floats
+        The unknowns without load.
+    step : Program
+        From inputs, unknowns, and what the last step handed on, to the same of the next.
+    arrival : Program
+        From the same to K (symmetric part, upper triangle), the shift and quaternion of the
+        platform, the square of the step that would be next, and a number that is positive where
+        all checks hold.
+    checks : tuple of str
+        Checks of the unloaded posture, whose rows come before the last two.
+    steps, most_steps : int
+        How many are usually enough, and how many may be taken.
+    """
+
+    inputs: tuple[str, ...]
+    start: dict[str, float]
+    step: Program
+    arrival: Program
+    checks: tuple[str, ...]
+    steps: int = 4
+    most_steps: int = 10
+
+    @property
+    def state(self) -> dict[str, float]:
+        """What the first step begins with, by name."""
+        return {**self.start, _LAST: _ENDLESS, _MARGIN: 1.0}
+
+    def arrived(self, program: Program) -> Program:
+        """What is computed at the end of the steps."""
+        return program
+
+    def composed(self, program: Program) -> Program:
+        """The same with the steps before it, from the inputs alone."""
+        record = Record({name: np.array([1.0]) for name in self.inputs})
+        values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
+        values |= self.state
+        for _ in range(self.steps):
+            after = self.step.evaluated(values, ENTRY_FUNCTIONS)
+            values |= zip(self.state, after, strict=True)
+        return Program.of(record, program.evaluated(values, ENTRY_FUNCTIONS))
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Wrenches of the samples.
+
+    Attributes
+    ----------
+    force : float
+        Under which the robot moves about a thousandth of its length [N].
+    """
+
+    force: float
+
+
+@dataclass(frozen=True)
+class _Equations:
+    """The platform's equations at a state, legs eliminated."""
+
+    elimination: SymmetricElimination
+    K: dict[tuple[int, int], Any]
+    antisymmetric: np.ndarray
+    right: list[Any]
+    turns: list[Any]
+    buckling: list[Any]
+
+
+@dataclass(frozen=True)
+class LoadedRobot:
+    """A robot on entries, placed at its unloaded posture.
+
+    Attributes
+    ----------
+    unloaded : RecordedRobot
+        Its stiffness without load, and the checks of the posture.
+    legs : list of RecordedLoadedLeg or RecordedStrut
+    platform : Turned
+    space : Space
+    length, force : float
+    wrench : list of entries
+    """
+
+    unloaded: RecordedRobot
+    legs: list[RecordedLoadedLeg | RecordedStrut]
+    platform: Turned
+    space: Space
+    length: float
+    force: float
+    wrench: list[Any]
+
+    @property
+    def start(self) -> dict[str, float]:
+        """Its unknowns without load."""
+        found = dict(self.platform.start)
+        for leg in self.legs:
+            if isinstance(leg, RecordedLoadedLeg):
+                found |= leg.start
+        return found
+
+    def equations(self, values: Mapping[str, Any]) -> _Equations:
+        """At a state."""
+        rows = list(self.space.rows)
+        twist = [f"t{row}" for row in rows]
+        elimination = SymmetricElimination()
+        for name in twist:
+            elimination.unknown(name, 1.0)
+        for name, own in zip(twist, self.wrench, strict=True):
+            elimination.add_right(name, own)
+        body = self.platform.moved(values)
+        moment = np.zeros(3, dtype=int).astype(object)
+        turns, buckling = [], []
+        for leg in self.legs:
+            if isinstance(leg, RecordedStrut):
+                arm = body.R @ (leg.B - self.platform.origin)
+                u = body.at - self.platform.origin + (arm - (leg.B - self.platform.origin))
+                terms = leg.at(u, arm)
+                for (i, j), value in terms.K.items():
+                    elimination.add(f"t{i}", f"t{j}", value)
+                for name, own in zip(twist, terms.W, strict=True):
+                    elimination.add_right(name, -own)
+                moment = moment + terms.W[3:]
+                buckling.append((terms.t, leg.length))
+            else:
+                added = leg.add_to(elimination, values, body, twist, self.force)
+                moment = moment + added.moment
+                turns += added.turns
+        n = len(rows)
+        K = {
+            (i, j): elimination.A[twist[i]].get(twist[j], 0) for i in range(n) for j in range(i, n)
+        }
+        x, y, z = moment * 0.5
+        A = np.zeros((6, 6), dtype=int).astype(object)
+        A[3:, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+        right = [elimination.right[name] for name in twist]
+        return _Equations(elimination, K, A[np.ix_(rows, rows)], right, turns, buckling)
+
+    def twist(self, at: _Equations) -> list[Any]:
+        """Step of the platform, K_total x = missing, K_total not symmetric under moments."""
+        n = self.space.size
+        left = [
+            [at.K[min(i, j), max(i, j)] + at.antisymmetric[i, j] for j in range(n)]
+            for i in range(n)
+        ]
+        return _solved(left, list(at.right))
+
+    def sizes(self, twist: Sequence[Any]) -> list[Any]:
+        """A twist in radians, shifts by the length."""
+        return [
+            x * (1 / self.length) if row < 3 else x
+            for x, row in zip(twist, self.space.rows, strict=True)
+        ]
+
+    def step(self, values: Mapping[str, Any], at: _Equations, twist: list[Any]) -> list[Any]:
+        """The state after a step, in the order of `start`; size and contraction."""
+        full = np.zeros(6, dtype=int).astype(object)
+        full[list(self.space.rows)] = twist
+        names = [f"t{row}" for row in self.space.rows]
+        found = at.elimination.solution(dict(zip(names, twist, strict=True)))
+        after = self.platform.stepped(values, full)
+        moved = self.sizes(twist)
+        for leg in self.legs:
+            if isinstance(leg, RecordedLoadedLeg):
+                own, motion = leg.stepped(values, found, full)
+                after |= own
+                moved += motion
+        size = reduce(add, (x * x for x in moved if not is_zero(x)))
+        kept = values[_LAST] * _CONTRACTION + _SMALL_STEP - size
+        return [*(after[name] for name in self.start), size, least(values[_MARGIN], kept)]
+
+    def arrival(
+        self, values: Mapping[str, Any], at: _Equations, twist: list[Any]
+    ) -> tuple[list[Any], dict[str, Any]]:
+        """What is computed in equilibrium, and the checks of the unloaded posture."""
+        left = [x for x in self.sizes(twist) if not is_zero(x)]
+        gap = reduce(add, (x * x for x in left)) * (1e-12 / _ARRIVED) ** 2
+        n = self.space.size
+        rest = [
+            [
+                at.K[min(i, j), max(i, j)] - self.unloaded.K[min(i, j), max(i, j)] * SAFE
+                for j in range(n)
+            ]
+            for i in range(n)
+        ]
+        safe: list[Any] = [
+            *_pivots(rest),
+            *(own - _PIVOT for own in at.elimination.pivots if isinstance(own, Entry)),
+            *at.elimination.still,
+            *(FURTHEST_TURN - turn for turn in at.turns if isinstance(turn, Entry)),
+            values[_MARGIN],
+        ]
+        safe = [x for x in safe if isinstance(x, Entry)]
+        K = [at.K[i, j] for i in range(n) for j in range(i, n)]
+        place = [values[name] for name in self.platform.coordinates]
+        checks = self.unloaded.checks
+        return [*K, *place, *checks.values(), gap, reduce(least, safe)], checks
+
+
+def record_loading(
+    robot: Robot,
+    finder: PostureFinder,
+    groups: Sequence[LegGroup],
+    force: float,
+    *,
+    by_pose: bool,
+) -> RecordedLoading:
+    """Record the equilibrium of a robot.
+
+    Parameters
+    ----------
+    robot : Robot
+        Its symbols are inputs.
+    finder : PostureFinder
+        Of the same robot in numbers.
+    groups : sequence of LegGroup
+        Its legs at home, in numbers.
+    force : float
+        Under which the platform moves by about a thousandth of the robot's length [N].
+    by_pose : bool
+        Whether its inputs are pose coordinates; otherwise the coordinates of all legs.
+    """
+    inputs = _posture_inputs(robot, finder, by_pose=by_pose)
+    random = np.random.default_rng(7)
+    # Some samples are without load: what vanishes there is no pivot.
+    count = len(next(iter(inputs.values())))
+    shares = np.resize(np.array([0.0, 1.0, 0.5]), count)
+    wrench = {
+        name: shares * force * (1.0 if row < 3 else finder.length) * random.uniform(-1, 1, count)
+        for name, row in zip(robot.space.wrench_order, robot.space.rows, strict=True)
+    }
+    own = {**inputs, **wrench, **parameter_samples(robot)}
+    record = Record(own)
+    placed, pose, unloaded = _placed(robot, finder, record, list(inputs), by_pose=by_pose)
+    reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
+    legs = recorded_legs(groups, [leg.leg for leg in placed], robot.space, finder.length)
+    loaded = LoadedRobot(
+        unloaded,
+        legs,
+        Turned("platform", reference),
+        robot.space,
+        finder.length,
+        force,
+        [record.input(name) for name in wrench],
+    )
+    platform = dict.fromkeys(loaded.platform.coordinates[:3], finder.length)
+    platform |= dict.fromkeys(loaded.platform.coordinates[4:], 1.0)
+    for name in loaded.platform.coordinates:
+        size = platform.get(name)
+        sample = 1.0 if size is None else size * 1e-3 * shares * random.uniform(-1, 1, count)
+        record.add_input(name, sample)
+    for leg in legs:
+        if isinstance(leg, RecordedLoadedLeg):
+            for name, sample in leg.samples(shares, force, random).items():
+                record.add_input(name, sample)
+    # in the order of the state
+    start = loaded.start
+    record.add_input(_LAST, 1.0)
+    record.add_input(_MARGIN, 1.0)
+    values = {name: record.input(name) for name in record.inputs}
+    at = loaded.equations(values)
+    twist = loaded.twist(at)
+    outputs, checks = loaded.arrival(values, at, twist)
+    arrival = Program.of(record, outputs)
+    step = Program.of(record, loaded.step(values, at, twist))
+    return RecordedLoading(tuple(own), start, step, arrival, tuple(checks))
+
+
+def _posture_inputs(
+    robot: Robot, finder: PostureFinder, *, by_pose: bool
+) -> dict[str, np.ndarray]:
+    if by_pose:
+        samples = sample_postures(finder.robot, finder).pose
+        pairs = zip(robot.coordinates, robot.coordinate_places, strict=True)
+        return {c.value: samples[:, k] for c, k in pairs}
+    inputs = {}
+    for leg, own in zip(robot.legs, closed_samples(robot, finder).coordinates, strict=True):
+        start = "q" if robot.is_serial else f"{leg.name}/"
+        inputs.update({f"{start}{i}": own[:, i] for i in range(leg.chain.size)})
+    return inputs
+
+
+def _placed(
+    robot: Robot, finder: PostureFinder, record: Record, names: Sequence[str], *, by_pose: bool
+) -> tuple[list[Any], FormulaPose, RecordedRobot]:
+    robot = with_inputs(robot, record)
+    if by_pose:
+        six: list[Any] = coordinates_at_home(robot, finder)
+        for name, k in zip(names, robot.coordinate_places, strict=True):
+            six[k] = record.input(name)
+        pose = FormulaPose.of_coordinates(np.array(six, dtype=object))
+        pairs = zip(robot.legs, finder.solvers, strict=True)
+        placed = [place_leg(leg, pose, solver) for leg, solver in pairs]
+    else:
+        waiting = iter(names)
+        placed = []
+        for leg in robot.legs:
+            q = [record.input(next(waiting)) for _ in range(leg.chain.size)]
+            placed.append(place_leg_at_joints(leg, np.array(q, dtype=object)))
+        pose = placed[0].platform
+    return placed, pose, assembled(robot, record, pose, placed, finder.length)
+
+
+def _solved(left: list[list[Any]], right: list[Any]) -> list[Any]:
+    """Elimination in order: its pivots are positive where the symmetric part is definite."""
+    n = len(right)
+    inverses = []
+    for k in range(n):
+        by = 1 / left[k][k]
+        inverses.append(by)
+        for i in range(k + 1, n):
+            if is_zero(left[i][k]):
+                continue
+            part = left[i][k] * by
+            for j in range(k + 1, n):
+                left[i][j] = left[i][j] - part * left[k][j]
+            right[i] = right[i] - part * right[k]
+    x: list[Any] = [0] * n
+    for k in reversed(range(n)):
+        rest = right[k]
+        for j in range(k + 1, n):
+            rest = rest - left[k][j] * x[j]
+        x[k] = rest * inverses[k]
+    return x
+
+
+def _pivots(A: list[list[Any]]) -> list[Any]:
+    """Of symmetric elimination in order: all positive where A is positive definite."""
+    n, found = len(A), []
+    for k in range(n):
+        found.append(A[k][k])
+        by = 1 / A[k][k]
+        for i in range(k + 1, n):
+            part = A[k][i] * by
+            for j in range(i, n):
+                A[i][j] = A[i][j] - part * A[k][j]
+    return found
+
+
+__all__ = ["LoadedRobot", "Loads", "RecordedLoading", "record_loading", "replace"]

@@ -1,0 +1,283 @@
+"""Chains of elements in finite motion on recorded entries: columns, forces, second order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.record import cosine, is_zero, sine
+from robostiff.spatial import cross
+from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
+
+#: Square of the turn of an elastic part beyond which its series lose digits [rad^2].
+FURTHEST_TURN = 0.04
+_b = (1 / 2, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800)
+_c = (1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800)
+_b_rate = (-1 / 12, 1 / 180, -1 / 6720, 1 / 453600, -1 / 47900160)
+_c_rate = (-1 / 60, 1 / 1260, -1 / 60480, 1 / 4989600, -1 / 622702080)
+
+
+def identity() -> np.ndarray:
+    """Axes that have not turned."""
+    return np.eye(3, dtype=int).astype(object)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body that has moved: what was at X is at ``at + R (X - origin)``.
+
+    Attributes
+    ----------
+    R : (3, 3) array of entries and numbers
+    origin, at : (3,) arrays of entries and numbers
+        A point of it at the unloaded posture, and where it is [m].
+    """
+
+    R: np.ndarray
+    origin: np.ndarray
+    at: np.ndarray
+
+    def of(self, point: np.ndarray) -> np.ndarray:
+        """Where a point of the unloaded posture is."""
+        return self.at + self.R @ (point - self.origin)
+
+
+@dataclass(frozen=True)
+class Column:
+    """How a chain moves by one coordinate.
+
+    Attributes
+    ----------
+    element : int
+        Which element moves; -1 of the body at the start.
+    v, w : (3,) arrays of entries and numbers
+        Velocity about `at`, and angular velocity.
+    at : (3,) array of entries and numbers
+        Point of the element [m].
+    """
+
+    element: int
+    v: np.ndarray
+    w: np.ndarray
+    at: np.ndarray
+
+
+@dataclass(frozen=True)
+class ChainTerms:
+    """What a chain contributes to the equations of its leg.
+
+    Attributes
+    ----------
+    end : Body
+    P : (3,) array of entries and numbers
+        Its end point [m].
+    J : list of (6,) arrays
+        Twist of the end about P, by the coordinates.
+    T : dict of (int, int) to entries and numbers
+        Upper triangle of the Hessian of the energy less the work of the wrench.
+    gradient : list of entries and numbers
+    turns : list of entries and numbers
+        Squares of the turns of elastic parts.
+    """
+
+    end: Body
+    P: np.ndarray
+    J: list[np.ndarray]
+    T: dict[tuple[int, int], Any]
+    gradient: list[Any]
+    turns: list[Any]
+
+
+def chain_terms(
+    elements: Sequence[RecordedElement],
+    x: np.ndarray,
+    start: Body,
+    body_rows: Sequence[int],
+    end_point: np.ndarray,
+    W: np.ndarray,
+) -> ChainTerms:
+    """A chain at its coordinates, under the wrench that the body at its end exerts on it.
+
+    With a nearer the base than b the second derivative is ``w_a . h_b``, symmetric part,
+    ``h_b = v_b x f + s (f . w_b) - (s . f) w_b + w_b x m / 2``, where the wrench (f, m) acts at s
+    from the point of b.
+
+    Parameters
+    ----------
+    elements : sequence of RecordedElement
+    x : (n,) array of entries and numbers
+    start : Body
+    body_rows : sequence of int
+        Coordinates of the body at the start, where that moves.
+    end_point : (3,) array of entries and numbers
+        At the unloaded posture [m].
+    W : (6,) array of entries and numbers
+        About the end point, where the chain has it.
+    """
+    own = _Moving(start, body_rows)
+    i = 0
+    for k, element in enumerate(elements):
+        y = x[i : i + element.size]
+        i += element.size
+        own.pass_(k, element, y)
+    return own.terms(end_point, W)
+
+
+class _Moving:
+    """A chain as it is passed from base to platform."""
+
+    def __init__(self, start: Body, body_rows: Sequence[int]) -> None:
+        self.body = start
+        self.columns: list[Column] = []
+        self.stored: list[Any] = []  # gradient of the energy
+        self.curved: dict[tuple[int, int], Any] = {}
+        self.springs: list[tuple[RecordedSpring, int, np.ndarray, np.ndarray]] = []
+        self.turns: list[Any] = []
+        unit = np.eye(6, dtype=int).astype(object)
+        for row in body_rows:
+            self.columns.append(Column(-1, unit[row, :3], unit[row, 3:], start.at))
+            self.stored.append(0)
+
+    def pass_(self, k: int, element: RecordedElement, y: np.ndarray) -> None:
+        if isinstance(element, RecordedJoint):
+            self._joint(k, element, y[0])
+        else:
+            self._spring(k, element, y)
+
+    def _joint(self, k: int, joint: RecordedJoint, q: Any) -> None:
+        R = self.body.R
+        axis = R @ joint.axis
+        at = self.body.of(joint.point)
+        if not is_zero(joint.slide):
+            at = at + axis * (joint.slide * q)
+        still = np.zeros(3, dtype=int).astype(object)
+        turning = axis if joint.turns else still
+        self.curved[(len(self.columns),) * 2] = joint.stiffness
+        self.columns.append(Column(k, axis * joint.slide, turning, at))
+        self.stored.append(joint.stiffness * q)
+        if joint.turns:
+            half = q * 0.5
+            s = sine(half)
+            a = _skew(joint.axis)
+            R = R @ (identity() + a * (2 * s * cosine(half)) + (a @ a) * (2 * s * s))
+        self.body = Body(R, joint.point, at)
+
+    def _spring(self, k: int, spring: RecordedSpring, y: np.ndarray) -> None:
+        V = spring.modes
+        th = V @ y if len(y) else np.zeros(6, dtype=int).astype(object)
+        r = th[3:]
+        Q = self.body.R @ spring.rotation
+        at = self.body.of(spring.point) + Q @ th[:3]
+        turns = any(not is_zero(x) for x in V[3:].flat)
+        R, W = self.body.R, identity()
+        if turns:
+            u = r @ r
+            self.turns.append(u)
+            S = _skew(r)
+            SS = S @ S
+            b, c = _series(_b, u), _series(_c, u)
+            R = Q @ (identity() + S * (1 - u * c) + SS * b) @ spring.rotation.T
+            W = identity() + S * b + SS * c
+        first = len(self.columns)
+        v, w = Q @ V[:3], Q @ (W @ V[3:])
+        for j in range(spring.size):
+            self.columns.append(Column(k, v[:, j], w[:, j], at))
+        gradient, curvature = _stored(spring, y, th)
+        self.stored += gradient
+        for (a, b_), value in curvature.items():
+            self.curved[first + a, first + b_] = value
+        if turns:
+            self.springs.append((spring, first, r, Q))
+        self.body = Body(R, spring.point, at)
+
+    def terms(self, end_point: np.ndarray, W: np.ndarray) -> ChainTerms:
+        P = self.body.of(end_point)
+        f, m = W[:3], W[3:]
+        J, gradient = [], []
+        T = dict(self.curved)
+        felt: dict[int, np.ndarray] = {}
+        for b, column in enumerate(self.columns):
+            v, w, s = column.v, column.w, P - column.at
+            J.append(np.concatenate([v + cross(w, s), w]))
+            beyond = m + cross(s, f)
+            felt[b] = beyond
+            gradient.append(self.stored[b] - (v @ f + w @ beyond))
+            turning = any(not is_zero(x) for x in w)
+            fw, sf = f @ w, s @ f
+            h = cross(v, f)
+            if turning:
+                h = h + s * fw - w * sf + cross(w, m) * 0.5
+            for a in range(b + 1):
+                other = self.columns[a]
+                if all(is_zero(x) for x in other.w):
+                    continue
+                if other.element != column.element:
+                    rate = other.w @ h
+                elif turning:
+                    rate = ((other.w @ s) * fw + (w @ s) * (f @ other.w)) * 0.5 - sf * (other.w @ w)
+                else:
+                    continue
+                T[a, b] = T.get((a, b), 0) - rate
+        for spring, first, r, Q in self.springs:
+            D = _rate_felt(r, Q.T @ felt[first])
+            V = spring.modes[3:]
+            DV = D @ V
+            for b in range(spring.size):
+                for a in range(b + 1):
+                    place = first + a, first + b
+                    T[place] = T.get(place, 0) - V[:, a] @ DV[:, b]
+        return ChainTerms(self.body, P, J, T, gradient, self.turns)
+
+
+def _rate_felt(r: np.ndarray, m: np.ndarray) -> np.ndarray:
+    """Symmetric part of the derivative of ``m . W(r)`` by r; see `FiniteTurn.rate_felt`."""
+    u2 = r @ r
+    b_rate, c, c_rate = (_series(own, u2) for own in (_b_rate, _c, _c_rate))
+    u = cross(m, r)
+    rows = u * b_rate + cross(u, r) * c_rate - m * c
+    outer = rows[:, None] * r[None, :]
+    return (outer + outer.T) * 0.5 + identity() * (c * (m @ r))
+
+
+def _stored(
+    spring: RecordedSpring, y: np.ndarray, th: np.ndarray
+) -> tuple[list[Any], dict[tuple[int, int], Any]]:
+    """Gradient and curvature (upper triangle) of the energy by y; see `MovingChains`."""
+    k = spring.stiffness
+    gradient = [own * q for own, q in zip(k, y, strict=True)]
+    curvature: dict[tuple[int, int], Any] = {(i, i): own for i, own in enumerate(k)}
+    if is_zero(spring.axial):
+        return gradient, curvature
+    V, G = spring.modes, spring.G
+    Gth = G @ th
+    half = (th @ Gth) * 0.5
+    stretched = th[0] + half
+    push = Gth * stretched
+    push[0] = push[0] + half
+    more = V.T @ (push * spring.axial)
+    gradient = [a + b for a, b in zip(gradient, more, strict=True)]
+    # (1 + Gth)(1 + Gth)^T - 1 along the axis, and the turn of the axial force
+    bent = Gth[:, None] * Gth[None, :]
+    bent[0, :] = bent[0, :] + Gth
+    bent[:, 0] = bent[:, 0] + Gth
+    bent = (bent + G * stretched) * spring.axial
+    bV = bent @ V
+    for b in range(spring.size):
+        for a in range(b + 1):
+            curvature[a, b] = curvature.get((a, b), 0) + V[:, a] @ bV[:, b]
+    return gradient, curvature
+
+
+def _series(coefficients: Sequence[float], u: Any) -> Any:
+    value: Any = coefficients[-1]
+    for own in reversed(coefficients[:-1]):
+        value = value * u + own
+    return value
+
+
+def _skew(v: np.ndarray) -> np.ndarray:
+    x, y, z = v
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=object)
