@@ -139,6 +139,7 @@ _HOMES = {
     "robostiff.statics": (
         "BodyMass",
         "Bowing",
+        "CompiledLoading",
         "CriticalLoad",
         "DeadForce",
         "Equilibria",
@@ -146,8 +147,10 @@ _HOMES = {
         "EquilibriumStatus",
         "ForceLaw",
         "Linear",
+        "LoadedAnswer",
         "Mode",
         "Modes",
+        "compile_loaded",
         "critical_load",
         "deflection",
         "equilibrium",

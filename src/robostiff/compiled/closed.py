@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from robostiff.compiled.arrays import ArrayCode
 from robostiff.compiled.machine import MachineCode
 from robostiff.record import Program
-from robostiff.recorded import CLOSED, RecordedClosure
+from robostiff.recorded import CLOSED
 
 Code = MachineCode | ArrayCode
 
@@ -24,13 +25,45 @@ _CHUNK = 1024
 _MANY = 500
 
 
+class RecordedSteps(Protocol):
+    """Steps to an end as records; see `RecordedClosure`."""
+
+    @property
+    def state(self) -> dict[str, float]:
+        """What the first step begins with."""
+        ...
+
+    @property
+    def step(self) -> Program:
+        """From inputs and state to the next state."""
+        ...
+
+    @property
+    def steps(self) -> int:
+        """How many are usually enough."""
+        ...
+
+    @property
+    def most_steps(self) -> int:
+        """How many may be taken."""
+        ...
+
+    def arrived(self, program: Program) -> Program:
+        """A program at the end of the steps; what is left open, and a check, come last."""
+        ...
+
+    def composed(self, program: Program) -> Program:
+        """The same with the steps before it."""
+        ...
+
+
 @dataclass(frozen=True)
 class ClosedCode:
     """Runs a program of leg coordinates at poses, each closed by four to six steps; picklable.
 
     Attributes
     ----------
-    closure : RecordedClosure
+    closure : RecordedSteps
     whole : MachineCode, ArrayCode or None
         The usual number of steps and the program in one; None where that is too long.
     step, last : MachineCode or ArrayCode
@@ -39,7 +72,7 @@ class ClosedCode:
         The same two for few poses, which are not worth compiling.
     """
 
-    closure: RecordedClosure
+    closure: RecordedSteps
     whole: Code | None
     step: Code
     last: Code
@@ -47,13 +80,14 @@ class ClosedCode:
 
     @classmethod
     def of(
-        cls, closure: RecordedClosure, program: Program, code: Callable[[Program], Code]
+        cls, closure: RecordedSteps, program: Program, code: Callable[[Program], Code]
     ) -> ClosedCode:
         """The code of a program of leg coordinates."""
-        step, last, whole = closure.step, closure.arrived(program), closure.composed(program)
+        step, last = closure.step, closure.arrived(program)
+        whole = closure.composed(program) if step.operations <= _LONGEST else None
         return cls(
             closure=closure,
-            whole=code(whole) if whole.operations <= _LONGEST else None,
+            whole=code(whole) if whole is not None and whole.operations <= _LONGEST else None,
             step=code(step),
             last=code(last),
             few=(ArrayCode(step), ArrayCode(last)),

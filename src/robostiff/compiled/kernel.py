@@ -180,7 +180,7 @@ def kernel_of(
     if gaps:
         checked["gap"] = reduce(least, gaps)
     program = Program.of(recorded.record, [*entries, *checked.values()])
-    closure, code = recorded.closure, _code_of(backend)
+    closure, code = recorded.closure, code_of(backend)
     if closure is None:
         return Kernel(
             recorded.record.inputs, tuple(outputs), tuple(checked), recorded.space, code(program)
@@ -194,7 +194,14 @@ def kernel_of(
     )
 
 
-def _code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:
+def code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:
+    """What runs the programs of a backend.
+
+    Raises
+    ------
+    InputError
+        When it is none, or machine code without its compiler.
+    """
     if not isinstance(backend, Backend):
         raise InputError(
             "backend", got=backend, expected=", ".join(str(member) for member in Backend)

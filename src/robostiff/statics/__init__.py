@@ -8,6 +8,11 @@ from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.force_law import ForceLaw
 from robostiff.statics.from_snapshot import DeadForce
 from robostiff.statics.given_loads import has_masses
+from robostiff.statics.kernels.compiled_loading import (
+    CompiledLoading,
+    LoadedAnswer,
+    compile_loaded,
+)
 from robostiff.statics.load_path import load_path
 from robostiff.statics.loaded_parts import LoadedPart
 from robostiff.statics.modes import Mode, Modes, modes
@@ -20,6 +25,7 @@ __all__ = [
     "BodyPlace",
     "BodyPlaces",
     "Bowing",
+    "CompiledLoading",
     "CriticalLoad",
     "DeadForce",
     "Equilibria",
@@ -27,9 +33,11 @@ __all__ = [
     "EquilibriumStatus",
     "ForceLaw",
     "Linear",
+    "LoadedAnswer",
     "LoadedPart",
     "Mode",
     "Modes",
+    "compile_loaded",
     "critical_load",
     "deflection",
     "equilibrium",

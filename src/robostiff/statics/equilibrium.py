@@ -120,9 +120,9 @@ def equilibrium(
             got="both",
             expected="one of them: the other follows",
         )
-    postures = _postures(robot, pose, near)
+    postures = postures_of(robot, pose, near)
     space = robot.space
-    given = _rows_of(
+    given = wrenches_of(
         "displacement" if displacement is not None else "wrench",
         wrench if displacement is None else displacement,
         space,
@@ -157,8 +157,8 @@ def one_question(
     masses: bool = False,
 ) -> tuple[Question, np.ndarray]:
     """A robot at one posture, and one wrench (r,); its `masses` are there also without gravity."""
-    postures = _postures(robot, pose, near)
-    given = _rows_of("wrench", wrench, robot.space)
+    postures = postures_of(robot, pose, near)
+    given = wrenches_of("wrench", wrench, robot.space)
     require_one_pose("a robot under load", postures.batch)
     if given.ndim > 1:
         raise InputError("wrench", got=wrench, expected="one wrench")
@@ -227,7 +227,7 @@ class Postures:
         return Question(snapshot.name, problem, snapshot.space, frame, status, snapshot)
 
 
-def _postures(robot: Any, pose: Pose, near: Near) -> Postures:
+def postures_of(robot: Any, pose: Pose, near: Near) -> Postures:
     if isinstance(robot, Robot):
         robot.check_platform_is_rigid("equilibrium")
         posture = find_posture(robot, pose, near=near)
@@ -359,7 +359,7 @@ def _target(problem: EquilibriumProblem, displacement: np.ndarray) -> Target:
     return Target(turn_by_vector(full[3:]), problem.point + full[:3])
 
 
-def _rows_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
+def wrenches_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
     if value is None:
         return np.zeros(space.size)
     order, units = (

@@ -77,14 +77,14 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
         m = group.free_size
         if m <= eq.A.shape[1] - m:
             continue  # the platform holds all coordinates
-        own = _margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
+        own = margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
         # legs that share springs have one margin, under the first of them
         found |= dict(zip(group.indices[: group.count], own, strict=True))
     # A margin of 0 is that of a joint that nothing holds, such as the spin of a rod.
     return {index: own for index, own in found.items() if own is not None and own.value != 0.0}
 
 
-def _margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | None]:
+def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | None]:
     """Of legs built alike; None for one that the platform holds."""
     Q0 = group.unloaded_curvature
     stiff = np.diagonal(Q0, axis1=-2, axis2=-1)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 from operator import add
 from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose, place_leg, place_leg_at_joints
 from robostiff.model import Robot
@@ -24,11 +25,12 @@ from robostiff.recorded.parameters import (
 )
 from robostiff.recorded.robot import assembled
 from robostiff.spatial import Space
+from robostiff.statics.kernels.buckling import Buckling, buckling_of
 from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_legs
 from robostiff.statics.kernels.motion import FURTHEST_TURN
 from robostiff.statics.kernels.strut import RecordedStrut
-from robostiff.statics.legs import LegGroup
+from robostiff.statics.problem import EquilibriumProblem
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
 _CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
@@ -62,6 +64,8 @@ class RecordedLoading:
         Checks of the unloaded posture, whose rows come before the last two.
     steps, most_steps : int
         How many are usually enough, and how many may be taken.
+    status, rank : Status, int
+        Without load, at a general pose.
     """
 
     inputs: tuple[str, ...]
@@ -71,6 +75,8 @@ class RecordedLoading:
     checks: tuple[str, ...]
     steps: int = 4
     most_steps: int = 10
+    status: Status = Status.OK
+    rank: int = 6
 
     @property
     def state(self) -> dict[str, float]:
@@ -90,19 +96,6 @@ class RecordedLoading:
             after = self.step.evaluated(values, ENTRY_FUNCTIONS)
             values |= zip(self.state, after, strict=True)
         return Program.of(record, program.evaluated(values, ENTRY_FUNCTIONS))
-
-
-@dataclass(frozen=True)
-class Loads:
-    """Wrenches of the samples.
-
-    Attributes
-    ----------
-    force : float
-        Under which the robot moves about a thousandth of its length [N].
-    """
-
-    force: float
 
 
 @dataclass(frozen=True)
@@ -126,6 +119,8 @@ class LoadedRobot:
     unloaded : RecordedRobot
         Its stiffness without load, and the checks of the posture.
     legs : list of RecordedLoadedLeg or RecordedStrut
+    buckling : dict of int to Buckling
+        Of those that are struts.
     platform : Turned
     space : Space
     length, force : float
@@ -134,6 +129,7 @@ class LoadedRobot:
 
     unloaded: RecordedRobot
     legs: list[RecordedLoadedLeg | RecordedStrut]
+    buckling: dict[int, Buckling]
     platform: Turned
     space: Space
     length: float
@@ -161,7 +157,7 @@ class LoadedRobot:
         body = self.platform.moved(values)
         moment = np.zeros(3, dtype=int).astype(object)
         turns, buckling = [], []
-        for leg in self.legs:
+        for number, leg in enumerate(self.legs):
             if isinstance(leg, RecordedStrut):
                 arm = body.R @ (leg.B - self.platform.origin)
                 u = body.at - self.platform.origin + (arm - (leg.B - self.platform.origin))
@@ -171,7 +167,7 @@ class LoadedRobot:
                 for name, own in zip(twist, terms.W, strict=True):
                     elimination.add_right(name, -own)
                 moment = moment + terms.W[3:]
-                buckling.append((terms.t, leg.length))
+                buckling += self.buckling[number].checks(terms.t, leg.length, SAFE)
             else:
                 added = leg.add_to(elimination, values, body, twist, self.force)
                 moment = moment + added.moment
@@ -237,6 +233,7 @@ class LoadedRobot:
             *_pivots(rest),
             *(own - _PIVOT for own in at.elimination.pivots if isinstance(own, Entry)),
             *at.elimination.still,
+            *at.buckling,
             *(FURTHEST_TURN - turn for turn in at.turns if isinstance(turn, Entry)),
             values[_MARGIN],
         ]
@@ -250,7 +247,7 @@ class LoadedRobot:
 def record_loading(
     robot: Robot,
     finder: PostureFinder,
-    groups: Sequence[LegGroup],
+    problems: Sequence[EquilibriumProblem],
     force: float,
     *,
     by_pose: bool,
@@ -263,8 +260,8 @@ def record_loading(
         Its symbols are inputs.
     finder : PostureFinder
         Of the same robot in numbers.
-    groups : sequence of LegGroup
-        Its legs at home, in numbers.
+    problems : sequence of EquilibriumProblem
+        In numbers, at several postures.
     force : float
         Under which the platform moves by about a thousandth of the robot's length [N].
     by_pose : bool
@@ -283,10 +280,12 @@ def record_loading(
     record = Record(own)
     placed, pose, unloaded = _placed(robot, finder, record, list(inputs), by_pose=by_pose)
     reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
-    legs = recorded_legs(groups, [leg.leg for leg in placed], robot.space, finder.length)
+    legs = recorded_legs(problems[0].groups, [leg.leg for leg in placed], robot.space, finder.length)
+    struts = [k for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)]
     loaded = LoadedRobot(
         unloaded,
         legs,
+        buckling_of(problems, struts, force),
         Turned("platform", reference),
         robot.space,
         finder.length,
@@ -313,7 +312,9 @@ def record_loading(
     outputs, checks = loaded.arrival(values, at, twist)
     arrival = Program.of(record, outputs)
     step = Program.of(record, loaded.step(values, at, twist))
-    return RecordedLoading(tuple(own), start, step, arrival, tuple(checks))
+    return RecordedLoading(
+        tuple(own), start, step, arrival, tuple(checks), status=unloaded.status, rank=unloaded.factors.rank
+    )
 
 
 def _posture_inputs(
@@ -387,4 +388,3 @@ def _pivots(A: list[list[Any]]) -> list[Any]:
     return found
 
 
-__all__ = ["LoadedRobot", "Loads", "RecordedLoading", "record_loading", "replace"]

@@ -1,0 +1,112 @@
+"""How soon the struts of a robot buckle between their ends, by their length."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.spatial import move_wrench
+from robostiff.statics.leg_state import LegState, Share
+from robostiff.statics.problem import EquilibriumProblem
+from robostiff.statics.stability import margins_of
+
+_DEGREE = 3
+# What a fit to lengths of its own may miss at others between them.
+_SLACK = 1.25
+
+
+@dataclass(frozen=True)
+class Buckling:
+    """Bounds of what a force t [N] along a strut does to its margin: ``1 - t g`` and ``1 + t h``.
+
+    Attributes
+    ----------
+    shortest, longest : float
+        Lengths between which they hold [m].
+    pull, push : (4,) arrays
+        Polynomials g and h of the length, the constant last [1/N]; zero where nothing happens.
+    """
+
+    shortest: float
+    longest: float
+    pull: np.ndarray
+    push: np.ndarray
+
+    def checks(self, t: Any, length: Any, safe: float) -> list[Any]:
+        """Entries that are positive where the margin is above `safe`."""
+        found = []
+        for sign, own in ((1.0, self.push), (-1.0, self.pull)):
+            if np.any(own):
+                g: Any = float(own[0])
+                for c in own[1:]:
+                    g = g * length + float(c)
+                found.append(1.0 - safe + t * g * sign)
+        if found:
+            size = 1 / self.longest
+            found += [(length - self.shortest) * size, (self.longest - length) * size]
+        return found
+
+
+def buckling_of(
+    problems: Sequence[EquilibriumProblem], struts: Sequence[int], force: float
+) -> dict[int, Buckling]:
+    """Of some legs, from the same robot at several postures, by a trial force [N].
+
+    The second order of the energy is proportional to the force, so that margins are linear in it.
+    """
+    seen: dict[int, list[tuple[float, float, float]]] = {k: [] for k in struts}
+    for problem in problems:
+        for group in problem.groups:
+            if not set(group.indices) & set(struts):
+                continue
+            start = group.unloaded()
+            ends = _ends(problem, group)
+            d = ends[:, 1] - ends[:, 0]
+            lengths = np.linalg.norm(d, axis=1)
+            W = np.zeros((group.count, 6))
+            for i in range(group.count):
+                unit = np.concatenate([d[i] / lengths[i], np.zeros(3)])
+                W[i] = move_wrench(unit, problem.point - ends[i, 1])
+            rates = []
+            for sign in (1.0, -1.0):
+                state = LegState(start.x, (sign * force * W,), start.bodies)
+                eq = group.equations(state, np.eye(3), problem.point, Share(0.0, 0.0))
+                m = group.free_size
+                found = margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
+                rates.append([_rate(own) / force for own in found])
+            for i, index in enumerate(group.indices):
+                if index in seen:
+                    seen[index].append((lengths[i], rates[0][i], rates[1][i]))
+    return {index: _bounds(np.array(rows)) for index, rows in seen.items()}
+
+
+def _rate(own: Any) -> float:
+    """Loss of margin; none where the platform holds all, or something spins."""
+    return 0.0 if own is None or own.value == 0.0 else max(0.0, 1.0 - own.value)
+
+
+def _ends(problem: EquilibriumProblem, group: Any) -> np.ndarray:
+    """Points about which the struts of a group turn (N, 2, 3) [m]."""
+    elements = group.chains[0].elements
+    turning = [e for e in elements if getattr(e, "turns", False) and not np.any(e.stiffness)]
+    return np.stack([turning[0].point, turning[-1].point], axis=1)
+
+
+def _bounds(rows: np.ndarray) -> Buckling:
+    length = rows[:, 0]
+    spread = np.ptp(length) > 1e-6 * length.max()
+    found = []
+    for rates in (rows[:, 1], rows[:, 2]):
+        fit = np.zeros(_DEGREE + 1)
+        if np.any(rates > 0):
+            degree = min(_DEGREE, len(np.unique(length.round(9))) - 1) if spread else 0
+            own = np.polyfit(length, rates, degree)
+            off = float(np.max(np.abs(np.polyval(own, length) - rates)))
+            fit[-len(own) :] = own * _SLACK
+            fit[-1] += _SLACK * off + 1e-3 * float(rates.max())
+        found.append(fit)
+    edge = 0.0 if spread else 1e-6 * float(length.max())
+    return Buckling(float(length.min()) - edge, float(length.max()) + edge, *found)
