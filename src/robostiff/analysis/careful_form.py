@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,14 @@ class AskedPoses:
         return request.coordinates
 
     def posture(self, rows: slice | np.ndarray) -> Posture:
-        """The posture at some of the poses."""
+        """The posture at some of the poses; of one pose it is found once."""
+        return self._at(rows) if self.batch else self._only
+
+    @cached_property
+    def _only(self) -> Posture:
+        return self._at(slice(None))
+
+    def _at(self, rows: slice | np.ndarray) -> Posture:
         if isinstance(self.request, np.ndarray):
             return self.finder.at(self.numbers[rows], self.near)
         return self.finder.at(self.request.part(rows), self.near)

@@ -91,7 +91,7 @@ def ellipsoid_picture(
         size = factor * _IN_ROBOT * extent(snapshot) / float(bounded.max())
         items = backdrop(snapshot, factor)
         labels = tuple(f"{axis} [{metre}]" for axis in ("x", "y", "z"))
-    items = [*items, *_items(axes, quality, centre, size, (times, unit))]
+    items = [*items, *ellipsoid_items(axes, quality, centre, size, (times, unit))]
     is_flat = len(axes.lengths) < 3 and (snapshot is None or is_plane(snapshot))
     x, y, z = labels
     return Scene(
@@ -103,13 +103,14 @@ def ellipsoid_picture(
     )
 
 
-def _items(
+def ellipsoid_items(
     axes: PrincipalAxes,
     quality: Quality,
     centre: np.ndarray,
     size: float,
     shown: tuple[float, str],
 ) -> list[Item]:
+    """Surface and semi-axes, `size` metres to a unit of the quality; `shown` as by `prefixed`."""
     times, unit = shown
     bounded = axes.lengths[~axes.is_free]
     without_end = np.isinf(axes.lengths)

@@ -83,16 +83,8 @@ def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = Non
         half = _PART * extent(snapshot)
         factor, unit = drawing_unit(snapshot)
         items = backdrop(snapshot, factor)
+    items += free_motion_items(result, half, factor)
     point = result.reference_point
-    for i, motion in enumerate(result.free_motions):
-        paint, label = Category(i), str(motion)
-        lines = screw_line(motion.screw, point, half)
-        axis = factor * lines.axis
-        if not len(lines.way):
-            items.append(Arrow(axis[0], axis[1], paint, label, both_ways=True))
-            continue
-        items.append(Path(axis, paint, LineWeight.THIN, dashed=True))
-        items += turning_arrow(factor * lines.way, paint, label)
     items.append(Marks(factor * point[None], PlainColour.INK, Shape.CROSS, "reference point"))
     x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
     free = len(result.free_motions)
@@ -104,6 +96,21 @@ def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = Non
         is_flat=snapshot is not None and is_plane(snapshot) and _is_in_plane(result),
         notes=(f"rank {int(result.rank)} of {result.space.size}",),
     )
+
+
+def free_motion_items(result: RobotStiffness, half: float, factor: float) -> list[Item]:
+    """Axes of `half` a length [m], helices and arrows, in metres times `factor`."""
+    items: list[Item] = []
+    for i, motion in enumerate(result.free_motions):
+        paint, label = Category(i), str(motion)
+        lines = screw_line(motion.screw, result.reference_point, half)
+        axis = factor * lines.axis
+        if not len(lines.way):
+            items.append(Arrow(axis[0], axis[1], paint, label, both_ways=True))
+            continue
+        items.append(Path(axis, paint, LineWeight.THIN, dashed=True))
+        items += turning_arrow(factor * lines.way, paint, label)
+    return items
 
 
 def _is_in_plane(result: RobotStiffness) -> bool:

@@ -19,10 +19,13 @@ from robostiff.plot.posture import snapshot_at
 from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import (
     Drawing,
+    colours_of_parts,
     drawing_unit,
     ghost,
     is_plane,
+    joint_names,
     load_items,
+    part_names,
     robot_items,
 )
 from robostiff.spatial import Space
@@ -39,12 +42,15 @@ class Colouring(Enum):
         The share of each leg in the elastic energy.
     ``PARTS``
         The share of each link, strut or actuator.
+    ``NAMES``
+        A colour for each name of a part, in all legs.
     ``NONE``
         Nothing.
     """
 
     LEGS = "legs"
     PARTS = "parts"
+    NAMES = "names"
     NONE = "none"
 
 
@@ -68,7 +74,8 @@ def robot(
         Of the same robot at the same pose: draws the deformed shape, and colours the legs by their
         share of the elastic energy.
     colouring : Colouring
-        Meaning of the colours, when there is a deflection.
+        Meaning of the colours, when there is a deflection. A serial arm is coloured part by part
+        and its joints are named.
     exaggeration : float, optional
         Factor of all displacements; 0 leaves the robot as it is. When left out, a round number that
         draws the largest displacement as a tenth of the robot, or less. A robot with a flexible
@@ -107,14 +114,24 @@ def robot_picture(
 ) -> Scene:
     """The picture of `robot`, as data."""
     factor, unit = drawing_unit(snapshot)
+    is_arm = len(snapshot.legs) == 1
     if bent is None:
         drawing = Drawing(snapshot, at_rest(snapshot), 0.0, factor)
-        items = robot_items(drawing, {}, PlainColour.INK)
+        named = is_arm or colouring is Colouring.NAMES
+        colours = colours_of_parts(part_names(snapshot)) if named else {}
+        items = robot_items(drawing, {}, PlainColour.INK, colours)
+        items += joint_names(drawing) if is_arm else []
         return robot_scene(snapshot, unit, items, is_plane(snapshot))
-    motion, scale = _motion(snapshot, bent, exaggeration)
+    motion, scale = displaced(snapshot, bent, exaggeration)
+    if is_arm and colouring is Colouring.LEGS:
+        colouring = Colouring.PARTS
     drawing = Drawing(snapshot, motion, scale, factor)
     shares = energy_colours(bent.parts, colouring)
-    items = robot_items(drawing, shares, PlainColour.INK if not shares else PlainColour.MUTED)
+    named = colouring is Colouring.NAMES
+    colours = colours_of_parts(part_names(snapshot)) if named else {}
+    plain = PlainColour.MUTED if shares or named else PlainColour.INK
+    items = robot_items(drawing, shares, plain, colours)
+    items += joint_names(drawing) if is_arm else []
     if scale:
         items = [*ghost(Drawing(snapshot, motion, 0.0, factor)), *items]
     is_flat = is_plane(snapshot) and _stays_in_plane(bent, motion)
@@ -124,11 +141,11 @@ def robot_picture(
         notes = ("flexible platform: shape without load",)
     label = "share of elastic energy [%]"
     top = max(shares.values(), default=0.0)
-    colours = ColourScale(label, 0, top) if shares else None
-    return robot_scene(snapshot, unit, items, is_flat, colours, notes)
+    values = ColourScale(label, 0, top) if shares else None
+    return robot_scene(snapshot, unit, items, is_flat, values, notes)
 
 
-def _motion(
+def displaced(
     snapshot: Snapshot, bent: Deflection, exaggeration: float | None
 ) -> tuple[RobotMotion, float]:
     """Motions of the bodies, and the factor of their displacements."""
@@ -162,7 +179,7 @@ def energy_colours(
 ) -> dict[tuple[str, str], float]:
     """Shares [%] of legs, or of their parts; the part of a whole leg has no name."""
     shares: dict[tuple[str, str], float] = {}
-    if colouring is Colouring.NONE:
+    if colouring in {Colouring.NONE, Colouring.NAMES}:
         return shares
     for part in parts:
         key = (part.leg, part.part if colouring is Colouring.PARTS else "")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.model import Actuated, Passive, Snapshot
+from robostiff.model import Actuated, Passive, PlacedSpring, Snapshot
 from robostiff.plot.geometry.displacement import RobotMotion, at_rest
 from robostiff.plot.geometry.legs import (
     JointMark,
@@ -31,11 +31,13 @@ from robostiff.plot.picture import (
     Path,
     PlainColour,
     Shape,
+    Text,
 )
 from robostiff.plot.prefix import prefixed, short
 from robostiff.spatial import Screw, Space
 
 _ARROW = 0.2  # of the robot
+_ONE_PLACE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -65,22 +67,44 @@ def backdrop(snapshot: Snapshot, factor: float) -> list[Item]:
     return [*_plates(drawing, PlainColour.MUTED), *platform, *paths]
 
 
+def colours_of_parts(names: Iterable[str]) -> dict[str, Paint]:
+    """A colour for each name of a part, the same for parts of one name in several legs."""
+    return {name: Category(i) for i, name in enumerate(dict.fromkeys(names))}
+
+
+def part_names(snapshot: Snapshot) -> Iterator[str]:
+    """Names of the elastic parts, drives and slides of all legs, from base to platform."""
+    for leg in snapshot.legs:
+        for part in leg.parts:
+            is_seen = isinstance(part, PlacedSpring) or part.slides or not part.is_passive
+            if is_seen:
+                yield part.name
+
+
 def robot_items(
-    drawing: Drawing, shares: Mapping[tuple[str, str], float], plain: PlainColour
+    drawing: Drawing,
+    shares: Mapping[tuple[str, str], float],
+    plain: PlainColour,
+    colours: Mapping[str, Paint] | None = None,
 ) -> list[Item]:
-    """Base, platform, legs and joints; parts and legs with a share in the colour of its value."""
-    d = drawing
+    """Base, platform, legs and joints; parts and legs with a share in the colour of its value.
+
+    Those without one are in the colour of their name, where they have one.
+    """
+    d, unnamed = drawing, dict(colours or {})
     items = _plates(d) + _platform_parts(d, shares, plain)
     marks: list[JointMark] = []
     for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
         for member in leg_members(leg, motion, d.scale):
             share = shares.get((leg.name, member.part), shares.get((leg.name, "")))
-            paint: Paint = plain if share is None else share
+            paint: Paint = (colours or {}).get(member.part, plain) if share is None else share
+            label = member.part if unnamed.pop(member.part, None) is not None else ""
             # a colour applies to a whole leg, or to a single part
             weight = LineWeight.LINE if member.kind is MemberKind.RIGID else LineWeight.BOLD
             about = f"{leg.name}/{member.part}" if member.part else leg.name
             about += "" if share is None else f": {share:.1f} %"
-            items.append(Path(d.factor * member.points, paint, weight, about=about))
+            points = d.factor * member.points
+            items.append(Path(points, paint, weight, label=label, about=about))
         marks += joint_marks(leg, motion, d.scale)
     items += _joints(marks, shares, d.factor)
     point = d.snapshot.reference_point
@@ -157,6 +181,29 @@ def _joints(
                 about = f"{mark.leg}/{mark.freedom.name}: {share:.1f} %"
                 items.append(Marks(factor * mark.point[None], share, shape, about=(about,)))
     return items
+
+
+def joint_names(d: Drawing) -> list[Item]:
+    """Names beside the joints; those of several joints in one point in one line.
+
+    The name of the leg is left out where there is only one.
+    """
+    places: list[tuple[np.ndarray, list[str]]] = []
+    near = _ONE_PLACE * extent(d.snapshot)
+    alone = len(d.snapshot.legs) == 1
+    for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
+        for mark in joint_marks(leg, motion, d.scale):
+            name = mark.freedom.name if alone else f"{leg.name}/{mark.freedom.name}"
+            for point, names in places:
+                if np.linalg.norm(point - mark.point) <= near:
+                    names.append(name)
+                    break
+            else:
+                places.append((mark.point, [name]))
+    return [
+        Text(d.factor * point, ", ".join(dict.fromkeys(names)), PlainColour.INK)
+        for point, names in places
+    ]
 
 
 def ghost(d: Drawing, label: str = "without load") -> list[Item]:

@@ -101,6 +101,8 @@ def _clamped_end(spring: PlacedSpring) -> np.ndarray:
     uniform beam; a spring in a point begins where it ends.
     """
     C = spring.elasticity.compliance
+    if not np.any(C[:3, 3:]):
+        return spring.point
     coupling = C[:3, 3:] @ np.linalg.pinv(C[3:, 3:])
     to_centre = 0.5 * np.array(
         [

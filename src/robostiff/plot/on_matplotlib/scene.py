@@ -22,7 +22,7 @@ from robostiff.plot.on_matplotlib.canvas import (
     legend_below,
     norm,
 )
-from robostiff.plot.picture import Arrow, Face, Item, LineWeight, Marks, Mesh, Path, Scene, Shape
+from robostiff.plot.picture import Arrow, Face, Item, LineWeight, Marks, Mesh, Path, Scene, Shape, Text
 from robostiff.plot.picture.paint import colour_of
 
 _MARKERS = {
@@ -78,6 +78,9 @@ class _MatplotlibPencil:
             handle = self._marks(item, colour)
         elif isinstance(item, Arrow):
             handle = self._arrow(item, colour)
+        elif isinstance(item, Text):
+            place = tuple(self._places(item.point[None])[:, 0])
+            handle = self.ax.text(*place, f" {item.words}", color=colour, fontsize="x-small")
         else:
             handle = self._faces(item, colour)
         if item.label:

@@ -18,6 +18,7 @@ from robostiff.plot.picture import (
     Path,
     Scene,
     Shape,
+    Text,
 )
 from robostiff.plot.picture.paint import colour_of
 from robostiff.plot.theme import Palette
@@ -99,6 +100,9 @@ class _PlotlyPencil:
             return [self._marks(item, colour)]
         if isinstance(item, Arrow):
             return self._arrow(item, colour)
+        if isinstance(item, Text):
+            look = {"textfont": {"color": colour, "size": 11}, "textposition": "top right"}
+            return [self._scatter(item.point[None], item, "text", text=[item.words], **look)]
         return [self._surface(item, colour)]
 
     def _marks(self, item: Marks, colour: str) -> Any:

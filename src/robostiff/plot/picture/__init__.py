@@ -27,6 +27,7 @@ from robostiff.plot.picture.scene import (
     Path,
     Scene,
     Shape,
+    Text,
 )
 
 Picture = Scene | Matrix | Bars | Field | Bands | Curves
@@ -62,4 +63,5 @@ __all__ = [
     "Scene",
     "Series",
     "Shape",
+    "Text",
 ]

@@ -83,7 +83,17 @@ class Mesh:
     label: str = ""
 
 
-Item = Path | Face | Marks | Arrow | Mesh
+@dataclass(frozen=True)
+class Text:
+    """Words beside a point (3,)."""
+
+    point: np.ndarray
+    words: str
+    paint: Paint
+    label: str = ""
+
+
+Item = Path | Face | Marks | Arrow | Mesh | Text
 
 
 @dataclass(frozen=True)
@@ -135,4 +145,6 @@ def _points(item: Item) -> np.ndarray:
         return item.corners
     if isinstance(item, Arrow):
         return np.stack([item.start, item.tip])
+    if isinstance(item, Text):
+        return item.point[None]
     return item.vertices
