@@ -22,6 +22,7 @@ from robostiff.cli.shared_options import (
     SideOption,
     XacroOption,
 )
+from robostiff.cli.view_command import view
 from robostiff.version import __version__
 
 app = typer.Typer(
@@ -381,7 +382,7 @@ def cables(
     return print_cables(robot, place, (wrench, balance), (rule, level, tensions), set_ or [], json_)
 
 
-for _command in (schema, new, convert):
+for _command in (view, schema, new, convert):
     app.command()(_command)
 
 

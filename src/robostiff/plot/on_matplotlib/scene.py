@@ -22,7 +22,18 @@ from robostiff.plot.on_matplotlib.canvas import (
     legend_below,
     norm,
 )
-from robostiff.plot.picture import Arrow, Face, Item, LineWeight, Marks, Mesh, Path, Scene, Shape, Text
+from robostiff.plot.picture import (
+    Arrow,
+    Face,
+    Item,
+    LineWeight,
+    Marks,
+    Mesh,
+    Path,
+    Scene,
+    Shape,
+    Text,
+)
 from robostiff.plot.picture.paint import colour_of
 
 _MARKERS = {

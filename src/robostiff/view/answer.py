@@ -1,0 +1,191 @@
+"""What is shown of a robot: items in the picture, tables beside it, and its status above all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robostiff.analysis import Deflection, RobotStiffness
+from robostiff.analysis.result_tables import displacement_table, energy_table
+from robostiff.errors import NoAnswerError
+from robostiff.markup import Bullets, Tone, block_html, element, escaped
+from robostiff.plot.ellipsoids import ellipsoid_items
+from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_axes
+from robostiff.plot.picture import Item, Paint
+from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.prefix import prefixed, short
+from robostiff.plot.theme import Theme
+
+_IN_ROBOT = 0.22  # of the robot: the longest semi-axis at home
+_LARGEST = 1.0  # of the robot: the longest semi-axis anywhere
+_BARS = 12
+
+#: Layers of the picture, and whether each is seen at first.
+LAYERS = {
+    "robot": True,
+    "names of joints": False,
+    "shape without load": True,
+    "load": True,
+    "ellipsoid of displacements": True,
+    "ellipsoid of rotations": False,
+    "free motions": True,
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a robot is to be shown.
+
+    Attributes
+    ----------
+    exaggeration : float or None
+        Of displacements; None for a round number that makes them visible.
+    """
+
+    exaggeration: float | None = None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is shown of a robot at a pose, under a load.
+
+    Attributes
+    ----------
+    status : str
+        In a word or two.
+    kind : str
+        ok, note or bad.
+    advice : tuple of str
+    layers : mapping of str to sequence of Item
+        In metres; a layer that is left out has nothing to show.
+    stiffness, load : str
+        HTML of the tables; empty where there is nothing to say.
+    notes : tuple of str
+        What the picture shows, a sentence each.
+    key : str
+        HTML of the meaning of its colours.
+    """
+
+    status: str
+    kind: str
+    advice: tuple[str, ...] = ()
+    layers: Mapping[str, Sequence[Item]] = field(default_factory=dict)
+    stiffness: str = ""
+    load: str = ""
+    notes: tuple[str, ...] = ()
+    key: str = ""
+
+    @property
+    def head(self) -> str:
+        """Status, advice and notes as HTML."""
+        colour = {"ok": "#00694a", "note": "#8a4b00", "bad": "#a01010"}[self.kind]
+        look = f"color:{colour};font-weight:700"
+        word = element("span", escaped(self.status), style=look, class_="robostiff-status")
+        blocks = [element("p", f"status {word}", style="margin:0.2em 0")]
+        if self.advice:
+            blocks.append(block_html(Bullets(self.advice, Tone.WARNING)))
+        blocks.append(self.key)
+        if self.notes:
+            blocks.append(block_html(Bullets(self.notes, Tone.QUIET)))
+        return "".join(blocks)
+
+
+def refusal(error: Exception) -> Answer:
+    """What is shown where there is no robot to be shown: the reason alone."""
+    return Answer("no answer", "bad", (str(error),))
+
+
+class Ellipsoids:
+    """Ellipsoids of one robot, all drawn on one scale, so that their size can be compared.
+
+    The scale is that of the first answer in which the ellipsoid has a size.
+    """
+
+    def __init__(self) -> None:
+        self._sizes: dict[Quality, float] = {}
+
+    def items(
+        self, result: RobotStiffness, quality: Quality, extent: float
+    ) -> tuple[list[Item], str]:
+        """Items of one ellipsoid, and what its size means; nothing where there is none."""
+        try:
+            axes = principal_axes(result, quality)
+        except NoAnswerError:
+            return [], ""
+        bounded = axes.lengths[~axes.is_free]
+        if not len(bounded) or bounded.max() <= 0:
+            return [], ""
+        longest = float(bounded.max())
+        size = self._sizes.setdefault(quality, _IN_ROBOT * extent / longest)
+        shown = min(size, _LARGEST * extent / longest)
+        times, unit = prefixed(longest, quality.unit)
+        items = ellipsoid_items(axes, quality, result.reference_point, shown, (times, unit))
+        return items, _in_words(quality, axes, shown, f"{short(times * longest)} {unit}")
+
+
+def _in_words(quality: Quality, axes: PrincipalAxes, size: float, longest: str) -> str:
+    drawn = size * float(axes.lengths[~axes.is_free].max())
+    free = int(np.count_nonzero(axes.is_free))
+    rest = f"; {free} direction{'s' if free > 1 else ''} unlimited" if free else ""
+    return f"{quality.value}: longest axis {longest}, drawn {short(1e3 * drawn)} mm long{rest}"
+
+
+def load_html(bent: Deflection, colours: Mapping[str, Paint]) -> str:
+    """Displacements under the load, and the elastic energy of parts."""
+    heading = element("p", element("b", "Under the load"))
+    if not bent.has_answer:
+        return heading + element("p", f"There is no deflection: status {escaped(bent.status)}.")
+    blocks = [heading, block_html(displacement_table(bent)), energy_bars(bent, colours)]
+    if bent.energy > 0:
+        blocks.append(block_html(energy_table(bent, _BARS)))
+    return "".join(blocks)
+
+
+def energy_bars(bent: Deflection, colours: Mapping[str, Paint]) -> str:
+    """Shares of the parts in the elastic energy as bars, in the colours of the picture."""
+    if not bent.has_answer or not bent.energy > 0:
+        return ""
+    by_name: dict[str, float] = {}
+    for part in bent.parts:
+        by_name[part.part] = by_name.get(part.part, 0.0) + part.share
+    rows = []
+    for name, share in sorted(by_name.items(), key=lambda own: -own[1])[:_BARS]:
+        colour = hue(colours[name]) if name in colours else "#888888"
+        bar = element("div", "", style=f"width:{100 * share:.2f}%;height:0.7em;background:{colour}")
+        number = element("data", f"{100 * share:.1f} %", value=repr(100 * share))
+        cells = (
+            element("td", escaped(name)),
+            element("td", bar, style="width:50%"),
+            element("td", number, style="text-align:right"),
+        )
+        rows.append(element("tr", "".join(cells)))
+    title = element("p", "elastic energy by part, all legs together", style="margin:0.6em 0 0")
+    return title + element("table", "".join(rows), style="width:100%", class_="robostiff-energy")
+
+
+def colour_key(colours: Mapping[str, Paint]) -> str:
+    """Names of parts in the colours of the picture; empty where there is none."""
+    if not colours:
+        return ""
+    spans = (
+        element("span", f"&#9632;&nbsp;{escaped(name)}", style=f"color:{hue(paint)}")
+        for name, paint in colours.items()
+    )
+    return element("p", " &nbsp; ".join(spans), style="margin:0.2em 0;line-height:1.4")
+
+
+def hue(paint: Paint) -> str:
+    """The colour of a paint on light ground."""
+    return colour_of(paint, Theme.LIGHT.palette)
+
+
+def kind_of(is_bad: bool, is_plain: bool) -> str:
+    """ok, note or bad."""
+    return "bad" if is_bad else "ok" if is_plain else "note"
+
+
+def without_empty(layers: Iterable[tuple[str, Sequence[Item]]]) -> dict[str, Sequence[Item]]:
+    """Layers that have something to show."""
+    return {name: items for name, items in layers if items}

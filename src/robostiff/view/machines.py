@@ -1,0 +1,394 @@
+"""What each kind of robot answers where its sliders are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from robostiff.analysis import CableStiffness, Deflection, RobotStiffness, cable_response
+from robostiff.analysis.cable_response import CableResponse
+from robostiff.analysis.result_tables import stiffness_html
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError
+from robostiff.io.results.cables import cable_response_text
+from robostiff.kinematics import JointCoordinates, find_posture
+from robostiff.kinematics.pose import home_coordinates
+from robostiff.linkage import Linkage
+from robostiff.markup import (
+    STIFFNESS_UNITS,
+    Bullets,
+    Cell,
+    LabelledMatrix,
+    Number,
+    Paragraph,
+    Table,
+    block_html,
+    element,
+    escaped,
+)
+from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
+from robostiff.plot.free_motion_screws import free_motion_items
+from robostiff.plot.geometry.displacement import at_rest
+from robostiff.plot.geometry.ellipsoid import Quality
+from robostiff.plot.geometry.legs import extent, foot
+from robostiff.plot.picture import Item, Paint, PlainColour
+from robostiff.plot.posed_robot import displaced
+from robostiff.plot.prefix import short
+from robostiff.plot.robot_parts import (
+    Drawing,
+    colours_of_parts,
+    ghost,
+    joint_names,
+    load_items,
+    part_names,
+    robot_items,
+)
+from robostiff.plot.structures import cable_items, network_items, network_points, size_of
+from robostiff.spatial import Space
+from robostiff.statics import deflection
+from robostiff.view.answer import (
+    Answer,
+    Ellipsoids,
+    Look,
+    colour_key,
+    kind_of,
+    load_html,
+    without_empty,
+)
+from robostiff.view.sliders import (
+    Slider,
+    coordinate_sliders,
+    joint_sliders,
+    linkage_sliders,
+)
+
+_AXIS = 0.3  # of the robot: half the axis of a free motion
+
+
+class Machine(Protocol):
+    """A robot of any kind at the values of its sliders."""
+
+    name: str
+    space: Space
+    size: float
+    sliders: tuple[Slider, ...]
+    box: tuple[np.ndarray, np.ndarray]
+
+    def like(self, robot: Any) -> Machine:
+        """The same with a robot of other dimensions: its sliders and scales stay."""
+        ...
+
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+        """What is shown at values in SI units, under a load (n,) on the platform."""
+        ...
+
+
+def machine_of(robot: Any, pose: Any = None) -> Machine:
+    """The machine of a robot, snapshot, network, cable robot or linkage.
+
+    Parameters
+    ----------
+    robot : Robot, Snapshot, Network, CableRobot or Linkage
+    pose : as for `robostiff.stiffness`
+        Where the sliders begin; home when left out.
+
+    Raises
+    ------
+    InputError
+        When it is none of these, or the pose does not fit.
+    """
+    if isinstance(robot, Robot):
+        return RobotMachine(robot.numeric, pose)
+    if isinstance(robot, CableRobot):
+        return CableMachine(robot, pose)
+    if pose is not None:
+        raise InputError(
+            f"pose of {robot.name!r}", got=pose, expected="none: it is frozen at its own pose"
+        )
+    if isinstance(robot, Snapshot):
+        return RobotMachine(robot)
+    if isinstance(robot, Linkage):
+        return LinkageMachine(robot)
+    if isinstance(robot, Network):
+        return NetworkMachine(robot)
+    raise InputError(
+        "robot of a view",
+        got=robot,
+        expected="a Robot, Snapshot, Network, CableRobot or Linkage",
+        hint='write rs.load("hexapod")',
+    )
+
+
+class RobotMachine:
+    """A robot of legs, or a snapshot of one."""
+
+    def __init__(self, robot: Robot | Snapshot, pose: Any = None) -> None:
+        self.robot, self.name, self.space = robot, robot.name, robot.space
+        self._ellipsoids = Ellipsoids()
+        if isinstance(robot, Snapshot):
+            self.size, self.sliders, self.box = extent(robot), (), box_of(robot)
+            return
+        at_home = find_posture(robot, None).snapshot.one(0)
+        self.size, self.box = extent(at_home), box_of(at_home)
+        start = find_posture(robot, pose)
+        if start.batch:
+            raise InputError("pose of a view", got=pose, expected="a single pose")
+        if robot.is_posed_by_joints:
+            q = start.coordinates[0][0]
+            self.sliders = joint_sliders(robot, q, self.size)
+        else:
+            home = home_coordinates(robot)
+            self.sliders = coordinate_sliders(robot.coordinates, home, start.pose[0], self.size)
+
+    def like(self, robot: Any) -> RobotMachine:
+        """The same with a robot of other dimensions."""
+        found = copy(self)
+        found.robot = robot.numeric if isinstance(robot, Robot) else robot
+        return found
+
+    def pose(self, values: Mapping[str, float]) -> Any:
+        """The pose of values by the names of the sliders, as `robostiff.stiffness` takes it."""
+        if isinstance(self.robot, Snapshot):
+            return None
+        numbers = np.array([values[slider.name] for slider in self.sliders])
+        if self.robot.is_posed_by_joints:
+            return JointCoordinates(numbers)
+        return numbers if len(numbers) else None
+
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+        """What is shown at values in SI units, under a load (n,) on the platform."""
+        bent = deflection(self.robot, self.pose(values), wrench)
+        result = bent.stiffness
+        kind = kind_of(bent.status.is_bad, not bent.status)
+        if Status.UNREACHABLE in result.status:
+            return Answer(str(bent.status), kind, tuple(bent.advice))
+        snapshot = self.robot if isinstance(self.robot, Snapshot) else result.snapshot()
+        colours = colours_of_parts(part_names(snapshot))
+        layers, notes = self._layers(snapshot, bent, colours, look)
+        load = load_html(bent, colours) if np.any(wrench) else ""
+        return Answer(
+            str(bent.status),
+            kind,
+            tuple(bent.advice),
+            layers,
+            stiffness_html(result),
+            load,
+            notes,
+            colour_key(colours),
+        )
+
+    def _layers(
+        self,
+        snapshot: Snapshot,
+        bent: Deflection,
+        colours: Mapping[str, Paint],
+        look: Look,
+    ) -> tuple[dict[str, Sequence[Item]], tuple[str, ...]]:
+        motion, scale, notes = at_rest(snapshot), 0.0, []
+        if bent.has_answer and np.any(bent.wrench):
+            given = 0.0 if snapshot.platform is not None else look.exaggeration
+            motion, scale = displaced(snapshot, bent, given)
+            notes.append(
+                "flexible platform: shape without load"
+                if snapshot.platform is not None
+                else f"displacements × {short(scale, 6)}"
+            )
+        drawing = Drawing(snapshot, motion, scale, 1.0)
+        size = extent(snapshot)
+        shapes, words = self._shapes(bent.stiffness, size)
+        layers = {
+            "robot": robot_items(drawing, {}, PlainColour.MUTED, colours),
+            "names of joints": joint_names(drawing),
+            "shape without load": ghost(drawing) if scale else [],
+            "load": load_items(drawing, bent, is_flat=False),
+            **shapes,
+        }
+        return without_empty(layers.items()), (*notes, *words)
+
+    def _shapes(
+        self, result: RobotStiffness, size: float
+    ) -> tuple[dict[str, list[Item]], list[str]]:
+        return shapes_of(result, self._ellipsoids, size)
+
+
+def shapes_of(
+    result: RobotStiffness, ellipsoids: Ellipsoids, size: float
+) -> tuple[dict[str, list[Item]], list[str]]:
+    """Ellipsoids and free motions of a result, and what they mean."""
+    moved, moved_words = ellipsoids.items(result, Quality.COMPLIANCE, size)
+    turned, turned_words = ellipsoids.items(result, Quality.ROTATIONAL_COMPLIANCE, size)
+    layers = {
+        "ellipsoid of displacements": moved,
+        "ellipsoid of rotations": turned,
+        "free motions": free_motion_items(result, _AXIS * size, 1.0),
+    }
+    free = [f"free: {motion}" for motion in result.free_motions]
+    return layers, [*free, *(words for words in (moved_words, turned_words) if words)]
+
+
+class NetworkMachine:
+    """A network of bodies: it does not move, its load does."""
+
+    def __init__(self, network: Network) -> None:
+        self.network, self.name, self.space = network, network.name, network.space
+        self.sliders = ()
+        self.size, self.box = size_of(network_points(network)), box_around(network_points(network))
+        self._ellipsoids = Ellipsoids()
+
+    def like(self, robot: Any) -> NetworkMachine:
+        """The same with another network."""
+        found = copy(self)
+        found.network = robot
+        return found
+
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+        """What is shown under a load (n,) on the platform."""
+        return network_answer(self.network, wrench, self._ellipsoids, self.size)
+
+
+class LinkageMachine:
+    """Bodies and joints in loops: the joints that keep their coordinates are moved."""
+
+    def __init__(self, linkage: Linkage) -> None:
+        self.linkage, self.name = linkage, linkage.name
+        network = linkage.network_at()
+        points = network_points(network)
+        self.space, self.size, self.box = network.space, size_of(points), box_around(points)
+        moved = {
+            joint.name: (bool(joint.freedoms[0].turns), float(np.asarray(joint.home)[0]))
+            for joint in linkage.joints
+            if joint.size == 1 and joint.name in linkage.held
+        }
+        self.sliders = linkage_sliders(moved, self.size)
+        self._ellipsoids = Ellipsoids()
+
+    def like(self, robot: Any) -> LinkageMachine:
+        """The same with another linkage."""
+        found = copy(self)
+        found.linkage = robot
+        return found
+
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+        """What is shown at values in SI units, under a load (n,) on the platform."""
+        network = self.linkage.network_at({s.name: values[s.name] for s in self.sliders})
+        return network_answer(network, wrench, self._ellipsoids, self.size)
+
+
+def network_answer(
+    network: Network, wrench: np.ndarray, ellipsoids: Ellipsoids, size: float
+) -> Answer:
+    """What is shown of a network under a load (n,) on its platform."""
+    bent = deflection(network, None, wrench)
+    result = bent.stiffness
+    colours = colours_of_parts(beam.name for beam in network.beams)
+    shapes, words = shapes_of(result, ellipsoids, size)
+    layers = {"robot": network_items(network, 1.0, colours), **shapes}
+    load = load_html(bent, colours) if np.any(wrench) else ""
+    return Answer(
+        str(bent.status),
+        kind_of(bent.status.is_bad, not bent.status),
+        tuple(bent.advice),
+        without_empty(layers.items()),
+        stiffness_html(result),
+        load,
+        tuple(words),
+        colour_key(colours),
+    )
+
+
+class CableMachine:
+    """A cable robot: the load is carried by locked winches."""
+
+    def __init__(self, robot: CableRobot, pose: Any = None) -> None:
+        self.robot, self.name, self.space = robot, robot.name, robot.space
+        first = cable_response(robot, pose, np.zeros(robot.space.size)).before
+        points = np.concatenate([first.placed.exit_points, first.placed.attachments])
+        self.size, self.box = size_of(points), box_around(points)
+        home = cable_response(robot, None, np.zeros(robot.space.size)).before.pose
+        self.sliders = coordinate_sliders(robot.coordinates, home, first.pose, self.size)
+
+    def like(self, robot: Any) -> CableMachine:
+        """The same with another cable robot."""
+        found = copy(self)
+        found.robot = robot
+        return found
+
+    def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
+        """What is shown at values in SI units, under a load (n,) on the platform."""
+        pose = np.array([values[slider.name] for slider in self.sliders])
+        found = cable_response(self.robot, pose, wrench)
+        before = found.before
+        layers, notes = _of_cables(found)
+        load = cable_response_text(found) if np.any(wrench) else ""
+        status = found.status if np.any(wrench) else before.status
+        advice = tuple(dict.fromkeys([*before.advice, *found.advice]))
+        return Answer(
+            str(status),
+            kind_of(status.is_bad, not status),
+            advice,
+            without_empty(layers.items()),
+            cable_stiffness_html(before),
+            element("pre", escaped(load)) if load else "",
+            notes,
+        )
+
+
+def box_of(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner (3,) of the box around a robot [m]."""
+    points = [snapshot.reference_point]
+    for leg in snapshot.legs:
+        points += [leg.end, foot(leg), *(part.point for part in leg.parts)]
+    return box_around(np.array(points))
+
+
+def box_around(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner (3,) of the box around points (n, 3)."""
+    return points.min(axis=0), points.max(axis=0)
+
+
+def cable_stiffness_html(result: CableStiffness) -> str:
+    """K with labels and units, rank, free motions, and the tensions."""
+    if not np.all(result.answered):
+        return ""
+    space = result.space
+    K = LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
+    motions = tuple(f"free: {motion}" for motion in result.free_motions)
+    rows: list[list[Cell]] = [
+        [name, Number(float(tension), "N"), Number(float(axial), "N/m")]
+        for name, tension, axial in zip(
+            result.cable_names, result.tensions, result.axial, strict=True
+        )
+    ]
+    blocks = (
+        K,
+        Paragraph(f"rank {int(result.rank)} of {space.size}"),
+        Bullets(motions),
+        Table(["cable", "tension", "stiffness"], rows),
+    )
+    return "".join(map(block_html, blocks))
+
+
+def _of_cables(found: CableResponse) -> tuple[dict[str, Sequence[Item]], tuple[str, ...]]:
+    shown = found.after if found.after is not None else found.before
+    layers: dict[str, Sequence[Item]] = {"robot": cable_items(shown, 1.0)}
+    return layers, ()
+
+
+def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any]:
+    """Parameters as they are written in the model file, or in the side file of a description."""
+    from robostiff.io.document import read_document
+    from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
+
+    shipped = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
+    path = side if side is not None else robot_file(source) if source in shipped else source
+    if str(path) == "-" or Path(str(path)).suffix.lower() not in {".yaml", ".yml", ".json"}:
+        return {}
+    data = read_document(path).data
+    found = data.get("parameters") if isinstance(data, dict) else None
+    return found if isinstance(found, dict) else {}

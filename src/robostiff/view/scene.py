@@ -1,0 +1,200 @@
+"""Layers of items drawn with viser; what is no longer there is removed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from robostiff.plot.geometry.surfaces import ellipsoid_mesh
+from robostiff.plot.picture import (
+    Arrow,
+    Face,
+    Item,
+    LineWeight,
+    Marks,
+    Mesh,
+    Paint,
+    Path,
+    Shape,
+    Text,
+)
+from robostiff.plot.picture.paint import colour_of
+from robostiff.plot.theme import Theme
+
+# Of the robot's size.
+_WIDTHS = {LineWeight.BOLD: 0.012, LineWeight.LINE: 0.006, LineWeight.THIN: 0.0025}
+_MARKS = {Shape.RING: 0.011, Shape.SQUARE: 0.010, Shape.DIAMOND: 0.012, Shape.CROSS: 0.008}
+_DASH, _ARROW = 0.03, 0.006
+_PASSIVE = (216, 216, 216)
+
+_CUBE = (
+    np.array([[x, y, z] for x in (-1.0, 1) for y in (-1.0, 1) for z in (-1.0, 1)]),
+    np.array(
+        [
+            [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+            [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+        ]
+    ),
+)  # fmt: skip
+_OCTAHEDRON = (
+    np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]),
+    np.array(
+        [
+            [0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4],
+            [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5],
+        ]
+    ),
+)  # fmt: skip
+_SPHERE = ellipsoid_mesh(np.eye(3))
+_SHAPES = {Shape.SQUARE: _CUBE, Shape.DIAMOND: _OCTAHEDRON, Shape.CROSS: _OCTAHEDRON}
+
+
+class LayeredScene:
+    """The picture in the browser.
+
+    Parameters
+    ----------
+    scene : viser.SceneApi
+    size : float
+        Of the robot [m]: widths of lines and marks are parts of it.
+    """
+
+    def __init__(self, scene: Any, size: float) -> None:
+        self._scene, self._size = scene, size or 1.0
+        self._nodes: dict[str, tuple[str, Any]] = {}
+
+    @property
+    def names(self) -> list[str]:
+        """Of all that is drawn now."""
+        return list(self._nodes)
+
+    def show(self, layers: Mapping[str, Sequence[Item]]) -> None:
+        """Draw layers in place of those before; call it in one atomic block."""
+        drawn: set[str] = set()
+        for layer, items in layers.items():
+            for name, kind, props in self._nodes_of(items):
+                path = f"/{layer.replace(' ', '-')}/{name}"
+                self._put(path, kind, props)
+                drawn.add(path)
+        for path in [path for path in self._nodes if path not in drawn]:
+            self._nodes.pop(path)[1].remove()
+
+    def _put(self, path: str, kind: str, props: dict[str, Any]) -> None:
+        known = self._nodes.get(path)
+        if known is not None and known[0] == kind:
+            for name, value in props.items():
+                setattr(known[1], name, value)
+            return
+        if known is not None:
+            known[1].remove()
+        self._nodes[path] = (kind, getattr(self._scene, kind)(path, **props))
+
+    def _nodes_of(self, items: Sequence[Item]) -> Iterable[tuple[str, str, dict[str, Any]]]:
+        """Name, kind and properties of the nodes that draw the items of a layer."""
+        paths = [item for item in items if isinstance(item, Path)]
+        for weight in LineWeight:
+            own = [item for item in paths if item.weight is weight]
+            if own:
+                yield f"lines-{weight.name}", "add_line_segments", self._lines(own, weight)
+        arrows = [item for item in items if isinstance(item, Arrow)]
+        if arrows:
+            yield "arrows", "add_arrows", self._arrows(arrows)
+        surfaces = [item for item in items if isinstance(item, Face | Mesh)]
+        for i, item in enumerate(surfaces):
+            yield f"surface-{i}", "add_mesh_simple", _surface(item)
+        marks = [item for item in items if isinstance(item, Marks)]
+        for i, item in enumerate(marks):
+            yield f"marks-{i}", "add_mesh_simple", self._marks(item)
+        texts = [item for item in items if isinstance(item, Text)]
+        for i, item in enumerate(texts):
+            yield f"words-{i}", "add_label", {"text": item.words, "position": item.point}
+
+    def _lines(self, paths: Sequence[Path], weight: LineWeight) -> dict[str, Any]:
+        points, colours = [], []
+        for item in paths:
+            pieces = self._pieces(item)
+            points.append(pieces)
+            own = _linear(rgb(item.paint))
+            colours.append(np.broadcast_to(own, pieces.shape))
+        return {
+            "points": np.concatenate(points).astype(np.float32),
+            "colors": np.concatenate(colours),
+            "thickness": _WIDTHS[weight] * self._size,
+        }
+
+    def _pieces(self, item: Path) -> np.ndarray:
+        """Segments (n, 2, 3) of a line; of a dashed one every other piece."""
+        segments = np.stack([item.points[:-1], item.points[1:]], axis=1)
+        if not item.dashed:
+            return segments
+        pieces = []
+        for start, end in segments:
+            n = max(1, round(float(np.linalg.norm(end - start)) / (2 * _DASH * self._size)))
+            at = (np.arange(n)[:, None] + np.array([0.0, 0.5])) / n
+            pieces.append(start + at[..., None] * (end - start))
+        return np.concatenate(pieces)
+
+    def _arrows(self, arrows: Sequence[Arrow]) -> dict[str, Any]:
+        ends, colours = [], []
+        for item in arrows:
+            middle = 0.5 * (item.start + item.tip)
+            both = [[middle, item.tip], [middle, item.start]]
+            ends += both if item.both_ways else [[item.start, item.tip]]
+            colours += [rgb(item.paint)] * (2 if item.both_ways else 1)
+        wide = _ARROW * self._size
+        return {
+            "points": np.array(ends, dtype=np.float32),
+            "colors": np.array(colours, dtype=np.uint8),
+            "shaft_radius": wide,
+            "head_radius": 2.5 * wide,
+            "head_length": 5 * wide,
+        }
+
+    def _marks(self, item: Marks) -> dict[str, Any]:
+        """All marks as one mesh of spheres, cubes or octahedra."""
+        vertices, triangles = _SHAPES.get(item.shape, _SPHERE)
+        half = _MARKS.get(item.shape, 0.006) * self._size
+        n = len(vertices)
+        placed = item.points[:, None] + half * vertices
+        faces = triangles + n * np.arange(len(item.points))[:, None, None]
+        passive = item.shape is Shape.RING
+        return {
+            "vertices": placed.reshape(-1, 3).astype(np.float32),
+            "faces": faces.reshape(-1, 3).astype(np.uint32),
+            "color": _PASSIVE if passive else rgb(item.paint),
+            "flat_shading": item.shape in _SHAPES,
+            "side": "double",
+        }
+
+
+def _surface(item: Face | Mesh) -> dict[str, Any]:
+    if isinstance(item, Face):
+        n = len(item.corners)
+        around = np.arange(n)
+        vertices = np.concatenate([item.corners, item.corners.mean(axis=0)[None]])
+        triangles = np.stack([around, (around + 1) % n, np.full(n, n)], axis=-1)
+    else:
+        vertices, triangles = item.vertices, item.triangles
+    return {
+        "vertices": vertices.astype(np.float32),
+        "faces": triangles.astype(np.uint32),
+        "color": rgb(item.paint),
+        "opacity": item.opacity,
+        "side": "double",
+    }
+
+
+def _linear(colour: tuple[int, int, int]) -> np.ndarray:
+    """A colour as lines take it: their shader encodes it once more (IEC 61966-2-1)."""
+    c = np.array(colour) / 255
+    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    return np.round(255 * linear).astype(np.uint8)
+
+
+def rgb(paint: Paint) -> tuple[int, int, int]:
+    """Red, green and blue of a paint on light ground, 0 to 255."""
+    colour = colour_of(paint, Theme.LIGHT.palette)
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return red, green, blue

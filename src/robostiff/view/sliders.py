@@ -1,0 +1,146 @@
+"""What can be moved: coordinates, parameters and loads, with ranges and units."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.model import Actuated, Coordinate, Robot
+from robostiff.spatial import Space
+
+_REACH = 0.25  # of the robot: how far a coordinate goes from home
+_TURN = 45.0  # [deg]
+_STEPS = 400
+_WRITTEN = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([^\d\s()+*-][^()+-]*)?\s*")
+_LARGEST_FORCE, _LARGEST_MOMENT = 1000.0, 200.0  # [N], [N m]
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A number that can be moved.
+
+    Attributes
+    ----------
+    name : str
+        Of a coordinate, a parameter or a component of the load.
+    unit : str
+        In which it is shown; empty for a plain number.
+    low, high, start : float
+        In this unit.
+    factor : float
+        From this unit to SI; not used for parameters, which are given with their unit.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    factor: float = 1.0
+
+    @property
+    def label(self) -> str:
+        """Name and unit."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def step(self) -> float:
+        """A round step, some hundred of which make the range."""
+        wanted = (self.high - self.low) / _STEPS
+        power = 10.0 ** math.floor(math.log10(wanted))
+        return next(round(k * power, 15) for k in (1, 2, 5, 10) if k * power >= wanted * 0.999)
+
+
+def coordinate_sliders(
+    names: Sequence[Coordinate], home: np.ndarray, start: np.ndarray, size: float
+) -> tuple[Slider, ...]:
+    """Of pose coordinates around home (6,), which begin at `start` (6,); `size` in metres."""
+    places = list(Coordinate)
+    sliders = []
+    for coordinate in names:
+        i = places.index(coordinate)
+        is_length = i < 3
+        unit, factor = ("mm", 1e-3) if is_length else ("deg", math.pi / 180)
+        half = _round_up(_REACH * size / factor) if is_length else _TURN
+        middle, value = float(home[i]) / factor, float(start[i]) / factor
+        low, high = middle - half, middle + half
+        sliders.append(
+            Slider(coordinate.value, unit, min(low, value), max(high, value), value, factor)
+        )
+    return tuple(sliders)
+
+
+def joint_sliders(robot: Robot, start: np.ndarray, size: float) -> tuple[Slider, ...]:
+    """Of the joints of a serial arm at `start` (n,), within their limits where they have some."""
+    chain = robot.legs[0].chain
+    sliders = []
+    joints = zip(chain.freedoms, chain.coordinate_names, chain.roles, start, strict=True)
+    for screw, name, role, value in joints:
+        unit, factor = ("deg", math.pi / 180) if screw.turns else ("mm", 1e-3)
+        half = 180.0 if screw.turns else _round_up(_REACH * size / factor)
+        own = float(value) / factor
+        low, high = own - half, own + half
+        if isinstance(role, Actuated) and role.limits is not None:
+            low, high = (limit / factor for limit in role.limits)
+        sliders.append(Slider(name, unit, min(low, own), max(high, own), own, factor))
+    return tuple(sliders)
+
+
+def linkage_sliders(joints: Mapping[str, tuple[bool, float]], size: float) -> tuple[Slider, ...]:
+    """Of joints by name: whether each turns, and its coordinate at home [m, rad]."""
+    sliders = []
+    for name, (turns, home) in joints.items():
+        unit, factor, half = (
+            ("deg", math.pi / 180, _TURN)
+            if turns
+            else ("mm", 1e-3, _round_up(_REACH * size / 1e-3))
+        )
+        middle = home / factor
+        sliders.append(Slider(name, unit, middle - half, middle + half, middle, factor))
+    return tuple(sliders)
+
+
+def load_sliders(space: Space, start: Sequence[float]) -> tuple[Slider, ...]:
+    """Of the components of a wrench that begins at `start` (n,)."""
+    sliders = []
+    for i, (name, value) in enumerate(zip(space.wrench_order, start, strict=True)):
+        is_force = i < space.translations
+        most = _LARGEST_FORCE if is_force else _LARGEST_MOMENT
+        most = max(most, _round_up(abs(float(value))) if value else 0.0)
+        sliders.append(Slider(name, "N" if is_force else "N m", -most, most, float(value)))
+    return tuple(sliders)
+
+
+def parameter_sliders(definitions: Mapping[str, Any]) -> tuple[Slider, ...]:
+    """Of the parameters of a model file that are numbers with or without a unit.
+
+    Half to twice their value; those that are computed from others follow.
+
+    Examples
+    --------
+    >>> [(s.label, s.low, s.high) for s in parameter_sliders({"R": "500 mm", "d": "R/2", "n": 3})]
+    [('R [mm]', 250.0, 1000.0), ('n', 1.5, 6.0)]
+    """
+    sliders = []
+    for name, definition in definitions.items():
+        written = _WRITTEN.fullmatch(str(definition))
+        if written is None or isinstance(definition, bool):
+            continue
+        value, unit = float(written[1]), (written[2] or "").strip()
+        if value == 0:
+            half = _TURN if unit == "deg" else 1.0
+            sliders.append(Slider(name, unit, -half, half, 0.0))
+        else:
+            low, high = sorted((0.5 * value, 2 * value))
+            sliders.append(Slider(name, unit, low, high, value))
+    return tuple(sliders)
+
+
+def _round_up(value: float) -> float:
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(k * power for k in (1, 2, 5, 10) if k * power >= value * 0.999)
