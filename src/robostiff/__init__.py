@@ -74,7 +74,16 @@ _HOMES = {
         "PlausibilityWarning",
         "RobostiffError",
     ),
-    "robostiff.kinematics": ("JointCoordinates", "find_posture", "postures"),
+    "robostiff.kinematics": (
+        "ActuatorCoordinates",
+        "JointCoordinates",
+        "Module",
+        "ToolPose",
+        "actuator_names",
+        "find_posture",
+        "hybrid_machine",
+        "postures",
+    ),
     "robostiff.model": (
         "Actuated",
         "BodyPoint",

@@ -74,8 +74,13 @@ from robostiff.errors import NoAnswerError as NoAnswerError
 from robostiff.errors import PlausibilityWarning as PlausibilityWarning
 from robostiff.errors import RobostiffError as RobostiffError
 from robostiff.io.model_file import ALL_PARAMETERS as ALL_PARAMETERS
+from robostiff.kinematics import ActuatorCoordinates as ActuatorCoordinates
 from robostiff.kinematics import JointCoordinates as JointCoordinates
+from robostiff.kinematics import Module as Module
+from robostiff.kinematics import ToolPose as ToolPose
+from robostiff.kinematics import actuator_names as actuator_names
 from robostiff.kinematics import find_posture as find_posture
+from robostiff.kinematics import hybrid_machine as hybrid_machine
 from robostiff.kinematics import postures as postures
 from robostiff.model import Actuated as Actuated
 from robostiff.model import BodyPoint as BodyPoint

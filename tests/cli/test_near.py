@@ -27,3 +27,36 @@ def test_near_chooses_the_other_posture():
 def test_near_of_a_wrong_count():
     result = CliRunner().invoke(app, ["stiffness", "3-rrr", "--near", "1 2"])
     assert result.exit_code == 2
+
+
+def printed(*command: str) -> dict:
+    result = CliRunner().invoke(app, [*command, "--json"])
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def test_joints_of_a_parallel_robot_are_those_of_its_actuators():
+    robot = rs.load("hexapod")
+    home = [float(q[0, 2]) for q in rs.find_posture(robot).coordinates]
+    in_mm = " ".join(f"{1e3 * q + 10:.12g} mm" for q in home)
+    q = rs.ActuatorCoordinates(np.array(home) + 0.01)
+    expected = rs.stiffness(robot, q).pose
+    found = printed("stiffness", "hexapod", "--joints", in_mm)["pose"]
+    assert np.allclose(found, expected, atol=1e-9)
+    one = printed("stiffness", "hexapod", "--joints", f"leg2/strut={home[1] + 0.01:.12g}")["pose"]
+    expected = rs.stiffness(robot, rs.ActuatorCoordinates({"leg2/strut": home[1] + 0.01})).pose
+    assert np.allclose(one, expected, atol=1e-9)
+
+
+def test_tip_and_axis_as_a_pose():
+    found = printed("stiffness", "hexapod", "--pose", "tip 0 0 900 mm axis 0 0 1 spin 10 deg")
+    assert np.allclose(found["pose"], [0, 0, 0.9, 0, 0, np.pi / 18], atol=1e-9)
+
+
+def test_joints_that_do_not_fit():
+    for joints in ("1 2", "leg1/strot=1", "leg1/strut=1, leg1/strut=2"):
+        result = CliRunner().invoke(app, ["stiffness", "hexapod", "--joints", joints])
+        assert result.exit_code == 2
+        assert "leg1/strut" in result.output
+    result = CliRunner().invoke(app, ["stiffness", "hexapod", "--pose", "tip 0 0 1"])
+    assert result.exit_code == 2

@@ -22,6 +22,7 @@ from robostiff.elastostatics import (
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, Posture, PostureFinder, posture_finder
 from robostiff.kinematics.pose import PoseRequest
+from robostiff.kinematics.solved_request import ActuatedRequest
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -94,12 +95,13 @@ class AskedPoses:
         """What is to be said of one pose of that status, or of several, beside their status."""
         found: tuple[str, ...] = ()
         flat = rows.reshape(-1)[:CHUNK]
+        by_drives = isinstance(self.request, ActuatedRequest | np.ndarray)
         if not rows.shape and status & _COMPLAINTS:
             posture = self.posture(flat)
             found = posture.complaints
-            if self.near is None and status & Status.UNREACHABLE:
+            if not by_drives and self.near is None and status & Status.UNREACHABLE:
                 found = (*found, *self.finder.in_other_modes(posture))
-        if self.near is not None or isinstance(self.request, np.ndarray):
+        if self.near is not None or by_drives:
             return found
 
         def of_leg(snapshot: Snapshot) -> np.ndarray:

@@ -10,7 +10,13 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.careful_form import CHUNK
 from robostiff.errors import InputError
-from robostiff.kinematics import JointCoordinates, Pose, posture_finder
+from robostiff.kinematics import (
+    ActuatorCoordinates,
+    JointCoordinates,
+    Pose,
+    ToolPose,
+    posture_finder,
+)
 from robostiff.kinematics.pose import coordinate_units, joint_units
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
@@ -178,6 +184,10 @@ class KernelInputs:
                 )
             units = joint_units(self.robot.legs[0].chain)
             given = as_floats(subject, pose.values, expected, units)
+        elif isinstance(pose, ActuatorCoordinates | ToolPose):
+            hint = "find_posture(robot, pose).pose has their coordinates"
+            got = "actuator coordinates" if isinstance(pose, ActuatorCoordinates) else "tool poses"
+            raise InputError(subject, got=got, expected=expected, hint=hint)
         elif pose is None or is_rigid_transform(pose):
             got = "none" if pose is None else "a rigid transform"
             raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)

@@ -11,6 +11,7 @@ from robostiff.analysis.careful_form import DEFAULT_METHOD, AskedPoses
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import JointCoordinates
+from robostiff.kinematics.solved_request import SolvedRequest
 from robostiff.model import Robot
 
 if TYPE_CHECKING:
@@ -120,6 +121,7 @@ def _inputs(robot: Robot, asked: AskedPoses) -> np.ndarray | None:
     """Free coordinates of poses (N, n), where they are asked for as a record gives them."""
     if (
         asked.near is not None
+        or isinstance(asked.request, SolvedRequest)
         or asked.method != DEFAULT_METHOD
         or asked.tolerance != DEFAULT_TOLERANCE
     ):

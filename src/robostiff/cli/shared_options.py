@@ -30,7 +30,8 @@ PoseOption = Annotated[
         "--pose",
         metavar='"x y z rx ry rz"',
         help="Platform pose: point [m] and rotation vector [rad], units may be written ('10 mm 0 "
-        "0.5 0 0 10 deg'); or the robot's free coordinates alone. Home when left out.",
+        "0.5 0 0 10 deg'); or the robot's free coordinates alone; or tip and axis of the tool, "
+        "'tip 0.1 0 0.5 axis 0 0.1 1'. Home when left out.",
     ),
 ]
 JointsOption = Annotated[
@@ -38,7 +39,8 @@ JointsOption = Annotated[
     typer.Option(
         "--joints",
         metavar='"q1 q2 ..."',
-        help="Joint coordinates of a serial arm [m, rad], in place of --pose.",
+        help="Joint coordinates of a serial arm, or those of the actuators of any other robot "
+        "[m, rad], in place of --pose; or some of the latter by name, 'leg1/slide=20 mm'.",
     ),
 ]
 NearOption = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,8 +10,15 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
-from robostiff.kinematics import JointCoordinates, Pose
+from robostiff.kinematics import (
+    ActuatorCoordinates,
+    JointCoordinates,
+    Pose,
+    ToolPose,
+    actuator_names,
+)
 from robostiff.model import Coordinate, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -85,10 +93,29 @@ def pose_from(robot: Robot | Snapshot | Network | CableRobot, place: PoseArgumen
             raise InputError("--joints", got=place.joints, expected="--pose: cables have no joints")
         return None if place.pose is None else np.array(_pose_coordinates(robot, place.pose))
     if place.joints is not None:
-        return JointCoordinates(_joints(robot, place.joints))
+        return _joints(robot, place.joints)
     if place.pose is None:
         return None
+    if place.pose.split()[:1] == ["tip"]:
+        return _tool_pose(place.pose)
     return np.array(_pose_coordinates(robot, place.pose))
+
+
+_TOOL_POSE = re.compile(r"\s*tip\s(?P<tip>.+?)\saxis\s(?P<axis>.+?)(?:\sspin\s(?P<spin>.+))?\s*$")
+
+
+def _tool_pose(text: str) -> ToolPose:
+    """Tip and axis of the tool, and the turn about it: ``tip 0.1 0 -1.6 axis 0 0.1 1``."""
+    found = _TOOL_POSE.match(text)
+    if found is None:
+        raise InputError("--pose", got=text, expected="tip x y z axis i j k, or with spin ANGLE")
+    tip = parse_quantities(found["tip"], [Dimension.LENGTH] * 3, ["x", "y", "z"], "--pose tip")
+    numbers = [Dimension.NUMBER] * 3
+    axis = parse_quantities(found["axis"], numbers, ["i", "j", "k"], "--pose axis")
+    if found["spin"] is None:
+        return ToolPose(tip, axis)
+    (spin,) = parse_quantities(found["spin"], [Dimension.ANGLE], ["spin"], "--pose spin")
+    return ToolPose(tip, axis, spin=spin)
 
 
 def _pose_coordinates(robot: Robot | CableRobot, text: str) -> list[float]:
@@ -117,12 +144,33 @@ def _read_coordinates(coordinates: Sequence[Coordinate], text: str) -> list[floa
     return parse_quantities(text, dimensions, [c.value for c in coordinates], "--pose")
 
 
-def _joints(robot: Robot, text: str) -> list[float]:
-    if not robot.is_serial:
-        raise InputError(
-            "--joints", got=text, expected="--pose: joints pose serial arms only", hint=None
-        )
-    return _leg_coordinates(robot, text, "--joints")
+def _joints(robot: Robot, text: str) -> JointCoordinates | ActuatorCoordinates:
+    """All joint coordinates of a serial arm; those of the actuators of any other robot."""
+    if "=" in text:
+        return ActuatorCoordinates(_by_name(robot, text))
+    if robot.is_serial and not robot.legs[0].chain.has_blocks:
+        return JointCoordinates(_leg_coordinates(robot, text, "--joints"))
+    every = _dimensions(robot)
+    names = list(actuator_names(robot))
+    return ActuatorCoordinates(
+        parse_quantities(text, [every[name] for name in names], names, "--joints")
+    )
+
+
+def _by_name(robot: Robot, text: str) -> dict[str, float]:
+    """Coordinates of some actuators, ``NAME=VALUE, NAME=VALUE``."""
+    every, names, found = _dimensions(robot), actuator_names(robot), {}
+    for part in text.split(","):
+        name, equals, value = (one.strip() for one in part.partition("="))
+        if not equals or name not in names or name in found:
+            raise InputError(
+                "--joints",
+                got=part.strip(),
+                expected=f"NAME=VALUE, each name once: {', '.join(names)}",
+                hint=did_you_mean(name, names),
+            )
+        (found[name],) = parse_quantities(value, [every[name]], [name], "--joints")
+    return found
 
 
 def near_from(
@@ -140,12 +188,19 @@ def near_from(
 
 def _leg_coordinates(robot: Robot, text: str, option: str) -> list[float]:
     """Coordinates of all legs, one after the other."""
-    dimensions, names = [], []
-    for leg in robot.legs:
-        for screw, name in zip(leg.chain.freedoms, leg.chain.coordinate_names, strict=True):
-            dimensions.append(Dimension.ANGLE if screw.turns else Dimension.LENGTH)
-            names.append(name if robot.is_serial else f"{leg.name}/{name}")
-    return parse_quantities(text, dimensions, names, option)
+    every = _dimensions(robot)
+    return parse_quantities(text, list(every.values()), list(every), option)
+
+
+def _dimensions(robot: Robot) -> dict[str, Dimension]:
+    """What each coordinate of all legs measures, by its name."""
+    return {
+        name if robot.is_serial else f"{leg.name}/{name}": (
+            Dimension.ANGLE if screw.turns else Dimension.LENGTH
+        )
+        for leg in robot.legs
+        for screw, name in zip(leg.chain.freedoms, leg.chain.coordinate_names, strict=True)
+    }
 
 
 def point_from(place: PoseArguments) -> list[float] | None:

@@ -7,6 +7,7 @@ from robostiff.kinematics.formula import (
     place_leg_at_joints,
 )
 from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.hybrid_machine import Module, hybrid_machine
 from robostiff.kinematics.jacobians import (
     freedom_twist,
     freedom_twists,
@@ -15,6 +16,7 @@ from robostiff.kinematics.jacobians import (
     spring_compliance,
     spring_jacobian,
 )
+from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose, actuator_names
 from robostiff.kinematics.placed_body_springs import with_body_springs
 from robostiff.kinematics.placed_masses import with_masses
 from robostiff.kinematics.pose import JointCoordinates, Near, Pose
@@ -24,19 +26,24 @@ from robostiff.kinematics.postures import LegPosture, postures
 from robostiff.kinematics.spring_modes import felt_by_springs
 
 __all__ = [
+    "ActuatorCoordinates",
     "FormulaPose",
     "JointCoordinates",
     "LegPosture",
+    "Module",
     "Near",
     "PlacedChain",
     "PlacedFormula",
     "Pose",
     "Posture",
     "PostureFinder",
+    "ToolPose",
+    "actuator_names",
     "felt_by_springs",
     "find_posture",
     "freedom_twist",
     "freedom_twists",
+    "hybrid_machine",
     "leg_compliance",
     "passive_jacobian",
     "place_chain",

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Rigid, Robot
 from robostiff.spatial import Frame, Space, as_floats, holds_quantities
@@ -43,7 +44,9 @@ class JointCoordinates:
     values: ArrayLike
 
 
-Pose: TypeAlias = "RigidTransform | Frame | JointCoordinates | ArrayLike | None"
+Pose: TypeAlias = (
+    "RigidTransform | Frame | JointCoordinates | ActuatorCoordinates | ToolPose | ArrayLike | None"
+)
 
 
 @dataclass(frozen=True)
@@ -171,6 +174,7 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
             f"pose of {robot.name!r}",
             got="joint coordinates",
             expected="a platform pose: joint coordinates pose serial arms only",
+            hint="ActuatorCoordinates([...]) gives those of the actuated joints alone",
         )
     names = [coordinate.value for coordinate in robot.coordinates]
     free = f"{len(names)} numbers ({' '.join(names)}) or " if 0 < len(names) < 6 else ""

@@ -19,6 +19,7 @@ from robostiff.kinematics.closure import (
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.pose import (
     JointCoordinates,
     Near,
@@ -33,6 +34,7 @@ from robostiff.kinematics.pose import (
     six_coordinates,
 )
 from robostiff.kinematics.posture import Posture
+from robostiff.kinematics.solved_request import SolvedRequest, actuated_request, tool_request
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
     Leg,
@@ -88,6 +90,10 @@ class PostureFinder:
 
     def request(self, pose: Pose) -> PoseRequest | np.ndarray:
         """Read a pose; for a serial arm posed by its joints, their coordinates (..., size)."""
+        if isinstance(pose, ActuatorCoordinates):
+            return actuated_request(self, pose)
+        if isinstance(pose, ToolPose):
+            return tool_request(self, pose)
         if self.robot.is_serial:
             chain = self.robot.legs[0].chain
             if isinstance(pose, JointCoordinates):
@@ -118,6 +124,8 @@ class PostureFinder:
 
     def at(self, request: PoseRequest | np.ndarray, near: Near = None) -> Posture:
         """Posture at poses that were read by `request`."""
+        if isinstance(request, SolvedRequest):
+            return request.posture(self, near_coordinates(self.robot, near))
         if not isinstance(request, np.ndarray):
             return self.at_poses(request, near_coordinates(self.robot, near))
         if near is not None:
@@ -135,7 +143,7 @@ class PostureFinder:
         R, p = platform_pose(self.robot, rows)
         pose = six_coordinates(R, p)
         R = poses_side_by_side(R, 2)
-        return self._posture(q.shape[:-1], pose, R, [poses_side_by_side(rows, 1)])
+        return self.placed(q.shape[:-1], pose, R, [poses_side_by_side(rows, 1)])
 
     def at_poses(self, request: PoseRequest, near: Sequence[np.ndarray] | None = None) -> Posture:
         """Posture at platform poses; the other coordinates follow from the legs.
@@ -150,7 +158,7 @@ class PostureFinder:
         if request.open and not self.open_stay_at_home:
             return self._with_open(request, near)
         q, elsewhere = self._alone(request, near, from_afar=True)
-        return self._posture(request.batch, request.coordinates, request.R, q, elsewhere)
+        return self.placed(request.batch, request.coordinates, request.R, q, elsewhere)
 
     def _alone(
         self, request: PoseRequest, near: Sequence[np.ndarray] | None, *, from_afar: bool
@@ -177,13 +185,13 @@ class PostureFinder:
         if rows.size:
             part = PoseRequest((rows.size,), request.coordinates[rows], (), request.R[rows])
             q, away = self._alone(part, near, from_afar=False)
-            alone = self._posture(part.batch, part.coordinates, part.R, q, away)
+            alone = self.placed(part.batch, part.coordinates, part.R, q, away)
             own = (alone.reached & alone.meets(_MET)) | ~met[rows]
             pose[rows[own]], elsewhere[rows[own]] = part.coordinates[own], away[own]
             for kept, new in zip(found.coordinates, q, strict=True):
                 kept[rows[own]] = new[own]
         R = turn_by_vector(pose[:, 3:])
-        return self._posture(request.batch, pose, R, found.coordinates, elsewhere)
+        return self.placed(request.batch, pose, R, found.coordinates, elsewhere)
 
     def _followed(
         self, task: NewtonTask, goal: np.ndarray, near: Sequence[np.ndarray] | None
@@ -223,7 +231,7 @@ class PostureFinder:
         request = self._near_home
         pose = request.coordinates, request.R
         q = [solver.solve(*pose, from_afar=False)[0] for solver in self.solvers]
-        around = self._posture(request.batch, request.coordinates, request.R, q)
+        around = self.placed(request.batch, request.coordinates, request.R, q)
         return bool(np.all(around.reached & around.meets(_MET)))
 
     @cached_property
@@ -236,7 +244,7 @@ class PostureFinder:
         steps = np.random.default_rng(_SEED).uniform(-_AROUND, _AROUND, (_TRIED, len(chosen)))
         return requested_pose(self.robot, self.home_pose[chosen] + steps * scale, self.home_pose)
 
-    def _posture(
+    def placed(
         self,
         batch: tuple[int, ...],
         pose: np.ndarray,
@@ -244,6 +252,7 @@ class PostureFinder:
         q: list[np.ndarray],
         elsewhere: np.ndarray | None = None,
     ) -> Posture:
+        """Posture at poses (N, 6), rotations R among them, with coordinates q of every leg."""
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
         legs, shifts, turns = [], [], []
         for leg, own in zip(robot.legs, q, strict=True):

@@ -211,7 +211,7 @@ def load(
                     expected="none: a cable robot is computed with numbers, not formulas",
                 )
             return cable_robot_from_document(document, parameters)
-        return model_from_document(document, parameters, symbols=symbols)
+        return model_from_document(document, parameters, symbols=symbols, shipped=_shipped_model)
     if parameters or symbols:
         raise InputError(
             f"{'parameters' if parameters else 'symbols'} of {name!r}",
@@ -223,6 +223,10 @@ def load(
     return (
         network_from_document(document) if is_graph(document) else snapshot_from_document(document)
     )
+
+
+def _shipped_model(name: str) -> Path | None:
+    return robot_file(name) if name in shipped_robots() else None
 
 
 def _refuse_what_is_no_name(value: Any) -> None:

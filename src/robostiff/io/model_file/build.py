@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 
 from robostiff.io.document import Document
 from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build_arm import build_arm
 from robostiff.io.model_file.build_body_springs import build_body_springs, check_body_springs
 from robostiff.io.model_file.build_chain import build_legs
+from robostiff.io.model_file.build_machine import (
+    ModuleFiles,
+    ShippedFile,
+    build_machine,
+    no_shipped_file,
+)
 from robostiff.io.model_file.build_mass import build_gravity, build_platform_masses
 from robostiff.io.model_file.build_platform import attached, build_platform, check_platform
 from robostiff.io.model_file.geometry import point, transform
@@ -22,7 +30,8 @@ from robostiff.io.model_file.symbols import (
 )
 from robostiff.io.model_file.verify import verified
 from robostiff.io.model_file.written_arm import WrittenArm
-from robostiff.io.model_file.written_robot import WrittenRobot
+from robostiff.io.model_file.written_model import WrittenModel
+from robostiff.io.model_file.written_robot import WrittenMachine, WrittenRobot
 from robostiff.model import ALL_COORDINATES, Coordinate, Robot
 from robostiff.spatial import Space
 
@@ -31,9 +40,10 @@ _PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
 def build_robot(
     document: Document,
-    written: WrittenRobot | WrittenArm,
+    written: WrittenModel,
     overrides: Mapping[str, str | float],
     symbols: Symbols = (),
+    shipped: ShippedFile = no_shipped_file,
 ) -> Robot:
     """The robot that a document describes, with other values for some of its parameters.
 
@@ -41,22 +51,40 @@ def build_robot(
     been verified.
     """
     top = top_place(document, written.parameters, overrides)
-    robot, places = _assembled(top, written)
-    robot = verified(robot, top, places, chosen=written.coordinates is not None)
-    check_platform(top / "platform", robot)
-    check_body_springs(top / "springs", robot)
+    files = ModuleFiles(shipped, _verified, _opened(document))
+    robot = _verified(top, written, files)
     names = chosen_parameters(symbols, written.parameters, overrides)
     if not names:
         return robot
     exact = exact_mathematics()
     quantities, nominal = symbolic_values(names, top.names)
     top = top_place(document, written.parameters, {**overrides, **quantities}, exact)
-    symbolic, _ = _assembled(top, written, robot.holds)
+    files = replace(files, build=_unverified, nominal=nominal)
+    symbolic, _ = _assembled(top, written, files, robot.holds)
     return completed(symbolic, robot, nominal)
 
 
+def _opened(document: Document) -> tuple[Path, ...]:
+    path = Path(document.file)
+    return (path.resolve(),) if path.is_file() else ()
+
+
+def _verified(top: Place, written: WrittenModel, files: ModuleFiles) -> Robot:
+    """The robot of numbers that is written, which closes at home."""
+    robot, places = _assembled(top, written, files)
+    if not isinstance(written, WrittenMachine):  # whose modules are, each for itself
+        robot = verified(robot, top, places, chosen=written.coordinates is not None)
+        check_platform(top / "platform", robot)
+        check_body_springs(top / "springs", robot)
+    return robot
+
+
+def _unverified(top: Place, written: WrittenModel, files: ModuleFiles) -> Robot:
+    return _assembled(top, written, files)[0]
+
+
 def _assembled(
-    top: Place, written: WrittenRobot | WrittenArm, holds: Sequence[str] = ()
+    top: Place, written: WrittenModel, files: ModuleFiles, holds: Sequence[str] = ()
 ) -> tuple[Robot, list[Place]]:
     """The robot that is written, not yet verified, and the places of its legs.
 
@@ -65,6 +93,11 @@ def _assembled(
     if isinstance(written, WrittenArm):
         coordinates = _coordinates(top / "coordinates", written)
         return build_arm(top, written, coordinates), [top / "dh"]
+    if isinstance(written, WrittenMachine):
+        place = top / "coordinates"
+        words = written.coordinates
+        given = None if words is None else _distinct(place, words)
+        return build_machine(top, written, given, files), []
     stock = Stock.of_file(top, written.materials, written.sections)
     here = top / "platform"
     platform = build_platform(here, written.platform, stock)
@@ -100,13 +133,18 @@ def _coordinates(place: Place, written: WrittenRobot | WrittenArm) -> tuple[Coor
         if written.home is None:
             return ()  # a serial arm, posed by its joints
         return _PLANAR_COORDINATES if written.planar else ALL_COORDINATES
-    chosen = tuple(Coordinate(word) for word in written.coordinates)
-    if len(set(chosen)) < len(chosen):
-        raise place.error("coordinates", got=written.coordinates, expected="each one once")
+    chosen = _distinct(place, written.coordinates)
     outside = [c for c in chosen if written.planar and c not in _PLANAR_COORDINATES]
     if outside:
         i = chosen.index(outside[0])
         raise (place / i).error(
             "coordinate of a planar robot", got=outside[0].value, expected="x, y or rz"
         )
+    return chosen
+
+
+def _distinct(place: Place, words: Sequence[str]) -> tuple[Coordinate, ...]:
+    chosen = tuple(Coordinate(word) for word in words)
+    if len(set(chosen)) < len(chosen):
+        raise place.error("coordinates", got=list(words), expected="each one once")
     return chosen

@@ -5,39 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from robostiff.errors import FileError
-from robostiff.io.document import Document
 from robostiff.io.model_file.build_joint import build_joint
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_arm import WrittenArm, WrittenDHRow
 from robostiff.io.model_file.written_elements import WrittenOneAxisJoint
-from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.model import Coordinate, DHConvention, DHRow, Joint, Robot, serial_arm
-
-
-def has_table(document: Document) -> bool:
-    """Whether a model file describes an arm by a table of Denavit and Hartenberg.
-
-    Raises
-    ------
-    FileError
-        When it describes legs as well.
-    """
-    data = document.data
-    if not isinstance(data, dict) or "dh" not in data:
-        return False
-    if "legs" in data:
-        raise FileError(
-            document.key_location(("legs",)),
-            "legs",
-            got=Words("legs beside dh"),
-            expected="one of them",
-            hint="a table describes a serial arm as a whole; write its elements as a leg to add "
-            "elastic links",
-        )
-    return True
 
 
 def build_arm(top: Place, written: WrittenArm, coordinates: Sequence[Coordinate]) -> Robot:

@@ -6,14 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robostiff.errors import FileError
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.build import build_robot
-from robostiff.io.model_file.build_arm import has_table
+from robostiff.io.model_file.build_machine import ShippedFile, no_shipped_file
 from robostiff.io.model_file.symbols import Symbols
-from robostiff.io.model_file.written_arm import WrittenArm
-from robostiff.io.model_file.written_robot import VERSION, WrittenRobot
-from robostiff.io.validation import validate
+from robostiff.io.model_file.written_model import written_model
 
 if TYPE_CHECKING:
     from robostiff.model import Robot
@@ -62,6 +59,7 @@ def model_from_document(
     parameters: Mapping[str, str | float] | None = None,
     *,
     symbols: Symbols = (),
+    shipped: ShippedFile = no_shipped_file,
 ) -> Robot:
     r"""The robot that a document describes.
 
@@ -72,6 +70,8 @@ def model_from_document(
         Other values for some of its parameters.
     symbols : iterable of str, or ALL_PARAMETERS
         Parameters that stay SymPy symbols of the same name.
+    shipped : callable
+        The file of a shipped robot that a module names; None for any other name.
 
     Raises
     ------
@@ -99,26 +99,4 @@ def model_from_document(
     >>> robot.legs[0].chain.elements[0].to
     array([0.4, 0. , 0. ])
     """
-    _check_version(document)
-    written = validate(WrittenArm if has_table(document) else WrittenRobot, document)
-    return build_robot(document, written, parameters or {}, symbols)
-
-
-def _check_version(document: Document) -> None:
-    data = document.data
-    if not isinstance(data, dict) or "robostiff" not in data:
-        raise FileError(
-            document.location(),
-            "model file",
-            expected=f"robostiff: {VERSION} at the top, the version of the format",
-        )
-    version = data["robostiff"]
-    if version != VERSION or isinstance(version, bool):
-        newer = isinstance(version, int) and version > VERSION
-        raise FileError(
-            document.location(("robostiff",)),
-            "version of the model file format",
-            got=version,
-            expected=str(VERSION),
-            hint="this file needs a newer robostiff" if newer else None,
-        )
+    return build_robot(document, written_model(document), parameters or {}, symbols, shipped)

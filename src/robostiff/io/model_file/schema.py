@@ -8,7 +8,7 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
 from robostiff.io.model_file.written_arm import WrittenArm
-from robostiff.io.model_file.written_robot import WrittenCableRobot, WrittenRobot
+from robostiff.io.model_file.written_robot import WrittenCableRobot, WrittenMachine, WrittenRobot
 
 #: What a key means, where its model does not say; of one part alone as PART.key.
 _MEANINGS = {
@@ -52,6 +52,10 @@ _MEANINGS = {
     "limits": "[lowest, highest] coordinate of an actuated joint",
     "home": "coordinate in the home configuration, a list for several; zero if left out",
     "Robot.home": "frame of the platform in the home configuration, such as {at: [0, 0, 800 mm]}",
+    "mount": "frame in which the module begins, in the platform frame of the module before",
+    "Module.chain": "elements in series, from the module before to the next",
+    "Module.legs": "the legs of a robot, which is described in place",
+    "Module.home": "frame of the platform of these legs in the home configuration",
     "base": "where the chain begins, a frame in the world",
     "tool": "frame of the tool in that of the last row",
     "a": "along x",
@@ -78,7 +82,7 @@ _MEANINGS = {
 
 
 def model_file_schema() -> dict[str, Any]:
-    """JSON schema (draft 2020-12) of the model file: robots with legs, with `dh`, with `cables`.
+    """JSON schema (draft 2020-12) of the model file: with legs, `dh`, `cables` or `modules`.
 
     It checks keys, types and shapes, for completion and hints in an editor; `read_model` also
     checks values, units and names.
@@ -88,21 +92,27 @@ def model_file_schema() -> dict[str, Any]:
     >>> model_file_schema()["title"]
     'robostiff model file'
     """
-    written = (WrittenRobot, WrittenArm, WrittenCableRobot)
+    written = (WrittenRobot, WrittenArm, WrittenCableRobot, WrittenMachine)
     _, schema = models_json_schema(
         [(model, "validation") for model in written], schema_generator=_WithoutTitles
     )
     definitions = {
         _part(name): _explained(_part(name), own) for name, own in schema["$defs"].items()
     }
-    robot, arm, cables = ({"$ref": f"#/$defs/{_part(model.__name__)}"} for model in written)
+    robot, arm, cables, machine = (
+        {"$ref": f"#/$defs/{_part(model.__name__)}"} for model in written
+    )
     whole = {
         "$schema": GenerateJsonSchema.schema_dialect,
         "title": "robostiff model file",
         "type": "object",
         "if": {"required": ["dh"]},
         "then": arm,
-        "else": {"if": {"required": ["cables"]}, "then": cables, "else": robot},
+        "else": {
+            "if": {"required": ["cables"]},
+            "then": cables,
+            "else": {"if": {"required": ["modules"]}, "then": machine, "else": robot},
+        },
         "$defs": definitions,
     }
     return json.loads(json.dumps(whole).replace("#/$defs/Written", "#/$defs/"))

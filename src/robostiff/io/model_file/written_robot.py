@@ -111,6 +111,36 @@ class WrittenRobot(WrittenHead):
     legs: WrittenLegs = Field(description="a list of legs, or one leg with repeat:")
 
 
+class WrittenModule(Written):
+    """A module of a hybrid machine: a robot by its name or file, a chain, or legs."""
+
+    name: Text = Field(description="the name of the module, with which those of its parts begin")
+    mount: WrittenFrame | None = None
+    robot: Text | None = Field(
+        None, description="a shipped robot, or a model file as seen from this one"
+    )
+    parameters: dict[str, Value] = Field(
+        default_factory=dict, description="other values for parameters of that robot"
+    )
+    chain: Annotated[list[WrittenElement], Field(min_length=1)] | None = None
+    legs: WrittenLegs | None = None
+    home: WrittenFrame | None = None
+
+
+class WrittenMachine(WrittenHead):
+    """A whole model file of a hybrid machine, of modules in series."""
+
+    materials: dict[str, WrittenMaterial] = Field(default_factory=dict)
+    sections: dict[str, WrittenSection] = Field(default_factory=dict)
+    coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
+    reference_point: Vector | None = None
+    platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
+    gravity: Direction | None = None
+    modules: Annotated[list[WrittenModule], Field(min_length=1, max_length=50)] = Field(
+        description="the modules from base to tool, such as {name: arm, robot: scara}"
+    )
+
+
 class WrittenCableBody(Written):
     """Common keys of a cable and of the template of repeated cables."""
 

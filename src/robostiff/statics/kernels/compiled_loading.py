@@ -236,7 +236,9 @@ class CompiledLoading:
         rows = r * (r + 1) // 2
         # Equilibrium is only as good as all that it was computed from.
         unsure = ~np.isfinite(results[: rows + 7]).all(axis=0)
-        place = np.where(unsure, np.array([0.0, 0, 0, 1, 0, 0, 0])[:, None], results[rows : rows + 7])
+        place = np.where(
+            unsure, np.array([0.0, 0, 0, 1, 0, 0, 0])[:, None], results[rows : rows + 7]
+        )
         answer.displacement[where] = displacement_of(place)[:, list(self.robot.space.rows)]
         unreachable = (checked.status_codes & int(Status.UNREACHABLE)) != 0
         answer.displacement[where][unreachable] = np.nan
@@ -367,9 +369,7 @@ def compile_loaded(
     return _confirmed(found, finder, force)
 
 
-def _kernel(
-    robot: Robot, loading: RecordedLoading, code: Callable[[Program], Any]
-) -> Kernel:
+def _kernel(robot: Robot, loading: RecordedLoading, code: Callable[[Program], Any]) -> Kernel:
     return Kernel(
         inputs=loading.inputs,
         outputs=(StiffnessMatrix(),),
@@ -440,14 +440,20 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     pose = JointCoordinates(given) if by_joints else given
     random = np.random.default_rng(5)
     rows = np.array(robot.space.rows)
-    F = force * np.where(rows < 3, 1.0, finder.length) * random.uniform(-1, 1, (len(given), len(rows)))
+    F = (
+        force
+        * np.where(rows < 3, 1.0, finder.length)
+        * random.uniform(-1, 1, (len(given), len(rows)))
+    )
     F[0] = 0.0
     values = parameter_samples(robot, 1873)
     slow = _in_arrays(found)
     answer = slow.evaluate(pose, F, parameters=values)
     if np.all(answer.guarded):
         return replace(found, general=replace(found.general, verified=False))
-    parameter_rows = ParameterValues(robot, np.reshape(list(values.values()), (len(values), len(given))))
+    parameter_rows = ParameterValues(
+        robot, np.reshape(list(values.values()), (len(values), len(given)))
+    )
     status = EquilibriumStatus.OK
     for other, own in parameter_rows.groups(~answer.guarded):
         part = JointCoordinates(given[own]) if by_joints else given[own]
@@ -466,6 +472,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
 
 def _in_arrays(found: CompiledLoading) -> CompiledLoading:
     """The same without machine code, for few poses."""
+
     def plain(kernel: Kernel | None) -> Any:
         if kernel is None or not isinstance(kernel.code, ClosedCode):
             return kernel

@@ -280,7 +280,9 @@ def record_loading(
     record = Record(own)
     placed, pose, unloaded = _placed(robot, finder, record, list(inputs), by_pose=by_pose)
     reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
-    legs = recorded_legs(problems[0].groups, [leg.leg for leg in placed], robot.space, finder.length)
+    legs = recorded_legs(
+        problems[0].groups, [leg.leg for leg in placed], robot.space, finder.length
+    )
     struts = [k for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)]
     loaded = LoadedRobot(
         unloaded,
@@ -313,13 +315,17 @@ def record_loading(
     arrival = Program.of(record, outputs)
     step = Program.of(record, loaded.step(values, at, twist))
     return RecordedLoading(
-        tuple(own), start, step, arrival, tuple(checks), status=unloaded.status, rank=unloaded.factors.rank
+        tuple(own),
+        start,
+        step,
+        arrival,
+        tuple(checks),
+        status=unloaded.status,
+        rank=unloaded.factors.rank,
     )
 
 
-def _posture_inputs(
-    robot: Robot, finder: PostureFinder, *, by_pose: bool
-) -> dict[str, np.ndarray]:
+def _posture_inputs(robot: Robot, finder: PostureFinder, *, by_pose: bool) -> dict[str, np.ndarray]:
     if by_pose:
         samples = sample_postures(finder.robot, finder).pose
         pairs = zip(robot.coordinates, robot.coordinate_places, strict=True)
@@ -386,5 +392,3 @@ def _pivots(A: list[list[Any]]) -> list[Any]:
             for j in range(i, n):
                 A[i][j] = A[i][j] - part * A[k][j]
     return found
-
-

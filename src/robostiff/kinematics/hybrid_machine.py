@@ -1,0 +1,329 @@
+"""Hybrid machines: modules in series, each of them a robot or a chain of elements.
+
+Modules in series add their compliances at the tool, and their free motions. The machine is a robot
+of one leg in which every module of several legs is a parallel block, so that each way to a result
+holds for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.mobility import (
+    determine_pose,
+    fitting_coordinates,
+    platform_mobility,
+)
+from robostiff.kinematics.posture_finder import posture_finder
+from robostiff.model import (
+    Branch,
+    Chain,
+    Coordinate,
+    Joint,
+    Leg,
+    ParallelBlock,
+    Rigid,
+    Robot,
+    Telescope,
+    with_entries,
+)
+from robostiff.model.chain import Element
+from robostiff.spatial import Frame, Space, exact_number
+
+_AT_HOME = 1e-9  # a coordinate that differs by less is the one that was given
+
+
+@dataclass(frozen=True)
+class Module:
+    """A part of a hybrid machine, from one body to the next.
+
+    Attributes
+    ----------
+    name : str
+        Names of its parts begin with it: ``head/tilt``, ``tricept/strut1/telescope1``.
+    part : Robot or Chain
+        A robot leads from its world frame to its platform frame. A chain may be rigid, such as a
+        tool, or elastic, such as a machine frame or a rail.
+    mount : Frame or None
+        Where the part begins, in the platform frame of the module before, or in the world for the
+        first one; in its origin when left out.
+    """
+
+    name: str
+    part: Robot | Chain
+    mount: Frame | None = None
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.name, str) and self.name) or "/" in self.name:
+            raise InputError("name of a module", got=self.name, expected="a text without /")
+        if not isinstance(self.part, Robot | Chain):
+            raise InputError(
+                f"module {self.name!r}",
+                got=self.part,
+                expected="a Robot or a Chain",
+                hint='write Module("arm", load("scara")), or Module("rail", Chain((slide,)))',
+            )
+        if isinstance(self.part, Robot):
+            self.part.check_platform_is_rigid(f"module {self.name!r}: series of modules")
+        if self.mount is not None:
+            object.__setattr__(self, "mount", Frame.of(self.mount))
+
+    @property
+    def begins_at(self) -> Frame:
+        """Where it begins, in the frame in which the module before ends."""
+        return Frame.identity() if self.mount is None else self.mount
+
+    @property
+    def is_posed_by_joints(self) -> bool:
+        """Whether its joints alone say where it ends: no loop in it, and no home of a platform."""
+        if isinstance(self.part, Chain):
+            return not self.part.has_blocks
+        return self.part.is_posed_by_joints
+
+
+def hybrid_machine(
+    modules: Sequence[Module],
+    *,
+    name: str = "machine",
+    coordinates: Sequence[Coordinate] | None = None,
+    reference_point: ArrayLike | None = None,
+    gravity: Any = None,
+    title: str = "",
+    source: str = "",
+) -> Robot:
+    r"""Modules in series from base to tool, as a robot of one leg.
+
+    A load on the tool acts on every module, so that compliances add at the tool point, ``C = \sum_i
+    J_i C_i J_i^T`` with the transport J_i of twists from module i to the tool, and so do the
+    motions that passive joints leave free. A wrench that one module does not transmit, the machine
+    does not transmit. The legs of a module share a load with the least energy.
+
+    Parameters
+    ----------
+    modules : sequence of Module
+        From base to tool. Redundant axes, such as a rail under a hexapod, are admitted.
+    name, title, source : str
+    coordinates : sequence of Coordinate, optional
+        Those of the tool pose that can be chosen. When left out, as many as the machine has
+        freedoms at home; none where its joints alone pose it.
+    reference_point : (3,) array, optional
+        Point of the tool about which stiffness is given, in the platform frame of the last
+        module [m]; that of the last module when left out.
+    gravity : (3,) array or axis, optional
+        In the world [m/s^2]; that of the first module when left out.
+
+    Returns
+    -------
+    Robot
+        It is posed by the tool, by `ActuatorCoordinates`, or by `ToolPose`.
+
+    Raises
+    ------
+    InputError
+        Without a module, for names that are not unique, for a flexible platform, for coordinates
+        that do not determine the pose, or for a module that does not close at home.
+
+    Examples
+    --------
+    >>> from robostiff.model import Actuated, revolute
+    >>> from robostiff.robots import load
+    >>> turn = revolute([0, 0, 1], Actuated(1e6), name="turn")
+    >>> tool = Rigid(Frame(np.eye(3), np.array([0.0, 0.0, 0.15])), "tool")
+    >>> head = Module("head", Chain((turn, tool)))
+    >>> machine = hybrid_machine([Module("tripod", load("3-prs")), head])
+    >>> machine.legs[0].chain.elements[1].name
+    'head/turn'
+    >>> [coordinate.value for coordinate in machine.coordinates]
+    ['z', 'rx', 'ry', 'rz']
+    """
+    modules = _checked(modules)
+    nominal = _nominal(modules)
+    last = modules[-1].part
+    elements = tuple(
+        element
+        for module in modules
+        for element in (*_elements(module), *(() if module is modules[-1] else _platform(module)))
+    )
+    if reference_point is None:
+        reference_point = last.reference_point if isinstance(last, Robot) else np.zeros(3)
+    by_joints = all(module.is_posed_by_joints for module in modules)
+    robot = Robot(
+        name,
+        (Leg("machine", Frame.identity(), Chain(elements), Frame.identity()),),
+        home=None if by_joints else _home(modules),
+        reference_point=np.asarray(reference_point),
+        coordinates=tuple(coordinates or ()),
+        space=_space(modules),
+        title=title,
+        source=source,
+        nominal=nominal,
+        platform_masses=last.platform_masses if isinstance(last, Robot) else (),
+        gravity=_gravity(modules) if gravity is None else gravity,
+    )
+    if robot.has_formulas:
+        robot = with_entries(robot, exact_number)
+    return robot if by_joints else _with_coordinates(robot, chosen=coordinates is not None)
+
+
+def _checked(modules: Sequence[Module]) -> tuple[Module, ...]:
+    modules = tuple(modules)
+    for i, module in enumerate(modules):
+        if not isinstance(module, Module):
+            raise InputError(f"modules[{i}]", got=module, expected="a Module(name, part, mount)")
+    if not modules:
+        raise InputError("modules", got="none", expected="at least one Module")
+    names = [module.name for module in modules]
+    if len(set(names)) < len(names):
+        raise InputError("names of the modules", got=names, expected="each name once")
+    return modules
+
+
+def _elements(module: Module) -> Iterator[Element]:
+    """The elements of a module, its mount first, closed at home."""
+    if module.mount is not None:
+        yield Rigid(module.mount, f"{module.name}/mount")
+    part = module.part
+    if isinstance(part, Chain):
+        yield from _named(part, module.name)
+        return
+    homes = [solver.home for solver in posture_finder(part.numeric).solvers]
+    legs = [
+        replace(leg, chain=_with_home(leg.chain, q))
+        for leg, q in zip(part.legs, homes, strict=True)
+    ]
+    if part.is_serial:
+        (leg,) = legs
+        yield Rigid(leg.base, f"{module.name}/base")
+        yield from _named(leg.chain, module.name)
+        yield Rigid(leg.attachment.inverse, f"{module.name}/end")
+    else:
+        branches = (Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in legs)
+        yield ParallelBlock(tuple(branches), module.name)
+
+
+def _platform(module: Module) -> Iterator[Element]:
+    """The masses of a platform that carries the next module."""
+    if isinstance(module.part, Robot) and module.part.platform_masses:
+        masses = module.part.platform_masses
+        yield Rigid(Frame.identity(), f"{module.name}/platform", masses)
+
+
+def _named(chain: Chain, module: str) -> Iterator[Element]:
+    return (replace(element, name=f"{module}/{element.name}") for element in chain.elements)
+
+
+def _with_home(chain: Chain, q: np.ndarray) -> Chain:
+    """The chain with the home coordinates that close it, where others are given."""
+    elements, place = [], 0
+    for element in chain.elements:
+        size = Chain((element,)).size
+        elements.append(_element_with_home(element, q[place : place + size]))
+        place += size
+    return Chain(tuple(elements))
+
+
+def _element_with_home(element: Element, q: np.ndarray) -> Element:
+    if isinstance(element, Joint):
+        home = tuple(map(_kept, element.home, q))
+        return replace(element, home=home, home_given=element.home_given)
+    if isinstance(element, Telescope):
+        return replace(element, home=_kept(element.home, q[0]), home_given=element.home_given)
+    if not isinstance(element, ParallelBlock):
+        return element
+    branches, place = [], 0
+    for branch in element.branches:
+        own = q[place : place + branch.chain.size]
+        branches.append(replace(branch, chain=_with_home(branch.chain, own)))
+        place += branch.chain.size
+    return replace(element, branches=tuple(branches))
+
+
+def _kept(given: Any, found: float) -> Any:
+    """A home coordinate as it was given, formulas included, where it closes its leg."""
+    is_number = isinstance(given, int | float | np.number)
+    same = is_number and abs(float(given) - found) <= _AT_HOME
+    return given if same or not is_number else float(found)
+
+
+def _home(modules: Sequence[Module]) -> Frame:
+    """Pose of the last platform in the home configuration."""
+    T = Frame.identity()
+    for module in modules:
+        T = T @ module.begins_at @ _end_at_home(module.part)
+    return T
+
+
+def _end_at_home(part: Robot | Chain) -> Frame:
+    if isinstance(part, Robot):
+        if part.home is not None:
+            return part.home
+        leg = part.legs[0]
+        return leg.base @ _end_at_home(leg.chain) @ leg.attachment.inverse
+    placed = place_chain(part, part.home, np.eye(3), np.zeros(3))
+    return Frame(placed.R, placed.p)
+
+
+def _space(modules: Sequence[Module]) -> Space:
+    spaces = {m.part.space for m in modules if isinstance(m.part, Robot)}
+    return Space.PLANAR if spaces == {Space.PLANAR} else Space.SPATIAL
+
+
+def _gravity(modules: Sequence[Module]) -> np.ndarray | None:
+    """That of the first module in the world, if it has one.
+
+    Raises
+    ------
+    InputError
+        When another module has one: its direction was given in the frame in which it stood.
+    """
+    first, *others = modules
+    for module in others:
+        if isinstance(module.part, Robot) and module.part.gravity is not None:
+            raise InputError(
+                f"gravity of module {module.name!r}",
+                got=module.part.gravity,
+                expected="none: it was given for the module by itself",
+                hint="give the machine its own: hybrid_machine(..., gravity='-z')",
+            )
+    own = first.part.gravity if isinstance(first.part, Robot) else None
+    return None if own is None else first.begins_at.R @ own
+
+
+def _nominal(modules: Sequence[Module]) -> Mapping[str, float]:
+    """Values of the symbols of all modules; one symbol has one value."""
+    nominal: dict[str, float] = {}
+    for module in modules:
+        own = module.part.nominal if isinstance(module.part, Robot) else {}
+        for name, value in own.items():
+            if nominal.setdefault(name, value) != value:
+                raise InputError(
+                    f"symbol {name!r} of module {module.name!r}",
+                    got=value,
+                    expected=f"{nominal[name]:g}, as in the modules before: a symbol has one value",
+                )
+    return nominal
+
+
+def _with_coordinates(robot: Robot, *, chosen: bool) -> Robot:
+    """The machine with coordinates that determine its pose at home."""
+    finder = posture_finder(robot.numeric if robot.has_formulas else robot)
+    q = [solver.home for solver in finder.solvers]
+    mobility = platform_mobility(finder.robot, finder.home_pose, q, finder.length)
+    fitting = fitting_coordinates(mobility)
+    if not chosen:
+        return replace(robot, coordinates=fitting)
+    if len(robot.coordinates) < 6 and not determine_pose(mobility, robot.coordinates):
+        raise InputError(
+            f"coordinates of {robot.name!r}",
+            got=" ".join(coordinate.value for coordinate in robot.coordinates) or "none",
+            expected=f"as many as the {len(fitting)} freedoms of the tool at home, and independent",
+            hint=f"write {' '.join(c.value for c in fitting)}, or leave them out",
+        )
+    return robot

@@ -1,0 +1,153 @@
+"""Poses as a machine is commanded: coordinates of its actuators, or tool tip and tool axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.errors import InputError
+from robostiff.model import Actuated, Robot
+from robostiff.spatial import as_floats
+
+_SHORTEST = 1e-12  # of an axis: below it there is no direction
+
+
+@dataclass(frozen=True)
+class ActuatorCoordinates:
+    """A posture given by the coordinates of the actuated joints; all others follow.
+
+    The posture is that of the assembly mode of home, or the one nearest to ``near=`` where that is
+    given. `actuator_names` lists the actuators of a robot in their order.
+
+    Attributes
+    ----------
+    values : (..., n) array, or mapping of str to (...) array
+        Coordinates [m, rad] of all actuators, leg by leg from base to platform; or by their names,
+        where those left out stay at home.
+    """
+
+    values: ArrayLike | Mapping[str, ArrayLike]
+
+    def numbers(self, robot: Robot, home: np.ndarray) -> np.ndarray:
+        """Coordinates of all actuators (..., n), from names with those of home (n,).
+
+        Raises
+        ------
+        InputError
+            When they do not fit the robot, or are no finite numbers.
+        """
+        names, units, given = actuator_names(robot), _units(robot), self.values
+        subject = f"actuator coordinates of {robot.name!r}"
+        if not names:
+            raise InputError(subject, expected="none: this robot has no actuated joint")
+        if isinstance(given, Mapping):
+            columns = dict(zip(names, home, strict=True))
+            for name, value in given.items():
+                if name not in columns:
+                    raise InputError(subject, got=name, expected=", ".join(names))
+                words = f"a finite number, or an array of them, for {name}"
+                columns[name] = as_floats(subject, value, words, units[names.index(name)])
+            return np.stack(np.broadcast_arrays(*columns.values()), axis=-1)
+        expected = f"{len(names)} finite numbers in the last axis: {', '.join(names)}"
+        found = as_floats(subject, given, expected, units)
+        if found.ndim == 0 or found.shape[-1] != len(names):
+            raise InputError(subject, got=given, expected=expected)
+        return found
+
+
+@dataclass(frozen=True)
+class ToolPose:
+    """A pose given by the tip of the tool and the direction of its axis, as for milling.
+
+    A machine with fewer than six freedoms turns about the tool axis as its legs demand. One with
+    six is turned from home the shortest way, then by `spin` about the axis.
+
+    Attributes
+    ----------
+    tip : (..., 3) array
+        Place of the reference point of the robot in the world [m].
+    axis : (..., 3) array
+        Direction of the tool axis in the world, from the tip towards the spindle, as I, J and K of
+        cutter location data; of any length.
+    tool_axis : (3,) array
+        The same direction in the platform frame.
+    spin : float, (...) array or None
+        Turn about the axis, from the shortest way from home [rad]; None for what the machine
+        demands.
+    """
+
+    tip: ArrayLike
+    axis: ArrayLike
+    tool_axis: ArrayLike = (0.0, 0.0, 1.0)
+    spin: ArrayLike | None = None
+
+    def numbers(self, robot: Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tips (..., 3), unit axes (..., 3) in the world, and the unit axis (3,) of the tool.
+
+        Raises
+        ------
+        InputError
+            When they are no finite vectors, or an axis has no length.
+        """
+        subject = f"tool pose of {robot.name!r}"
+        tip = as_floats(f"{subject}, tip", self.tip, "3 finite numbers in the last axis", "m")
+        axis, own = (
+            _unit(f"{subject}, {key}", value)
+            for key, value in (("axis", self.axis), ("tool_axis", self.tool_axis))
+        )
+        if tip.ndim == 0 or tip.shape[-1] != 3:
+            raise InputError(f"{subject}, tip", got=self.tip, expected="x y z in the last axis [m]")
+        if own.shape != (3,):
+            raise InputError(f"{subject}, tool_axis", got=self.tool_axis, expected="one direction")
+        tip, axis = np.broadcast_arrays(tip, axis)
+        return tip, axis, own
+
+
+def actuator_names(robot: Robot) -> tuple[str, ...]:
+    """Names of the actuated joints in the order of `ActuatorCoordinates`.
+
+    ``leg/joint``, or the joint alone in a robot of one leg.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> actuator_names(load("3-rpr"))
+    ('leg1/prismatic1', 'leg2/prismatic1', 'leg3/prismatic1')
+    """
+    names = []
+    for leg, places in zip(robot.legs, actuator_places(robot), strict=True):
+        prefix = "" if robot.is_serial else f"{leg.name}/"
+        own = leg.chain.coordinate_names
+        names += [prefix + own[place] for place in places]
+    return tuple(names)
+
+
+def actuator_places(robot: Robot) -> tuple[np.ndarray, ...]:
+    """Places of the actuated coordinates in each leg's coordinates."""
+    return tuple(
+        np.array([i for i, role in enumerate(leg.chain.roles) if isinstance(role, Actuated)], int)
+        for leg in robot.legs
+    )
+
+
+def _units(robot: Robot) -> tuple[str, ...]:
+    return tuple(
+        leg.chain.freedoms[place].unit
+        for leg, places in zip(robot.legs, actuator_places(robot), strict=True)
+        for place in places
+    )
+
+
+def _unit(subject: str, value: Any) -> np.ndarray:
+    words = "a direction: three finite numbers in the last axis, not all zero"
+    given = as_floats(subject, value, words)
+    if given.ndim == 0 or given.shape[-1] != 3:
+        raise InputError(subject, got=value, expected=words)
+    size = np.linalg.norm(given, axis=-1, keepdims=True)
+    if np.any(size < _SHORTEST):
+        raise InputError(subject, got=value, expected=words)
+    return given / size

@@ -1,0 +1,85 @@
+"""Poses by tip and axis of the tool."""
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from tests.project.shown_output import ROOT
+
+
+@pytest.fixture(scope="module")
+def machine() -> rs.Robot:
+    return rs.load(str(ROOT / "examples/tricept-with-head.yaml"))
+
+
+TIPS = np.array([[0.1, 0.05, -1.6], [0.0, 0.2, -1.7]])
+AXES = np.array([[0.2, 0.1, 1.0], [0.0, -0.6, 2.0]])
+
+
+def test_tip_and_axis_are_where_they_were_given(machine):
+    result = rs.stiffness(machine, rs.ToolPose(TIPS, AXES))
+    assert np.all(result.status_codes == 0)
+    transform = result.transform
+    np.testing.assert_allclose(transform.translation, TIPS, atol=1e-9)
+    unit = AXES / np.linalg.norm(AXES, axis=1, keepdims=True)
+    np.testing.assert_allclose(transform.rotation.as_matrix()[:, :, 2], unit, atol=1e-9)
+
+
+def test_stiffness_is_that_of_the_whole_pose(machine):
+    by_axis = rs.stiffness(machine, rs.ToolPose(TIPS[0], AXES[0]))
+    again = rs.stiffness(machine, by_axis.transform)
+    np.testing.assert_allclose(by_axis.K, again.K, atol=1e-9 * np.abs(again.K).max())
+
+
+def test_tip_is_the_reference_point():
+    robot = rs.load(str(ROOT / "examples/tricept.yaml"))
+    home = rs.stiffness(robot)
+    result = rs.stiffness(robot, rs.ToolPose(home.reference_point, [0, 0, 1]))
+    np.testing.assert_allclose(result.pose, home.pose, atol=1e-9)
+
+
+def test_a_machine_of_three_freedoms_does_not_reach_any_axis():
+    robot = rs.load(str(ROOT / "examples/tricept.yaml"))
+    assert rs.stiffness(robot, rs.ToolPose([0, 0, -1.45], [0, 1, 1])).status == (
+        rs.Status.UNREACHABLE
+    )
+
+
+def test_six_freedoms_turn_the_shortest_way_then_spin():
+    robot = rs.load("hexapod")
+    tilted = rs.ToolPose([0, 0, 0.9], [0, np.sin(0.1), np.cos(0.1)])
+    np.testing.assert_allclose(
+        rs.find_posture(robot, tilted).pose[0], [0, 0, 0.9, -0.1, 0, 0], atol=1e-12
+    )
+    spun = rs.find_posture(robot, rs.ToolPose([0, 0, 0.9], [0, 0, 3], spin=[0.0, 0.2]))
+    np.testing.assert_allclose(spun.pose[1], [0, 0, 0.9, 0, 0, 0.2], atol=1e-12)
+    np.testing.assert_allclose(spun.pose[0], [0, 0, 0.9, 0, 0, 0.0], atol=1e-12)
+
+
+def test_opposite_axis_is_a_half_turn():
+    robot = rs.load("hexapod")
+    R = rs.find_posture(robot, rs.ToolPose([0, 0, 0.9], [0, 0, -1])).snapshot
+    assert R is not None
+    pose = rs.find_posture(robot, rs.ToolPose([0, 0, 0.9], [0, 0, -1])).pose[0]
+    assert np.linalg.norm(pose[3:]) == pytest.approx(np.pi)
+    assert pose[5] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_another_axis_of_the_platform(machine):
+    result = rs.stiffness(machine, rs.ToolPose([0, 0, -1.65], [0, 1, 0.1], tool_axis=[0, 1, 0]))
+    R = result.transform.rotation.as_matrix()
+    np.testing.assert_allclose(R[:, 1], np.array([0, 1, 0.1]) / np.hypot(1, 0.1), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"tip": [0, 0], "axis": [0, 0, 1]}, "x y z"),
+        ({"tip": [0, 0, 1], "axis": [0, 0, 0]}, "not all zero"),
+        ({"tip": [0, 0, 1], "axis": [0, 1]}, "three finite numbers"),
+        ({"tip": [0, 0, 1], "axis": [0, 0, 1], "tool_axis": [[0, 0, 1]]}, "one direction"),
+    ],
+)
+def test_what_is_no_tool_pose_is_refused(given, words: str):
+    with pytest.raises(rs.InputError, match=words):
+        rs.stiffness(rs.load("hexapod"), rs.ToolPose(**given))

@@ -1,0 +1,291 @@
+"""Modules in series: the same machine as one nested leg, and compliances that add at the tool."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.model import Branch, Chain, Coordinate, Link, ParallelBlock, prismatic, revolute
+from tests.project.shown_output import ROOT
+
+MACHINE = ROOT / "examples/tricept-with-head.yaml"
+POSES = np.array([[0.0, 0, -1.65, 0, 0], [0.1, 0.2, -1.6, 0.1, 0.2], [-0.2, 0.05, -1.7, -0.3, 0.1]])
+BY_HAND = """
+robostiff: 1
+name: by hand
+source: the machine of tricept-with-head.yaml as one leg, written by hand
+parameters: {R: 500 mm, r: 225 mm, h: 1200 mm, k: 8e7 N/m}
+sections:
+  ram: {tube: {outer_diameter: 160 mm, inner_diameter: 120 mm}}
+  rod: {tube: {outer_diameter: 70 mm, inner_diameter: 40 mm}}
+home: {at: [0, 0, -h-450 mm]}
+coordinates: [x, y, z, rx, rz]
+legs:
+  - name: machine
+    chain:
+      - type: parallel
+        branches:
+          - name: ram
+            chain:
+              - {type: universal, axes: [x, y], role: passive}
+              - type: telescope
+                direction: -z
+                role: passive
+                home: h
+                beams: [{share: 1, material: steel, section: ram}]
+          - repeat: {count: 3, variable: i, name: strut}
+            let: {phi: i*120 deg}
+            start: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
+            chain:
+              - {type: universal, axes: [y, x], role: passive, home: ["atan2(R-r, h)", 0]}
+              - type: telescope
+                direction: -z
+                role: actuated
+                stiffness: k
+                home: sqrt(h*h+(R-r)^2)
+                beams: [{share: 1, material: steel, section: rod}]
+              - {type: spherical, role: passive}
+            end: {at: [r*cos(phi), r*sin(phi), 0]}
+      - {type: rigid, to: [0, 0, -250 mm]}
+      - {type: revolute, axis: z, role: actuated, stiffness: 2e6 N m/rad}
+      - {type: revolute, axis: x, role: actuated, stiffness: 1e6 N m/rad}
+      - {type: rigid, to: [0, 0, -200 mm]}
+"""
+FEET = np.diag([1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9])
+
+
+def rigid(*to: float, name: str = "rigid") -> rs.Rigid:
+    return rs.Rigid(rs.Frame(np.eye(3), np.array(to)), name)
+
+
+def feet() -> rs.Module:
+    return rs.Module("frame", Chain((Link(np.zeros(3), rs.Elasticity(FEET), np.eye(3), "feet"),)))
+
+
+def apart(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.abs(a - b).max() / np.abs(b).max())
+
+
+@pytest.fixture(scope="module")
+def machine() -> rs.Robot:
+    return rs.load(str(MACHINE))
+
+
+def test_machine_is_as_stiff_as_the_same_leg_by_hand(machine, tmp_path: Path):
+    (tmp_path / "by-hand.yaml").write_text(BY_HAND)
+    by_hand = rs.load(str(tmp_path / "by-hand.yaml"))
+    expected = rs.stiffness(by_hand, POSES)
+    found = rs.stiffness(machine, expected.transform)
+    assert np.all(found.status_codes == 0)
+    assert apart(found.K, expected.K) < 1e-9
+
+
+def test_compliances_of_modules_add_at_the_tool(machine):
+    posture = rs.find_posture(machine, POSES[1])
+    q = dict(zip(machine.legs[0].chain.coordinate_names, posture.coordinates[0][0], strict=True))
+    tip = posture.pose[0, :3]
+    tricept = rs.load(str(ROOT / "examples/tricept.yaml"))
+    struts = [q[f"tricept/strut{i}/telescope1"] for i in (1, 2, 3)]
+    below = rs.stiffness(tricept, rs.ActuatorCoordinates(struts))
+    C = rs.compliance(tricept, rs.ActuatorCoordinates(struts), at=tip)
+    # the head by hand: axes about the centre of the head
+    R = below.transform.rotation.as_matrix()
+    centre = below.pose[:3] + R @ [0, 0, -0.25]
+    c, s = np.cos(q["head/c-axis"]), np.sin(q["head/c-axis"])
+    for axis, k in ((R @ [0, 0, 1], 2e6), (R @ [c, s, 0], 1e6)):
+        column = np.concatenate([np.cross(axis, tip - centre), axis])
+        C = C + np.outer(column, column) / k
+    assert apart(rs.compliance(machine, POSES[1]), C) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["hexapod", "gough-stewart-a"])
+def test_elastic_base_adds_its_compliance(name: str):
+    robot = rs.load(name)
+    on_feet = rs.hybrid_machine([feet(), rs.Module("robot", robot)])
+    alone, together = rs.stiffness(robot), rs.stiffness(on_feet)
+    v = together.reference_point
+    J = np.eye(6)
+    J[:3, 3:] = -np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    W = np.linalg.svd(alone.K)[0][:, : int(alone.rank)]  # what the robot transmits
+    assert together.rank == alone.rank
+    expected = W.T @ J @ FEET @ J.T @ W
+    found = np.linalg.inv(W.T @ together.K @ W) - np.linalg.inv(W.T @ alone.K @ W)
+    assert apart(found, expected) < 1e-6  # of differences
+
+
+def test_free_motions_of_all_modules_are_carried():
+    free = rs.load("gough-stewart-a")  # turns freely about a point
+    slide = rs.Module("slide", Chain((prismatic([0, 0, 1], rs.Passive(), name="slide"),)))
+    assert rs.stiffness(free).rank == 3
+    machine = rs.hybrid_machine([slide, feet(), rs.Module("hexapod", free)])
+    result = rs.stiffness(machine)
+    assert result.rank == 2
+    assert len(result.free_motions) == 4
+
+
+def test_the_same_freedom_twice_is_redundant_and_free_once():
+    pins = [
+        rs.Module(name, Chain((revolute([0, 0, 1], rs.Passive(), name="pin"),))) for name in "ab"
+    ]
+    result = rs.stiffness(rs.hybrid_machine([feet(), *pins]))
+    assert result.rank == 5
+    assert rs.Status.REDUNDANT_JOINTS in result.status
+
+
+def test_hexapod_on_a_rail():
+    hexapod = rs.load("hexapod")
+    slide = prismatic([1, 0, 0], rs.Actuated(2e8), name="slide")
+    machine = rs.hybrid_machine(
+        [rs.Module("rail", Chain((slide,))), rs.Module("hexapod", hexapod)], name="on a rail"
+    )
+    assert any("drives" in sentence for sentence in rs.stiffness(machine).advice)
+    moved = rs.stiffness(machine, rs.ActuatorCoordinates({"rail/slide": 0.3}))
+    home = rs.stiffness(hexapod)
+    np.testing.assert_allclose(moved.pose - home.pose, [0.3, 0, 0, 0, 0, 0], atol=1e-12)
+    assert not moved.advice
+    C = np.linalg.inv(home.K)
+    C[0, 0] += 1 / 2e8
+    assert apart(np.linalg.inv(moved.K), C) < 1e-9
+
+
+def test_all_methods_agree(machine):
+    assert rs.verify(machine, POSES[1]).agree
+
+
+def test_machine_of_planar_modules_is_planar():
+    arm = Chain((revolute([0, 0, 1], rs.Actuated(1e4), name="turn"), rigid(0.2, 0, 0, name="arm")))
+    robot = rs.load("3-rpr")
+    machine = rs.hybrid_machine([rs.Module("base", robot), rs.Module("arm", arm)])
+    alone = rs.compliance(robot, at=[0.65, 0.35, 0])
+    column = np.array([0, 0.2, 1.0])
+    found = rs.stiffness(machine, rs.ActuatorCoordinates({}))
+    assert found.K.shape == (3, 3)
+    assert apart(np.linalg.inv(found.K), alone + np.outer(column, column) / 1e4) < 1e-9
+
+
+def test_postures_of_modules_stay_those_of_their_legs():
+    robot = rs.load("3-rrr").with_elbows(rs.Elbow.MINUS)
+    machine = rs.hybrid_machine([rs.Module("base", robot)])
+    assert apart(rs.stiffness(machine).K, rs.stiffness(robot).K) < 1e-9
+
+
+def test_machine_of_arms_is_posed_by_its_joints():
+    arm = rs.load("two-link-arm")
+    machine = rs.hybrid_machine([rs.Module("first", arm), rs.Module("second", arm)])
+    assert machine.home is None
+    assert machine.legs[0].chain.size == 4
+
+
+def test_symbols_of_modules_stay_symbols():
+    robot = rs.load("gough-stewart-b", symbols=("h",))
+    tool = rs.Module("tool", Chain((rigid(0, 0, 1),)))
+    machine = rs.hybrid_machine([rs.Module("robot", robot), tool])
+    assert [str(symbol) for symbol in machine.symbols] == ["h"]
+    assert machine.home is not None
+    assert machine.home.p[2] - machine.symbols[0] == 1
+
+
+def test_masses_of_carrying_platforms_are_carried():
+    load = rs.Mass(7.0, [0, 0, 0.1], name="motor")
+    robot = replace(rs.load("hexapod"), platform_masses=(load,), gravity="-z")
+    tool = rs.Module("tool", Chain((rigid(0, 0, 0.2),)))
+    machine = rs.hybrid_machine([rs.Module("robot", robot), tool])
+    assert machine.gravity.tolist() == robot.gravity.tolist()
+    moved = rs.deflection(machine, gravity="-z").twist
+    expected = rs.deflection(robot, gravity="-z", at=[0, 0, 1.1]).twist
+    np.testing.assert_allclose(moved, expected, atol=1e-15)
+
+
+def test_nested_block_in_python_is_the_same():
+    robot = rs.load("3-puu")
+    machine = rs.hybrid_machine([rs.Module("robot", robot)])
+    branches = tuple(Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in robot.legs)
+    here = rs.Frame.identity()
+    leg = rs.Leg("one", here, Chain((ParallelBlock(branches, "b"),)), here)
+    nested = rs.Robot("nested", (leg,), home=robot.home, coordinates=robot.coordinates)
+    pose = rs.find_posture(robot).pose[0] + [0.02, 0.01, 0.03, 0, 0, 0]
+    K = [rs.stiffness(one, pose).K for one in (robot, machine, nested)]
+    assert apart(K[1], K[0]) < 1e-9
+    assert apart(K[2], K[0]) < 1e-9
+
+
+STAR = Path(ROOT / "docs/star-platform.yaml")
+
+
+@pytest.mark.parametrize(
+    ("modules", "words"),
+    [
+        ([], "at least one"),
+        (["hexapod"], "a Module"),
+        ([feet(), feet()], "each name once"),
+    ],
+    ids=["none", "a name", "twice"],
+)
+def test_modules_that_are_none_are_refused(modules, words: str):
+    with pytest.raises(rs.InputError, match=words):
+        rs.hybrid_machine(modules)
+
+
+def test_flexible_platform_is_refused_as_a_module():
+    with pytest.raises(rs.InputError, match="flexible platform"):
+        rs.Module("star", rs.load(str(STAR)))
+
+
+def test_coordinates_that_do_not_fit_are_refused_with_those_that_do(machine):
+    tricept = rs.load(str(ROOT / "examples/tricept.yaml"))
+    with pytest.raises(rs.InputError, match=r"3 freedoms.*write x y z"):
+        rs.hybrid_machine([rs.Module("tricept", tricept)], coordinates=(Coordinate.RZ,))
+
+
+def test_gravity_of_a_later_module_is_refused():
+    robot = replace(rs.load("hexapod"), gravity="-z")
+    with pytest.raises(rs.InputError, match="gravity of module 'b'"):
+        rs.hybrid_machine([feet(), rs.Module("b", robot)])
+
+
+HEAD = "robostiff: 1\nname: m\nsource: s\nmodules:\n  - name: a\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ("    robot: nowhere.yaml\n", "modules[0].robot", "a shipped robot"),
+        ("    robot: machine.yaml\n", "modules[0].robot", "is being read"),
+        ("    robot: cable-8\n", "modules[0].robot", "a shipped robot"),
+        ("    robot: cables.yaml\n", "modules[0].robot", "a model file with legs"),
+        ("    mount: {at: [0, 0, 1 m]}\n", "modules[0]", "one of robot, chain and legs"),
+        ("    robot: hexapod\n    home: {}\n", "modules[0].home", "go with legs"),
+        ("    robot: hexapod\n    parameters: {q: 1}\n", "modules[0].parameters.q", "parameter q"),
+        ("    robot: hexapod\nlegs: []\n", "legs", "legs beside modules"),
+    ],
+)
+def test_mistakes_in_a_file_are_found_at_their_place(tmp_path: Path, text, place, words):
+    (tmp_path / "machine.yaml").write_text(HEAD + text)
+    (tmp_path / "cables.yaml").write_text("robostiff: 1\nname: c\nsource: s\ncables: []\n")
+    with pytest.raises(rs.FileError, match=words) as caught:
+        rs.load(str(tmp_path / "machine.yaml"))
+    assert str(caught.value.location).endswith(place)
+
+
+def test_parameters_of_a_module_are_expressions_of_the_machine(tmp_path: Path):
+    text = HEAD.replace("modules:", "parameters: {e: 0.7 m}\nmodules:")
+    own = "    robot: gough-stewart-b\n    parameters: {h: e+0.1 m}\n"
+    (tmp_path / "m.yaml").write_text(text + own)
+    machine = rs.load(str(tmp_path / "m.yaml"), {"e": "0.9 m"})
+    assert float(machine.home.p[2]) == pytest.approx(1.0)
+    exact = rs.load(str(tmp_path / "m.yaml"), symbols=("e",))
+    assert str(exact.home.p[2]) == "e + 1/10"
+    assert rs.stiffness(exact.numeric).status == rs.Status.OK
+
+
+def test_legs_in_place(tmp_path: Path):
+    text = HEAD + (
+        "    home: {at: [0, 0, 1 m]}\n    legs:\n"
+        "      - {name: b, chain: [{type: spring, compliance: [c, c, c, w, w, w]}, "
+        "{type: rigid, to: [0, 0, 1 m]}]}\n"
+        "parameters: {c: 1e-6 m/N, w: 1e-6 rad/(N m)}\n"
+    )
+    (tmp_path / "m.yaml").write_text(text)
+    assert rs.stiffness(rs.load(str(tmp_path / "m.yaml"))).K[2, 2] == pytest.approx(1e6)
