@@ -215,8 +215,8 @@ def test_steps_of_shipped_robots_at_their_own_values(name):
 def test_a_derivation_that_differs_from_numbers_is_not_returned(monkeypatch):
     wrong = robot_formula.sum_of_springs
 
-    def off(*arguments):
-        found = wrong(*arguments)
+    def off(*arguments, **options):
+        found = wrong(*arguments, **options)
         assert found is not None
         return replace(found, K=found.K * sp.Rational(1001, 1000))
 

@@ -6,16 +6,17 @@ the spring feels of the wrench over its stiffness, and stays a term of its own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import sympy as sp
 
 from robostiff.analytic.named_reading import NamedReading
-from robostiff.analytic.unit_wrenches import UnitWrench, sampled
-from robostiff.model import PlacedLeg, PlacedSpring
+from robostiff.analytic.sampled_leg import sampled
+from robostiff.analytic.unit_wrenches import UnitWrench
+from robostiff.model import PlacedBlock, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
 
 _SAME = 1e-11
@@ -31,7 +32,7 @@ class Contribution:
     spring : str
         Name of the part.
     felt : sympy.Expr
-        Square of what the spring feels of the wrench.
+        Square of what the spring feels of the wrench; of two wrenches the product.
     compliance : sympy.Expr
         Of the spring, with the lengths of the part, over a named stiffness.
     """
@@ -88,6 +89,16 @@ class BeamProducts:
         return named
 
 
+class BlockOfSprings(Protocol):
+    """Parallel branches as a spring, of which each wrench has a compliance."""
+
+    compliances: tuple[Any, ...]
+
+    def shares(self, wrench: UnitWrench) -> list[Any]:
+        """What of each of its wrenches makes up a given one."""
+        ...
+
+
 @dataclass(frozen=True)
 class ContributionReader:
     """Writes the contributions of legs in one set of names.
@@ -99,85 +110,91 @@ class ContributionReader:
         Characteristic length [m].
     read : NamedReading
     products : BeamProducts
+    of_block : callable
+        A parallel block as a spring.
     """
 
     record: Record
     length: float
     read: NamedReading
     products: BeamProducts
+    of_block: Callable[[PlacedBlock], BlockOfSprings]
 
-    def of(self, leg: PlacedLeg, wrench: UnitWrench) -> tuple[Contribution, ...]:
-        """Contributions of the springs and drives of a leg, base to platform."""
+    def of(self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench) -> tuple[Contribution, ...]:
+        """What the springs and drives of a leg add to a^T C b, base to platform."""
         found: list[Contribution] = []
         beams = {id(x): recognised_beam(x, self.record) for x in leg.springs}
         for beam in filter(None, beams.values()):
             self.read.length(beam[0])  # named before anything is written with it
-        for part in leg.own_parts:
+        for part in leg.elements:
             if isinstance(part, PlacedSpring):
-                w = wrench.felt_by(part, self.record, self.length)
+                both = [w.felt_by(part, self.record, self.length) for w in (a, b)]
                 beam = beams[id(part)]
-                found += self._of_beam(part.name, w, *beam) if beam else self._of_matrix(part, w)
+                found += (
+                    self._of_beam(part.name, both, *beam) if beam else self._of_matrix(part, both)
+                )
+            elif isinstance(part, PlacedBlock):
+                block = self.of_block(part)
+                shares = [block.shares(w) for w in (a, b)]
+                for x, y, c in zip(*shares, block.compliances, strict=True):
+                    found.append(Contribution(part.name, self._sum((x, y)), c))
             elif part.stiffness is not None:
-                work = wrench.work_on(part, self.record, self.length)
-                felt = self._square(work)
+                work = [w.work_on(part, self.record, self.length) for w in (a, b)]
+                felt = self._sum((work[0], work[1]))
                 found.append(Contribution(part.name, felt, 1 / self.read(part.stiffness)))
         return tuple(x for x in found if x.felt != 0)
 
     def _of_beam(
-        self, name: str, w: list[Any], along: Any, products: dict[str, Any]
+        self, name: str, both: list[list[Any]], along: Any, products: dict[str, Any]
     ) -> list[Contribution]:
-        fx, fy, fz, mx, my, mz = w
+        (fx, fy, fz, mx, my, mz), (gx, gy, gz, nx, ny, nz) = both
         L = self.read.length(along)
-        named, value = self.products.of(products), self.products.value
-        found = []
-        if not is_zero(fx):
-            found.append((", traction", self._square(fx), L, "EA"))
+        named, value, total = self.products.of(products), self.products.value, self._sum
+        found = [(", traction", total((fx, gx)), L, "EA")]
         if named["EI_z"] == named["EI_y"]:
-            lever = self.read(self.record.simplified(fy * mz - fz * my, self.length))
-            across = self._squares(fy, fz), lever, self._squares(my, mz)
-            found.append((", bending", *_bent(L, *across), "EI_z"))
+            levers = [(fy, nz), (mz, gy), (-fz, ny), (-my, gz)]
+            bent = total((fy, gy), (fz, gz)), total(*levers), total((my, ny), (mz, nz))
+            found.append((", bending", *_bent(L, *bent), "EI_z"))
         else:
-            for f, m, letter in ((fy, mz, "EI_z"), (fz, -my, "EI_y")):
-                across = self._square(f), self.read(f) * self.read(m), self._square(m)
-                found.append((", bending", *_bent(L, *across), letter))
-        if not is_zero(mx):
-            found.append((", torsion", self._square(mx), L, "GJ"))
+            for f, g, m, n, letter in ((fy, gy, mz, nz, "EI_z"), (fz, gz, -my, -ny, "EI_y")):
+                bent = total((f, g)), total((f, n), (m, g)), total((m, n))
+                found.append((", bending", *_bent(L, *bent), letter))
+        found.append((", torsion", total((mx, nx)), L, "GJ"))
         return [
             Contribution(name + way, felt, along / value(named[letter]))
             for way, felt, along, letter in found
             if felt != 0
         ]
 
-    def _of_matrix(self, spring: PlacedSpring, w: list[Any]) -> list[Contribution]:
+    def _of_matrix(self, spring: PlacedSpring, both: list[list[Any]]) -> list[Contribution]:
         """Contributions of any elastic part: what its compliance couples comes together."""
         C: Any = spring.elasticity.compliance
+        w, v = both
         found = []
         for block in ([0, 1, 2], [3, 4, 5]):
             if _is_isotropic(C, block, self.record):
-                felt = self._squares(*(w[i] for i in block))
+                felt = self._sum(*((w[i], v[i]) for i in block))
                 compliance = self.read(C[block[0], block[0]])
                 found.append(Contribution(spring.name, felt, compliance))
                 continue
             for group in _coupled(C, block):
-                pairs = [(i, j) for i in group for j in group if j >= i]
                 terms = [
-                    (1 if i == j else 2) * self.read(w[i]) * self.read(w[j]) * self.read(C[i, j])
-                    for i, j in pairs
+                    self.read(w[i]) * self.read(v[j]) * self.read(C[i, j])
+                    for i in group
+                    for j in group
                 ]
                 found.append(Contribution(spring.name, sp.Add(*terms), sp.Integer(1)))
         return found
 
-    def _square(self, x: Any) -> Any:
-        return self._squares(x)
-
-    def _squares(self, *parts: Any) -> Any:
-        """A sum of squares, simplified as a whole or left as it is, whichever is shorter."""
-        apart = sp.Add(*(self.read(x) ** 2 for x in parts))
-        total: Any = sum(x * x for x in parts)
+    def _sum(self, *pairs: tuple[Any, Any]) -> Any:
+        """A sum of products, simplified as a whole or left as it is, whichever is shorter."""
+        pairs = tuple((x, y) for x, y in pairs if not (is_zero(x) or is_zero(y)))
+        total: Any = sum((x * y for x, y in pairs), sp.Integer(0))
         simpler = self.record.simplified(total, self.length)
         if not isinstance(simpler, Entry):
             return self.read(simpler)
-        found = [apart] if len(parts) == 1 else [apart, self.read.fraction(apart)]
+        apart = sp.Add(*(self.read(x) * self.read(y) for x, y in pairs))
+        found = [apart] if len(pairs) == 1 else [apart, self.read.fraction(apart)]
         if simpler.step != total.step:
             found.append(self.read(simpler))
         return min(found, key=lambda e: int(e.count_ops()))
@@ -185,11 +202,11 @@ class ContributionReader:
 
 def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
     """Integral of the squared bending moment over a beam: f x + m, by its end's f and m."""
-    if across == 0:
-        return turning, L
-    if turning == 0:
-        return across, L**3 / 3
-    return across * L**3 / 3 + lever * L**2 + turning * L, sp.Integer(1)
+    terms = (across, L**3 / 3), (lever, L**2 / 2), (turning, L)
+    present = [(felt, along) for felt, along in terms if felt != 0]
+    if len(present) == 1:
+        return present[0]
+    return sp.Add(*(felt * along for felt, along in present)), sp.Integer(1)
 
 
 def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str, Any]] | None:

@@ -15,6 +15,7 @@ from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.squares import completed_squares
 from robostiff.record import Entry, Operation, Record
+from robostiff.recorded import entry_reader
 
 # Terms of an entry multiplied out, operations of a fraction that a person would print, and of all.
 _WRITTEN = 2000
@@ -23,7 +24,15 @@ _ALL = 1200
 # Operations from which even powers of roots are worth replacing.
 _LONG = 12
 # Operations of an intermediate from which it is cancelled before it is used.
-_LONG_ON_THE_WAY = 40
+_LONG_ON_THE_WAY = 12
+# Letters of lengths, stiffnesses and compliances.
+_POSITIVE = ("L", "c", "k", "EA", "EI", "EI_y", "EI_z", "GJ")
+# Operations of an intermediate in which even powers of roots are replaced, and, where all steps are
+# to be short, of one that is given a name.
+_PUT_IN = 40
+_SHORT_STEP = 8
+# Operations of a length that needs no name, such as l/2.
+_INLINE = 2
 
 
 class NamedReading:
@@ -36,6 +45,8 @@ class NamedReading:
     record : Record
     symbols : dict of names to SymPy symbols
         One for each input.
+    in_short_steps : bool
+        Whether every intermediate of some length has a name.
 
     Attributes
     ----------
@@ -52,10 +63,13 @@ class NamedReading:
     ((x + 1)/L_a, [Definition(symbol=L_a, expression=sqrt(x**2 + 1))])
     """
 
-    def __init__(self, record: Record, symbols: dict[str, sp.Symbol]) -> None:
+    def __init__(
+        self, record: Record, symbols: dict[str, sp.Symbol], *, in_short_steps: bool = False
+    ) -> None:
         self.record = record
+        self.in_short_steps = in_short_steps
         self.definitions: list[Definition] = []
-        self._closed = ClosedReading(record, symbols)
+        self._closed = ClosedReading(record, dict(symbols))
         self._taken = set(symbols)
         self._raw: dict[int, Any] = {}
         self._fractions: dict[Any, Any] = {}
@@ -75,7 +89,7 @@ class NamedReading:
     def fraction(self, expression: Any) -> Any:
         """An expression in these names as a factored fraction."""
         if expression not in self._fractions:
-            fraction = self._without_even_powers(_fraction(expression))
+            fraction = self._without_even_powers(self._cancelled(expression))
             if int(fraction.count_ops()) > _PRINTED:
                 raise FormulaTooLargeError.beyond(_PRINTED)
             self._operations += int(fraction.count_ops())
@@ -88,10 +102,58 @@ class NamedReading:
         """A length, named where it is more than a symbol or a number."""
         value = self.record.simplified(value)
         expression = self(value)
-        if not isinstance(value, Entry) or expression.is_Symbol or not expression.free_symbols:
+        is_plain = expression.as_coeff_Mul()[1].is_Symbol or not expression.free_symbols
+        if not isinstance(value, Entry) or is_plain:
             return expression
         self._raw[value.step] = self.define("L", expression)
         return self._raw[value.step]
+
+    def named(self, own: str, entry: Entry) -> None:
+        """A name for an entry wherever it is read from now on, such as u_x."""
+        step, sign = entry.step, 1
+        if self.record.operations[step][0] is Operation.NEGATE:
+            (step,), sign = self.record.arguments(step), -1
+        if self._raw[step].is_Symbol:
+            return
+        expression = self(Entry(self.record, step))
+        name = own if own not in self._taken else self._free(own)
+        self._raw[step] = self.define(own, expression, name)
+        if sign < 0:
+            self._raw[entry.step] = -self._raw[step]
+
+    def _cancelled(self, expression: Any) -> Any:
+        """A factored fraction; where it is long, perhaps that with squares of roots put in."""
+        fraction = _fraction(expression)
+        if int(fraction.count_ops()) <= _LONG:
+            return fraction
+        squares = {
+            d.symbol**2: d.expression**2
+            for d in self.definitions
+            if expression.has(d.symbol) and (d.expression**2).is_Add
+        }
+        other = expression.xreplace(squares) if squares else expression
+        if other == expression:
+            return fraction
+        return min(fraction, _fraction(other), key=lambda e: int(e.count_ops()))
+
+    def quotient(self, above: Any, below: Any) -> Any:
+        """A quotient as it stands or cancelled, whichever is shorter."""
+        plain = above / below
+        found = [plain]
+        if int(plain.count_ops()) <= _LONG_ON_THE_WAY:
+            found.append(factored_fraction(plain))
+        return min(found, key=lambda e: int(e.count_ops()))
+
+    def entry(self, letter: str, expression: Any, sample: Any) -> Any:
+        """An expression in names as an entry: a new input with a name where it is long."""
+        if expression.is_number:
+            return expression
+        own = {self._closed.symbols[name] for name in self.record.inputs}
+        if expression.free_symbols <= own and int(expression.count_ops()) <= _INLINE:
+            return entry_reader(self.record, exact=True)(expression)
+        symbol = self.define(letter, expression)
+        self._closed.symbols[symbol.name] = symbol
+        return self.record.add_input(symbol.name, sample)
 
     def _without_even_powers(self, fraction: Any) -> Any:
         """The same with squares of named roots in place of their powers, where that is shorter."""
@@ -119,8 +181,7 @@ class NamedReading:
         for known in self.definitions:
             if known.expression == expression and known.symbol.name.startswith(f"{letter}_"):
                 return known.symbol
-        is_angle = letter == "theta"
-        assumed = {"real": True} if is_angle else {"positive": True}
+        assumed = {"positive": True} if letter in _POSITIVE else {"real": True}
         symbol = sp.Symbol(own or self._free(letter), **assumed)
         self._taken.add(symbol.name)
         self.definitions.append(Definition(symbol, expression))
@@ -138,24 +199,41 @@ class NamedReading:
         operation = self.record.operations[step][0]
         if operation in (Operation.SINE, Operation.COSINE):
             expression = self._closed.written(step, self._raw)
-            if expression.is_Function and not expression.free_symbols:
-                # An angle in decimals is a name: its multiples are no shorter numbers.
-                return expression.func(self.define("theta", expression.args[0]))
+            for turning in expression.atoms(sp.sin, sp.cos):
+                if not turning.free_symbols:
+                    # An angle in decimals is a name: its multiples are no shorter numbers.
+                    named = turning.func(self.define("theta", turning.args[0]))
+                    expression = expression.xreplace({turning: named})
+            # The sine of an arc cosine is a root.
+            for root in [x for x in expression.atoms(sp.Pow) if x.exp == sp.Rational(1, 2)]:
+                if root.free_symbols:
+                    above, below = sp.fraction(_fraction(root.base))
+                    named = self._root(above) / self._root(below)
+                    expression = expression.xreplace({root: named, 1 / root: 1 / named})
+            return expression
         if operation is not Operation.SQUARE_ROOT:
-            expression = self._closed.written(step, self._raw)
-            # Cancelled on the way, before it grows.
-            if int(expression.count_ops()) <= _LONG_ON_THE_WAY:
-                return expression
-            return min(expression, _fraction(expression), key=lambda e: int(e.count_ops()))
+            return self._on_the_way(self._closed.written(step, self._raw))
         simpler = self.record.simplified(Entry(self.record, step))
         if not isinstance(simpler, Entry):
             return self._closed(simpler)
         if simpler.step != step:
             return self._expression(simpler)
         (below,) = self.record.arguments(step)
-        radicand = _fraction(self._raw[below])
-        above, below = sp.fraction(radicand)
+        above, below = sp.fraction(_fraction(self._raw[below]))
         return self._root(above) / self._root(below)
+
+    def _on_the_way(self, expression: Any) -> Any:
+        """An intermediate, cancelled before it grows, or under a name where all are short."""
+        operations = int(expression.count_ops())
+        if self.in_short_steps:
+            is_long = operations > _SHORT_STEP and expression.free_symbols
+            return self.define("p", expression) if is_long else expression
+        if operations <= _LONG_ON_THE_WAY:
+            return expression
+        shorter = self._cancelled(expression)
+        if int(shorter.count_ops()) > _PUT_IN:
+            shorter = self._without_even_powers(shorter)
+        return min(expression, shorter, key=lambda e: int(e.count_ops()))
 
     def _root(self, radicand: Any) -> Any:
         """A square root: what is a square comes out, the rest has a name."""

@@ -161,11 +161,15 @@ def derive_robot(
     is_home = isinstance(pose, AtHome)
     if isinstance(form, Closed):
         limit = form.limit
-        return within(budget, lambda: _readable(placed, recorded, limit, is_home))
+        return within(
+            budget, lambda: _readable(placed, recorded, limit, is_home=is_home, closed=True)
+        )
     remark = ""
     if form is None and is_home:
         try:
-            return within(budget, lambda: _readable(placed, recorded, _READABLE, is_home))
+            return within(
+                budget, lambda: _readable(placed, recorded, _READABLE, is_home=True, closed=False)
+            )
         except OutOfTimeError:
             remark = f"A closed form did not end within {budget:g} s of computing."
         except FormulaTooLargeError:
@@ -174,22 +178,30 @@ def derive_robot(
 
 
 def _readable(
-    placed: PlacedRobot, recorded: RecordedRobot, limit: int, is_home: bool
+    placed: PlacedRobot, recorded: RecordedRobot, limit: int, *, is_home: bool, closed: bool
 ) -> RobotDerivation:
     """A sum of springs where the robot is one, a closed form otherwise."""
     if is_home:
-        with suppress(FormulaTooLargeError):
-            if (derivation := _by_springs(placed, recorded)) is not None:
-                return derivation
+        for in_short_steps in (False,) if closed else (False, True):
+            with suppress(FormulaTooLargeError):
+                derivation = _by_springs(placed, recorded, in_short_steps=in_short_steps)
+                if derivation is not None:
+                    return derivation
+                break
     return _closed(placed, recorded, limit)
 
 
-def _by_springs(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation | None:
+def _by_springs(
+    placed: PlacedRobot, recorded: RecordedRobot, *, in_short_steps: bool
+) -> RobotDerivation | None:
     """Unit wrenches, and compliances that stay sums; None where a leg has no such basis.
 
     Also None where the sum holds only to the digits of the model, as with angles in decimals.
     """
-    found = sum_of_springs(placed)
+    if not placed.symbols:
+        return None  # all of it is numbers
+    # On a record of its own: the elimination leaves steps of the same values, only longer.
+    found = sum_of_springs(place_robot(placed.robot, AtHome()), in_short_steps=in_short_steps)
     if found is None:
         return None
     points = ExactPoints(placed.record)
@@ -197,15 +209,23 @@ def _by_springs(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation
     if not placed.closed and not points.holds(found.K, recorded.K):
         return None
     named, legs = [], []
-    for own, leg in zip(placed.legs, found.legs, strict=True):
-        parts = _facts(own.leg, leg.redundant, leg.wrenches, leg.compliances)
+    of_legs = [[*(x for w in leg.wrenches for x in w), *leg.compliances] for leg in found.legs]
+    definitions = shared_out(found.definitions, of_legs)
+    for i, (leg, other) in enumerate(zip(found.legs, recorded.legs, strict=True)):
+        own = placed.legs[i].leg
+        parts = _facts(own, other.redundant, leg.wrenches, leg.compliances)
         named.append(LegDerivation(**parts, K=None))
+        if in_short_steps:
+            legs.append(replace(named[-1], definitions=definitions[i]))
+            continue
         W = [found.written_out(w) for w in leg.wrenches]
         c = [found.written_out(x) for x in leg.compliances]
         zero: Any = sp.zeros(found.K.rows)
         K = sum((w * w.T / x for w, x in zip(W, c, strict=True)), zero)
-        parts = _facts(own.leg, leg.redundant, W, c)
+        parts = _facts(own, other.redundant, W, c)
         legs.append(LegDerivation(**parts, K=sp.ImmutableMatrix(K)))
+    if in_short_steps:
+        return _derivation(placed, found.K, legs, found.definitions)
     in_names = InNames(found.K, tuple(named), found.definitions)
     return _derivation(placed, found.written_out(found.K), legs, named=in_names)
 

@@ -7,33 +7,32 @@ unit wrench. Legs that are turns of one another about the vertical count once, b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.contributions import (
-    BeamProducts,
-    Contribution,
-    ContributionReader,
-    summed,
-)
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.orbits import Orbit, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
+from robostiff.analytic.record_reading import written_size
 from robostiff.analytic.robot_placement import PlacedRobot
+from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.trigonometry import shortest_trigonometry
-from robostiff.analytic.unit_wrenches import UnitWrench, WrenchSearch, sampled
-from robostiff.model import PlacedLeg, PlacedSpring
+from robostiff.analytic.unit_wrenches import WrenchSearch
 from robostiff.record import Entry
-from robostiff.spatial import Space
 
 _SAME = 1e-10
 _PRINTED = 600  # operations of all of K, beyond which nobody reads it at a glance
 _FEW = 6  # products that are also written one by one
-_SHORT = 6  # operations of a compliance of one spring that needs no name, such as l/EA
+_COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
+_LONG_ENTRY = 14  # operations of an entry of a wrench that is given a name
+_MOST = 5000  # operations of a sum that is written out to see whether it becomes shorter
+_SHORT = 6  # operations of an entry that is not tried in another way
 
 
 @dataclass(frozen=True)
@@ -46,13 +45,10 @@ class SpringLeg:
         Unit wrenches about the reference point, in names.
     compliances : tuple of sympy.Expr
         What each meets: a name, or a short formula.
-    redundant : tuple of bool
-        Of its passive joints: whether they add no freedom to those before.
     """
 
     wrenches: tuple[sp.ImmutableMatrix, ...]
     compliances: tuple[Any, ...]
-    redundant: tuple[bool, ...]
 
 
 @dataclass(frozen=True)
@@ -104,12 +100,38 @@ class _Group:
 
     compliance: Any
     wrenches: list[list[Any]] = field(default_factory=list)
+    orbits: list[Orbit] | None = None
+    in_names: set[int] = field(default_factory=set)
+
+    def find_orbits(self, search: WrenchSearch, read: NamedReading) -> None:
+        """Find which wrenches are turns of others, and name long entries of the first ones."""
+        at = sampled(self.wrenches, search.record.count) / search.scale
+        self.orbits = orbits_of(at)
+        count = len(self.wrenches)
+        firsts = range(count) if read.in_short_steps or count == 1 else ()
+        for i in firsts if self.orbits is None else [orbit.first for orbit in self.orbits]:
+            entries = {x.step: x for x in self.wrenches[i] if isinstance(x, Entry)}
+            if max((_operations(read(x)) for x in entries.values()), default=0) > _LONG_ENTRY:
+                self.in_names.add(i)
+                for letter, x in zip(_COMPONENTS, self.wrenches[i], strict=True):
+                    if isinstance(x, Entry) and _operations(read(x)) > _SHORT:
+                        read.named(letter, x)
+
+    def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
+        """One of the wrenches, by the first of its orbit where that is shorter."""
+        for orbit in self.orbits or ():
+            if number in orbit.images and orbit.first in self.in_names:
+                first = sp.Matrix([read(x) for x in self.wrenches[orbit.first]])
+                turned = orbit.images[number] * first
+                return sp.ImmutableMatrix([turned[i] for i in search.space.rows])
+        own = self.wrenches[number]
+        return sp.ImmutableMatrix([read(own[i]) for i in search.space.rows])
 
 
-def sum_of_springs(placed: PlacedRobot) -> SumOfSprings | None:
+def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumOfSprings | None:
     """Derive a placed robot leg by leg; None where a leg has no basis of unit wrenches.
 
-    Such are legs with parallel blocks, and those whose wrenches share energy.
+    In short steps, every intermediate of some length has a name.
 
     Raises
     ------
@@ -119,29 +141,24 @@ def sum_of_springs(placed: PlacedRobot) -> SumOfSprings | None:
     record, length = placed.record, placed.length
     space, reference = placed.entries.space, placed.reference
     search = WrenchSearch(record, reference, space, length)
-    bases: list[tuple[UnitWrench, ...]] = []
-    for own in placed.legs:
-        basis = search.basis(own.leg)
-        if basis is None:
-            return None
-        bases.append(basis)
-    read = NamedReading(record, placed.symbols)
-    reader = ContributionReader(record, length, read, BeamProducts(read))
+    read = NamedReading(record, placed.symbols, in_short_steps=in_short_steps)
+    reader = LegReader(search, read)
     groups: dict[Any, _Group] = {}
-    legs = []
-    for own, basis in zip(placed.legs, bases, strict=True):
-        wrenches, met = [], []
-        for wrench in basis:
-            w = wrench.about(reference, record, length)
-            key = _met_at_samples(own.leg, wrench, search)
-            alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), None)
-            if alike is None:
-                alike = key
-                groups[key] = _Group(_named_compliance(reader.of(own.leg, wrench), read))
-            groups[alike].wrenches.append(w)
-            wrenches.append(sp.ImmutableMatrix([read(w[i]) for i in space.rows]))
-            met.append(groups[alike].compliance)
-        legs.append(SpringLeg(tuple(wrenches), tuple(met), search.redundant(own.leg)))
+    legs: list[list[tuple[_Group, int]]] = []
+    for own in placed.legs:
+        try:
+            held = reader.of(own.leg)
+        except NotHeldByUnitWrenchesError:
+            return None
+        legs.append([])
+        for one in held:
+            key = tuple(map(float, one.met))
+            alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), key)
+            group = groups.setdefault(alike, _Group(one.compliance))
+            legs[-1].append((group, len(group.wrenches)))
+            group.wrenches.append(one.about(reference, search))
+    for group in groups.values():
+        group.find_orbits(search, read)
     K = _matrix(list(groups.values()), search, read)
     taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
     recurring = name_combinations(K, taken)
@@ -150,51 +167,27 @@ def sum_of_springs(placed: PlacedRobot) -> SumOfSprings | None:
     first = [d for d in recurring.definitions if d.expression.free_symbols <= inputs]
     last = [d for d in recurring.definitions if d not in first]
     lengths = [Definition(d.symbol, _in_names(d.expression, first)) for d in read.definitions]
-    legs = [
-        replace(
-            leg,
-            wrenches=tuple(_in_names(w, first) for w in leg.wrenches),
-            compliances=tuple(_in_names(c, first) for c in leg.compliances),
+    in_names = [
+        SpringLeg(
+            tuple(_in_names(group.written(i, search, read), first) for group, i in leg),
+            tuple(_in_names(group.compliance, first) for group, _ in leg),
         )
         for leg in legs
     ]
     definitions, numbers = _without_numbers([*first, *lengths, *last])
     K = K.xreplace(numbers)
-    legs = [
-        replace(
-            leg,
-            wrenches=tuple(w.xreplace(numbers) for w in leg.wrenches),
-            compliances=tuple(c.xreplace(numbers) for c in leg.compliances),
+    in_names = [
+        SpringLeg(
+            tuple(w.xreplace(numbers) for w in leg.wrenches),
+            tuple(c.xreplace(numbers) for c in leg.compliances),
         )
-        for leg in legs
+        for leg in in_names
     ]
-    results = [K, *(x for leg in legs for x in (*leg.wrenches, *leg.compliances))]
+    results = [K, *(x for leg in in_names for x in (*leg.wrenches, *leg.compliances))]
     used = _used(results, definitions)
     if operations_of(K, used) > _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
-    return SumOfSprings(K, tuple(legs), used)
-
-
-def _named_compliance(found: Sequence[Contribution], read: NamedReading) -> Any:
-    """The sum of contributions, alike ones together, under a name where it is long."""
-    total = summed(found)
-    short = not total.is_Add and int(total.count_ops()) <= _SHORT
-    return total if short else read.define("c", total)
-
-
-def _met_at_samples(leg: PlacedLeg, wrench: UnitWrench, search: WrenchSearch) -> tuple[float, ...]:
-    """The compliance in numbers, by which those of different legs are compared."""
-    record, length = search.record, search.length
-    total = np.zeros(record.count)
-    for part in leg.own_parts:
-        if isinstance(part, PlacedSpring):
-            w = sampled(wrench.felt_by(part, record, length), record.count)
-            C = sampled(part.elasticity.compliance, record.count)
-            total += np.einsum("ni,nij,nj->n", w, C, w)
-        elif part.stiffness is not None:
-            both = sampled([wrench.work_on(part, record, length), part.stiffness], record.count)
-            total += both[:, 0] ** 2 / both[:, 1]
-    return tuple(map(float, total))
+    return SumOfSprings(K, tuple(in_names), used)
 
 
 def _matrix(groups: list[_Group], search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
@@ -202,7 +195,7 @@ def _matrix(groups: list[_Group], search: WrenchSearch, read: NamedReading) -> s
     n = len(rows)
     total: dict[tuple[int, int], list[Any]] = {}
     for group in groups:
-        entries = _entries(group.wrenches, search)
+        entries = _entries(group.wrenches, group.orbits)
         known: dict[Any, Any] = {}
         for i in range(n):
             for j in range(i, n):
@@ -222,72 +215,66 @@ def _written(
 ) -> Any:
     """A sum of products, simplified as a whole or product by product, whichever is shorter."""
     scale = search.length ** sum(i > 2 for i in place)
-    total: Any = sum((number * (a * b) for number, a, b in products), sp.Integer(0))
-    total = search.record.simplified(total, scale)
+    total = _total(products, search, scale)
     if not isinstance(total, Entry):
         return read(total)
-    found = [read(total)]
-    if int(found[0].count_ops()) > _SHORT and len(products) <= _FEW:
-        found.append(sp.Add(*(number * (read(a) * read(b)) for number, a, b in products)))
-    return min(found, key=lambda e: int(e.count_ops()))
+    apart = sp.Add(*(number * (read(a) * read(b)) for number, a, b in products))
+    if _operations(apart) <= _SHORT or (
+        len(products) > _FEW and written_size(search.record, [total]) > _MOST
+    ):
+        return apart
+    return min(apart, read(total), key=_operations)
 
 
-def _entries(wrenches: list[list[Any]], search: WrenchSearch) -> dict[tuple[int, int], _Products]:
+def _operations(expression: Any) -> int:
+    return int(expression.count_ops())
+
+
+def _total(products: _Products, search: WrenchSearch, scale: float) -> Any:
+    """A sum of products; what two orbits have in common counts twice."""
+    simplified = search.record.simplified
+    total: Any = sp.Integer(0)
+    by_number: dict[Any, Any] = {}
+    for number, a, b in products:
+        by_number[number] = by_number.get(number, sp.Integer(0)) + a * b
+    for number, part in by_number.items():
+        total = total + number * simplified(part, scale)
+    return simplified(total, scale)
+
+
+def _entries(
+    wrenches: list[list[Any]], orbits: list[Orbit] | None
+) -> dict[tuple[int, int], _Products]:
     """Products whose sum is that of w w^T, by averages where the wrenches are turns of one."""
-    orbits = _orbits(wrenches, search) if search.space is Space.SPATIAL else None
     M: dict[tuple[int, int], _Products] = {(i, j): [] for i in range(6) for j in range(i, 6)}
     if orbits is None:
         for w in wrenches:
             for (i, j), products in M.items():
                 products.append((1, w[i], w[j]))
         return M
-    count = sp.Integer(len(wrenches)) / len(orbits)
-    half = count / 2
-    for f1, f2, f3, m1, m2, m3 in orbits:
-        for place, products in {
+    for orbit in orbits:
+        f1, f2, f3, m1, m2, m3 = wrenches[orbit.first]
+        count = sp.Integer(len(orbit.images))
+        half = count / 2
+        averages = {
             (0, 0): [(half, f1, f1), (half, f2, f2)],
             (1, 1): [(half, f1, f1), (half, f2, f2)],
             (2, 2): [(count, f3, f3)],
             (3, 3): [(half, m1, m1), (half, m2, m2)],
             (4, 4): [(half, m1, m1), (half, m2, m2)],
             (5, 5): [(count, m3, m3)],
-            (0, 3): [(half, f1, m1), (half, f2, m2)],
-            (1, 4): [(half, f1, m1), (half, f2, m2)],
             (0, 4): [(half, f1, m2), (-half, f2, m1)],
             (1, 3): [(-half, f1, m2), (half, f2, m1)],
-            (2, 5): [(count, f3, m3)],
-        }.items():
+        }
+        if not orbit.is_mirrored:
+            averages |= {
+                (0, 3): [(half, f1, m1), (half, f2, m2)],
+                (1, 4): [(half, f1, m1), (half, f2, m2)],
+                (2, 5): [(count, f3, m3)],
+            }
+        for place, products in averages.items():
             M[place] += products
     return M
-
-
-def _orbits(wrenches: list[list[Any]], search: WrenchSearch) -> list[list[Any]] | None:
-    """One wrench of each set that turns by equal parts, three or more, map onto itself."""
-    count = len(wrenches)
-    G = sampled(wrenches, search.record.count) / np.array([1.0] * 3 + [search.length] * 3)
-    for N in (n for n in range(count, 2, -1) if count % n == 0):
-        left = list(range(count))
-        firsts = []
-        while left:
-            first = left[0]
-            own = {first}
-            for k in range(1, N):
-                c, s = np.cos(2 * np.pi * k / N), np.sin(2 * np.pi * k / N)
-                turn = np.kron(np.eye(2), np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]))
-                image = G[:, first] @ turn.T
-                alike = [i for i in left if i not in own and _is_image(G[:, i], image)]
-                own.update(alike[:1])
-            if len(own) < N:
-                break
-            firsts.append(wrenches[first])
-            left = [i for i in left if i not in own]
-        if not left:
-            return firsts
-    return None
-
-
-def _is_image(own: np.ndarray, image: np.ndarray) -> bool:
-    return any(bool(np.max(np.abs(own - sign * image)) < _SAME) for sign in (1, -1))
 
 
 def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:

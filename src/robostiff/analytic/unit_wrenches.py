@@ -9,28 +9,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
+from math import comb
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
+from robostiff.analytic.sampled_leg import SampledLeg, Surroundings, sampled
 from robostiff.kinematics.jacobians import freedom_twist
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
-from robostiff.recorded.working_frame import cross, turned_back
+from robostiff.recorded.working_frame import WorkingFrame, cross, turned_back
 from robostiff.spatial import Space
 
 _SAME = 1e-10  # of a unit vector, or of the length
-_IDLE = 1e-9  # work on a passive joint, and coupling of two wrenches
+IDLE = 1e-9  # work on a passive joint, and coupling of two wrenches
 _INDEPENDENT = 1e-6
-_RANK = 1e-7
-_MOST = 12  # wrenches that are combined to a basis
-
-
-def sampled(values: Any, count: int) -> np.ndarray:
-    """Entries and numbers at the samples of their record, (count, ...)."""
-    array = np.asarray(values, dtype=object)
-    flat = [x.sample if isinstance(x, Entry) else np.full(count, float(x)) for x in array.flat]
-    return np.array(flat).T.reshape(count, *array.shape)
+_MOST = 1000  # bases that are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +52,14 @@ class UnitWrench:
 
     def felt_by(self, spring: PlacedSpring, record: Record, length: float) -> list[Any]:
         """Force and moment at an elastic part, in its own axes."""
-        R = spring.rotation
-        turned = [record.simplified(x) for x in turned_back(R, self.direction)]
+        return self.seen_from(WorkingFrame(spring.rotation, spring.point), record, length)
+
+    def seen_from(self, frame: WorkingFrame, record: Record, length: float) -> list[Any]:
+        """Its six entries in a frame, about its origin."""
+        turned = [record.simplified(x) for x in turned_back(frame.R, self.direction)]
         if self.point is None:
             return [0, 0, 0, *turned]
-        moment = turned_back(R, cross(self.point - spring.point, self.direction))
+        moment = turned_back(frame.R, cross(self.point - frame.p, self.direction))
         return [*turned, *(record.simplified(x, length) for x in moment)]
 
     def work_on(self, freedom: PlacedFreedom, record: Record, length: float) -> Any:
@@ -74,94 +72,72 @@ class UnitWrench:
 
 
 @dataclass(frozen=True)
-class WrenchSearch:
-    """Finds a basis of unit wrenches that share no energy.
+class Basis:
+    """Unit wrenches of a leg and how they share energy.
 
     Attributes
     ----------
-    record : Record
-    reference : (3,) array
-        Reference point, entries or numbers.
-    space : Space
-    length : float
-        Characteristic length [m].
+    wrenches : tuple of UnitWrench
+        Couples before forces, the least coupled first.
+    compliance : (count, m, m) array
+        W^T C W at the samples.
     """
 
-    record: Record
-    reference: np.ndarray
-    space: Space
-    length: float
+    wrenches: tuple[UnitWrench, ...]
+    compliance: np.ndarray
 
-    def basis(self, leg: PlacedLeg) -> tuple[UnitWrench, ...] | None:
+
+@dataclass(frozen=True)
+class WrenchSearch(Surroundings):
+    """Finds a basis of unit wrenches of which few or none share energy."""
+
+    def basis(self, leg: PlacedLeg) -> Basis | None:
         """The simplest basis of what the passive joints transmit; None where none is found."""
-        if leg.blocks or any(s.elasticity.freedoms.shape[1] for s in leg.springs):
+        if any(s.elasticity.freedoms.shape[1] for s in leg.springs):
             return None
-        own = _SampledLeg.of(leg, self)
-        if own.transmitted is None:
+        own = SampledLeg.of(leg, self)
+        if own is None or own.transmitted is None:
             return None
         if own.transmitted == 0:
-            return ()
+            return Basis((), own.C[:, :0, :0])
         found = self._transmitted(leg, own)
         if len(found) < own.transmitted:
             return None
-        cheapest = sorted(found, key=lambda pair: self._cost(leg, pair[0]))[:_MOST]
-        return self._combined(cheapest, own)
+        count = own.transmitted
+        while count < len(found) and comb(count + 1, own.transmitted) <= _MOST:
+            count += 1
+        return _combined(sorted(found, key=lambda one: one.cost)[:count], own)
 
-    def redundant(self, leg: PlacedLeg) -> tuple[bool, ...]:
-        """Which passive joints of a leg add no freedom to those before."""
-        J = _SampledLeg.of(leg, self).J
-        ranks = [0] + [
-            int(np.max(np.linalg.matrix_rank(J[:, :, : k + 1], tol=_RANK)))
-            for k in range(J.shape[2])
-        ]
-        return tuple(after == before for before, after in pairwise(ranks))
-
-    def _transmitted(self, leg: PlacedLeg, own: _SampledLeg) -> list[tuple[UnitWrench, np.ndarray]]:
-        """Different unit wrenches that do no work on passive joints, and their samples."""
+    def _transmitted(self, leg: PlacedLeg, own: SampledLeg) -> list[_Candidate]:
+        """Different unit wrenches that do no work on passive joints."""
         directions = self._different(_directions(leg), 1.0, up_to_sign=True)
         points = self._different(_points(leg), self.length, up_to_sign=False)
-        found: list[tuple[UnitWrench, np.ndarray]] = []
+        found: list[_Candidate] = []
         seen: list[np.ndarray] = []
+        reference = sampled(self.reference, self.record.count)
         planar = self.space is Space.PLANAR
         for (d, d_at), place in [(d, p) for d in directions for p in (None, *points)]:
             out_of_plane = np.max(np.abs(d_at[:, :2] if place is None else d_at[:, 2:]))
             if planar and out_of_plane > _SAME:
                 continue
             if place is None:
-                w = np.hstack([np.zeros_like(d_at), d_at * self.length])
+                w = np.hstack([np.zeros_like(d_at), d_at])
             else:
-                w = np.hstack([d_at, np.cross(place[1] - own.reference, d_at)])
-            scaled = (w / own.scale)[:, self.space.rows]
-            scaled = scaled / np.linalg.norm(scaled, axis=1)[:, None]
-            if own.J.shape[2] and np.max(np.abs(np.einsum("ni,nij->nj", scaled, own.J))) > _IDLE:
+                w = np.hstack([d_at, np.cross(place[1] - reference, d_at)])
+            scaled = (w / self.scale)[:, self.space.rows]
+            sizes = np.linalg.norm(scaled, axis=1)
+            scaled = scaled / sizes[:, None]
+            if own.J.shape[2] and np.max(np.abs(np.einsum("ni,nij->nj", scaled, own.J))) > IDLE:
                 continue
             alike = [k for k, s in enumerate(seen) if _alike(s, scaled)]
             wrench = UnitWrench(d, None if place is None else place[0])
+            candidate = _Candidate(wrench, scaled, sizes, self._cost(leg, wrench))
             if not alike:
                 seen.append(scaled)
-                found.append((wrench, scaled))
-            elif self._cost(leg, wrench) < self._cost(leg, found[alike[0]][0]):
-                found[alike[0]] = (wrench, scaled)
+                found.append(candidate)
+            elif candidate.cost < found[alike[0]].cost:
+                found[alike[0]] = candidate
         return found
-
-    def _combined(
-        self, pool: Sequence[tuple[UnitWrench, np.ndarray]], own: _SampledLeg
-    ) -> tuple[UnitWrench, ...] | None:
-        """The first independent ones without coupling, cheap ones first."""
-        m = own.transmitted or 0
-        for chosen in combinations(pool, m):
-            W = np.stack([w for _, w in chosen], axis=1)
-            if np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
-                continue
-            A = np.einsum("nai,nij,nbj->nab", W, own.C, W)
-            sizes = np.sqrt(np.einsum("naa->na", A))
-            if np.min(sizes) <= 0:
-                return None
-            shared = A / (sizes[:, :, None] * sizes[:, None, :]) - np.eye(m)
-            if np.max(np.abs(shared)) < _IDLE:
-                # Forces before couples.
-                return tuple(sorted((w for w, _ in chosen), key=lambda w: w.point is None))
-        return None
 
     def _cost(self, leg: PlacedLeg, wrench: UnitWrench) -> int:
         record, length = self.record, self.length
@@ -194,58 +170,39 @@ class WrenchSearch:
 
 
 @dataclass(frozen=True)
-class _SampledLeg:
-    """A leg at the samples: passive twists and compliance about the reference, scaled.
+class _Candidate:
+    """A unit wrench, its direction among scaled wrenches, its length there, and what it costs."""
 
-    Rotations count by the length, and so do moments, so that all entries compare.
-    """
-
-    reference: np.ndarray
-    scale: np.ndarray
-    J: np.ndarray
-    C: np.ndarray
-    transmitted: int | None
-
-    @classmethod
-    def of(cls, leg: PlacedLeg, search: WrenchSearch) -> _SampledLeg:
-        count, rows = search.record.count, list(search.space.rows)
-        reference = sampled(search.reference, count)
-        scale = np.array([1.0] * 3 + [search.length] * 3)
-        at = np.asarray(search.reference, dtype=object)
-        C = np.zeros((count, 6, 6))
-        columns = []
-        for part in leg.parts:
-            if isinstance(part, PlacedSpring):
-                R, p = sampled(part.rotation, count), sampled(part.point, count)
-                C += _moved(sampled(part.elasticity.compliance, count), R, p - reference)
-            else:
-                twist = sampled(freedom_twist(part, at), count)
-                if part.is_passive:
-                    columns.append(twist * np.where(np.arange(6) < 3, 1 / search.length, 1.0))
-                elif part.stiffness is not None:
-                    k = sampled([part.stiffness], count)
-                    C += twist[:, :, None] * twist[:, None, :] / k[:, :, None]
-        # Twists by shifts over the length, wrenches by moments over the length: their work stays.
-        J = np.zeros((count, len(rows), 0))
-        if columns:
-            J = np.stack(columns, axis=2)[:, rows]
-            J = J / np.linalg.norm(J, axis=1)[:, None, :]
-        C = (C * scale[None, :, None] * scale[None, None, :])[:, rows][:, :, rows]
-        ranks = {int(r) for r in np.linalg.matrix_rank(J, tol=_RANK)} if columns else {0}
-        transmitted = len(rows) - ranks.pop() if len(ranks) == 1 else None
-        return cls(reference, scale, J, C, transmitted)
+    wrench: UnitWrench
+    scaled: np.ndarray
+    size: np.ndarray
+    cost: int
 
 
-def _moved(C: np.ndarray, R: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Compliances of parts in their own axes about a point that is -v from them, world axes."""
-    count = len(C)
-    felt = np.zeros((count, 6, 6))  # of a wrench about the reference, at the part
-    felt[:, :3, :3] = felt[:, 3:, 3:] = np.swapaxes(R, 1, 2)
-    lever = np.zeros((count, 3, 3))
-    lever[:, 0, 1], lever[:, 0, 2], lever[:, 1, 2] = v[:, 2], -v[:, 1], v[:, 0]
-    lever[:, 1, 0], lever[:, 2, 0], lever[:, 2, 1] = -v[:, 2], v[:, 1], -v[:, 0]
-    felt[:, 3:, :3] = np.swapaxes(R, 1, 2) @ lever
-    return np.swapaxes(felt, 1, 2) @ C @ felt
+def _combined(pool: Sequence[_Candidate], own: SampledLeg) -> Basis | None:
+    """Independent wrenches with the fewest couplings, cheap ones first."""
+    m = own.transmitted or 0
+    best: tuple[tuple[int, int], Basis] | None = None
+    for chosen in combinations(pool, m):
+        W = np.stack([one.scaled for one in chosen], axis=1)
+        if np.min(np.linalg.svd(W, compute_uv=False)) < _INDEPENDENT:
+            continue
+        A = W @ own.C @ np.swapaxes(W, 1, 2)
+        sizes = np.sqrt(np.maximum(np.einsum("naa->na", A), 0))
+        if np.min(sizes) <= 0:
+            return None
+        shared = np.max(np.abs(A) / (sizes[:, :, None] * sizes[:, None, :]), axis=0) > IDLE
+        rank = int(np.sum(shared)) - m, sum(one.cost for one in chosen)
+        if best is not None and rank >= best[0]:
+            continue
+        wrenches = [one.wrench for one in chosen]
+        of_units = np.stack([one.size for one in chosen], axis=1)
+        A = A * of_units[:, :, None] * of_units[:, None, :]
+        order = sorted(range(m), key=lambda i: (wrenches[i].point is not None, np.sum(shared[i])))
+        best = rank, Basis(tuple(wrenches[i] for i in order), A[:, order][:, :, order])
+        if rank[0] == 0:
+            break
+    return None if best is None else best[1]
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> bool:
@@ -258,19 +215,47 @@ def _directions(leg: PlacedLeg) -> Iterator[np.ndarray]:
         yield from np.asarray(spring.rotation, dtype=object).T
     axes = [np.asarray(freedom.axis, dtype=object) for freedom in leg.freedoms]
     yield from axes
-    points = list(_points(leg))
+    for a, b in combinations(axes, 2):
+        if _is_square(a @ b):
+            yield np.array(cross(a, b), dtype=object)
+    yield from _lines(leg)
+
+
+def _lines(leg: PlacedLeg) -> Iterator[np.ndarray]:
+    """Lines between parts, and of parallel branches the axes about which they hold together."""
+    points = [np.asarray(part.point, dtype=object) for part in leg.own_parts]
+    for block in leg.blocks:
+        for branch in block.branches:
+            yield from _lines(branch)
+        starts = [next(_points(branch), None) for branch in block.branches]
+        for a, b in combinations([p for p in starts if p is not None], 2):
+            for spring in block.branches[0].springs:
+                lever = np.array(cross(b - a, spring.rotation[:, 0]), dtype=object)
+                unit = _unit(lever)
+                if unit is not None:
+                    yield unit
+    axes = [f.axis for f in leg.own_parts if isinstance(f, PlacedFreedom)]
     for a, b in combinations(points, 2):
         unit = _unit(b - a)
         if unit is not None:
             yield unit
-    for a, b in combinations(axes, 2):
-        if _is_square(a @ b):
-            yield np.array(cross(a, b), dtype=object)
+            for axis in axes:
+                if _is_square(unit @ axis):
+                    yield np.array(cross(unit, axis), dtype=object)
 
 
 def _points(leg: PlacedLeg) -> Iterator[np.ndarray]:
-    for part in leg.parts:
-        yield np.asarray(part.point, dtype=object)
+    """Places of parts, the middles between neighbours, and those between parallel branches."""
+    own = [np.asarray(part.point, dtype=object) for part in leg.own_parts]
+    yield from own
+    half = sp.Rational(1, 2)
+    yield from ((a + b) * half for a, b in pairwise(own))
+    for block in leg.blocks:
+        branches = [list(_points(branch)) for branch in block.branches]
+        for points in branches:
+            yield from points
+        for places in zip(*branches, strict=False):
+            yield sum(places[1:], places[0]) * sp.Rational(1, len(places))
 
 
 def _unit(between: np.ndarray) -> np.ndarray | None:
