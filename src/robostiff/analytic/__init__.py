@@ -21,6 +21,7 @@ from robostiff.analytic.eigenvalues import (
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.formula_function import FormulaFunction
 from robostiff.analytic.inverse import compliance_formula
+from robostiff.analytic.leg_elimination import LegElimination, derive_leg
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.questions import (
     RankFormula,
@@ -49,6 +50,7 @@ __all__ = [
     "FormulaFunction",
     "FormulaTooLargeError",
     "LegDerivation",
+    "LegElimination",
     "NamedCombinations",
     "RankFormula",
     "RobotDerivation",
@@ -62,6 +64,7 @@ __all__ = [
     "decoupling_conditions",
     "derivative_formula",
     "derive_chain",
+    "derive_leg",
     "derive_robot",
     "differentiate",
     "eigenvalue_formulas",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,18 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
     InputError
         When the legs reach none of the poses near home that the formula is for.
     """
+    for values, result, doubtful in closed_places(placed, derivation.where):
+        _compare(derivation, values, result.K, placed, doubtful=doubtful)
+
+
+def closed_places(placed: PlacedRobot, where: str = "") -> Iterator[_Place]:
+    """Random values of the symbols and poses at which the legs close, with the numerical answer.
+
+    Raises
+    ------
+    InputError
+        When the legs reach none of the poses near home that the formula is for.
+    """
     random = np.random.default_rng(_SEED)
     robot = placed.robot
     sets = _SETS if robot.symbols else 1
@@ -56,15 +68,14 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
                 complaint = str(error)
                 break  # the robot does not close at these values: nearer ones are tried
             complaint = refusal or complaint
-            for values, K, doubtful in places:
-                _compare(derivation, values, K, placed, doubtful=doubtful)
+            yield from places
             checked += bool(places)
             if checked >= sets:
                 return
         if checked:
             return
     raise InputError(
-        f"formula of {robot.name!r} {derivation.where}",
+        f"formula of {robot.name!r} {where}".rstrip(),
         got="no pose near home at which all legs meet the platform"
         + f": {complaint}" * bool(complaint),
         expected="poses that the legs reach",
@@ -72,7 +83,7 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
     )
 
 
-_Place = tuple[dict[str, float], np.ndarray, bool]
+_Place = tuple[dict[str, float], Any, bool]  # values, answer, and whether it is in doubt
 
 
 def _places(
@@ -101,7 +112,7 @@ def _places(
         if status & Status.UNREACHABLE or result.complaints:
             refusal = "; ".join(result.complaints)
         if result.answered:
-            found.append((known, result.K, bool(status & Status.ILL_CONDITIONED)))
+            found.append((known, result, bool(status & Status.ILL_CONDITIONED)))
     return found, refusal
 
 

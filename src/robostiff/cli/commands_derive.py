@@ -18,9 +18,11 @@ from robostiff.analytic import (
     Closed,
     FormulaDerivative,
     FormulaTooLargeError,
+    LegElimination,
     RobotDerivation,
     Steps,
     StiffnessPart,
+    derive_leg,
     derive_robot,
     differentiate,
     eigenvalue_formulas,
@@ -180,7 +182,7 @@ def _listed(expressions: Iterable[Any]) -> str:
     return ", ".join(map(sp.sstr, expressions))
 
 
-_Found = RobotDerivation | FormulaDerivative
+_Found = RobotDerivation | LegElimination | FormulaDerivative
 _WRITERS: dict[str, Callable[[Any], str]] = {
     "text": derivation_text,
     "latex": derivation_latex,
@@ -217,6 +219,7 @@ class FormulaRequest:
     limit: int | None
     budget: float
     derivative: str | None
+    leg: str | None = None
 
 
 @dataclass(frozen=True)
@@ -241,10 +244,21 @@ def print_formula(
             got="--derivative" if asked.derivative is not None else f"--format {language}",
             expected="--rank, --free-motions and --eigenvalues alone, answered in text",
         )
+    if questions.any and asked.leg is not None:
+        raise InputError(
+            "questions about a formula",
+            got=f"--leg {asked.leg}",
+            expected="the whole robot: --rank, --free-motions and --eigenvalues without --leg",
+        )
     go_on_in_child(_progress(source, asked, form))
     try:
-        derivation = derive_robot(*_robot_and_pose(source, asked, settings), form, asked.budget)
-        if derivation.remark:
+        robot, pose = _robot_and_pose(source, asked, settings)
+        derivation = (
+            derive_robot(robot, pose, form, asked.budget)
+            if asked.leg is None
+            else derive_leg(robot, asked.leg, pose, form, asked.budget)
+        )
+        if isinstance(derivation, RobotDerivation) and derivation.remark:
             typer.echo(f"robostiff: {derivation.remark} These are named steps.", err=True)
         found: _Found = derivation
         if asked.derivative is not None:
@@ -255,7 +269,7 @@ def print_formula(
             return 0
         written = (
             questions.answered(derivation, asked.budget)
-            if questions.any
+            if questions.any and isinstance(derivation, RobotDerivation)
             else _WRITERS[language](found)
         )
     except FormulaTooLargeError as error:
@@ -340,7 +354,7 @@ def _language(sheet: Sheet) -> tuple[str, Path | None]:
     return name, output
 
 
-def _symbol(derivation: RobotDerivation, name: str) -> sp.Symbol:
+def _symbol(derivation: RobotDerivation | LegElimination, name: str) -> sp.Symbol:
     for symbol in derivation.symbols:
         if symbol.name == name:
             return symbol

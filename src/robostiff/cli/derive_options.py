@@ -25,6 +25,14 @@ SymbolsOption = Annotated[
         help="Parameters that are symbols, such as R,r,h; all; or none. The others are numbers.",
     ),
 ]
+LegOption = Annotated[
+    str | None,
+    typer.Option(
+        "--leg",
+        metavar="NAME",
+        help="One leg alone: its stiffness without passive joints, then joint by joint.",
+    ),
+]
 StepsOption = Annotated[
     bool, typer.Option("--steps", help="Named steps of moderate size; the default away from home.")
 ]

@@ -322,6 +322,7 @@ def derive(
     pose: derive_options.PoseOption = "home",
     symbols: derive_options.SymbolsOption = "all",
     set_: SetOption = None,
+    leg: derive_options.LegOption = None,
     steps: derive_options.StepsOption = False,
     closed: derive_options.ClosedOption = False,
     limit: derive_options.LimitOption = None,
@@ -346,12 +347,14 @@ def derive(
 
     robostiff derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py
 
+    robostiff derive gough-stewart-b-beams --leg leg1
+
     Exit status: 0 for a formula, 2 for bad input or a formula beyond the limit, 130 when
     interrupted.
     """
     from robostiff.cli.commands_derive import FormulaRequest, Questions, Sheet, print_formula
 
-    asked = FormulaRequest(pose, symbols, steps, closed, limit, budget, derivative)
+    asked = FormulaRequest(pose, symbols, steps, closed, limit, budget, derivative, leg)
     questions = Questions(rank, free_motions, eigenvalues)
     return print_formula(robot, asked, Sheet(format_, output, overwrite), questions, set_ or [])
 

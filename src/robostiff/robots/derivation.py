@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 from robostiff.analytic import (
     Closed,
+    LegElimination,
     RobotDerivation,
     Steps,
+    derive_leg,
     derive_robot,
 )
 from robostiff.analytic.budget import BUDGET
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from robostiff.io.model_file.symbols import Symbols
 
 
+@overload
 def derive(
     robot: Robot | str | Path,
     *,
@@ -29,7 +32,31 @@ def derive(
     pose: PoseFormula | None = None,
     form: Closed | Steps | None = None,
     budget: float | None = BUDGET,
-) -> RobotDerivation:
+    leg: None = None,
+) -> RobotDerivation: ...
+
+
+@overload
+def derive(
+    robot: Robot | str | Path,
+    *,
+    symbols: Symbols | None = None,
+    pose: PoseFormula | None = None,
+    form: Closed | Steps | None = None,
+    budget: float | None = BUDGET,
+    leg: str,
+) -> LegElimination: ...
+
+
+def derive(
+    robot: Robot | str | Path,
+    *,
+    symbols: Symbols | None = None,
+    pose: PoseFormula | None = None,
+    form: Closed | Steps | None = None,
+    budget: float | None = BUDGET,
+    leg: str | None = None,
+) -> RobotDerivation | LegElimination:
     """Stiffness matrix of a robot as a formula, eq. (12), about its reference point, world axes.
 
     The legs are closed in formulas, in the working modes of home, and each leg transmits wrenches
@@ -51,10 +78,13 @@ def derive(
     budget : float or None
         Seconds of computing for a closed form; None for no limit. When it does not end in time,
         the answer is in steps, and its `remark` says so; with `Closed()` it is an error.
+    leg : str, optional
+        Name of a leg, to derive its own stiffness as in Section VI: K^0 to K^n, one passive joint
+        after the other.
 
     Returns
     -------
-    RobotDerivation
+    RobotDerivation, or LegElimination of a leg
         With K, the legs, and the definitions of named steps. `robostiff.analytic.export` writes it
         as text, LaTeX, Markdown, PDF, JSON, Python, C, Julia and MATLAB.
 
@@ -76,6 +106,13 @@ def derive(
     >>> general = derive("gough-stewart-b", pose=AtSymbols())
     >>> general.where
     'at x, y, z, alpha, beta, gamma'
+
+    A leg with its five passive joints, of which traction alone is left:
+
+    >>> leg = derive("gough-stewart-b-beams", leg="leg1")
+    >>> left = leg.stages[-1].K
+    >>> len(leg.stages), left[0, 0] == leg.K0[0, 0], left.rank()
+    (5, True, 1)
     """
     if isinstance(robot, Robot):
         if symbols is not None:
@@ -85,7 +122,7 @@ def derive(
                 expected="a robot that was loaded with its symbols",
                 hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
             )
-        return derive_robot(robot, pose, form, budget)
+        return _derived(robot, pose, form, budget, leg)
     if not isinstance(robot, str | Path):
         raise InputError(
             "robot of a formula",
@@ -101,4 +138,16 @@ def derive(
             expected="a model, whose parameters can be symbols",
             hint="a snapshot holds the numbers of one pose; describe the robot in a model file",
         )
-    return derive_robot(loaded, pose, form, budget)
+    return _derived(loaded, pose, form, budget, leg)
+
+
+def _derived(
+    robot: Robot,
+    pose: PoseFormula | None,
+    form: Closed | Steps | None,
+    budget: float | None,
+    leg: str | None,
+) -> RobotDerivation | LegElimination:
+    if leg is None:
+        return derive_robot(robot, pose, form, budget)
+    return derive_leg(robot, leg, pose, form, budget)

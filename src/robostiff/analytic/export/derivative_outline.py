@@ -12,6 +12,7 @@ from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
 from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
+from robostiff.analytic.export.leg_outline import leg_outline
 from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
@@ -29,6 +30,7 @@ from robostiff.analytic.export.outline import (
     title_of,
 )
 from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
+from robostiff.analytic.leg_elimination import LegElimination
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.errors import InputError
 from robostiff.spatial import Space
@@ -194,6 +196,8 @@ def outline_of(derivation: Derivation | FormulaDerivative) -> tuple[Block, ...]:
         return derivative_outline(derivation)
     if isinstance(derivation, RobotDerivation):
         return robot_outline(derivation)
+    if isinstance(derivation, LegElimination):
+        return leg_outline(derivation)
     return outline(derivation)
 
 

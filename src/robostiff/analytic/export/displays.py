@@ -12,10 +12,12 @@ import sympy as sp
 from robostiff.analytic.export.broken_lines import Breaks, broken_lines, math_width, name_width
 from robostiff.analytic.export.entries import MatrixName, rows
 from robostiff.analytic.export.outline import (
+    Inverse,
     MatrixEquation,
     Recursion,
     Same,
     ScalarEquations,
+    Transport,
     WrenchSum,
 )
 
@@ -132,6 +134,12 @@ class MathLanguage:
         What follows a transposed matrix.
     total : str
         A sum over all.
+    inverse : str
+        What follows an inverted matrix.
+    times : str
+        The cross of a vector product.
+    number : callable
+        A whole number.
     """
 
     breaks: Breaks
@@ -141,6 +149,9 @@ class MathLanguage:
     fraction: Callable[[str, str], str]
     transposed: str
     total: str
+    inverse: str
+    times: str
+    number: Callable[[int], str]
 
 
 @dataclass(frozen=True)
@@ -164,7 +175,7 @@ Display = tuple[Row, ...]
 
 
 def displays(
-    block: ScalarEquations | MatrixEquation | Recursion | Same | WrenchSum,
+    block: ScalarEquations | MatrixEquation | Recursion | Inverse | Transport | Same | WrenchSum,
     language: MathLanguage,
     room: float,
 ) -> list[Display]:
@@ -172,7 +183,7 @@ def displays(
 
     Parameters
     ----------
-    block : ScalarEquations, MatrixEquation, Recursion, Same or WrenchSum
+    block : ScalarEquations, MatrixEquation, Recursion, Inverse, Transport, Same or WrenchSum
     language : MathLanguage
     room : float
         Width of the page in widths of a letter.
@@ -186,16 +197,24 @@ def displays(
             return [tuple(_equation(name, e, language, room) for name, e in rows)]
         case MatrixEquation():
             return _matrix(block, language, room)
-        case Recursion(after, before, u, mu):
+        case Transport(after, before, axes, arm):
+            R, v, none = named(axes), named(arm), language.number(0)
+            moved = language.matrix([[R, none], [f"({v} {language.times}) {R}", R]])
+            T = language.matrix_name("T")
+            whole = f"{T} {named(before)} {T}{language.transposed}"
+            return [(Row(named(after), (whole,)), Row(T, (moved,)))]
+        case Recursion(left, before, u, mu):
             above = f"{named(u)} {named(u)}{language.transposed}"
-            change = language.fraction(above, language.name(mu))
-            return [(Row(named(after), (f"{named(before)} - {change}",)),)]
-        case WrenchSum(result):
+            written = f"{named(before)} - {language.fraction(above, language.name(mu))}"
+        case WrenchSum(left):
             w = language.matrix_name("w")
             part = language.fraction(f"{w} {w}{language.transposed}", language.name("c"))
-            return [(Row(named(result), (f"{language.total} {part}",)),)]
+            written = f"{language.total} {part}"
+        case Inverse(left, right):
+            written = f"{named(right)}{language.inverse}"
         case Same(left, right):
-            return [(Row(named(left), (named(right),)),)]
+            written = named(right)
+    return [(Row(named(left), (written,)),)]
 
 
 def _equation(name: str, expression: sp.Expr, language: MathLanguage, room: float) -> Row:

@@ -230,6 +230,9 @@ MATHML = MathLanguage(
     fraction=_fraction,
     transposed='<msup><mrow></mrow><mi mathvariant="normal">T</mi></msup>',
     total="<mo>∑</mo>",
+    inverse="<msup><mrow></mrow><mrow><mo>−</mo><mn>1</mn></mrow></msup>",
+    times="<mo>×</mo>",
+    number=lambda number: f"<mn>{number}</mn>",
 )
 
 

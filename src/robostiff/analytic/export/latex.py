@@ -116,6 +116,9 @@ LATEX = MathLanguage(
     fraction=lambda above, below: f"\\frac{{{above}}}{{{below}}}",
     transposed=r"^{\mathsf{T}}",
     total="\\sum",
+    inverse=r"^{-1}",
+    times=r"\times",
+    number=str,
 )
 
 

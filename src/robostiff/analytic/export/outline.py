@@ -82,6 +82,24 @@ class Recursion:
 
 
 @dataclass(frozen=True)
+class Inverse:
+    """``left = right^-1`` of two matrices."""
+
+    left: MatrixName
+    right: MatrixName
+
+
+@dataclass(frozen=True)
+class Transport:
+    """``after = T before T^T``: from axes with an arm to the reference point, eq. (11)-(13)."""
+
+    after: MatrixName
+    before: MatrixName
+    axes: MatrixName
+    arm: MatrixName
+
+
+@dataclass(frozen=True)
 class Same:
     """``left = right`` of two matrices."""
 
@@ -109,6 +127,8 @@ Block = (
     | ScalarEquations
     | MatrixEquation
     | Recursion
+    | Inverse
+    | Transport
     | Same
     | WrenchSum
     | Nomenclature

@@ -11,6 +11,7 @@ from robostiff.analytic.export.displays import displayed
 from robostiff.analytic.export.entries import MatrixName, entries, rows
 from robostiff.analytic.export.outline import (
     Block,
+    Inverse,
     MatrixEquation,
     Nomenclature,
     OutlineHeading,
@@ -18,6 +19,7 @@ from robostiff.analytic.export.outline import (
     Recursion,
     Same,
     ScalarEquations,
+    Transport,
     WrenchSum,
 )
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
@@ -85,6 +87,15 @@ def _written(block: Block, width: int) -> list[str]:
             lines = _matrix(block, width)
         case Recursion(after, before, u, mu):
             lines = [f"{after.name} = {before.name} - {u.name} {u.name}^T / {mu}"]
+        case Inverse(left, right):
+            lines = [f"{left.name} = {right.name}^-1"]
+        case Transport(after, before, axes, arm):
+            R, lever = axes.name, f"({arm.name} x) {axes.name}"
+            lines = [
+                f"{after.name} = T {before.name} T^T",
+                f"T = [ {R:{len(lever)}}  {0:<{len(R)}} ]",
+                f"    [ {lever}  {R} ]",
+            ]
         case Same(left, right):
             lines = [f"{left.name} = {right.name}"]
         case WrenchSum(result):

@@ -192,6 +192,9 @@ TYPST = MathLanguage(
     fraction=lambda above, below: f"frac({above}, {below})",
     transposed="^sans(upright(T))",
     total="sum",
+    inverse="^(-1)",
+    times="times",
+    number=str,
 )
 
 

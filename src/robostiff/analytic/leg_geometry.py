@@ -1,0 +1,249 @@
+"""A leg in axes of its own, in which its joints are simplest, and its compliance there in names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.contributions import BeamProducts, recognised_beam
+from robostiff.analytic.derivation import Definition
+from robostiff.analytic.record_reading import StepReading
+from robostiff.analytic.robot_placement import PlacedRobot
+from robostiff.analytic.unit_wrenches import sampled
+from robostiff.errors import InputError
+from robostiff.model import PlacedLeg
+from robostiff.recorded.working_frame import (
+    LocalLeg,
+    LocalSpring,
+    WorkingFrame,
+    energy_of,
+    local_leg,
+    working_frames,
+)
+from robostiff.spatial import Space, skew
+
+_NOTHING = 1e-12
+_RANK = 1e-9  # of the largest compliance, rotations at the characteristic length
+
+
+@dataclass(frozen=True)
+class LegGeometry:
+    """A leg in its own axes, as entries of the record.
+
+    Attributes
+    ----------
+    placed : PlacedRobot
+    own : PlacedLeg
+    frame : WorkingFrame
+    local : LocalLeg
+    felt : list of lists of columns
+        What each spring feels of a unit wrench along each row.
+    beams : list
+        Length and products of each spring that is a beam; None otherwise.
+    """
+
+    placed: PlacedRobot
+    own: PlacedLeg
+    frame: WorkingFrame
+    local: LocalLeg
+    felt: list[list[list[Any]]]
+    beams: list[tuple[Any, dict[str, Any]] | None]
+
+    @classmethod
+    def of(cls, own: PlacedLeg, placed: PlacedRobot) -> LegGeometry:
+        """In the axes of one of its parts in which compliance and joints have fewest entries."""
+        record, length = placed.record, placed.length
+        frame, local = _simplest(own, placed)
+        local = replace(local, springs=[_unturned(x, record.count) for x in local.springs])
+        units = [[int(k == row) for k in range(6)] for row in placed.entries.space.rows]
+        felt = [
+            [[record.simplified(x, length) for x in spring.wrench(w)] for w in units]
+            for spring in local.springs
+        ]
+        beams = [recognised_beam(spring, record) for spring in own.springs]
+        return cls(placed, own, frame, local, felt, beams)
+
+    @property
+    def arm(self) -> np.ndarray:
+        """From the reference point to the origin of the axes (3,)."""
+        return self.frame.p - self.placed.reference
+
+    @property
+    def entries(self) -> list[Any]:
+        """Everything that is read."""
+        found = [x for spring in self.felt for w in spring for x in w]
+        found += [x for twist in self.local.twists for x in twist]
+        found += [x for twist, k in self.local.drives for x in (*twist, k)]
+        for spring, beam in zip(self.local.springs, self.beams, strict=True):
+            found += [beam[0], *beam[1].values()] if beam else [*spring.compliance.flat]
+        return [*found, *self.frame.R.flat, *self.arm]
+
+    def check_elastic(self) -> None:
+        """Raise where the leg is rigid in a direction.
+
+        Raises
+        ------
+        InputError
+        """
+        _, C = _sampled_leg(self.local, self.placed)
+        n = C.shape[1]
+        rank = int(np.min(np.linalg.matrix_rank(C, tol=_RANK * np.max(np.abs(C)), hermitian=True)))
+        if rank < n:
+            raise InputError(
+                f"K^0 of leg {self.own.name!r}",
+                got=f"springs that yield in {rank} of {n} directions with the passive joints held",
+                expected="elastic parts in all directions: K^0 is the inverse of their compliance",
+                hint="write derive(robot), which needs no inverse, or give the links as beams, as "
+                "gough-stewart-b-beams has them",
+            )
+
+    def compliance(self, read: Any) -> list[list[Any]]:
+        """C in names: for each entry what each spring and drive contributes, nothing combined."""
+        rows = self.placed.entries.space.rows
+        n = len(rows)
+        products = BeamProducts(read)
+        for beam in filter(None, self.beams):
+            read.length(beam[0])  # named before anything is written with it
+        C: list[list[Any]] = [[sp.Integer(0)] * n for _ in range(n)]
+        parts = zip(self.local.springs, self.beams, self.felt, strict=True)
+        for spring, beam, entries in parts:
+            if beam:
+                inner = _beam_compliance(*beam, read, products)
+            else:
+                inner = sp.Matrix(6, 6, [read(x) for x in spring.compliance.flat])
+            felt = [sp.Matrix([_in_lengths(read(x), read) for x in w]) for w in entries]
+            given = [inner * f for f in felt]
+            for i in range(n):
+                for j in range(n):
+                    C[i][j] += sp.expand(given[i].dot(felt[j]))
+        for twist, stiffness in self.local.drives:
+            work = [read(twist[row]) for row in rows]
+            for i in range(n):
+                for j in range(n):
+                    C[i][j] += work[i] * work[j] / read(stiffness)
+        return C
+
+
+class LegInSteps:
+    """Reads the entries of a leg in named steps, which are never long.
+
+    Parameters
+    ----------
+    geometry : LegGeometry
+
+    Attributes
+    ----------
+    definitions : list of Definition
+    """
+
+    def __init__(self, geometry: LegGeometry) -> None:
+        placed = geometry.placed
+        self._read = StepReading(placed.record, placed.symbols, geometry.entries)
+        self.definitions = list(self._read.definitions)
+
+    def __call__(self, value: Any) -> Any:
+        """The expression of an entry."""
+        return self._read(value)
+
+    def length(self, value: Any) -> Any:
+        """A length; it has a name where it is used twice."""
+        return self._read(value)
+
+    def define(self, letter: str, expression: Any, own: str | None = None) -> Any:
+        """A further name."""
+        symbol = sp.Symbol(own or letter, positive=True)
+        if all(d.symbol != symbol for d in self.definitions):
+            self.definitions.append(Definition(symbol, expression))
+        return symbol
+
+
+def transport(R: Any, v: Any, space: Space) -> Any:
+    """Wrenches in some axes with an arm v from the reference point, seen from there (n, n).
+
+    Examples
+    --------
+    >>> transport(np.eye(3), np.array([0.0, 2.0, 0.0]), Space.PLANAR)
+    array([[ 1.,  0.,  0.],
+           [ 0.,  1.,  0.],
+           [-2.,  0.,  1.]])
+    """
+    whole = np.zeros((6, 6), dtype=int).astype(R.dtype)
+    whole[:3, :3] = whole[3:, 3:] = R
+    whole[3:, :3] = skew(v) @ R
+    return whole[np.ix_(list(space.rows), list(space.rows))]
+
+
+def _simplest(own: PlacedLeg, placed: PlacedRobot) -> tuple[WorkingFrame, LocalLeg]:
+    """The axes in which compliance and joints have fewest entries, near the platform if alike."""
+    space, record = placed.entries.space, placed.record
+    world = WorkingFrame(np.eye(3, dtype=int).astype(object), placed.reference)
+    best: tuple[Any, WorkingFrame, LocalLeg] | None = None
+    for number, one in enumerate(working_frames(own, world)):
+        frame = one
+        if space is Space.PLANAR:
+            if record.simplified(one.R[2, 2]) != 1:
+                continue
+            in_plane = np.array([*one.p[:2], placed.reference[2]], dtype=object)
+            frame = WorkingFrame(one.R, in_plane)
+        local = local_leg(own, frame, record, placed.length)
+        J, C = _sampled_leg(local, placed)
+        entries = int(np.sum(np.max(np.abs(J), axis=0) > _NOTHING)) if J.size else 0
+        entries += int(np.sum(np.max(np.abs(C), axis=0) > _NOTHING * np.max(np.abs(C))))
+        cost = (local.entries + entries, -number)
+        if best is None or cost < best[0]:
+            best = cost, frame, local
+    if best is None:
+        raise InputError(f"leg {own.name!r}", expected="axes in the plane of the robot")
+    return best[1], best[2]
+
+
+def _in_lengths(expression: Any, read: Any) -> Any:
+    """An expression with the names of lengths that are sums or differences."""
+    for d in read.definitions:
+        if d.expression in (expression, -expression):
+            return d.symbol if d.expression == expression else -d.symbol
+    return expression
+
+
+def _unturned(spring: LocalSpring, count: int) -> LocalSpring:
+    """A spring that is alike in all directions, in the axes of the leg."""
+    C = sampled(spring.compliance, count)
+    each = np.repeat(C[:, [0, 3], [0, 3]], 3, axis=1)
+    if np.max(np.abs(C - each[:, :, None] * np.eye(6))) > _NOTHING * np.max(np.abs(C)):
+        return spring
+    return replace(spring, R=np.eye(3, dtype=int).astype(object))
+
+
+def _sampled_leg(local: LocalLeg, placed: PlacedRobot) -> tuple[np.ndarray, np.ndarray]:
+    """J_q and C in the leg's axes at the samples; rotations at the characteristic length."""
+    rows = placed.entries.space.rows
+    count = placed.record.count
+    scale = np.array([1.0 if row < 3 else placed.length for row in rows])
+    J = sampled([[t[i] for i in rows] for t in local.twists], count)
+    J = J.reshape(count, len(local.twists), len(rows)) * scale
+    energy = energy_of(local, np.eye(len(rows), dtype=int).tolist(), rows)
+    return J, sampled(energy, count) / scale[:, None] / scale
+
+
+def _beam_compliance(
+    along: Any, products: dict[str, Any], read: Any, named: BeamProducts
+) -> sp.Matrix:
+    """A uniform slender beam about its far end, in its own axes."""
+    L = read.length(along)
+    stiff = {letter: named.value(name) for letter, name in named.of(products).items()}
+    entries: Sequence[Any] = (
+        L / stiff["EA"],
+        L**3 / (3 * stiff["EI_z"]),
+        L**3 / (3 * stiff["EI_y"]),
+        L / stiff["GJ"],
+        L / stiff["EI_y"],
+        L / stiff["EI_z"],
+    )
+    C = sp.diag(*entries)
+    C[1, 5] = C[5, 1] = L**2 / (2 * stiff["EI_z"])
+    C[2, 4] = C[4, 2] = -(L**2) / (2 * stiff["EI_y"])
+    return C

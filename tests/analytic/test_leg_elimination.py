@@ -1,0 +1,116 @@
+"""K^0 to K^n of a leg of a robot, against the paper's Section VI and the numerical form."""
+
+import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic import AtSymbols, Steps, derive_leg
+from robostiff.analytic.export import derivation_text
+from robostiff.analytic.leg_agreement import check_leg
+from robostiff.analytic.numeric_value import matrix_value
+from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.robot_pose import AtHome
+from robostiff.errors import DisagreementError, InputError
+
+
+def value_of(derivation, robot):
+    given = {s: robot.nominal[s.name] for s in derivation.symbols}
+    return matrix_value(derivation.K, given, derivation.definitions)
+
+
+def test_of_a_symmetric_beam_traction_alone_is_left():
+    leg = rs.derive("gough-stewart-b-beams", leg="leg1")
+    defined = {d.symbol.name: d.symbol for d in leg.definitions}
+    L, EA, EI = (defined[name] for name in ("L_a", "EA_1", "EI_1"))
+    assert leg.K0[0, 0] == EA / L
+    assert leg.K0[1, 1] == 12 * EI / L**3
+    assert leg.K0[1, 5] == -6 * EI / L**2
+    rules = [stage.rule.partition(": ")[2].partition(",")[0] for stage in leg.stages]
+    trivial = "trivial joint (19)"
+    assert rules == [trivial, trivial, trivial, "quasi-trivial joint (18)", "recursion (15)"]
+    assert leg.stages[2].K == sp.diag(EA / L, 3 * EI / L**3, 3 * EI / L**3, 0, 0, 0)
+    assert leg.stages[-1].K == sp.diag(EA / L, 0, 0, 0, 0, 0)
+
+
+def test_a_compliance_is_named_as_a_sum_of_springs():
+    leg = rs.derive("hexapod", leg="leg1")
+    named = {d.symbol.name: d.expression for d in leg.definitions}
+    k_screw, k_joint, cylinder = (
+        next(s for s in leg.symbols if s.name == name)
+        for name in ("k_screw", "k_joint", "cylinder")
+    )
+    L_b, EA_1, EA_2 = (
+        next(d.symbol for d in leg.definitions if d.symbol.name == name)
+        for name in ("L_b", "EA_1", "EA_2")
+    )
+    assert named["C_11"] == 1 / k_screw + 2 / k_joint + cylinder / EA_1 + L_b / EA_2
+    assert leg.C[1, 1] == leg.C[2, 2]
+    assert leg.stages[-1].K == sp.diag(1 / leg.C[0, 0], 0, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize("name", ["3-rps", "3-rpr-beams"])
+def test_the_legs_add_up_to_the_robot(name):
+    robot = rs.load(name, symbols=("r",) if name == "3-rps" else ())
+    legs = [value_of(derive_leg(robot, leg.name), robot) for leg in robot.legs]
+    K = rs.stiffness(rs.load(name)).K
+    assert np.max(np.abs(sum(legs) - K)) < 1e-8 * np.max(np.abs(K))
+
+
+def test_a_leg_at_a_general_pose_and_in_steps_is_the_same():
+    robot = rs.load("3-rpr-beams", symbols=())
+    name = robot.legs[0].name
+    general = derive_leg(robot, name, AtSymbols())
+    steps = derive_leg(robot, name, AtSymbols(), Steps())
+    values = {"x": 0.01, "y": 0.02, "gamma": 0.1}
+    K = np.array(general.substituted(values), dtype=float)
+    assert np.allclose(np.array(steps.substituted(values), dtype=float), K, rtol=1e-9)
+    assert np.linalg.matrix_rank(K, tol=1e-6 * np.max(K)) == 4  # six less two passive turns
+
+
+def test_a_leg_coupled_in_all_directions_is_inverted_in_steps():
+    robot = rs.load("six-joint-arm", symbols=())
+    leg = derive_leg(robot, robot.legs[0].name)
+    assert not leg.stages
+    assert any(d.symbol.name.startswith("K_0_") for d in leg.definitions)
+    K = rs.stiffness(robot).K
+    assert np.max(np.abs(value_of(leg, robot) - K)) < 1e-8 * np.max(np.abs(K))
+
+
+def test_a_wrong_stage_is_found():
+    robot = rs.load("gough-stewart-a-beams", symbols=("h",))
+    leg = derive_leg(robot, "leg1")
+    placed = place_robot(robot, AtHome())
+    check_leg(leg, placed)
+    stages = list(leg.stages)
+    stages[2] = replace(stages[2], K=stages[2].K * sp.Rational(1001, 1000))
+    with pytest.raises(DisagreementError, match="stage 3"):
+        check_leg(replace(leg, stages=tuple(stages)), placed)
+    with pytest.raises(DisagreementError):
+        check_leg(replace(leg, K=leg.K * 2), placed)
+
+
+def test_a_leg_without_an_inverse_is_refused():
+    with pytest.raises(InputError, match="1 of 6 directions"):
+        rs.derive("gough-stewart-b", leg="leg1")
+    with pytest.raises(InputError, match="parallel block"):
+        rs.derive("delta", leg="leg1")
+    with pytest.raises(InputError, match="expected leg1, leg2"):
+        rs.derive("hexapod", leg="leg7")
+
+
+def test_the_text_has_all_stages_and_their_rules():
+    leg = rs.derive("gough-stewart-b-beams", symbols=("h",), leg="leg1")
+    text = derivation_text(leg)
+    for line in (
+        "K_0 = C^-1",
+        "K_2_jk = K_1_jk - K_1_j5*K_1_k5/K_1_55",
+        "K_5 = K_4 - u_5 u_5^T / mu_5",
+        "K_C = T K_5 T^T",
+    ):
+        assert line in text
+    assert "Row and column 4 hold no other entry" in text
+    assert copy.deepcopy(leg) == leg
