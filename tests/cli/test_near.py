@@ -6,6 +6,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 import robostiff as rs
+from robostiff.analysis.maps.dataset import open_map
 from robostiff.cli.main import app
 
 
@@ -60,3 +61,26 @@ def test_joints_that_do_not_fit():
         assert "leg1/strut" in result.output
     result = CliRunner().invoke(app, ["stiffness", "hexapod", "--pose", "tip 0 0 1"])
     assert result.exit_code == 2
+
+
+def test_near_of_a_map(tmp_path):
+    robot, grid = rs.load("3-rrr"), rs.Grid(x=rs.Axis(-0.02, 0.02, 2), rz=rs.Axis(0.05, 0.1, 2))
+    other = [own[-1].coordinates for own in rs.postures(robot, [0.0, 0.0, 0.07]).values()]
+    words = " ".join(f"{value:.17g}" for q in other for value in q)
+    command = ["map", "3-rrr", "--x", "-0.02 0.02 2", "--rz", "0.05 0.1 2", "--near"]
+    ending = ["--quantity", "stiffness", "-o"]
+    found = tmp_path / "near.zarr"
+    result = CliRunner().invoke(app, [*command, words, *ending, str(found)])
+    assert result.exit_code == 0, result.output
+    expected = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS], near=other)
+    with open_map(found) as stored:
+        assert np.allclose(stored.K, expected.K, rtol=1e-9)
+    home = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS])
+    assert np.abs(expected.K - home.K).max() > 1e-3 * np.abs(home.K).max()
+    wrong = CliRunner().invoke(app, [*command, "1 2", *ending, str(tmp_path / "other.zarr")])
+    assert wrong.exit_code == 2
+    assert not (tmp_path / "other.zarr").exists()
+    arm = ["map", "scara", "--joint", "elbow 0.5 1 2", "--near", "0 0 0 0", "-o"]
+    posed = CliRunner().invoke(app, [*arm, str(tmp_path / "arm.csv")])
+    assert posed.exit_code == 2
+    assert "joint coordinates pose this arm" in posed.output

@@ -38,7 +38,14 @@ from robostiff.analysis.maps.pose_columns import SIX, joint_columns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.cli.failure import BAD_STATUS, INTERRUPTED
 from robostiff.cli.output import new_file, print_data, say
-from robostiff.cli.written_arguments import NO_SIDE_FILE, SideFile, parameters_from, wrench_from
+from robostiff.cli.written_arguments import (
+    NO_SIDE_FILE,
+    PoseArguments,
+    SideFile,
+    near_from,
+    parameters_from,
+    wrench_from,
+)
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.map_files import (
     check_netcdf,
@@ -70,6 +77,7 @@ class Asked:
     quantities: Sequence[str]
     wrench: str | None
     length: str | None
+    near: str | None = None
 
 
 def read_asked_poses(robot: Robot, asked: Asked) -> PoseSource:
@@ -228,6 +236,7 @@ def make_map(
                 [_quantity(name) for name in asked.quantities] or [Quantity.PRINCIPAL_STIFFNESS],
                 wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
                 characteristic_length=_length(asked.length),
+                near=near_from(robot, PoseArguments(None, None, None, asked.near)),
                 method=Batched() if run.batched else None,
                 store=output if in_store else None,
                 resume=run.resume,

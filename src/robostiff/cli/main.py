@@ -270,6 +270,7 @@ def map_(
     quantity: map_options.QuantityOption = None,
     wrench: map_options.WrenchOption = None,
     length: map_options.LengthOption = None,
+    near: NearOption = None,
     resume: map_options.ResumeOption = False,
     overwrite: OverwriteOption = False,
     workers: map_options.WorkersOption = None,
@@ -309,6 +310,7 @@ def map_(
         quantity or [],
         wrench,
         length,
+        near,
     )
     run = Run(output, resume, workers, threads, scheduler, batched, overwrite)
     described = SideFile(side, allow_xacro)
