@@ -119,8 +119,9 @@ class _Whole:
         if inverse is not None:
             X = self._shift(-1)
             C = certain(X * inverse * X.transpose())
-            if C is not None and np.max(np.abs(C)) <= DOUBT[0] ** 2 * self._softest():
-                C = np.zeros_like(C)  # the square of rounding in axes that are aligned
+            aligned = max([DOUBT[0], *(value for value in self.margins if value < CUT)])
+            if C is not None and np.max(np.abs(C)) <= aligned**2 * self._softest():
+                C = np.zeros_like(C)  # the square of what axes that count as aligned are off
         low, high = DOUBT
         return Reference(
             K=K,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from robostiff.model import Actuated, Robot
@@ -14,7 +16,8 @@ _NEAR, _FINE = 1e-3, 1e-6
 
 def is_free(robot: Robot, q: np.ndarray) -> bool:
     """Whether the end can stay while joints move."""
-    return _rank_and_sign(robot, q)[0] < int(np.count_nonzero(robot.legs[0].chain.free))
+    J, free = _jacobian(robot, q)
+    return _rank(J, _NEAR) < len(free)
 
 
 def drives_are_free(robot: Robot, q: np.ndarray) -> bool:
@@ -26,8 +29,17 @@ def drives_are_free(robot: Robot, q: np.ndarray) -> bool:
 
 
 def is_regular(robot: Robot, home: np.ndarray, q: np.ndarray) -> bool:
-    """Whether the way from home to q, straight in coordinates, keeps away from singularities."""
-    return len({_rank_and_sign(robot, home + t * (q - home)) for t in np.linspace(0, 1, 9)}) == 1
+    """Whether the way from home to q, straight in coordinates, keeps away from singularities.
+
+    One that lies between two places turns the columns of J over: det(J_1^T J_2) changes its sign.
+    """
+    ways = [_jacobian(robot, home + t * (q - home))[0] for t in np.linspace(0, 1, 9)]
+    ranks = {_rank(J, _NEAR) for J in ways}
+    if len(ranks) > 1:
+        return False
+    if ranks != {ways[0].shape[1]}:
+        return True  # joints move alone all the way
+    return all(np.linalg.det(J.T @ after) > 0 for J, after in itertools.pairwise(ways))
 
 
 def _jacobian(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -47,10 +59,3 @@ def _rank(J: np.ndarray, part: float) -> int:
         return 0
     values = np.linalg.svd(J, compute_uv=False)
     return int(np.count_nonzero(values > part * values[0]))
-
-
-def _rank_and_sign(robot: Robot, q: np.ndarray) -> tuple[int, float]:
-    """Rank, and the sign of the determinant of a square Jacobian alone."""
-    J, free = _jacobian(robot, q)
-    square = len(free) == 6 and robot.space.size == 6
-    return _rank(J, _NEAR), float(np.sign(np.linalg.det(J))) if square else 1.0

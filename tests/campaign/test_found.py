@@ -28,9 +28,11 @@ ROBOTS = {
     "recursive-digits": ("recursive",),
     "reference-far-away": ("network",),
     "rigid-beside-soft": ("compliance", "deflection"),
+    "rigid-directions-almost-one": ("deflection",),
     "rigid-but-for-rounding": ("compliance",),
     "saddle-point-digits": ("saddle-point",),
     "saddle-point-singular": ("saddle-point", "block", "recursive"),
+    "small-entries-of-energy": ("energy",),
     "thin-8-compliance": ("compliance",),
     "thin-88-network": ("network", "energy"),
 }

@@ -73,9 +73,17 @@ def leg_loads(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
     missing = np.linalg.norm(F - np.sum(wrenches, axis=0), axis=-1)
     return LegLoads(
         twist=np.einsum("...ij,...j->...i", found.compliance, F) / s,
-        balanced=missing <= _BALANCED * np.linalg.norm(F, axis=-1),
+        balanced=_is_balanced(missing, F, whole.rank),
         wrenches=tuple(own * s for own in wrenches),
     )
+
+
+def _is_balanced(missing: np.ndarray, F: np.ndarray, rank: np.ndarray) -> np.ndarray:
+    """Where a load does no work on free motions; without any, what is missing is rounding.
+
+    Rigid wrenches of two legs that are almost one carry 1e8 of a load, and miss 1e-8 of it.
+    """
+    return (missing <= _BALANCED * np.linalg.norm(F, axis=-1)) | (rank == F.shape[-1])
 
 
 def loads_known(answer: RobotStiffness) -> np.ndarray:
@@ -105,6 +113,6 @@ def _by_matrices(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
     missing = np.linalg.norm(F - load, axis=-1)
     return LegLoads(
         twist=t,
-        balanced=missing <= _BALANCED * np.linalg.norm(F, axis=-1),
+        balanced=_is_balanced(missing, F, whole.rank),
         wrenches=tuple(np.einsum("...ij,...j->...i", leg.matrix, t) for leg in answer.legs),
     )
