@@ -125,6 +125,21 @@ def test_a_robot_in_one_point_is_the_same_about_every_point(reference):
     assert np.abs(result.K - moved.K).max() <= 1e-9 * np.abs(moved.K).max()
 
 
+@pytest.mark.parametrize("by", [0.0, 1e-15, -2e-15])
+def test_lever_arms_that_are_rounding_decide_nothing(by):
+    """Hinges alike through one point; its coordinates differ in the last digits."""
+    from robostiff.model import Passive
+
+    at, axis = np.array([0.7, -0.04, -0.8]), np.array([0.48, 0.0, 0.64]) / 0.8
+    drive = PlacedFreedom(np.array([0.0, 1.0, 0.0]), at, 0.0, "drive", Actuated(1e5))
+    hinge = PlacedFreedom(axis, at * (1 + by), 0.0, "hinge", Passive())
+    other = replace(hinge, point=at * (1 - by), name="other")
+    snapshot = Snapshot("point", (PlacedLeg("leg", (drive, hinge, other), at),), at + 0.3)
+    result = rs.stiffness(snapshot)
+    expected = Status.REDUNDANT_JOINTS | Status.RIGID_DIRECTION | Status.FREE_MOTIONS
+    assert (result.status, int(result.rank)) == (expected, 5)
+
+
 @pytest.mark.parametrize("name", ["delta", "3-puu", "orthoglide"])
 def test_the_network_of_rigid_links_has_the_same_compliance(name):
     from robostiff.network import compliance_between, network_of_snapshot

@@ -22,6 +22,7 @@ from tests.campaign.answers import Complaint, Judge
 from tests.campaign.formulas import formula
 from tests.campaign.posed import Posed
 from tests.campaign.reference import _extent
+from tests.campaign.rounded import rounded_poses
 from tests.campaign.single_leg import drives_are_free, is_free, is_regular
 from tests.campaign.walk import Walker, pose_matrix, wanted_pose
 from tests.generators.documents import model_data
@@ -375,6 +376,7 @@ WAYS = (
     PosedWay("kernel of the compliance", _kernel_compliance, 24),
     PosedWay("formula in steps", formula(True), 150),
     PosedWay("formula at home", formula(False), 150),
+    PosedWay("rounded", rounded_poses, 3),
 )
 
 

@@ -23,10 +23,10 @@ from robostiff.spatial import Space
 from tests.campaign.answers import Answer, Judge
 from tests.campaign.placed import with_parts
 from tests.campaign.reference import Reference, _extent, reference
+from tests.campaign.rounded import neighbours, rounded
 from tests.generators.chains import random_rotation
 
 _FAR = 30.0  # lengths of the robot: less costs a digit or two
-_NEIGHBOURS, _SEED = 6, 7  # of a robot, by rounding
 
 
 def answer_of(way: str, ask: Callable[[], Any]) -> Answer:
@@ -255,6 +255,7 @@ WAYS = (
     Way("deflection", _deflection, 8),
     Way("indices", _indices, 8),
     Way("verify", _verify, 16),
+    Way("rounded", rounded, 6),
 )
 
 
@@ -285,7 +286,7 @@ def judged(
     if truth == "compute":
         truth = None if snapshot.platform else reference(snapshot)
     assert not isinstance(truth, str)
-    judge = Judge(truth, size, has_blocks, lambda: _neighbours(snapshot))
+    judge = Judge(truth, size, has_blocks, lambda: neighbours(snapshot))
     default = answer_of("default", lambda: rs.stiffness(snapshot))
     judge.hear(default, None)
     taken = ["default"] if truth is None else ["default", "reference"]
@@ -297,22 +298,6 @@ def judged(
         answer = replace(answer_of(way.name, lambda w=way, r=rng: w.ask(snapshot, r)), way=way.name)
         judge.hear(answer, default)
     return judge, taken
-
-
-def _neighbours(snapshot: Snapshot) -> list[Reference]:
-    """Exact answers of robots whose coordinates differ by one unit in the last place."""
-    rng = np.random.default_rng(_SEED)
-
-    def rounded(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
-        def anew(x: np.ndarray) -> np.ndarray:
-            return x + np.spacing(np.abs(x)) * rng.choice([-1.0, 1.0], np.shape(x))
-
-        if isinstance(part, PlacedSpring):
-            return replace(part, point=anew(part.point), rotation=anew(part.rotation))
-        return replace(part, point=anew(part.point), axis=anew(part.axis))
-
-    found = [reference(with_parts(snapshot, rounded)) for _ in range(_NEIGHBOURS)]
-    return [one for one in found if one is not None]
 
 
 def random_frame(rng: np.random.Generator, space: Space) -> tuple[np.ndarray, np.ndarray]:

@@ -22,6 +22,8 @@ from robostiff.elastostatics import (
 from robostiff.model import Snapshot
 
 _DEFAULT_METHOD = WrenchBasis()
+# Part of a coordinate that is lost when points are computed in several ways.
+_ROUNDING = 1e-12
 # A reference point further from the robot than this many of its lengths is moved to at the end.
 _FAR = 10.0
 
@@ -58,6 +60,9 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     problems = _legs(snapshot, origin, np.where(length > 0, length, 1.0), tolerance)
     if not np.all(length > 0):  # all in one point: a length from the springs
         of_springs = np.max([matrix_length(own.C, own.J_q) for own in problems], axis=0)
+        # Lever arms between points that are one are rounding of their coordinates.
+        arms = _ROUNDING * np.max(np.abs(snapshot.centre), axis=-1)
+        of_springs = np.where(of_springs > arms, of_springs, 1.0)
         length = np.where(length > 0, length, of_springs)
         problems = _legs(snapshot, origin, length, tolerance)
     names = [
