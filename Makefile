@@ -12,6 +12,8 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
+# Tests start some two hundred processes; without bytecode each compiles all modules anew.
+unexport PYTHONDONTWRITEBYTECODE
 CAMPAIGN_ARGS ?=
 .PHONY: help demo test slow processors campaign lint format docs outputs bench clean
 .NOTPARALLEL:

@@ -17,8 +17,13 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
+
+from typer.testing import CliRunner
+
+from robostiff.cli.main import app
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = (
@@ -31,6 +36,11 @@ _SCRIPT = re.compile(
     r"^```python\n(?P<script>(?:(?!^```).)*?)^```\n+```text\n(?P<output>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
+_PLAIN = {"COLUMNS": "100", "NO_COLOR": "1"}
+_PROGRAMS = {
+    "python": [sys.executable],
+    "robostiff": [str(Path(sys.executable).with_name("robostiff"))],
+}
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 
 
@@ -72,21 +82,22 @@ def shown_outputs(document: Path) -> Iterator[Shown]:
 def produced_output(shown: Shown) -> str:
     """What it prints now, to standard output and standard error."""
     program, *arguments = shown.command
-    if program == "robostiff":
-        command = [str(Path(sys.executable).with_name("robostiff")), *arguments]
+    in_process = program == "robostiff" and "--help" not in arguments
+    if in_process:  # documents have dozens of commands, and each process would import all again
+        with chdir(ROOT):
+            printed = CliRunner().invoke(app, arguments, prog_name=program, env=_PLAIN).output
     else:
-        command = [sys.executable, *arguments]
-    finished = subprocess.run(
-        command,
-        cwd=ROOT,
-        env={**os.environ, "COLUMNS": "100", "NO_COLOR": "1"},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
-    return "".join(f"{line.rstrip()}\n" for line in finished.stdout.splitlines())
+        printed = subprocess.run(
+            [*_PROGRAMS[program], *arguments],
+            cwd=ROOT,
+            env={**os.environ, **_PLAIN},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        ).stdout
+    return "".join(f"{line.rstrip()}\n" for line in printed.splitlines())
 
 
 def first_difference(shown: str, produced: str) -> str | None:
