@@ -117,13 +117,34 @@ def test_cables_are_sent_elsewhere():
 def test_plot_of_the_curve(tmp_path, ending: str):
     path = tmp_path / f"curve.{ending}"
     asked = ("gough-stewart-b", "--wrench", "0 0 -5e7 0 0 0", "--plot", str(path))
-    assert run(*asked).exit_code == 2  # no factors
     outcome = run(*asked, "--factors", "0 1 3")
     assert outcome.exit_code == 0, outcome.stderr
     assert "stable" in path.read_text(encoding="utf-8")
     again = run(*asked, "--factors", "0 1 3")
     assert again.exit_code == 2
     assert "--overwrite" in again.stderr
+
+
+def test_plot_of_the_loaded_shape(tmp_path):
+    path = tmp_path / "shape.svg"
+    outcome = run("3-puu", "--wrench", "500 0 0 0 0 0", "--plot", str(path))
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "under load" in path.read_text(encoding="utf-8")
+    wrong = run("3-puu", "--wrench", "500 0 0 0 0 0", "--plot", str(tmp_path / "shape.doc"))
+    assert wrong.exit_code == 2
+
+
+def test_plot_of_a_mode_moves(tmp_path):
+    path = tmp_path / "mode.html"
+    words = ("modes", "3-rrr", "--mass", "platform=5 kg", "--plot", str(path), "--mode", "2")
+    outcome = CliRunner().invoke(app, words)
+    assert outcome.exit_code == 0, outcome.stderr
+    page = path.read_text(encoding="utf-8")
+    assert "mode 2" in page
+    assert "swing(document.getElementById(" in page
+    wrong = CliRunner().invoke(app, (*words[:-1], "100", "--overwrite"))
+    assert wrong.exit_code == 2
+    assert "number of a mode" in wrong.stderr
 
 
 def test_report_on_finite_loads(tmp_path):

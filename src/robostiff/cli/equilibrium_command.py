@@ -86,8 +86,8 @@ PlotOption = Annotated[
     typer.Option(
         "--plot",
         metavar="FILE",
-        help="Draw the loaded shape, or with --factors the curve, into a new file: .svg, .png, .pdf "
-        "or .html.",
+        help="Draw the loaded shape, or with --factors the curve, into a new file: .svg, .png, "
+        ".pdf or .html.",
     ),
 ]
 PlotModeOption = Annotated[

@@ -95,8 +95,8 @@ def mass_lines(facts: Mapping[str, Any]) -> list[str]:
         lines.append(f"gravity: ({row(np.array(facts['gravity']))}) m/s^2")
     for own in facts.get("springs", ()):
         lines.append(
-            f"spring {own['name']} between {' and '.join(own['bodies'])}: {own['stiffness']:.4g} N/m,"
-            f" {own['length']:.4g} m long at home, tension {own['tension']:.4g} N;"
+            f"spring {own['name']} between {' and '.join(own['bodies'])}: "
+            f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, tension {own['tension']:.4g} N;"
             " under finite loads alone"
         )
     return lines

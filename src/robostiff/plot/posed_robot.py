@@ -238,5 +238,6 @@ def robot_scene(
     scale: ColourScale | None = None,
     notes: tuple[str, ...] = (),
 ) -> Scene:
+    """A scene of a robot, its axes in `unit`."""
     x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
     return Scene(snapshot.name, (x, y, z), tuple(items), scale, is_flat, notes=notes)

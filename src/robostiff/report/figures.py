@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from robostiff.plot import Plotly, Theme
+from robostiff.plot.on_plotly.swinging import places
 from robostiff.plot.picture import Picture
 
 
@@ -33,7 +34,7 @@ class Level:
         """In both themes, and the other end where there is one."""
         own: dict[str, Any] = {theme.value: _drawn(self.picture, theme) for theme in Theme}
         if self.other is not None:
-            own["other"] = _drawn(self.other, Theme.LIGHT)["data"]
+            own["other"] = places(Plotly().draw(self.other))
         return own
 
 

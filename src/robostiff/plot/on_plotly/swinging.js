@@ -2,7 +2,7 @@
 // Moves the lines of a figure between two ends of a vibration: those that it has, and others.
 function swing(place, other) {
   const period = 2400, pause = 50; // ms
-  const ends = place.data.map(function (trace, i) {
+  const ends = place._fullData.map(function (trace, i) {
     return { one: trace, other: other[i], axes: ["x", "y", "z"].filter(function (axis) {
       return trace[axis] && other[i][axis] && trace[axis].length === other[i][axis].length;
     }) };

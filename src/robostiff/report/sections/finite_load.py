@@ -20,6 +20,7 @@ from robostiff.plot.loaded_robot import equilibrium_picture
 from robostiff.report.contents import ReportContents, UnderLoad
 from robostiff.report.figures import one_figure
 from robostiff.report.section import Part, Section, SideBySide, section
+from robostiff.spatial import Space
 from robostiff.statics import Equilibrium
 
 _TITLE = "Under finite load"
@@ -67,12 +68,21 @@ def _displacements(known: UnderLoad, contents: ReportContents) -> Table:
     result, bent = known.equilibrium, contents.deflection
     rows: list[list[Cell]] = []
     small = bent.twist if bent is not None and bent.has_answer else None
+    moved = _without_rounding(result.displacement, result.space)
+    small = None if small is None else _without_rounding(small, result.space)
     for i, name in enumerate(result.space.twist_order):
         unit = "µrad" if name.startswith("r") else "µm"
-        own: Cell = Number(1e6 * float(result.displacement[i]), unit)
+        own: Cell = Number(1e6 * float(moved[i]), unit)
         other: Cell = "none" if small is None else Number(1e6 * float(small[i]), unit)
         rows.append([name, own, other])
     return Table(["displacement", "under the load", "proportional to the load"], rows)
+
+
+def _without_rounding(moved: np.ndarray, space: Space) -> np.ndarray:
+    """Zero in place of what is rounding beside the largest shift, or the largest turn."""
+    shifts = np.arange(space.size) < space.translations
+    largest = np.where(shifts, np.abs(moved[shifts]).max(), np.abs(moved[~shifts]).max(initial=0.0))
+    return np.where(np.abs(moved) < _KNOWN * np.maximum(largest, np.abs(moved).max()), 0.0, moved)
 
 
 def _matrices(known: UnderLoad, contents: ReportContents) -> SideBySide:
