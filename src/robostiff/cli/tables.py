@@ -96,8 +96,8 @@ def mass_lines(facts: Mapping[str, Any]) -> list[str]:
     for own in facts.get("springs", ()):
         lines.append(
             f"spring {own['name']} between {' and '.join(own['bodies'])}: "
-            f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, tension {own['tension']:.4g} N;"
-            " under finite loads alone"
+            f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, "
+            f"tension {own['tension']:.4g} N; under finite loads alone"
         )
     return lines
 

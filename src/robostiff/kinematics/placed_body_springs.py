@@ -61,7 +61,7 @@ def with_body_springs(posture: Posture) -> Snapshot:
         if spring.preload is None:
             length, tension = spring.free_length, 0.0
         else:
-            a, b = (_placed(home, end, spring.name)[1][0] for end in spring.between)
+            a, b = (_placed(home, end, spring.name)[1].reshape(-1, 3)[0] for end in spring.between)
             length, tension = float(np.linalg.norm(b - a)), spring.preload
         placed.append(
             PlacedBodySpring(

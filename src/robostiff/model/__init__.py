@@ -12,6 +12,7 @@ from robostiff.model.flexible_platform import (
     platform_beam,
     rigid_member,
 )
+from robostiff.model.force_law import ForceLaw
 from robostiff.model.joint import (
     Actuated,
     Joint,
@@ -57,6 +58,7 @@ __all__ = [
     "Elbow",
     "Element",
     "FlexiblePlatform",
+    "ForceLaw",
     "Joint",
     "JointKind",
     "Leg",

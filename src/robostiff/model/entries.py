@@ -13,8 +13,8 @@ from robostiff.spatial.formula import is_formula
 if TYPE_CHECKING:
     from robostiff.model.robot import Robot
 
-# Limits of drives and nominal values of symbols are not part of a formula.
-_NO_ENTRIES = frozenset(("limits", "nominal"))
+# Limits and laws of drives and nominal values of symbols are not part of a formula.
+_NO_ENTRIES = frozenset(("limits", "nominal", "laws"))
 
 
 def with_entries(robot: Robot, convert: Callable[[Any], Any]) -> Robot:

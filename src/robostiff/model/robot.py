@@ -16,6 +16,7 @@ from robostiff.model.chain import Chain
 from robostiff.model.checks import vector3
 from robostiff.model.entries import formulas
 from robostiff.model.flexible_platform import FlexiblePlatform
+from robostiff.model.force_law import ForceLaw
 from robostiff.model.in_words import robot_html
 from robostiff.model.mass import Mass, gravity_vector, masses_of
 from robostiff.model.symbols import free_symbols, in_floats, numeric, substitute
@@ -120,6 +121,9 @@ class Robot:
         Acceleration of free fall in the world [m/s^2]; None for none.
     springs : tuple of BodySpring
         Between points of its bodies, such as gravity compensators.
+    laws : mapping of str to ForceLaw
+        Under finite loads, how the force of the drive of ``leg/joint`` follows from its motion; its
+        stiffness is that of the law without motion.
     """
 
     name: str
@@ -135,6 +139,7 @@ class Robot:
     platform_masses: tuple[Mass, ...] = ()
     gravity: Any = None
     springs: tuple[BodySpring, ...] = ()
+    laws: Mapping[str, ForceLaw] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         point = vector3(f"reference point of {self.name!r}", self.reference_point)
@@ -152,6 +157,7 @@ class Robot:
         if len(set(names)) < len(names):
             raise InputError("names of the legs", got=names, expected="each name once")
         object.__setattr__(self, "springs", tuple(self.springs))
+        object.__setattr__(self, "laws", dict(self.laws))
         names = [spring.name for spring in self.springs]
         if len(set(names)) < len(names):
             raise InputError("names of the springs", got=names, expected="each name once")

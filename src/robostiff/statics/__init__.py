@@ -1,11 +1,11 @@
 """Robots under finite loads: equilibrium, loaded stiffness, stability."""
 
+from robostiff.model import ForceLaw
 from robostiff.statics.beam_bowing import Bowing, Linear
 from robostiff.statics.body_mass import BodyMass
 from robostiff.statics.body_motions import BodyPlace, BodyPlaces
 from robostiff.statics.critical_load import CriticalLoad, critical_load
 from robostiff.statics.equilibrium import equilibrium
-from robostiff.statics.force_law import ForceLaw
 from robostiff.statics.from_snapshot import DeadForce
 from robostiff.statics.given_loads import has_masses
 from robostiff.statics.kernels.compiled_loading import (

@@ -16,8 +16,8 @@ from robostiff.spatial import as_float
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
 from robostiff.statics.equilibrium import one_question
-from robostiff.statics.force_law import Laws
 from robostiff.statics.given_loads import Gravity, Loads
+from robostiff.statics.joint_laws import Laws
 from robostiff.statics.problem import LoadCase
 from robostiff.statics.status import EquilibriumStatus
 

@@ -98,6 +98,8 @@ class FiniteJoint:
         """The joint of all legs, some of which follow laws of their own."""
         if not any(law is not None for law in laws):
             return self
+        known = self.laws or (None,) * len(laws)
+        laws = [old if new is None else new for new, old in zip(laws, known, strict=True)]
         rest = [
             k if law is None else law.tangent(0.0)
             for k, law in zip(self.stiffness, laws, strict=True)

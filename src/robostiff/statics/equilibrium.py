@@ -17,7 +17,6 @@ from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
-from robostiff.statics.force_law import Laws
 from robostiff.statics.from_snapshot import legs_of
 from robostiff.statics.given_loads import (
     Gravity,
@@ -27,6 +26,7 @@ from robostiff.statics.given_loads import (
     given_forces,
     platform_weights,
 )
+from robostiff.statics.joint_laws import Laws, check_own_laws
 from robostiff.statics.newton import FREE, FoundEquilibrium, Target, equilibrium_at
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.question import Question
@@ -224,7 +224,10 @@ class Postures:
             length if length > 0 else 1.0,
             *arms_and_forces(on_platform, point),
         )
-        return Question(snapshot.name, problem, snapshot.space, frame, status, snapshot)
+        own_laws = self.robot.laws if isinstance(self.robot, Robot) else {}
+        if own_laws:
+            check_own_laws(own_laws, snapshot)
+        return Question(snapshot.name, problem, snapshot.space, frame, status, snapshot, own_laws)
 
 
 def postures_of(robot: Any, pose: Pose, near: Near) -> Postures:

@@ -15,8 +15,8 @@ from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import least_margin, refined
 from robostiff.statics.equilibrium import Question, one_question, solved
-from robostiff.statics.force_law import Laws
 from robostiff.statics.given_loads import Gravity, Loads
+from robostiff.statics.joint_laws import Laws
 from robostiff.statics.legs import turn_between
 from robostiff.statics.newton import (
     FoundEquilibrium,

@@ -20,9 +20,9 @@ from robostiff.statics.body_mass import Masses, unit_weights
 from robostiff.statics.body_motions import BodyPlaces, body_places
 from robostiff.statics.equilibrium import Loads, one_question, solved
 from robostiff.statics.finite_turn import turned_by
-from robostiff.statics.force_law import Laws
 from robostiff.statics.from_snapshot import DeadForce, legs_of
 from robostiff.statics.given_loads import Gravity, arms_and_forces, has_masses, platform_weights
+from robostiff.statics.joint_laws import Laws
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.question import Question
 from robostiff.statics.status import EquilibriumStatus

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from robostiff.model import Snapshot
 from robostiff.spatial import Space
-from robostiff.statics.force_law import Laws, with_laws
+from robostiff.statics.joint_laws import Laws, with_laws
 from robostiff.statics.problem import EquilibriumProblem
 from robostiff.statics.status import EquilibriumStatus
 
@@ -28,6 +28,8 @@ class Question:
         What is to be said of the posture.
     snapshot : Snapshot
         At that posture.
+    laws : Laws
+        That the robot has.
     """
 
     name: str
@@ -36,10 +38,12 @@ class Question:
     frame: tuple[np.ndarray, np.ndarray]
     status: EquilibriumStatus
     snapshot: Snapshot
+    laws: Laws = field(default_factory=dict)
 
     def under(self, laws: Laws | None) -> Question:
-        """The same, some joints following laws of their own."""
-        if not laws:
+        """The same, joints following the laws of the robot, or given ones in their place."""
+        all_laws = {**self.laws, **(laws or {})}
+        if not all_laws:
             return self
-        groups = with_laws(self.problem.groups, laws)
+        groups = with_laws(self.problem.groups, all_laws)
         return replace(self, problem=replace(self.problem, groups=groups))

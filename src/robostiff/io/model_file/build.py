@@ -11,6 +11,7 @@ from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build_arm import build_arm
 from robostiff.io.model_file.build_body_springs import build_body_springs, check_body_springs
 from robostiff.io.model_file.build_chain import build_legs
+from robostiff.io.model_file.build_laws import with_written_laws
 from robostiff.io.model_file.build_machine import (
     ModuleFiles,
     ShippedFile,
@@ -76,6 +77,8 @@ def _verified(top: Place, written: WrittenModel, files: ModuleFiles) -> Robot:
         robot = verified(robot, top, places, chosen=written.coordinates is not None)
         check_platform(top / "platform", robot)
         check_body_springs(top / "springs", robot)
+    if isinstance(written, WrittenRobot):
+        robot = with_written_laws(top / "laws", robot, written.laws)
     return robot
 
 

@@ -87,7 +87,13 @@ def completed(symbolic: Robot, numeric: Robot, nominal: Mapping[str, float]) -> 
         replace(leg, chain=_with_limits(leg.chain, known.chain))
         for leg, known in zip(symbolic.legs, numeric.legs, strict=True)
     )
-    robot = replace(symbolic, legs=legs, coordinates=numeric.coordinates, nominal=nominal)
+    robot = replace(
+        symbolic,
+        legs=legs,
+        coordinates=numeric.coordinates,
+        nominal=nominal,
+        laws=numeric.laws,
+    )
     return with_entries(robot, exact_number)
 
 

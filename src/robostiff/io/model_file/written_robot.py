@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
@@ -13,6 +13,7 @@ from robostiff.io.model_file.written_elements import (
 )
 from robostiff.io.model_file.written_parts import (
     Direction,
+    Pair,
     Text,
     Value,
     Vector,
@@ -95,6 +96,17 @@ class WrittenBodySpring(Written):
     preload: Value | None = None
 
 
+def _text_or_table(value: Any) -> str:
+    return "table" if isinstance(value, list) else "text"
+
+
+WrittenLaw = Annotated[
+    Annotated[str, Tag("text")] | Annotated[list[Pair], Field(min_length=2), Tag("table")],
+    Discriminator(_text_or_table),
+]
+"""Force of a joint by its motion q: an expression, or a table of motions and forces."""
+
+
 class WrittenRobot(WrittenHead):
     """A whole model file."""
 
@@ -108,6 +120,7 @@ class WrittenRobot(WrittenHead):
     platform_masses: list[WrittenPlatformMass] = Field(default_factory=list)
     gravity: Direction | None = None
     springs: list[WrittenBodySpring] = Field(default_factory=list)
+    laws: dict[str, WrittenLaw] = Field(default_factory=dict)
     legs: WrittenLegs = Field(description="a list of legs, or one leg with repeat:")
 
 

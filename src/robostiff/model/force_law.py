@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from difflib import get_close_matches
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,10 +12,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
 from robostiff.spatial.formula import is_formula
-from robostiff.statics.element import FiniteJoint
-from robostiff.statics.legs import LegGroup
 
-Laws = Mapping[str, "ForceLaw"]
 # Of the largest force: what a law may have without motion.
 _NONE = 1e-9
 
@@ -133,40 +129,3 @@ def _of_table(table: np.ndarray) -> tuple[Callable[[float], float], ...]:
         return float(stored + curve(inside) * beyond + 0.5 * rate(inside) * beyond**2)
 
     return force, tangent, energy
-
-
-def with_laws(groups: tuple[LegGroup, ...], laws: Laws) -> tuple[LegGroup, ...]:
-    """Legs whose joints follow laws of their own.
-
-    Parameters
-    ----------
-    groups : tuple of LegGroup
-    laws : mapping of str to ForceLaw
-        By ``leg/joint``.
-
-    Raises
-    ------
-    InputError
-        When a name is no passive joint or elastic drive.
-    """
-    left, found, known = dict(laws), [], []
-    for group in groups:
-        chains = []
-        for c, chain in enumerate(group.chains):
-            legs = [leg for _, _, leg in group.rows_of(c)]
-            elements = []
-            for element in chain.elements:
-                own = element
-                if isinstance(own, FiniteJoint):
-                    names = [f"{leg}/{e}" for leg, e in zip(legs, own.names, strict=True)]
-                    known += names
-                    own = own.under([left.pop(name, None) for name in names])
-                elements.append(own)
-            chains.append(replace(chain, elements=tuple(elements)))
-        found.append(replace(group, chains=tuple(chains)))
-    for name in left:
-        near = get_close_matches(str(name), known, n=3) or known[:3]
-        raise InputError(
-            "laws", got=name, expected=f"leg/joint, such as {', '.join(map(repr, near))}"
-        )
-    return tuple(found)

@@ -1,0 +1,79 @@
+"""Force laws of joints: which follow one, given or as the robot has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+
+from robostiff.errors import InputError
+from robostiff.model import ForceLaw, Snapshot
+from robostiff.statics.element import FiniteJoint
+from robostiff.statics.legs import LegGroup
+
+Laws = Mapping[str, ForceLaw]
+# Of the stiffness of a drive: how far that of its law without motion may be off.
+_ALIKE = 1e-6
+
+
+def check_own_laws(laws: Laws, snapshot: Snapshot) -> None:
+    """Raise unless the laws of a robot go with the stiffness of its joints.
+
+    Raises
+    ------
+    InputError
+        When a name is no joint, or a law has another stiffness without motion than its drive.
+    """
+    joints = {f"{leg.name}/{own.name}": own for leg in snapshot.legs for own in leg.freedoms}
+    for name, law in laws.items():
+        joint = joints.get(name)
+        if joint is None:
+            raise _unknown(name, list(joints))
+        k = 0.0 if joint.stiffness is None else float(joint.stiffness)
+        own = law.tangent(0.0)
+        if abs(own - k) > _ALIKE * max(abs(own), abs(k)):
+            raise InputError(
+                f"law of {name!r}",
+                got=f"a stiffness of {own:.8g} without motion",
+                expected=f"that of its drive, {k:.8g}",
+                hint="small loads meet the stiffness of the drive: write the same in both places",
+            )
+
+
+def with_laws(groups: tuple[LegGroup, ...], laws: Laws) -> tuple[LegGroup, ...]:
+    """Legs whose joints follow laws of their own.
+
+    Parameters
+    ----------
+    groups : tuple of LegGroup
+    laws : mapping of str to ForceLaw
+        By ``leg/joint``.
+
+    Raises
+    ------
+    InputError
+        When a name is no passive joint or elastic drive.
+    """
+    left, found, known = dict(laws), [], []
+    for group in groups:
+        chains = []
+        for c, chain in enumerate(group.chains):
+            legs = [leg for _, _, leg in group.rows_of(c)]
+            elements = []
+            for element in chain.elements:
+                own = element
+                if isinstance(own, FiniteJoint):
+                    names = [f"{leg}/{e}" for leg, e in zip(legs, own.names, strict=True)]
+                    known += names
+                    own = own.under([left.pop(name, None) for name in names])
+                elements.append(own)
+            chains.append(replace(chain, elements=tuple(elements)))
+        found.append(replace(group, chains=tuple(chains)))
+    for name in left:
+        raise _unknown(name, known)
+    return tuple(found)
+
+
+def _unknown(name: str, known: list[str]) -> InputError:
+    near = get_close_matches(str(name), known, n=3) or known[:3]
+    return InputError("laws", got=name, expected=f"leg/joint, such as {', '.join(map(repr, near))}")
