@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.errors import InputError
-from robostiff.model import PlacedBodySpring, PlacedLeg, Snapshot
+from robostiff.model import PlacedBodySpring, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.spatial import Space
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import joint, loaded, number, root
@@ -261,3 +261,29 @@ def test_what_cannot_be_is_refused():
         rs.BodySpring("s", (rs.BodyPoint("base"), rs.BodyPoint("platform")), 10.0)
     with pytest.raises(InputError, match="two bodies"):
         rs.BodySpring("s", (rs.BodyPoint("base"), rs.BodyPoint("base")), 10.0, free_length=0)
+
+
+@pytest.mark.parametrize("name", ["cable-8", "cable-8-suspended"])
+def test_taut_cables_are_springs_between_base_and_platform(name: str):
+    """The stiffness of a cable robot, with its tensions and its weight."""
+    cables = rs.load(name)
+    assert isinstance(cables, rs.CableRobot)
+    taut = rs.cable_stiffness(cables)
+    p, R = np.asarray(cables.home.p), np.asarray(cables.home.R)
+    springs = []
+    for cable, t in zip(cables.cables, taut.tensions, strict=True):
+        ends = (cable.exit_point, p + R @ cable.attachment)
+        length = float(np.linalg.norm(ends[1] - ends[0]))
+        winch = 0.0 if cable.winch_stiffness is None else 1 / cable.winch_stiffness
+        unstretched = (length + cable.guide_length - t * winch) / (1 + t / cable.EA)
+        k = 1 / (unstretched / cable.EA + winch)
+        springs.append(
+            PlacedBodySpring(cable.name, ("base", "platform"), ends, float(k), length, float(t))
+        )
+    soft = PlacedSpring("soft", p, np.eye(3), rs.Elasticity(1e6 * np.eye(6)))
+    robot = Snapshot("springs", (PlacedLeg("leg", (soft,), p),), taut.reference_point)
+    weight = cables.weight
+    loads = {"platform": rs.DeadForce(weight.force, p + R @ weight.point)}
+    answer = loaded(replace(robot, springs=tuple(springs)), loads=loads)
+    assert np.abs(answer.displacement).max() < 1e-9  # the tensions balance the weight
+    assert distance(answer.K_total, taut.K) < 1e-7  # what holds the platform besides is soft
