@@ -146,7 +146,6 @@ _HOMES = {
     "robostiff.report": ("write_report",),
     "robostiff.spatial": ("Frame",),
     "robostiff.statics": (
-        "BodyMass",
         "Bowing",
         "CompiledLoading",
         "CriticalLoad",

@@ -120,7 +120,6 @@ from robostiff.robots import shipped_robots as shipped_robots
 from robostiff.robots.derivation import derive as derive
 from robostiff.robots.descriptions import load_linkage as load_linkage
 from robostiff.spatial import Frame as Frame
-from robostiff.statics import BodyMass as BodyMass
 from robostiff.statics import Bowing as Bowing
 from robostiff.statics import CriticalLoad as CriticalLoad
 from robostiff.statics import DeadForce as DeadForce

@@ -22,7 +22,6 @@ PUBLIC = [
     "Backend",
     "Batched",
     "Block",
-    "BodyMass",
     "BodyPoint",
     "BodySpring",
     "Bowing",

@@ -9,9 +9,9 @@ from scipy.linalg import block_diag, eigh
 
 import robostiff as rs
 from robostiff.elasticity import circle
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.spatial import Frame, Space
-from robostiff.statics.body_mass import equimomental
 from tests.statics.robots_under_load import beam, column, joint
 
 TURN = 2 * np.pi
@@ -86,7 +86,7 @@ def test_platform_of_a_hexapod_without_masses_in_its_legs():
     inertia = np.array([[4.0, 0.3, -0.2], [0.3, 5.0, 0.1], [-0.2, 0.1, 7.0]])
     K = rs.stiffness(robot).K
     exact = np.sqrt(eigh(K, block_diag(m * np.eye(3), inertia), eigvals_only=True)) / TURN
-    found = rs.modes(robot, masses={"platform": rs.BodyMass(m, inertia=inertia)})
+    found = rs.modes(robot, masses={"platform": rs.Mass(m, inertia=inertia)})
     assert np.allclose(found.frequencies, exact, rtol=1e-9)
     # its shapes are those of K and M, of unit kinetic energy
     for mode in found:
@@ -101,7 +101,7 @@ def test_more_mass_vibrates_more_slowly(name: str):
     """Rayleigh: no frequency rises; nor does one fall below that of all masses as one."""
     robot = rs.load(name)
     snapshot = rs.find_posture(robot).snapshot.one(0)
-    platform = {"platform": rs.BodyMass(20.0, inertia=[0.4, 0.5, 0.6])}
+    platform = {"platform": rs.Mass(20.0, inertia=[0.4, 0.5, 0.6])}
     light = rs.modes(robot, masses=platform).frequencies
     leg = snapshot.legs[0]
     part = [own.name for own in leg.parts][len(list(leg.parts)) // 2]
@@ -134,7 +134,7 @@ def test_frequency_vanishes_at_the_critical_load():
     k, L = 40.0, 0.3
     robot = column(k, 1e9, L, 1e9)
     critical = 2 * k / L
-    masses = {"links/link1": rs.BodyMass(2.0, [0, L, 0])}
+    masses = {"links/link1": rs.Mass(2.0, [0, L, 0])}
     squares = [
         rs.modes(robot, masses=masses, wrench=[0, -part * critical, 0]).frequencies[0] ** 2
         for part in (0.0, 0.5, 0.9)
@@ -145,15 +145,39 @@ def test_frequency_vanishes_at_the_critical_load():
 
 def test_points_have_the_inertia_of_a_body():
     inertia = np.array([[2.0, 0.3, -0.1], [0.3, 1.5, 0.2], [-0.1, 0.2, 2.5]])
-    centre = np.array([0.3, -1.0, 2.0])
-    found = equimomental(4.0, centre, inertia)
-    assert np.isclose(found.values.sum(), 4.0)
-    arms = found.points - centre
-    assert np.allclose(found.values @ arms, 0, atol=1e-12)
-    own = sum(
-        m * (a @ a * np.eye(3) - np.outer(a, a)) for m, a in zip(found.values, arms, strict=True)
-    )
+    points = rs.Mass(4.0, inertia=inertia).points
+    assert np.isclose(sum(m for m, _ in points), 4.0)
+    assert np.allclose(sum(m * a for m, a in points), 0, atol=1e-12)
+    own = sum(m * (a @ a * np.eye(3) - np.outer(a, a)) for m, a in points)
     assert np.allclose(own, inertia, rtol=1e-12)
+
+
+def test_inertia_of_the_model_vibrates_as_a_given_one():
+    """On the platform, and on a rigid part: in its frame there, in the world where it is given."""
+    inertia = np.array([[0.4, 0.05, 0], [0.05, 0.7, 0.1], [0, 0.1, 0.5]])
+    bare = rs.load("gough-stewart-b")
+    own = replace(bare, platform_masses=(rs.Mass(9.0, inertia=inertia),))
+    R = turn_by_vector(rs.find_posture(bare).pose[0, 3:])
+    home = rs.find_posture(bare).pose[0, :3]
+    turned = rs.Mass(9.0, home, inertia=R @ inertia @ R.T)
+    given = rs.modes(bare, masses={"platform": turned}).frequencies
+    assert np.allclose(rs.modes(own).frequencies, given, rtol=1e-9)
+    point = replace(bare, platform_masses=(rs.Mass(9.0),))
+    assert not np.allclose(rs.modes(point).frequencies[:3], given[:3], rtol=1e-3)
+    drive = rs.revolute([0, 1, 0], rs.Actuated(30.0), home=[0.3], name="drive")
+    stiff = rs.Link(np.zeros(3), rs.Elasticity(1e-7 * np.eye(6)), np.eye(3), "bearings")
+    rotor = rs.Rigid(Frame(np.eye(3), np.array([0.6, 0, 0])), "bar", (rs.Mass(2, inertia=inertia),))
+    c, s = np.cos(0.3), np.sin(0.3)
+    R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    alone = rs.modes(model_arm(drive, stiff, rotor)).frequencies
+    bar = rs.Rigid(Frame(np.eye(3), np.array([0.6, 0, 0])), "bar")
+    moved = rs.Mass(2, R @ [0.3, 0, 0], inertia=R @ inertia @ R.T)
+    beside = rs.modes(model_arm(drive, stiff, bar), masses={"arm/bearings": moved}).frequencies
+    assert np.allclose(alone, beside, rtol=1e-9)
+    steel, heavy = rs.material("steel"), rs.Mass(2, inertia=inertia)
+    beam = rs.beam_link([0.5, 0, 0], steel, circle(0.02), mass=heavy)
+    with pytest.raises(rs.InputError, match="a rigid part"):
+        rs.modes(model_arm(drive, beam))
 
 
 def test_misuse():
@@ -165,9 +189,9 @@ def test_misuse():
     with pytest.raises(rs.InputError, match="such as 'leg1/strut"):
         rs.modes(robot, masses={"leg1/strutt": 1.0})
     with pytest.raises(rs.InputError, match="the other two together"):
-        rs.modes(robot, masses={"platform": rs.BodyMass(1.0, inertia=[1, 1, 3])})
+        rs.modes(robot, masses={"platform": rs.Mass(1.0, inertia=[1, 1, 3])})
     with pytest.raises(rs.InputError, match="symmetric"):
-        rs.modes(robot, masses={"platform": rs.BodyMass(1.0, inertia=[1, 1])})
+        rs.modes(robot, masses={"platform": rs.Mass(1.0, inertia=[1, 1])})
     nowhere = rs.modes(rs.load("hexa"), [0, 0, -9, 0, 0, 0], {"platform": 1.0})
     with pytest.raises(rs.NoAnswerError, match="unreachable"):
         _ = nowhere.frequencies
@@ -193,11 +217,11 @@ def test_masses_of_the_model_move():
 def test_masses_on_the_platform_are_those_that_are_given():
     robot = rs.load("gough-stewart-b")
     home = rs.find_posture(robot).pose[0, :3]
-    masses = {"platform": rs.BodyMass(9.0, centre=home + np.array([0.1, 0, 0.05]))}
+    masses = {"platform": rs.Mass(9.0, centre=home + np.array([0.1, 0, 0.05]))}
     given = rs.modes(robot, masses=masses).frequencies
     own = replace(robot, platform_masses=(rs.Mass(9.0, [0.1, 0, 0.05]),))
     assert np.allclose(rs.modes(own).frequencies, given, rtol=1e-9)
-    both = rs.modes(own, masses={"platform": rs.BodyMass(9.0, masses["platform"].centre)})
+    both = rs.modes(own, masses={"platform": rs.Mass(9.0, masses["platform"].centre)})
     assert np.allclose(both.frequencies, given / np.sqrt(2), rtol=1e-9)
 
 

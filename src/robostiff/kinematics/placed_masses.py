@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from robostiff.errors import InputError
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.posture import Posture
 from robostiff.model import (
@@ -60,6 +61,12 @@ class _MassWalk(ChainWalk):
                 self.fixed(element.name, mass, R, p, 0.5 * element.transform.p)
         elif isinstance(element, Link):
             for mass in element.masses:
+                if np.any(element.to) and mass.inertia is not None:
+                    raise InputError(
+                        f"inertia of a mass of {self.prefix + element.name!r}",
+                        got="a part that bends",
+                        expected="a rigid part: an elastic one moves its masses by both its ends",
+                    )
                 if not np.any(element.to):
                     self.fixed(element.name, mass, R, p, np.zeros(3))
                 elif mass.centre is None:
@@ -96,7 +103,9 @@ class _MassWalk(ChainWalk):
         own = usual if mass.centre is None else mass.centre
         centre = p + np.einsum("...ij,j->...i", R, own)
         after, name = len(self.placed), self.prefix + name
-        self.masses.append(PlacedMass(name, np.asarray(mass.value), centre, after, start))
+        for value, arm in mass.points:
+            place = centre if not np.any(arm) else centre + np.einsum("...ij,j->...i", R, arm)
+            self.masses.append(PlacedMass(name, np.asarray(value), place, after, start))
 
     def spread(
         self, value: Any, start: np.ndarray, span: tuple[float, float], after: int | None = None

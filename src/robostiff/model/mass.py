@@ -16,6 +16,8 @@ STANDARD_GRAVITY = 9.80665
 """Acceleration of free fall [m/s^2], ISO 80000-3."""
 
 _ZERO_OR_MORE = "zero or more [kg]"
+# Of the largest moment: what rounding leaves of a plate or a rod.
+_FLAT = 1e-9
 _AXES = {"x": 0, "y": 1, "z": 2}
 _GRAVITY = "three numbers [m/s^2], or the axis along which it points, such as -z"
 
@@ -37,26 +39,41 @@ class Mass:
         length. An elastic part without a `centre` has it spread along all of it.
     name : str
         What it is, such as ``tool``.
+    inertia : (3,) or (3, 3) array or None
+        Moments of inertia about the centre, in the axes in which the centre is given [kg m^2]; None
+        for a mass in one point. It matters for `modes` alone.
 
     Raises
     ------
     InputError
-        When the mass is negative, or centre and span are both given.
+        When the mass is negative, centre and span are both given, or the inertia is that of no
+        body.
 
     Examples
     --------
     >>> Mass(3.5, [0, 0, 0.05], name="spindle").value
     3.5
+    >>> Mass(150, inertia=[4, 4, 7]).inertia[2, 2]
+    np.float64(7.0)
     """
 
     value: Any
     centre: Any = None
     span: tuple[Any, Any] | None = None
     name: str = "mass"
+    inertia: Any = None
 
     def __post_init__(self) -> None:
         subject = "mass" if self.name == "mass" else f"mass of {self.name!r}"
         object.__setattr__(self, "value", mass_value(subject, self.value))
+        if self.inertia is not None:
+            object.__setattr__(self, "inertia", _inertia(subject, self.inertia))
+            if self.span is not None or self.value == 0:
+                raise InputError(
+                    f"inertia of {subject}",
+                    got="no mass" if self.value == 0 else "a span beside it",
+                    expected="a mass of more than zero [kg] in one place",
+                )
         if self.centre is None:
             return
         if self.span is not None:
@@ -67,6 +84,44 @@ class Mass:
     def of(cls, value: Any) -> Mass:
         """The mass itself, or that of a number [kg]."""
         return value if isinstance(value, Mass) else cls(value)
+
+    @property
+    def points(self) -> tuple[tuple[Any, np.ndarray], ...]:
+        """Masses [kg] at places from its centre (3,) [m], which have its inertia together.
+
+        With principal moments ``I_i`` the second moments are ``P_i = (I_1 + I_2 + I_3)/2 - I_i``; a
+        sixth of the mass at ``+-sqrt(3 P_i / m)`` along each principal axis has them.
+
+        Examples
+        --------
+        >>> [(value, place.tolist()) for value, place in Mass(6, inertia=[4, 4, 4]).points][0]
+        (1.0, [1.0, 0.0, 0.0])
+        """
+        if self.inertia is None:
+            return ((self.value, np.zeros(3)),)
+        moments, axes = np.linalg.eigh(self.inertia)
+        second = np.maximum(0.5 * np.sum(moments) - moments, 0.0)
+        arms = axes.T * np.sqrt(3.0 * second / self.value)[:, None]
+        return tuple((self.value / 6.0, arm) for arm in (*arms, *-arms))
+
+
+def _inertia(subject: str, value: Any) -> np.ndarray:
+    """Moments of inertia (3, 3) of a body [kg m^2]."""
+    expected = "three moments, or a symmetric (3, 3) array [kg m^2]"
+    inertia = as_floats(f"inertia of {subject}", value, expected, "kg m^2")
+    if inertia.shape == (3,):
+        inertia = np.diag(inertia)
+    size = np.max(np.abs(inertia), initial=0.0)
+    if inertia.shape != (3, 3) or np.max(np.abs(inertia - inertia.T)) > _FLAT * size:
+        raise InputError(f"inertia of {subject}", got=value, expected=expected)
+    moments = np.linalg.eigvalsh(inertia)
+    if np.min(0.5 * np.sum(moments) - moments) < -_FLAT * size:
+        raise InputError(
+            f"inertia of {subject}",
+            got=inertia.tolist(),
+            expected="moments of which none is more than the other two together [kg m^2]",
+        )
+    return 0.5 * (inertia + inertia.T)
 
 
 def mass_value(subject: str, value: Any) -> Any:

@@ -2,7 +2,6 @@
 
 from robostiff.model import ForceLaw
 from robostiff.statics.beam_bowing import Bowing, Linear
-from robostiff.statics.body_mass import BodyMass
 from robostiff.statics.body_motions import BodyPlace, BodyPlaces
 from robostiff.statics.critical_load import CriticalLoad, critical_load
 from robostiff.statics.equilibrium import equilibrium
@@ -21,7 +20,6 @@ from robostiff.statics.small_loads import deflection
 from robostiff.statics.status import EquilibriumStatus
 
 __all__ = [
-    "BodyMass",
     "BodyPlace",
     "BodyPlaces",
     "Bowing",

@@ -104,8 +104,9 @@ def platform_weights(robot: Robot | Snapshot, gravity: np.ndarray, frame: Frame)
         return []
     R, p = frame
     return [
-        DeadForce(mass.value * gravity, p if mass.centre is None else p + R @ mass.centre)
+        DeadForce(value * gravity, p + R @ (arm if mass.centre is None else mass.centre + arm))
         for mass in robot.in_floats.platform_masses
+        for value, arm in mass.points
     ]
 
 

@@ -16,13 +16,13 @@ from robostiff.kinematics import Near, Pose
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.body_mass import Masses, unit_weights
 from robostiff.statics.body_motions import BodyPlaces, body_places
 from robostiff.statics.equilibrium import Loads, one_question, solved
 from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.from_snapshot import DeadForce, legs_of
 from robostiff.statics.given_loads import Gravity, arms_and_forces, has_masses, platform_weights
 from robostiff.statics.joint_laws import Laws
+from robostiff.statics.moving_masses import Masses, unit_weights
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.question import Question
 from robostiff.statics.status import EquilibriumStatus
@@ -147,7 +147,7 @@ def modes(
     ----------
     robot, pose, wrench, at, loads, gravity, preload, laws, beams, near
         As for `equilibrium`.
-    masses : mapping of str to float, BodyMass or a sequence of them, optional
+    masses : mapping of str to float, Mass or a sequence of them, optional
         What moves beside the masses of the model, by the name of the part before the body that
         carries it, ``leg/part``, or ``platform`` [kg]. A mass without a centre is at that part, or
         at the point of the platform. These have no weight: `loads` take those.
@@ -164,7 +164,7 @@ def modes(
     Examples
     --------
     >>> import robostiff as rs
-    >>> spindle = {"platform": rs.BodyMass(150, inertia=[4, 4, 7])}
+    >>> spindle = {"platform": rs.Mass(150, inertia=[4, 4, 7])}
     >>> found = rs.modes(rs.load("hexapod"), masses=spindle)
     >>> len(found), found.frequencies[:2].round(1)
     (72, array([48.7, 48.7]))
@@ -174,7 +174,7 @@ def modes(
         raise InputError(
             f"masses of {robot.name!r}",
             expected="what moves, by name [kg]",
-            hint='write masses={"platform": 150} or {"leg1/strut": rs.BodyMass(12, inertia=...)}, '
+            hint='write masses={"platform": 150} or {"leg1/strut": rs.Mass(12, inertia=...)}, '
             "or mass: in the model file",
         )
     question, given = one_question(
