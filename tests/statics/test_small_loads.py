@@ -1,10 +1,15 @@
 """Deflection under loads at bodies: the limit of equilibria, closed forms, reciprocity."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.statics.robots_under_load import loaded
+from robostiff.model import PlacedBodySpring, PlacedLeg
+from robostiff.spatial import Space
+from tests.statics.robots_under_load import joint, loaded
+from tests.statics.test_body_springs import SPRINGS, two_arms
 from tests.statics.test_weights import EI, LINE_WEIGHT, L, arm, rod
 
 
@@ -102,3 +107,52 @@ def test_loads_that_drive_a_free_motion_and_slips():
     sunk = rs.deflection(hexapod, gravity="-z")
     with pytest.raises(rs.InputError, match="forces or weights at bodies"):
         rs.plot.robot(hexapod, deflection=sunk)
+
+
+def sprung() -> rs.Snapshot:
+    """Two legs with springs between them, to the base and to the platform, without tension."""
+    springs = []
+    for i, own in enumerate(SPRINGS.values()):
+        length = float(np.linalg.norm(own.points[1] - own.points[0]))
+        springs.append(replace(own, name=f"s{i}", length=length, tension=0.0, stiffness=2e3))
+    return two_arms(*springs)
+
+
+def test_springs_between_bodies_are_the_limit_of_an_equilibrium():
+    robot, small = sprung(), 1e-6
+    F = np.array([20.0, -15, -40, 3, -4, 2])
+    loads = {"arm1/j2": rs.DeadForce([3, 0, -20.0])}
+    less = {"arm1/j2": rs.DeadForce([3 * small, 0, -20.0 * small])}
+    bent = rs.deflection(robot, None, F, loads=loads)
+    answer = loaded(robot, wrench=small * F, loads=less)
+    assert bent.status == 0
+    assert np.allclose(bent.twist, answer.displacement / small, rtol=1e-4, atol=1e-6)
+    assert np.isclose(bent.energy, answer.energy / small**2, rtol=1e-4)
+    known = {(part.leg, part.part): part for part in answer.parts}
+    for reaction in bent.reactions:
+        wrench = known[reaction.leg, reaction.joint].wrench / small
+        assert np.allclose(reaction.wrench, wrench, rtol=1e-3, atol=2e-2)
+    once, twice = (rs.deflection(robot, None, n * F).twist for n in (1, 2))
+    assert np.allclose(2 * once, twice, rtol=1e-12)
+    bare = rs.deflection(replace(robot, springs=()), None, F)
+    assert rs.deflection(robot, None, F).energy < 0.9 * bare.energy
+
+
+def test_spring_alone_holds_a_platform():
+    """On a leg without stiffness along x: F / k, and no free motion."""
+    tip = np.array([0.3, 0, 0])
+    elements = (
+        joint("slide", [0, 0, 0], [1, 0, 0], "P"),
+        joint("across", tip, [0, 1, 0], "P", 1e6),
+        joint("turn", tip, [0, 0, 1], "R", 1e5),
+    )
+    robot = rs.Snapshot("slider", (PlacedLeg("leg", elements, tip),), tip, Space.PLANAR)
+    spring = PlacedBodySpring(
+        "spring", ("base", "platform"), (tip + np.array([0.5, 0, 0]), tip), 400.0, 0.2
+    )
+    held = replace(robot, springs=(spring,))
+    bent = rs.deflection(held, None, [8.0, 0, 0])
+    assert bent.status == 0
+    assert np.isclose(bent.twist[0], 8 / 400)
+    assert np.isclose(bent.energy, 8**2 / 400 / 2)
+    assert not rs.deflection(robot, None, [8.0, 0, 0]).has_answer

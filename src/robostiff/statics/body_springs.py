@@ -218,6 +218,35 @@ def _end(
     return _End(point, J, J_t)
 
 
+def small_pulls(
+    group: LegGroup, at_rest: State, step: np.ndarray, twist: np.ndarray
+) -> list[np.ndarray]:
+    """Forces (A, 3) on the anchors of each chain under small loads, tension among them.
+
+    Parameters
+    ----------
+    group : LegGroup
+    at_rest : State
+        The unloaded posture of the robot.
+    step : (m,) array
+        Of the coordinates and bodies of the legs.
+    twist : (r,) array
+        Of the platform.
+    """
+    anchored = group.anchored(group.unloaded())
+    pulls = [np.zeros(points.shape) for points, _ in anchored]
+    moved = np.zeros(6)
+    moved[list(group.rows)] = twist
+    for spring in group.springs:
+        ends = [_end(end, group, anchored, at_rest.R, at_rest.p) for end in spring.ends]
+        own = spring.pulling(ends[0].point, ends[1].point, 0.0)
+        d = (ends[1].J - ends[0].J) @ step + (ends[1].J_t - ends[0].J_t) @ moved
+        for sign, anchor in zip((1.0, -1.0), spring.ends, strict=True):
+            if anchor.chain is not None:
+                pulls[anchor.chain][anchor.place] += sign * (own.D @ d + own.rate)
+    return pulls
+
+
 @dataclass(frozen=True)
 class LoadedSpring:
     """A spring between two bodies under load.

@@ -52,7 +52,11 @@ class LoadedPart:
 
 
 def loaded_parts(
-    problem: EquilibriumProblem, state: State, share: float, places: State | None = None
+    problem: EquilibriumProblem,
+    state: State,
+    share: float,
+    places: State | None = None,
+    pulls: Sequence[Sequence[np.ndarray]] = (),
 ) -> tuple[LoadedPart, ...]:
     """Every joint and elastic part, leg by leg from base to platform.
 
@@ -64,12 +68,14 @@ def loaded_parts(
         Of preloads and of forces on legs that acts.
     places : State, optional
         Where wrenches act, where that is not the state: the unloaded posture for small loads.
+    pulls : sequence of sequence of (A, 3) arrays
+        Of springs between bodies on the chains of every group; those at the state when left out.
     """
     found: list[tuple[int, LoadedPart]] = []
     placed = (state if places is None else places).legs
-    for group, own, where in zip(problem.groups, state.legs, placed, strict=True):
+    for g, (group, own, where) in enumerate(zip(problem.groups, state.legs, placed, strict=True)):
         energies = group.energies(own)
-        acting = _acting(group, own, state, share)
+        acting = _acting(group, own, state, share, pulls[g] if pulls else None)
         for c, (chain, motion) in enumerate(zip(group.chains, group.moved(where), strict=True)):
             W = np.zeros((group.count, 6))
             W[:, list(problem.rows)] = own.W[c]
@@ -130,13 +136,20 @@ def base_reactions(
     return tuple(found[k] for k in sorted(found))
 
 
-def _acting(group: LegGroup, own: LegState, state: State, share: float) -> list[list[BodyLoad]]:
+def _acting(
+    group: LegGroup,
+    own: LegState,
+    state: State,
+    share: float,
+    pulls: Sequence[np.ndarray] | None = None,
+) -> list[list[BodyLoad]]:
     """Forces on the bodies of each chain, those of springs between bodies among them."""
     found = [
         [replace(load, force=share * load.force) for load in chain.loads] for chain in group.chains
     ]
     if group.springs:
-        pulls = SpringTerms.of(group, own, state.R, state.p, Share(share, 0.0)).pulls
+        if pulls is None:
+            pulls = SpringTerms.of(group, own, state.R, state.p, Share(share, 0.0)).pulls
         for forces, chain, pull in zip(found, group.chains, pulls, strict=True):
             forces += [
                 replace(anchor, force=force[None])

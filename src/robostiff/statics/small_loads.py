@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.beam_bowing import Linear
+from robostiff.statics.body_springs import small_pulls
 from robostiff.statics.equilibrated import LOST
 from robostiff.statics.equilibrium import one_question
 from robostiff.statics.given_loads import Gravity, Loads
@@ -27,6 +28,8 @@ from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, 
 
 # Of the terms of an equation of a leg: what is left says that a load drives a free motion in it.
 _DRIVEN = 1e-6
+# Of the largest stiffness of the platform, and of a load: none.
+_FREE, _PULLS = 1e-12, 1e-9
 
 
 def deflection(
@@ -43,7 +46,9 @@ def deflection(
     """Deflection of the platform under small loads, and how the parts of the robot share in it.
 
     The loads are so small that the geometry does not change, and all is proportional to them. It
-    is the limit of `equilibrium`, whose unloaded posture it has.
+    is the limit of `equilibrium`, whose unloaded posture it has. Springs between bodies resist with
+    their stiffness along them; the tension that they have without load counts with `gravity`, as
+    both act on the robot always.
 
     Parameters
     ----------
@@ -70,13 +75,14 @@ def deflection(
     Returns
     -------
     Deflection or DeflectionsOfPoses
-        The latter of a batch. With `loads` or `gravity`, rigid drives are not listed.
+        The latter of a batch. With `loads`, `gravity` or springs between bodies, rigid drives are
+        not listed, and the `stiffness` of a robot with such springs is that of its legs.
 
     Raises
     ------
     InputError
-        When a load or the pose does not fit; when there are `loads` or `gravity` for a network, a
-        flexible platform or several poses.
+        When a load or the pose does not fit; when there are `loads`, `gravity` or springs between
+        bodies for a network, a flexible platform or several poses.
 
     Examples
     --------
@@ -93,7 +99,8 @@ def deflection(
     [-2.4 --] drive
     """
     options: dict[str, Any] = {"at": at, "near": near, "tolerance": tolerance}
-    if loads is None and gravity is None:
+    has_springs = isinstance(robot, Robot | Snapshot) and bool(robot.springs)
+    if loads is None and gravity is None and not has_springs:
         return deflection_under_wrench(robot, pose, () if wrench is None else wrench, **options)
     if isinstance(robot, Robot):
         robot.check_platform_is_rigid("deflection under loads at bodies")
@@ -108,8 +115,20 @@ def deflection(
     asked, F = one_question(
         robot, pose, nothing if wrench is None else wrench, at, loads, None, Linear(), near, none
     )
-    rest = deflection_under_wrench(robot, pose, nothing, **options)
-    return _Small(asked.problem, F, rest).answer()
+    rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
+    problem = asked.problem if np.any(none) else _without_tension(asked.problem)
+    return _Small(problem, F, rest).answer()
+
+
+def _without_tension(problem: EquilibriumProblem) -> EquilibriumProblem:
+    """The same robot, springs between its bodies relaxed."""
+    groups = [
+        replace(group, springs=tuple(replace(own, tension=0.0) for own in group.springs))
+        if group.springs
+        else group
+        for group in problem.groups
+    ]
+    return replace(problem, groups=tuple(groups))
 
 
 @dataclass(frozen=True)
@@ -140,21 +159,33 @@ class _Small:
         to_origin = stiffness.origin - stiffness.reference_point
         to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
         # what the loads at bodies are worth at the platform: legs bend under them while it is held
-        carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
-        if carried is None or not carried.balanced:
-            return self.none(Status.ILL_CONDITIONED if carried is None else Status.UNBALANCED)
-        t = move_twist(carried.twist, -to_origin)
+        status = stiffness.status
+        if self.has_springs:
+            held = self.with_springs(known)
+            if held is None:
+                return self.none(Status.UNBALANCED)
+            t, is_free = held
+            status = status if is_free else status & ~Status.FREE_MOTIONS
+        else:
+            carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
+            if carried is None or not carried.balanced:
+                return self.none(Status.ILL_CONDITIONED if carried is None else Status.UNBALANCED)
+            t = move_twist(carried.twist, -to_origin)
         steps = [a + B @ t for a, B in zip(known.factor_steps, known.by_twist, strict=True)]
         at_rest = problem.unloaded
         legs = zip(problem.groups, at_rest.legs, steps, strict=True)
         state = State(
             at_rest.R, at_rest.p, tuple(group.stepped(own, step) for group, own, step in legs)
         )
-        parts = loaded_parts(problem, state, 1.0, at_rest)
+        pulls = [
+            small_pulls(group, at_rest, step[0, : group.free_size], t) if group.springs else []
+            for group, step in zip(problem.groups, steps, strict=True)
+        ]
+        parts = loaded_parts(problem, state, 1.0, at_rest, pulls)
         return Deflection(
             wrench=self.F,
             stiffness=stiffness,
-            status=stiffness.status,
+            status=status,
             moved=t,
             parts=shares(parts),
             reactions=_reactions(parts),
@@ -162,6 +193,22 @@ class _Small:
             leg_wrenches=tuple(move_wrench(W, to_origin) for W in _on_legs(problem, state)),
             work_of_loads=self.work(known, steps, t),
         )
+
+    @property
+    def has_springs(self) -> bool:
+        return any(group.springs for group in self.problem.groups)
+
+    def with_springs(self, known: Linearised) -> tuple[np.ndarray, bool] | None:
+        """Twist of the platform, and whether it has free motions; None where one is driven."""
+        scale = self.problem.scale
+        K = known.K / np.outer(scale, scale)
+        values, V = np.linalg.eigh(0.5 * (K + K.T))
+        along = V.T @ (known.by_factor / scale)
+        free = values <= _FREE * values[-1]
+        if np.any(np.abs(along[free]) > _PULLS * np.max(np.abs(along), initial=0.0)):
+            return None
+        t = V @ np.where(free, 0.0, along / np.where(free, 1.0, values)) / scale
+        return t, bool(np.any(free))
 
     def actuators(self, parts: tuple[LoadedPart, ...]) -> tuple[ActuatorLoad, ...]:
         driven = {(own.leg, own.joint) for own in self.rest.actuators}
@@ -177,6 +224,9 @@ class _Small:
             float(np.sum(own.r_factor * step))
             for own, step in zip(known.equations, steps, strict=True)
         )
+        for own in known.equations:
+            if own.beside is not None:
+                total -= float(np.sum(own.beside.by_factor @ t))
         on_platform = np.zeros(6)
         for arm, force in zip(self.problem.arms, self.problem.forces, strict=True):
             on_platform += np.concatenate([force, np.cross(arm, force)])
