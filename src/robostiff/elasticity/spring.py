@@ -77,6 +77,15 @@ class Elasticity:
         """Twists (..., 6, 6) in columns: a wrench w stores the energy ``|modes^T w|^2 / 2``."""
         return compliance_modes(self.compliance)
 
+    def one(self, index: int) -> Elasticity:
+        """That of one pose of a batch; itself where it is the same at all."""
+        if self.compliance.ndim == 2:
+            return self
+        found = object.__new__(Elasticity)  # its arrays have been checked with the others
+        object.__setattr__(found, "compliance", self.compliance[index])
+        object.__setattr__(found, "freedoms", self.freedoms)
+        return found
+
 
 def actuator_compliance(stiffness: Any) -> Any:
     """Compliance of a one-dimensional spring, such as the control loop of an actuator: ``1 / k``.

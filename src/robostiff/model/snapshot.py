@@ -312,12 +312,10 @@ def _one_leg(leg: PlacedLeg, index: int) -> PlacedLeg:
 def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFreedom | PlacedSpring:
     point = _one(element.point, 1, index)
     if isinstance(element, PlacedFreedom):
-        return replace(element, point=point, axis=_one(element.axis, 1, index))
-    elasticity = Elasticity(
-        _one(element.elasticity.compliance, 2, index), element.elasticity.freedoms
-    )
+        axis = _one(element.axis, 1, index)
+        return PlacedFreedom(axis, point, element.pitch, element.name, element.role)
     rotation = _one(element.rotation, 2, index)
-    return replace(element, point=point, rotation=rotation, elasticity=elasticity)
+    return PlacedSpring(element.name, point, rotation, element.elasticity.one(index))
 
 
 def _one(values: np.ndarray, own_axes: int, index: int) -> np.ndarray:

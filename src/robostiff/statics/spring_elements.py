@@ -56,7 +56,7 @@ class SpringElements:
         parts : int
             Into how many a beam is cut; 0 for a linear spring.
         """
-        C = np.array(spring.elasticity.compliance, dtype=float)
+        C = spring.elasticity.compliance
         free = np.array(spring.elasticity.freedoms, dtype=float)
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
         key = (C.tobytes(), free.tobytes(), turned, parts)
@@ -96,7 +96,8 @@ class SpringElements:
             own = world.T[:, rows]
             C = (world @ C @ world.T)[np.ix_(rows, rows)]
             free = (world @ free)[rows]
-        modes = compliance_modes(C)
+        # those of a part that is alike at all poses are kept with it
+        modes = spring.elasticity.modes if C is spring.elasticity.compliance else compliance_modes(C)
         modes = modes[:, np.any(modes != 0, axis=0)]
         free = free[:, np.any(free != 0, axis=0)]
         stiffness = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])

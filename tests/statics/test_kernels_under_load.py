@@ -1,0 +1,158 @@
+"""Recorded equilibria: the same as those of Newton's method in numbers, or computed by it."""
+
+import pickle
+from functools import cache
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.kinematics import posture_finder
+
+COUNT = 3
+
+
+@cache
+def compiled(name: str) -> rs.CompiledLoading:
+    return rs.compile_loaded(rs.load(name), backend=rs.Backend.ARRAYS)
+
+
+def postures(name: str, size: float = 0.05) -> object:
+    robot = rs.load(name)
+    finder = posture_finder(robot)
+    random = np.random.default_rng(3)
+    if robot.is_posed_by_joints:
+        chain = robot.legs[0].chain
+        return rs.JointCoordinates(chain.home + 0.2 * random.uniform(-1, 1, (COUNT, chain.size)))
+    places = robot.coordinate_places
+    spread = size * np.where(np.array(places) < 3, finder.length, 2.0)
+    return finder.home_pose[places] + spread * random.uniform(-1, 1, (COUNT, len(places)))
+
+
+def loads(name: str, part: float) -> np.ndarray:
+    """Wrenches under which the platform moves by about a part of the robot's length."""
+    robot = rs.load(name)
+    length = posture_finder(robot).length
+    scale = np.where(np.array(robot.space.rows) < 3, 1.0, length)
+    C = rs.compliance(robot) * np.outer(scale, scale)
+    force = part * length / np.abs(C).max()
+    return force * scale * np.random.default_rng(8).uniform(-1, 1, (COUNT, robot.space.size))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "gough-stewart-b",
+        "hexapod",
+        "two-link-arm",
+        "six-joint-arm",
+        "3-puu",
+        "3-rps",
+        "orthoglide",
+        "3-rpr-beams",
+    ],
+)
+def test_they_are_equilibria(name: str):
+    fast, robot = compiled(name), rs.load(name)
+    pose, wrench = postures(name), loads(name, 3e-3)
+    answer, sure = fast.evaluate(pose, wrench), rs.equilibrium(robot, pose, wrench)
+    length = posture_finder(robot).length
+    scale = np.where(np.array(robot.space.rows) < 3, 1.0, length)
+    assert fast.verified
+    assert not answer.guarded.any()
+    for k, one in enumerate(sure):
+        size = np.sqrt(np.diag(one.K))
+        assert np.abs((answer.K[k] - one.K) / np.outer(size, size)).max() < 1e-10
+        assert np.abs((answer.displacement[k] - one.displacement) * scale).max() < 1e-11 * length
+        assert answer.stable[k] == one.stable
+        assert answer.status_codes[k] == int(one.status)
+        unloaded = rs.stiffness(robot, pose if isinstance(pose, rs.JointCoordinates) else pose[k])
+        K = unloaded[k].K if isinstance(pose, rs.JointCoordinates) else unloaded.K
+        assert np.abs((K - one.K) / np.outer(size, size)).max() > 1e-5  # the load matters
+
+
+@pytest.mark.parametrize("name", ["gough-stewart-b", "hexapod", "two-link-arm", "3-puu"])
+def test_without_load_they_are_the_kernel(name: str):
+    robot = rs.load(name)
+    pose = postures(name)
+    answer = compiled(name).evaluate(pose, np.zeros(robot.space.size))
+    plain = rs.compile(robot, backend=rs.Backend.ARRAYS).evaluate(pose)
+    for K, known in zip(answer.K, plain.values["K"], strict=True):
+        size = np.sqrt(np.diag(known))
+        assert np.abs((K - known) / np.outer(size, size)).max() < 1e-9
+    assert not answer.displacement.any()
+
+
+def test_half_the_critical_load_is_met_and_what_is_near_or_beyond_it_is_computed_with_care():
+    robot, fast = rs.load("gough-stewart-b"), compiled("gough-stewart-b")
+    home = posture_finder(robot).home_pose
+    wrench = np.array([0, 0, -1e6, 0, 0, 0])
+    critical = rs.critical_load(robot, wrench=wrench).factor
+    parts = np.array([0.5, -0.5, 0.95, 1.2])
+    F = critical * parts[:, None] * wrench
+    answer = fast.evaluate(np.tile(home, (4, 1)), F)
+    assert answer.guarded.tolist() == [False, False, True, True]
+    for k, own in enumerate(F):
+        one = rs.equilibrium(robot, None, own)
+        assert answer.status_codes[k] == int(one.status)
+        assert answer.stable[k] == one.stable
+        size = np.sqrt(np.abs(np.diag(one.K)))
+        assert np.abs((answer.K[k] - one.K) / np.outer(size, size)).max() < 1e-10
+
+
+def test_struts_that_buckle_are_seen():
+    robot, fast = rs.load("hexapod"), compiled("hexapod")
+    home = posture_finder(robot).home_pose
+    sure = [rs.equilibrium(robot, None, [0, 0, -f, 0, 0, 0]) for f in (1e6, 1e7)]
+    legs = [min(m for name, m in one.margins.items() if name != "platform") for one in sure]
+    assert legs[0] > 0.5 and legs[1] < 0.3
+    answer = fast.evaluate(np.tile(home, (2, 1)), [[0, 0, -1e6, 0, 0, 0], [0, 0, -1e7, 0, 0, 0]])
+    assert answer.guarded.tolist() == [False, True]
+    assert answer.status_codes.tolist() == [int(one.status) for one in sure]
+
+
+def test_parameters_are_inputs():
+    robot = rs.load("gough-stewart-b", symbols=("k", "R"))
+    fast = rs.compile_loaded(robot, parameters=("k", "R"), backend=rs.Backend.ARRAYS)
+    nominal = {name: float(value) for name, value in robot.nominal.items()}
+    values = {name: np.array([0.9, 1.05]) * nominal[name] for name in ("k", "R")}
+    pose = posture_finder(rs.load("gough-stewart-b")).home_pose + np.zeros((2, 6))
+    wrench = [1e5, 0, -1e6, 0, 2e4, 0]
+    answer = fast.evaluate(pose, wrench, parameters=values)
+    assert not answer.guarded.any()
+    for i in range(2):
+        own = robot.substituted({name: float(value[i]) for name, value in values.items()})
+        one = rs.equilibrium(own, pose[i], wrench)
+        assert np.abs(answer.K[i] - one.K).max() < 1e-10 * np.abs(one.K).max()
+
+
+def test_poses_out_of_reach_and_beyond_limits_say_so_and_stop_no_other():
+    robot, fast = rs.load("hexapod"), compiled("hexapod")
+    home = posture_finder(robot).home_pose
+    pose = np.array([home, home + [0, 0, 30, 0, 0, 0], home + [0, 0, 0.4, 0, 0, 0]])
+    wrench = [0, 0, -1e4, 0, 0, 0]
+    answer = fast.evaluate(pose, wrench)
+    sure = rs.equilibrium(robot, pose, wrench)
+    assert answer.status_codes.tolist() == sure.status_codes.tolist()
+    assert answer.answered.tolist() == sure.answered.tolist()
+    assert "beyond-limits" in str(answer.status)
+
+
+def test_a_kernel_travels():
+    fast = compiled("two-link-arm")
+    other = pickle.loads(pickle.dumps(fast))
+    wrench = loads("two-link-arm", 1e-3)
+    pose = postures("two-link-arm")
+    assert np.array_equal(other.evaluate(pose, wrench).K, fast.evaluate(pose, wrench).K)
+
+
+def test_what_has_no_kernel_is_refused_with_the_way_to_go():
+    with pytest.raises(rs.NoAnswerError, match=r"free motions.*rs\.equilibrium"):
+        rs.compile_loaded(rs.load("planar-link"))
+    with pytest.raises(rs.InputError, match="a Robot"):
+        rs.compile_loaded("hexapod")  # type: ignore[arg-type]
+    with pytest.raises(rs.InputError, match="6 numbers"):
+        compiled("gough-stewart-b").evaluate(np.zeros((1, 6)), [0, 0, -1])
+    with pytest.raises(rs.InputError, match="2 wrenches"):
+        compiled("gough-stewart-b").evaluate(np.zeros((3, 6)), np.zeros((2, 6)))
+
