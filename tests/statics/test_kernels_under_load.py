@@ -8,6 +8,9 @@ import pytest
 
 import robostiff as rs
 from robostiff.kinematics import posture_finder
+from robostiff.model import PlacedFreedom
+from robostiff.statics.equilibrium import postures_of
+from robostiff.statics.kernels.buckling import buckling_of
 
 COUNT = 3
 
@@ -54,7 +57,8 @@ def loads(name: str, part: float) -> np.ndarray:
 )
 def test_they_are_equilibria(name: str):
     fast, robot = compiled(name), rs.load(name)
-    pose, wrench = postures(name), loads(name, 3e-3)
+    # slender bars between hinges are near their own critical load sooner
+    pose, wrench = postures(name), loads(name, 3e-4 if name == "orthoglide" else 3e-3)
     answer, sure = fast.evaluate(pose, wrench), rs.equilibrium(robot, pose, wrench)
     length = posture_finder(robot).length
     scale = np.where(np.array(robot.space.rows) < 3, 1.0, length)
@@ -80,7 +84,7 @@ def test_without_load_they_are_the_kernel(name: str):
     for K, known in zip(answer.K, plain.values["K"], strict=True):
         size = np.sqrt(np.diag(known))
         assert np.abs((K - known) / np.outer(size, size)).max() < 1e-9
-    assert not answer.displacement.any()
+    assert np.abs(answer.displacement).max() < 1e-14
 
 
 def test_half_the_critical_load_is_met_and_what_is_near_or_beyond_it_is_computed_with_care():
@@ -100,13 +104,38 @@ def test_half_the_critical_load_is_met_and_what_is_near_or_beyond_it_is_computed
         assert np.abs((answer.K[k] - one.K) / np.outer(size, size)).max() < 1e-10
 
 
-def test_struts_that_buckle_are_seen():
+@pytest.mark.parametrize("force", [-5e5, 5e5])
+def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
+    robot = rs.load("hexapod")
+    finder = posture_finder(robot)
+    random = np.random.default_rng(12)
+    spread = 0.15 * np.array([1, 1, 1, 0.5, 0.5, 0.5]) * random.uniform(-1, 1, (9, 6))
+    problems = [
+        postures_of(robot, finder.home_pose + own, None).question(0, None, None, None, rs.Bowing())
+        for own in spread
+    ]
+    bounds = buckling_of([own.problem for own in problems[:6]], range(6), 1e5)
+    for question in problems[6:]:
+        loaded = rs.equilibrium(question.snapshot, None, [0, 0, 6 * force, 0, 0, 0])
+        for k, leg in enumerate(question.snapshot.legs):
+            joints = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.turns]
+            d = joints[-1].point - joints[0].point
+            length = float(np.linalg.norm(d))
+            t = float(loaded.leg_wrenches[k][:3] @ d) / length
+            margin = loaded.margins[leg.name]
+            if bounds[k].shortest < length < bounds[k].longest:
+                least = min(bounds[k].checks(t, length, 0.0)[:-2])
+                assert margin - 0.2 < least < margin + 1e-3
+
+
+def test_what_is_near_its_critical_load_is_computed_with_care():
     robot, fast = rs.load("hexapod"), compiled("hexapod")
     home = posture_finder(robot).home_pose
-    sure = [rs.equilibrium(robot, None, [0, 0, -f, 0, 0, 0]) for f in (1e6, 1e7)]
-    legs = [min(m for name, m in one.margins.items() if name != "platform") for one in sure]
-    assert legs[0] > 0.5 and legs[1] < 0.3
-    answer = fast.evaluate(np.tile(home, (2, 1)), [[0, 0, -1e6, 0, 0, 0], [0, 0, -1e7, 0, 0, 0]])
+    F = [[0, 0, -f, 0, 0, 0] for f in (1e6, 1.2e7)]
+    answer, sure = (
+        fast.evaluate(np.tile(home, (2, 1)), F),
+        [rs.equilibrium(robot, None, f) for f in F],
+    )
     assert answer.guarded.tolist() == [False, True]
     assert answer.status_codes.tolist() == [int(one.status) for one in sure]
 
@@ -129,7 +158,7 @@ def test_parameters_are_inputs():
 def test_poses_out_of_reach_and_beyond_limits_say_so_and_stop_no_other():
     robot, fast = rs.load("hexapod"), compiled("hexapod")
     home = posture_finder(robot).home_pose
-    pose = np.array([home, home + [0, 0, 30, 0, 0, 0], home + [0, 0, 0.4, 0, 0, 0]])
+    pose = home + np.outer([0, 30, 0.4], [0, 0, 1, 0, 0, 0])
     wrench = [0, 0, -1e4, 0, 0, 0]
     answer = fast.evaluate(pose, wrench)
     sure = rs.equilibrium(robot, pose, wrench)
@@ -140,7 +169,7 @@ def test_poses_out_of_reach_and_beyond_limits_say_so_and_stop_no_other():
 
 def test_a_kernel_travels():
     fast = compiled("two-link-arm")
-    other = pickle.loads(pickle.dumps(fast))
+    other = pickle.loads(pickle.dumps(fast))  # noqa: S301
     wrench = loads("two-link-arm", 1e-3)
     pose = postures("two-link-arm")
     assert np.array_equal(other.evaluate(pose, wrench).K, fast.evaluate(pose, wrench).K)
@@ -155,4 +184,3 @@ def test_what_has_no_kernel_is_refused_with_the_way_to_go():
         compiled("gough-stewart-b").evaluate(np.zeros((1, 6)), [0, 0, -1])
     with pytest.raises(rs.InputError, match="2 wrenches"):
         compiled("gough-stewart-b").evaluate(np.zeros((3, 6)), np.zeros((2, 6)))
-

@@ -231,6 +231,7 @@ class Postures:
 
 
 def postures_of(robot: Any, pose: Pose, near: Near) -> Postures:
+    """The unloaded postures of a robot at poses, or of a snapshot."""
     if isinstance(robot, Robot):
         robot.check_platform_is_rigid("equilibrium")
         posture = find_posture(robot, pose, near=near)
@@ -363,6 +364,7 @@ def _target(problem: EquilibriumProblem, displacement: np.ndarray) -> Target:
 
 
 def wrenches_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
+    """Wrenches, or displacements, (r,) or (N, r); zero when left out."""
     if value is None:
         return np.zeros(space.size)
     order, units = (

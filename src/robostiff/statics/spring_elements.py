@@ -97,7 +97,9 @@ class SpringElements:
             C = (world @ C @ world.T)[np.ix_(rows, rows)]
             free = (world @ free)[rows]
         # those of a part that is alike at all poses are kept with it
-        modes = spring.elasticity.modes if C is spring.elasticity.compliance else compliance_modes(C)
+        modes = (
+            spring.elasticity.modes if C is spring.elasticity.compliance else compliance_modes(C)
+        )
         modes = modes[:, np.any(modes != 0, axis=0)]
         free = free[:, np.any(free != 0, axis=0)]
         stiffness = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])

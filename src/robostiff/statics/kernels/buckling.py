@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from robostiff.spatial import move_wrench
+from robostiff.statics.chain import FiniteChain
+from robostiff.statics.element import FiniteSpring
 from robostiff.statics.leg_state import LegState, Share
 from robostiff.statics.problem import EquilibriumProblem
 from robostiff.statics.stability import margins_of
@@ -55,7 +57,8 @@ def buckling_of(
 ) -> dict[int, Buckling]:
     """Of some legs, from the same robot at several postures, by a trial force [N].
 
-    The second order of the energy is proportional to the force, so that margins are linear in it.
+    The second order of the energy is proportional to the force, in beams through their strain, so
+    that margins are linear in it.
     """
     seen: dict[int, list[tuple[float, float, float]]] = {k: [] for k in struts}
     for problem in problems:
@@ -66,13 +69,15 @@ def buckling_of(
             ends = _ends(problem, group)
             d = ends[:, 1] - ends[:, 0]
             lengths = np.linalg.norm(d, axis=1)
+            along = d / lengths[:, None]
             W = np.zeros((group.count, 6))
             for i in range(group.count):
-                unit = np.concatenate([d[i] / lengths[i], np.zeros(3)])
+                unit = np.concatenate([along[i], np.zeros(3)])
                 W[i] = move_wrench(unit, problem.point - ends[i, 1])
+            x = _stretched(group.chains[0], along)
             rates = []
             for sign in (1.0, -1.0):
-                state = LegState(start.x, (sign * force * W,), start.bodies)
+                state = LegState((sign * force * x,), (sign * force * W,), start.bodies)
                 eq = group.equations(state, np.eye(3), problem.point, Share(0.0, 0.0))
                 m = group.free_size
                 found = margins_of(group, eq.A[:, :m, :m], eq.A[:, m:, :m])
@@ -81,6 +86,20 @@ def buckling_of(
                 if index in seen:
                     seen[index].append((lengths[i], rates[0][i], rates[1][i]))
     return {index: _bounds(np.array(rows)) for index, rows in seen.items()}
+
+
+def _stretched(chain: FiniteChain, along: np.ndarray) -> np.ndarray:
+    """Coordinates (N, n) under a force of one newton along the line."""
+    x = np.zeros((len(along), chain.size))
+    for element, place in zip(chain.elements, chain.places, strict=True):
+        if isinstance(element, FiniteSpring):
+            own = np.einsum("nji,nj->ni", element.rotation, along)
+            force = np.einsum("njm,nj->nm", element.modes[:, :3], own)
+            x[:, place] = force / np.where(element.stiffness > 0, element.stiffness, np.inf)
+        elif np.all(element.stiffness > 0):
+            force = element.slide * np.einsum("ni,ni->n", element.axis, along)
+            x[:, place.start] = force / element.stiffness
+    return x
 
 
 def _rate(own: Any) -> float:

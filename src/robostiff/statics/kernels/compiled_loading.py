@@ -326,7 +326,7 @@ def compile_loaded(
             hint='write compile_loaded(load("hexapod"))',
         )
     robot.check_platform_is_rigid("kernel under load")
-    if np.any(acting_gravity(robot, None)):
+    if np.any(acting_gravity(robot.numeric, None)):
         raise InputError(
             f"kernel under load of {robot.name!r}",
             got="a robot under its own gravity",

@@ -146,9 +146,8 @@ def recorded_springs(
     columns = [own @ column for column in modes] + [own @ column for column in free.T]
     V, stiffness = [], []
     for i, column in enumerate(columns):
-        size = max(
-            max(_usual(x) / (length if k < 3 else 1.0) for k, x in enumerate(column)), 1e-300
-        )
+        sizes = [_usual(x) / (length if k < 3 else 1.0) for k, x in enumerate(column)]
+        size = max(*sizes, 1e-300)
         V.append(column * (1 / size))
         stiffness.append(1 / size**2 if i < len(modes) else 0)
     return [

@@ -14,7 +14,6 @@ from robostiff.spatial import Space, cross
 from robostiff.statics.element import FiniteSpring
 from robostiff.statics.kernels.elements import (
     RecordedElement,
-    RecordedJoint,
     recorded_joint,
     recorded_springs,
 )
@@ -191,24 +190,9 @@ class RecordedLoadedLeg:
                 begin, first = bodies[chain.start], motions[chain.start]
             terms = chain_terms(chain.elements, x, begin, rows if first else (), end.origin, W)
             turns += terms.turns
-            names = [*first, *chain.coordinates]
             wrench = chain.wrench(len(rows))
-            for name in chain.coordinates:
-                elimination.unknown(name, 1.0)
-            for name, row in zip(wrench, rows, strict=True):
-                elimination.unknown(name, 1.0 if row >= 3 else L)
-            for (a, b), value in terms.T.items():
-                elimination.add(names[a], names[b], value)
             ends = twist if chain.end is None else motions[chain.end]
-            gap = _gap(terms, end)
-            for k, (name, row) in enumerate(zip(wrench, rows, strict=True)):
-                for own, column in zip(names, terms.J, strict=True):
-                    elimination.add(name, own, column[row])
-                elimination.add(name, ends[k], -1)
-                elimination.add_right(name, -gap[row])
-                elimination.add_right(ends[k], -W[row])
-            for own, value in zip(names, terms.gradient, strict=True):
-                elimination.add_right(own, -value)
+            self._add_chain(elimination, chain, (first, ends), terms, _gap(terms, end), W)
             held = zip(chain.coordinates, chain.springs, strict=True)
             for name, k in held:
                 (free if is_zero(k) else elastic).append(name)
@@ -220,6 +204,32 @@ class RecordedLoadedLeg:
                 moments = moments + W[3:]
         elimination.eliminate(elastic, free, multipliers, carried, force * L)
         return LegAdded(moments, turns)
+
+    def _add_chain(
+        self,
+        elimination: SymmetricElimination,
+        chain: RecordedChain,
+        bodies: tuple[Sequence[str], Sequence[str]],
+        terms: ChainTerms,
+        gap: np.ndarray,
+        W: np.ndarray,
+    ) -> None:
+        """Add the equations of a chain between the motions of two bodies."""
+        first, ends = bodies
+        names, rows = [*first, *chain.coordinates], self.space.rows
+        for name in chain.coordinates:
+            elimination.unknown(name, 1.0)
+        for name, row, end in zip(chain.wrench(len(rows)), rows, ends, strict=True):
+            elimination.unknown(name, 1.0 if row >= 3 else self.length)
+            for own, column in zip(names, terms.J, strict=True):
+                elimination.add(name, own, column[row])
+            elimination.add(name, end, -1)
+            elimination.add_right(name, -gap[row])
+            elimination.add_right(end, -W[row])
+        for (a, b), value in terms.T.items():
+            elimination.add(names[a], names[b], value)
+        for own, value in zip(names, terms.gradient, strict=True):
+            elimination.add_right(own, -value)
 
     def stepped(
         self, values: Mapping[str, Any], found: Mapping[str, Any], platform_twist: np.ndarray
@@ -324,6 +334,3 @@ def _gap(terms: ChainTerms, end: Body) -> np.ndarray:
 
 def _any(values: np.ndarray) -> bool:
     return any(isinstance(x, Entry) or x != 0 for x in values)
-
-
-__all__ = ["LegAdded", "RecordedJoint", "RecordedLoadedLeg", "Turned", "recorded_legs"]

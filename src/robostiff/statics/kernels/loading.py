@@ -38,7 +38,7 @@ _CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
 SAFE = 0.3
 # Of its mean size at the samples: what a pivot must keep.
 _PIVOT = 1e-3
-# The next step, that would be made, at which equilibrium is reached; ClosedCode compares with 1e-12.
+# The step that would be next at which equilibrium is reached; ClosedCode compares with 1e-12.
 _ARRIVED = 1e-11
 _LAST, _MARGIN = "size of the last step", "contraction"
 _ENDLESS = 1e300

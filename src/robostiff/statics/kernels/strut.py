@@ -13,7 +13,6 @@ import numpy as np
 from robostiff.record import Entry, reciprocal, square_root
 from robostiff.spatial import cross
 from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
-from robostiff.statics.kernels.motion import identity
 
 _SAME = 1e-9  # of the length, or of a compliance: rounding at the samples
 
@@ -115,54 +114,49 @@ def recorded_strut(elements: Sequence[RecordedElement], length: float) -> Record
         return None
     first, A, B = places
     kinks = [k for k, _ in turns]
-    near, far = kinks[:first], kinks[first:]
-    counts = (
-        _independent([e.axis for _, e in turns[:first]]),
-        _independent([e.axis for _, e in turns[first:]]),
-    )
-    if sorted(counts) not in ([2, 3], [3, 3]):
-        return None
+    groups = turns[:first], turns[first:]
+    counts = sorted(_independent([e.axis for _, e in own]) for own in groups)
     d = B - A
     along = d * reciprocal(square_root(d @ d))
     compliances = []
     for k, own in enumerate(elements):
         if k in kinks:
             continue
-        at_end = k < near[0] or k > far[-1]
-        inside = near[-1] < k < far[0]
-        if not (at_end or inside):
-            return None
-        point = A if k < near[0] else B
-        own_compliance = _along(own, along, point if at_end else None, A, length)
-        if own_compliance is None:
-            return None
-        compliances.append(own_compliance)
-    if not compliances:
+        if k < kinks[0] or k > kinks[-1]:
+            compliances.append(_at_end(own, A if k < kinks[0] else B, length))
+        else:
+            inside = kinks[first - 1] < k < kinks[first]
+            compliances.append(_between(own, along, A, length) if inside else None)
+    if counts not in ([2, 3], [3, 3]) or not compliances or None in compliances:
         return None
     return RecordedStrut(A, B, reciprocal(reduce(add, compliances)))
 
 
-def _along(
-    own: RecordedElement, along: np.ndarray, at: np.ndarray | None, A: np.ndarray, length: float
-) -> Any:
-    """Compliance along the line; None where a force along it does more than stretch."""
-    if isinstance(own, RecordedJoint):
-        if own.turns or at is not None or not _zero(cross(own.axis, along)):
-            return None
-        return reciprocal(own.stiffness) if not _nothing(own.stiffness) else None
-    if any(_nothing(k) for k in own.stiffness):
+def _at_end(own: RecordedElement, at: np.ndarray, length: float) -> Any:
+    """Compliance of a spring at a point, alike in all directions; None of anything else."""
+    if isinstance(own, RecordedJoint) or any(_nothing(k) for k in own.stiffness):
         return None
     C = _compliance(own)
-    if at is not None:
-        if not _zero((own.point - at) * (1 / length)) or not _zero(C[3:].reshape(-1)):
-            return None
-        size = C[0, 0]
-        same = C[:3, :3] - identity() * size
-        return size if _zero(same.reshape(-1) * (1 / _mean(size))) else None
+    size = C[0, 0]
+    if _nothing(size) or not _zero((own.point - at) * (1 / length)):
+        return None
+    rest = C.copy()
+    for i in range(3):
+        rest[i, i] = rest[i, i] - size
+    return size if _zero(rest.reshape(-1) * (1 / _mean(size))) else None
+
+
+def _between(own: RecordedElement, along: np.ndarray, A: np.ndarray, length: float) -> Any:
+    """Compliance along the line; None where a force along it does more than stretch."""
+    if any(_nothing(k) for k in own.springs):
+        return None
+    if isinstance(own, RecordedJoint):
+        is_slide = not own.turns and _zero(cross(own.axis, along))
+        return reciprocal(own.stiffness) if is_slide else None
     if not _zero(cross(own.point - A, along) * (1 / length)):
         return None
     local = own.rotation.T @ along
-    twist = C[:, :3] @ local
+    twist = _compliance(own)[:, :3] @ local
     size = local @ twist[:3]
     bends = np.concatenate([(twist[:3] - local * size), twist[3:] * length])
     return size if _zero(bends * (1 / _mean(size))) else None
