@@ -111,7 +111,7 @@ BAD = [
     ],
     *[("stiffness", "hexapod", "--set", given) for given in ("", "R=", "=1", "R=one", "R=nan")],
     *[("stiffness", "two-link-arm", "--joints", given) for given in ("", "1", "1 2 3", "1 m 0")],
-    ("stiffness", "hexapod", "--joints", "1 2 3 4 5 6"),
+    ("stiffness", "hexapod", "--joints", "1 2 3 4 5"),
     ("stiffness", "two-link-arm", "--joints", "1 2", "--pose", "0 0 0 0 0 0"),
     ("stiffness", "hexapod", "--method", ""),
     ("stiffness", "hexapod", "--side", "missing.yaml"),

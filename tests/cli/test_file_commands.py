@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
+from scipy.io import loadmat
 from typer.testing import CliRunner
 
 import robostiff as rs
@@ -22,6 +23,8 @@ MODELS = [
     *(ROOT / "src/robostiff/robots/templates").glob("*.yaml"),
     ROOT / "examples/ur5-dh.yaml",
     ROOT / "examples/rocking-table.yaml",
+    ROOT / "examples/tricept-with-head.yaml",
+    ROOT / "examples/exechon.yaml",
     ROOT / "docs/star-platform.yaml",
 ]
 
@@ -153,3 +156,32 @@ def test_what_cannot_be_converted():
     assert "write --to graph" in refused("convert", "double-pantograph")
     assert "did you mean graph?" in refused("convert", "hexapod", "--to", "graf")
     assert run("convert", "double-pantograph", "--to", "graph").exit_code == 0
+
+
+def test_results_for_matlab(tmp_path):
+    path = tmp_path / "hexapod.mat"
+    pose = "0 0 850 mm 0 0 10 deg"
+    outcome = CliRunner().invoke(
+        app, ["convert", "hexapod", "--pose", pose, "--to", "matlab", "-o", str(path), "--json"]
+    )
+    assert outcome.exit_code == 0, outcome.output
+    assert json.loads(outcome.stdout)["files"] == [str(path)]
+    found, expected = (
+        loadmat(path),
+        rs.stiffness(rs.load("hexapod"), [0, 0, 0.85, 0, 0, np.pi / 18]),
+    )
+    assert np.allclose(found["stiffness"], expected.K, rtol=1e-12)
+    assert np.allclose(found["transform"], expected.transform.as_matrix())
+    assert found["status"][0] == "ok"
+    legs = found["joint_coordinates"].dtype.names
+    assert legs == tuple(f"leg{i}" for i in range(1, 7))
+
+
+def test_results_for_matlab_need_a_file_and_a_pose_in_reach(tmp_path):
+    for options in (["--to", "matlab"], ["--to", "matlab", "-o", str(tmp_path / "a.json")]):
+        outcome = CliRunner().invoke(app, ["convert", "hexapod", *options])
+        assert outcome.exit_code == 2
+        assert ".mat" in outcome.output or "-o FILE" in outcome.output
+    far = ["--pose", "1 0 0.3", "--to", "matlab", "-o", str(tmp_path / "far.mat")]
+    assert CliRunner().invoke(app, ["convert", "3-puu", *far]).exit_code == 1
+    assert not (tmp_path / "far.mat").exists()

@@ -229,6 +229,7 @@ class Sheet:
     format: str | None
     output: str | None
     overwrite: bool = False
+    as_json: bool = False
 
 
 def print_formula(
@@ -335,6 +336,10 @@ def _language(sheet: Sheet) -> tuple[str, Path | None]:
     """The format, and the file to write; None for standard output."""
     output = None if sheet.output in (None, "-") else Path(sheet.output)
     name = sheet.format
+    if sheet.as_json:
+        if name not in (None, "json"):
+            raise InputError("--json and --format", got=name, expected="one of them")
+        name = "json"
     if name is None:
         name = "text" if output is None else _SUFFIXES.get(output.suffix)
     if name is None:

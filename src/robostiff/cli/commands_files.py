@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
 
 _YAML = (".yaml", ".yml")
+_FORMS = ("snapshot", "graph", "matlab")
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
 
@@ -86,27 +88,72 @@ def _text_of(template: str) -> str:
     raise _unknown("--template", template, (*templates(), *shipped), "a template or a")
 
 
+@dataclass(frozen=True)
+class Converted:
+    """The form and the file of a conversion."""
+
+    form: str
+    output: str | None
+    overwrite: bool = False
+    as_json: bool = False
+
+
 def convert(
     source: str,
     place: PoseArguments,
-    form: str,
-    output: str | None,
-    overwrite: bool,
+    wanted: Converted,
     settings: Sequence[str],
     side: SideFile = NO_SIDE_FILE,
 ) -> int:
-    """Write a robot at a pose as a snapshot by legs, or as a graph."""
+    """Write a robot at a pose as a snapshot by legs, as a graph, or its results for MATLAB."""
+    from robostiff.robots import load
+
+    form, output = wanted.form, wanted.output
+    if form not in _FORMS:
+        raise _unknown("--to", form, _FORMS, "one of")
+    if output is None and (form == "matlab" or wanted.as_json):
+        option = "--to matlab" if form == "matlab" else "--json"
+        raise InputError(option, expected="a file beside it", hint="write -o FILE")
+    path = None if output is None else new_file("--output", output, wanted.overwrite)
+    robot = load(source, parameters_from(settings), **side.options)
+    if form == "matlab" and path is not None:
+        from robostiff.io.results.matlab import write_matlab
+
+        write_matlab(path, _results(source, robot, place))
+    else:
+        data = _snapshot_data(source, robot, place, form)
+        if path is None:
+            say(json.dumps(data, indent=1, allow_nan=False))
+            return 0
+        path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    if wanted.as_json:
+        print_data({"files": [str(path)], "form": form})
+    else:
+        say(str(path))
+    return 0
+
+
+def _results(source: str, robot: Any, place: PoseArguments) -> Any:
+    from robostiff.analysis import stiffness
+    from robostiff.model.cable import CableRobot
+
+    if isinstance(robot, CableRobot):
+        raise InputError(
+            f"matlab of {source!r}", got=Words("a cable robot"), expected="a robot without cables"
+        )
+    result = stiffness(robot, pose_from(robot, place), near=near_from(robot, place))
+    if not result.answered.all():
+        raise NoAnswerError(f"no matlab of {source!r}: {'; '.join(result.advice)}")
+    return result
+
+
+def _snapshot_data(source: str, robot: Any, place: PoseArguments, form: str) -> dict[str, Any]:
     from robostiff.io.snapshot import network_to_data, snapshot_to_data
     from robostiff.kinematics import find_posture
     from robostiff.model import Robot, Snapshot
     from robostiff.network import Network
     from robostiff.network.snapshot_network import network_of_snapshot
-    from robostiff.robots import load
 
-    if form not in ("snapshot", "graph"):
-        raise _unknown("--to", form, ("snapshot", "graph"), "one of")
-    path = None if output is None else new_file("--output", output, overwrite)
-    robot = load(source, parameters_from(settings), **side.options)
     pose = pose_from(robot, place)
     if isinstance(robot, Robot):
         found = find_posture(robot, pose, near=near_from(robot, place))
@@ -116,23 +163,16 @@ def convert(
     if isinstance(robot, Snapshot) and form == "graph":
         robot = network_of_snapshot(robot)
     if isinstance(robot, Snapshot):
-        data = snapshot_to_data(robot)
-    elif isinstance(robot, Network) and form == "graph":
-        data = network_to_data(robot)
-    else:
-        kind = "a network" if isinstance(robot, Network) else "a cable robot"
-        raise InputError(
-            f"{form} of {source!r}",
-            got=Words(kind),
-            expected="a robot or a snapshot of legs",
-            hint="write --to graph" if isinstance(robot, Network) else None,
-        )
-    if path is None:
-        say(json.dumps(data, indent=1, allow_nan=False))
-        return 0
-    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    say(str(path))
-    return 0
+        return snapshot_to_data(robot)
+    if isinstance(robot, Network) and form == "graph":
+        return network_to_data(robot)
+    kind = "a network" if isinstance(robot, Network) else "a cable robot"
+    raise InputError(
+        f"{form} of {source!r}",
+        got=Words(kind),
+        expected="a robot or a snapshot of legs",
+        hint="write --to graph" if isinstance(robot, Network) else None,
+    )
 
 
 def _unknown(subject: str, got: str, allowed: Sequence[str], words: str) -> InputError:

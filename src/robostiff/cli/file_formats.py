@@ -80,7 +80,11 @@ def convert(
     robot: RobotArgument,
     to: Annotated[
         str,
-        typer.Option("--to", metavar="snapshot|graph", help="By legs, or as bodies and joints."),
+        typer.Option(
+            "--to",
+            metavar="snapshot|graph|matlab",
+            help="By legs, as bodies and joints, or the results at the pose as a .mat file.",
+        ),
     ] = "snapshot",
     output: OutputOption = None,
     pose: PoseOption = None,
@@ -90,15 +94,22 @@ def convert(
     side: SideOption = None,
     allow_xacro: XacroOption = False,
     set_: SetOption = None,
+    json_: JsonOption = False,
 ) -> int:
-    """Write a robot at a pose as a snapshot file, which keeps nothing but that pose.
+    """Write a robot at a pose as a snapshot file, or its results as a file for MATLAB.
 
-    Example: robostiff convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json
+    Examples
+    --------
+    robostiff convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json
+
+    robostiff convert hexapod --pose "0 0 0.85 0 0 0" --to matlab -o hexapod.mat
 
     Exit status: 0 for a file, 1 when the pose is out of reach, 2 for bad input.
     """
+    from robostiff.cli.commands_files import Converted
     from robostiff.cli.commands_files import convert as write_converted
     from robostiff.cli.written_arguments import PoseArguments, SideFile
 
     place, described = PoseArguments(pose, joints, None, near), SideFile(side, allow_xacro)
-    return write_converted(robot, place, to, output, overwrite, set_ or [], described)
+    wanted = Converted(to, output, overwrite, as_json=json_)
+    return write_converted(robot, place, wanted, set_ or [], described)

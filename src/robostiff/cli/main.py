@@ -336,6 +336,7 @@ def derive(
     rank: derive_options.RankOption = False,
     free_motions: derive_options.FreeMotionsOption = False,
     eigenvalues: derive_options.EigenvaluesOption = False,
+    json_: JsonOption = False,
 ) -> int:
     """Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia.
 
@@ -358,7 +359,8 @@ def derive(
 
     asked = FormulaRequest(pose, symbols, steps, closed, limit, budget, derivative, leg)
     questions = Questions(rank, free_motions, eigenvalues)
-    return print_formula(robot, asked, Sheet(format_, output, overwrite), questions, set_ or [])
+    sheet = Sheet(format_, output, overwrite, as_json=json_)
+    return print_formula(robot, asked, sheet, questions, set_ or [])
 
 
 @app.command()
