@@ -116,7 +116,7 @@ def actuator_names(robot: Robot) -> tuple[str, ...]:
     --------
     >>> from robostiff.robots import load
     >>> actuator_names(load("3-rpr"))
-    ('leg1/prismatic1', 'leg2/prismatic1', 'leg3/prismatic1')
+    ('leg1/actuator', 'leg2/actuator', 'leg3/actuator')
     """
     names = []
     for leg, places in zip(robot.legs, actuator_places(robot), strict=True):

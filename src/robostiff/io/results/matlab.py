@@ -39,8 +39,9 @@ def write_matlab(path: Path, result: RobotStiffness) -> None:
     if path.suffix.lower() != ".mat":
         raise InputError("file for MATLAB", got=str(path), expected="a name that ends in .mat")
     data = {key: value for key, value in stiffness_data(result).items() if key not in _LEFT_OUT}
-    if result.pose is not None:
-        data["transform"] = result.transform.as_matrix()
+    transform = result.transform
+    if transform is not None:
+        data["transform"] = transform.as_matrix()
     savemat(path, _for_matlab(data), long_field_names=True, oned_as="row")
 
 
