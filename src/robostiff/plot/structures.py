@@ -24,6 +24,7 @@ from robostiff.plot.picture import (
 from robostiff.plot.robot_parts import colours_of_parts
 from robostiff.spatial import Space
 
+_IN_PLANE = 1e-3  # of the structure
 _SAME = 1e-9  # of the structure: closer points are one
 
 
@@ -41,7 +42,7 @@ def network_items(network: Network, factor: float, colours: dict[str, Paint]) ->
     items: list[Item] = []
     fixed = set(network.fixed)
     for name, body in zip(_names(network), _bodies(network), strict=True):
-        outline = plate(body) if len(body) > 2 else None
+        outline = _outline(body)
         paint = PlainColour.FAINT if name in fixed else PlainColour.PLATE
         if outline is not None:
             label = "platform" if name == network.platform else ""
@@ -91,6 +92,15 @@ def _joints(network: Network, factor: float) -> list[Item]:
     ]
 
 
+def _outline(points: np.ndarray) -> np.ndarray | None:
+    """Corners of the face through points in one plane (n, 3); None where they are not."""
+    if len(points) < 3:
+        return None
+    away = points - points.mean(axis=0)
+    *_, out = np.linalg.svd(away, compute_uv=False)
+    return plate(points) if out <= _IN_PLANE * size_of(points) else None
+
+
 def _names(network: Network) -> list[str]:
     return [name for name, points in network.connection_points.items() if points]
 
@@ -136,7 +146,7 @@ def cable_items(
         (placed.exit_points, PlainColour.FAINT, ""),
         (placed.attachments, PlainColour.PLATE, "platform"),
     ):
-        outline = plate(points)
+        outline = _outline(points)
         if outline is not None:
             items.append(Face(factor * outline, paint, 0.35, label))
     names = zip(result.cable_names, result.tensions, strict=True)

@@ -76,8 +76,8 @@ def one_figure(name: str, caption: str, picture: Picture) -> Figure:
 
 
 def figures_json(figures: Sequence[Figure]) -> str:
-    """The figures of a page as JSON that may stand inside HTML."""
-    return json.dumps([figure.data for figure in figures]).replace("<", "\\u003c")
+    """The figures of a page as JSON."""
+    return json.dumps([figure.data for figure in figures])
 
 
 def _drawn(picture: Picture, theme: Theme) -> dict[str, Any]:

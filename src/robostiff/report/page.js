@@ -1,13 +1,36 @@
 "use strict";
-(function () {
-  const figures = JSON.parse(document.getElementById("figures").textContent);
+(async function () {
+  // RFC 1924 with a full stop for the sign that begins a tag
+  const digits = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;.=>?@^_`{|}~";
+  const value = new Uint8Array(128);
+  for (let i = 0; i < digits.length; i++) value[digits.charCodeAt(i)] = i;
+
+  // Text that was compressed and written in 85 characters, four bytes in five of them.
+  async function unpacked(name) {
+    const text = document.getElementById(name).textContent.trim();
+    const length = text.length - Math.ceil(text.length / 5);
+    const bytes = new Uint8Array(4 * Math.ceil(text.length / 5));
+    for (let i = 0, place = 0; i < text.length; i += 5, place += 4) {
+      let word = 0;
+      for (let k = 0; k < 5; k++) word = 85 * word + (i + k < text.length ? value[text.charCodeAt(i + k)] : 84);
+      for (let k = 0; k < 4; k++) bytes[place + k] = Math.floor(word / 2 ** (24 - 8 * k)) % 256;
+    }
+    const packed = new Blob([bytes.subarray(0, length)]).stream();
+    return new Response(packed.pipeThrough(new DecompressionStream("gzip"))).text();
+  }
+
+  const figures = JSON.parse(await unpacked("figures"));
+  if (figures.length === 0) return;
+  const script = document.createElement("script");
+  script.textContent = await unpacked("plotly");
+  document.head.append(script);
+
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
-  const options = { responsive: true, displaylogo: false };
+  const options = { responsive: true, displaylogo: false, showSendToCloud: false };
   const shown = new Map();
 
-  function draw(figure) {
-    const level = shown.get(figure.name);
-    const drawn = figure.levels[level][dark.matches ? "dark" : "light"];
+  function layoutOf(figure, theme) {
+    const drawn = figure.levels[shown.get(figure.name)][theme];
     const place = document.getElementById("plot-" + figure.name);
     // A view that was turned stays turned.
     const scene = place.layout && place.layout.scene;
@@ -15,14 +38,39 @@
     if (scene && scene.camera && layout.scene) {
       layout.scene = Object.assign({}, layout.scene, { camera: scene.camera });
     }
-    const made = Plotly.react(place, drawn.data, layout, options);
-    const other = figure.levels[level].other;
+    return { data: drawn.data, layout: layout };
+  }
+
+  function draw(figure) {
+    const drawn = layoutOf(figure, dark.matches ? "dark" : "light");
+    const place = document.getElementById("plot-" + figure.name);
+    const made = Plotly.react(place, drawn.data, drawn.layout, options);
+    const other = figure.levels[shown.get(figure.name)].other;
     return other === undefined ? made : made.then(function () { swing(place, other); });
+  }
+
+  // What is printed: an image on light ground, as printers leave out what a graphics card has drawn.
+  async function print(figure) {
+    const drawn = layoutOf(figure, "light");
+    const size = { width: 900, height: drawn.layout.height || 480 };
+    const light = { data: drawn.data, layout: Object.assign({}, drawn.layout, size) };
+    const image = document.getElementById("print-" + figure.name);
+    image.src = await Plotly.toImage(light, Object.assign({ format: "png", scale: 2 }, size));
+  }
+
+  let printing = Promise.resolve();
+  const waiting = new Map();
+  function printLater(figure) {
+    clearTimeout(waiting.get(figure.name));
+    const begin = () => { printing = printing.then(() => print(figure)); };
+    waiting.set(figure.name, setTimeout(begin, 400));
   }
 
   for (const figure of figures) {
     shown.set(figure.name, figure.start);
-    draw(figure);
+    await draw(figure);
+    document.getElementById("plot-" + figure.name).on("plotly_relayout", () => printLater(figure));
+    printLater(figure);
     const slider = document.getElementById("slider-" + figure.name);
     if (slider === null) continue;
     const label = document.getElementById("label-" + figure.name);
@@ -30,6 +78,7 @@
       shown.set(figure.name, Number(slider.value));
       label.textContent = figure.labels[Number(slider.value)];
       draw(figure);
+      printLater(figure);
     });
   }
   dark.addEventListener("change", function () { figures.forEach(draw); });

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.resources import files
 from string import Template
 
@@ -11,6 +12,7 @@ from robostiff.markup import Bullets, Table, Tone, block_html, element, escaped
 from robostiff.plot.on_plotly.swinging import swinging_script
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, figures_json
+from robostiff.report.packed import packed
 from robostiff.report.section import (
     Folded,
     FormulaBlock,
@@ -37,8 +39,7 @@ def report_html(contents: ReportContents) -> str:
     InputError
         When Plotly is missing.
     """
-    with needs_extra("plots", "plot"):
-        from plotly.offline import get_plotlyjs
+    plotly = _packed_plotly()
     sections = report_sections(contents)
     links = (
         element("a", escaped(section.title), href=f"#{section.anchor}") for section in sections
@@ -49,10 +50,12 @@ def report_html(contents: ReportContents) -> str:
         version=__version__,
         links="\n".join(links),
         sections="\n".join(map(_section_html, sections)),
-        figures=figures_json([figure for section in sections for figure in section.figures]),
+        figures=packed(
+            figures_json([figure for section in sections for figure in section.figures])
+        ),
         style=_resource("page.css"),
         script=swinging_script() + _resource("page.js"),
-        plotly=get_plotlyjs(),
+        plotly=plotly,
     )
 
 
@@ -90,7 +93,9 @@ def _part_html(part: Part) -> str:
 
 def _figure_html(figure: Figure) -> str:
     """The element in which the script draws a figure, with its slider below."""
-    parts = [element("div", "", class_="plot", id=f"plot-{figure.name}")]
+    caption = escaped(figure.caption)
+    image = f'<img class="on-paper" id="print-{figure.name}" alt="{caption}">'
+    parts = [element("div", "", class_="plot", id=f"plot-{figure.name}"), image]
     if len(figure.levels) > 1:
         slider = (
             f'<input type="range" min="0" max="{len(figure.levels) - 1}" value="{figure.start}" '
@@ -101,6 +106,13 @@ def _figure_html(figure: Figure) -> str:
         parts.append(element("div", slider + output, class_="slider"))
     parts.append(element("figcaption", escaped(figure.caption)))
     return element("figure", "".join(parts))
+
+
+@cache
+def _packed_plotly() -> str:
+    with needs_extra("plots", "plot"):
+        from plotly.offline import get_plotlyjs
+    return packed(get_plotlyjs())
 
 
 def _resource(name: str) -> str:

@@ -42,9 +42,12 @@ class Look:
     ----------
     exaggeration : float or None
         Of displacements; None for a round number that makes them visible.
+    seen : frozenset of str
+        Layers that are wanted.
     """
 
     exaggeration: float | None = None
+    seen: frozenset[str] = frozenset(name for name, seen in LAYERS.items() if seen)
 
 
 @dataclass(frozen=True)

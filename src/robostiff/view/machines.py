@@ -69,6 +69,10 @@ from robostiff.view.sliders import (
 )
 
 _AXIS = 0.3  # of the robot: half the axis of a free motion
+_QUALITIES = {
+    "ellipsoid of displacements": Quality.COMPLIANCE,
+    "ellipsoid of rotations": Quality.ROTATIONAL_COMPLIANCE,
+}
 
 
 class Machine(Protocol):
@@ -201,35 +205,30 @@ class RobotMachine:
             )
         drawing = Drawing(snapshot, motion, scale, 1.0)
         size = extent(snapshot)
-        shapes, words = self._shapes(bent.stiffness, size)
-        layers = {
-            "robot": robot_items(drawing, {}, PlainColour.MUTED, colours),
-            "names of joints": joint_names(drawing),
-            "shape without load": ghost(drawing) if scale else [],
-            "load": load_items(drawing, bent, is_flat=False),
-            **shapes,
+        shapes, words = shapes_of(bent.stiffness, self._ellipsoids, size, look)
+        drawn = {
+            "robot": lambda: robot_items(drawing, {}, PlainColour.MUTED, colours),
+            "names of joints": lambda: joint_names(drawing),
+            "shape without load": lambda: ghost(drawing) if scale else [],
+            "load": lambda: load_items(drawing, bent, is_flat=False),
         }
-        return without_empty(layers.items()), (*notes, *words)
-
-    def _shapes(
-        self, result: RobotStiffness, size: float
-    ) -> tuple[dict[str, list[Item]], list[str]]:
-        return shapes_of(result, self._ellipsoids, size)
+        layers = {name: items() for name, items in drawn.items() if name in look.seen}
+        return without_empty({**layers, **shapes}.items()), (*notes, *words)
 
 
 def shapes_of(
-    result: RobotStiffness, ellipsoids: Ellipsoids, size: float
+    result: RobotStiffness, ellipsoids: Ellipsoids, size: float, look: Look
 ) -> tuple[dict[str, list[Item]], list[str]]:
-    """Ellipsoids and free motions of a result, and what they mean."""
-    moved, moved_words = ellipsoids.items(result, Quality.COMPLIANCE, size)
-    turned, turned_words = ellipsoids.items(result, Quality.ROTATIONAL_COMPLIANCE, size)
-    layers = {
-        "ellipsoid of displacements": moved,
-        "ellipsoid of rotations": turned,
-        "free motions": free_motion_items(result, _AXIS * size, 1.0),
-    }
-    free = [f"free: {motion}" for motion in result.free_motions]
-    return layers, [*free, *(words for words in (moved_words, turned_words) if words)]
+    """Ellipsoids and free motions of a result, as far as they are wanted, and what they mean."""
+    layers: dict[str, list[Item]] = {}
+    words = [f"free: {motion}" for motion in result.free_motions]
+    for name, quality in _QUALITIES.items():
+        if name in look.seen:
+            layers[name], meaning = ellipsoids.items(result, quality, size)
+            words += [meaning] if meaning else []
+    if "free motions" in look.seen:
+        layers["free motions"] = free_motion_items(result, _AXIS * size, 1.0)
+    return layers, words
 
 
 class NetworkMachine:
@@ -249,7 +248,7 @@ class NetworkMachine:
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown under a load (n,) on the platform."""
-        return network_answer(self.network, wrench, self._ellipsoids, self.size)
+        return network_answer(self.network, wrench, self._ellipsoids, self.size, look)
 
 
 class LinkageMachine:
@@ -277,17 +276,17 @@ class LinkageMachine:
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
         network = self.linkage.network_at({s.name: values[s.name] for s in self.sliders})
-        return network_answer(network, wrench, self._ellipsoids, self.size)
+        return network_answer(network, wrench, self._ellipsoids, self.size, look)
 
 
 def network_answer(
-    network: Network, wrench: np.ndarray, ellipsoids: Ellipsoids, size: float
+    network: Network, wrench: np.ndarray, ellipsoids: Ellipsoids, size: float, look: Look
 ) -> Answer:
     """What is shown of a network under a load (n,) on its platform."""
     bent = deflection(network, None, wrench)
     result = bent.stiffness
     colours = colours_of_parts(beam.name for beam in network.beams)
-    shapes, words = shapes_of(result, ellipsoids, size)
+    shapes, words = shapes_of(result, ellipsoids, size, look)
     layers = {"robot": network_items(network, 1.0, colours), **shapes}
     load = load_html(bent, colours) if np.any(wrench) else ""
     return Answer(

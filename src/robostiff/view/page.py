@@ -122,7 +122,8 @@ class LivePage:
             self._machine = self._machine.like(self._rebuilt(written))
             self._written = written
         exaggeration = None if self._automatic.value else float(self._exaggeration.value)
-        return self._machine.answer(values, wrench, Look(exaggeration))
+        seen = frozenset(name for name, box in self._seen.items() if box.value)
+        return self._machine.answer(values, wrench, Look(exaggeration, seen))
 
     def _values(self, sliders: Sequence[Slider]) -> dict[str, float]:
         return {s.name: s.factor * float(self._handles[s.name].value) for s in sliders}
@@ -151,7 +152,8 @@ class LivePage:
         self._of_parameters = tuple(of_parameters)
         self._handles: dict[str, Any] = {}
         gui.configure_theme(show_logo=False, show_share_button=False)
-        self._scene = LayeredScene(self._server.scene, machine.size)
+        flat = machine.space is Space.PLANAR
+        self._scene = LayeredScene(self._server.scene, machine.size, is_flat=flat)
         tables = gui.add_panel()
         with tables.add_tab("Results"):
             self._stiffness = gui.add_html("")

@@ -26,7 +26,8 @@ from robostiff.plot.theme import Theme
 # Of the robot's size.
 _WIDTHS = {LineWeight.BOLD: 0.012, LineWeight.LINE: 0.006, LineWeight.THIN: 0.0025}
 _MARKS = {Shape.RING: 0.011, Shape.SQUARE: 0.010, Shape.DIAMOND: 0.012, Shape.CROSS: 0.008}
-_DASH, _ARROW = 0.03, 0.006
+_DASH, _ARROW, _APART = 0.03, 0.006, 0.002
+_DEEPEST = 12  # faces below the lines
 _PASSIVE = (216, 216, 216)
 
 _CUBE = (
@@ -59,11 +60,14 @@ class LayeredScene:
     scene : viser.SceneApi
     size : float
         Of the robot [m]: widths of lines and marks are parts of it.
+    is_flat : bool
+        Whether all of it lies in the x-y plane: its faces are drawn one below the other.
     """
 
-    def __init__(self, scene: Any, size: float) -> None:
-        self._scene, self._size = scene, size or 1.0
+    def __init__(self, scene: Any, size: float, *, is_flat: bool = False) -> None:
+        self._scene, self._size, self._is_flat = scene, size or 1.0, is_flat
         self._nodes: dict[str, tuple[str, Any]] = {}
+        self._faces = 0
 
     @property
     def names(self) -> list[str]:
@@ -73,6 +77,7 @@ class LayeredScene:
     def show(self, layers: Mapping[str, Sequence[Item]]) -> None:
         """Draw layers in place of those before; call it in one atomic block."""
         drawn: set[str] = set()
+        self._faces = 0
         for layer, items in layers.items():
             for name, kind, props in self._nodes_of(items):
                 path = f"/{layer.replace(' ', '-')}/{name}"
@@ -103,7 +108,7 @@ class LayeredScene:
             yield "arrows", "add_arrows", self._arrows(arrows)
         surfaces = [item for item in items if isinstance(item, Face | Mesh)]
         for i, item in enumerate(surfaces):
-            yield f"surface-{i}", "add_mesh_simple", _surface(item)
+            yield f"surface-{i}", "add_mesh_simple", self._surface(item)
         marks = [item for item in items if isinstance(item, Marks)]
         for i, item in enumerate(marks):
             yield f"marks-{i}", "add_mesh_simple", self._marks(item)
@@ -128,7 +133,11 @@ class LayeredScene:
         """Segments (n, 2, 3) of a line; of a dashed one every other piece."""
         segments = np.stack([item.points[:-1], item.points[1:]], axis=1)
         if not item.dashed:
-            return segments
+            # viser draws no node of a single segment
+            middle = segments.mean(axis=1, keepdims=True)
+            halves = (np.concatenate([segments[:, :1], middle], axis=1),)
+            halves += (np.concatenate([middle, segments[:, 1:]], axis=1),)
+            return np.concatenate(halves) if len(segments) == 1 else segments
         pieces = []
         for start, end in segments:
             n = max(1, round(float(np.linalg.norm(end - start)) / (2 * _DASH * self._size)))
@@ -168,22 +177,25 @@ class LayeredScene:
             "side": "double",
         }
 
-
-def _surface(item: Face | Mesh) -> dict[str, Any]:
-    if isinstance(item, Face):
-        n = len(item.corners)
-        around = np.arange(n)
-        vertices = np.concatenate([item.corners, item.corners.mean(axis=0)[None]])
-        triangles = np.stack([around, (around + 1) % n, np.full(n, n)], axis=-1)
-    else:
-        vertices, triangles = item.vertices, item.triangles
-    return {
-        "vertices": vertices.astype(np.float32),
-        "faces": triangles.astype(np.uint32),
-        "color": rgb(item.paint),
-        "opacity": item.opacity,
-        "side": "double",
-    }
+    def _surface(self, item: Face | Mesh) -> dict[str, Any]:
+        if isinstance(item, Face):
+            n = len(item.corners)
+            around = np.arange(n)
+            vertices = np.concatenate([item.corners, item.corners.mean(axis=0)[None]])
+            triangles = np.stack([around, (around + 1) % n, np.full(n, n)], axis=-1)
+        else:
+            vertices, triangles = item.vertices, item.triangles
+        below = 0.0
+        if self._is_flat:  # faces in one plane flicker
+            below = (_DEEPEST - self._faces) * _APART * self._size
+            self._faces += 1
+        return {
+            "vertices": (vertices - np.array([0.0, 0.0, below])).astype(np.float32),
+            "faces": triangles.astype(np.uint32),
+            "color": rgb(item.paint),
+            "opacity": item.opacity,
+            "side": "double",
+        }
 
 
 def _linear(colour: tuple[int, int, int]) -> np.ndarray:

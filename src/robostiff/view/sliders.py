@@ -67,7 +67,7 @@ def coordinate_sliders(
         is_length = i < 3
         unit, factor = ("mm", 1e-3) if is_length else ("deg", math.pi / 180)
         half = _round_up(_REACH * size / factor) if is_length else _TURN
-        middle, value = float(home[i]) / factor, float(start[i]) / factor
+        middle, value = _shown(home[i], factor), _shown(start[i], factor)
         low, high = middle - half, middle + half
         sliders.append(
             Slider(coordinate.value, unit, min(low, value), max(high, value), value, factor)
@@ -83,10 +83,10 @@ def joint_sliders(robot: Robot, start: np.ndarray, size: float) -> tuple[Slider,
     for screw, name, role, value in joints:
         unit, factor = ("deg", math.pi / 180) if screw.turns else ("mm", 1e-3)
         half = 180.0 if screw.turns else _round_up(_REACH * size / factor)
-        own = float(value) / factor
+        own = _shown(value, factor)
         low, high = own - half, own + half
         if isinstance(role, Actuated) and role.limits is not None:
-            low, high = (limit / factor for limit in role.limits)
+            low, high = (_shown(limit, factor) for limit in role.limits)
         sliders.append(Slider(name, unit, min(low, own), max(high, own), own, factor))
     return tuple(sliders)
 
@@ -100,7 +100,7 @@ def linkage_sliders(joints: Mapping[str, tuple[bool, float]], size: float) -> tu
             if turns
             else ("mm", 1e-3, _round_up(_REACH * size / 1e-3))
         )
-        middle = home / factor
+        middle = _shown(home, factor)
         sliders.append(Slider(name, unit, middle - half, middle + half, middle, factor))
     return tuple(sliders)
 
@@ -139,6 +139,11 @@ def parameter_sliders(definitions: Mapping[str, Any]) -> tuple[Slider, ...]:
             low, high = sorted((0.5 * value, 2 * value))
             sliders.append(Slider(name, unit, low, high, value))
     return tuple(sliders)
+
+
+def _shown(value: float, factor: float) -> float:
+    """A value in the unit of a slider, as it would be written: no rounding of degrees."""
+    return round(float(value) / factor, 9)
 
 
 def _round_up(value: float) -> float:

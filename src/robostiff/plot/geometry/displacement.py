@@ -11,7 +11,7 @@ between them, and the last of them is that of the platform.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,7 +27,6 @@ from robostiff.elastostatics import (
 from robostiff.errors import InputError
 from robostiff.kinematics import (
     freedom_twist,
-    passive_jacobian,
     spring_compliance,
 )
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
@@ -156,6 +155,7 @@ class _LegSolver:
     space: Space
     length: np.ndarray
     tolerance: Tolerance
+    solved: dict[int, CartesianStiffness] = field(default_factory=dict)  # by id of the branch
 
     def motion(
         self, leg: PlacedLeg, t_start: np.ndarray, t_end: np.ndarray, F: np.ndarray
@@ -173,7 +173,7 @@ class _LegSolver:
             start += N.shape[1]
             if isinstance(element, PlacedBlock):
                 branches[i] = tuple(
-                    self.motion(branch, t, t + own, self._branch_stiffness(branch) @ own)
+                    self.motion(branch, t, t + own, self._spatial_stiffness(branch) @ own)
                     for branch in element.branches
                 )
             t = t + own
@@ -184,14 +184,13 @@ class _LegSolver:
         """Compliance (6, 6) and free twists (6, k) of an element, about the origin."""
         if isinstance(element, PlacedBlock):
             return self._of_block(element)
-        alone = PlacedLeg("", (element,), self.origin)
-        N, _ = passive_jacobian(alone, self.origin)
         if isinstance(element, PlacedSpring):
-            return spring_compliance(element, self.origin), N
-        if element.stiffness is None:
-            return np.zeros((6, 6)), N
+            return spring_compliance(element, self.origin), np.zeros((6, 0))
         column = freedom_twist(element, self.origin)
-        return np.outer(column, column) / element.stiffness, N
+        if element.is_passive:
+            return np.zeros((6, 6)), column[:, None]
+        C = 0.0 if element.stiffness is None else 1 / element.stiffness
+        return C * np.outer(column, column), np.zeros((6, 0))
 
     def _of_block(self, block: PlacedBlock) -> tuple[np.ndarray, np.ndarray]:
         whole = aggregate([self._solved(branch) for branch in block.branches])
@@ -207,13 +206,19 @@ class _LegSolver:
         N[rows] = free / s[:, None]
         return C_spatial, N
 
-    def _branch_stiffness(self, branch: PlacedLeg) -> np.ndarray:
+    def _spatial_stiffness(self, branch: PlacedLeg) -> np.ndarray:
         rows = list(self.space.rows)
         K = np.zeros((6, 6))
         K[np.ix_(rows, rows)] = self._solved(branch).matrix
         return K
 
     def _solved(self, branch: PlacedLeg) -> CartesianStiffness:
+        """The stiffness of a branch, which the block and its motion both need."""
+        if id(branch) not in self.solved:
+            self.solved[id(branch)] = self._stiffness_of(branch)
+        return self.solved[id(branch)]
+
+    def _stiffness_of(self, branch: PlacedLeg) -> CartesianStiffness:
         rows = list(self.space.rows)
         given = [self._compliance_and_freedoms(element) for element in branch.elements]
         C = sum((C for C, _ in given), np.zeros((6, 6)))[np.ix_(rows, rows)]
