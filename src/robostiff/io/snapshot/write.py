@@ -62,6 +62,7 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
             expected="a rigid one",
             hint="write it as a graph: network_to_data(network_of_snapshot(snapshot))",
         )
+    snapshot.check_has_no_springs("file of legs")
     data: dict[str, Any] = {"name": snapshot.name or "robot"}
     if snapshot.description:
         data["description"] = snapshot.description
