@@ -184,7 +184,7 @@ def test_energy_has_its_least_there():
             more = np.linalg.norm(b - a) - spring.length
             total += spring.tension * more + 0.5 * spring.stiffness * more**2
         tip = R @ robot.reference_point + t
-        return total + 3.0 * G * float(tip[2])
+        return float(total + 3.0 * G * tip[2])
 
     found = minimize(energy, np.zeros(6), method="BFGS", options={"gtol": 1e-9})
     motions = [float(part.motion[0]) for part in answer.parts]
@@ -283,6 +283,7 @@ def test_taut_cables_are_springs_between_base_and_platform(name: str):
     soft = PlacedSpring("soft", p, np.eye(3), rs.Elasticity(1e6 * np.eye(6)))
     robot = Snapshot("springs", (PlacedLeg("leg", (soft,), p),), taut.reference_point)
     weight = cables.weight
+    assert weight is not None
     loads = {"platform": rs.DeadForce(weight.force, p + R @ weight.point)}
     answer = loaded(replace(robot, springs=tuple(springs)), loads=loads)
     assert np.abs(answer.displacement).max() < 1e-9  # the tensions balance the weight
