@@ -156,7 +156,7 @@ def mode(
     --------
     >>> import robostiff as rs
     >>> rs.plot.mode(rs.modes(rs.load("hexapod"), masses={"platform": 150})).get_title()
-    'hexapod, mode 1: 49.65 Hz'
+    'hexapod, mode 1: 49.47 Hz'
     """
     return drawn_by(backend, mode_picture(modes, number))
 
