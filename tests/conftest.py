@@ -31,7 +31,10 @@ _SLOW = frozenset((Path(__file__).parent / "slow_tests.txt").read_text().splitli
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests of ``slow_tests.txt``, which take seconds each, for `make slow`."""
+    """Mark tests of ``slow_tests.txt`` for `make slow`.
+
+    They take seconds each, or are the same test at more robots and poses; a few of each are fast.
+    """
     for item in items:
         if item.nodeid in _SLOW:
             item.add_marker("slow")

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from robostiff.errors import FileError
 from robostiff.io.document import Limits, parse_document, read_document
+from tests.calls import calls_of
 
 ROBOT = """\
 robostiff: 1
@@ -251,12 +252,8 @@ def test_json_marks_have_the_shape_of_the_data(tree, indent):
 def test_thirty_kilobytes_of_json_are_fast():
     text = json.dumps({"legs": [{"axis": [0.1, 0.2, 0.3], "n": str(i)} for i in range(800)]})
     assert len(text) > 25_000
-    best = math.inf
-    for _ in range(5):
-        start = time.perf_counter()
-        parse_document(text)
-        best = min(best, time.perf_counter() - start)
-    assert best < 0.02
+    parse_document(text)
+    assert calls_of(lambda: parse_document(text)) < len(text)
 
 
 # --- refusals -------------------------------------------------------------------------------------
@@ -378,10 +375,10 @@ def test_refused_json(text, message):
     ["[" * 100_000, "{" * 100_000, "a: " + "[" * 5000, '{"a": ' + "[" * 5000, "- " * 5000],
 )
 def test_deep_nesting_is_refused_quickly(text):
-    start = time.perf_counter()
+    start = time.process_time()
     message = refusal(text)
     assert "nesting too deep: got more than 64 levels, expected at most 64" in message
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5
 
 
 def test_depth_and_node_limits_are_exact():

@@ -38,3 +38,14 @@ def test_library_does_not_print(module: Path):
 def test_names_say_what_is_inside():
     names = {path.stem for path in MODULES} | {path.parent.name for path in MODULES}
     assert not names & VAGUE
+
+
+def test_slow_tests_exist():
+    listed = (ROOT / "tests/slow_tests.txt").read_text("utf-8").split("\n")
+    functions = sorted({line.split("[", 1)[0] for line in listed if line})
+    gone = []
+    for file, name in (function.split("::") for function in functions):
+        text = (ROOT / file).read_text("utf-8") if (ROOT / file).exists() else ""
+        if f"def {name}(" not in text:
+            gone.append(f"{file}::{name}")
+    assert gone == []
