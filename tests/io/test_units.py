@@ -271,3 +271,28 @@ def test_noise_is_read_or_refused(text):
     except InputError:
         return
     assert all(math.isfinite(value) for value in values)
+
+
+@pytest.mark.parametrize("text", ["3 kN/mm", "2 N m/rad", "5 deg", "7 rad/(N m)", "4 psi", "2 m/s"])
+def test_quantities_are_those_of_pint(text):
+    own = parse_quantity(text)
+    theirs = pint.UnitRegistry().parse_expression(text.replace(" m/rad", " * m / rad"))
+    m, kg, s, rad = exponents(own)
+    assert own.magnitude == pytest.approx(theirs.to_base_units().magnitude, rel=1e-15)
+    powers = {"[length]": m, "[mass]": kg, "[time]": s}
+    assert dict(theirs.dimensionality) == {name: power for name, power in powers.items() if power}
+    assert rad == pytest.approx(text.count("rad") * (-1) ** text.count("/rad") + text.count("deg"))
+
+
+def test_quantities_of_other_kinds_are_described_by_their_units():
+    assert describe(parse_quantity("2 kg^2 m/s^3")) == "2 kg^2*m/s^3"
+    assert describe(parse_quantity("2 /s")) == "2 1/s"
+
+
+def test_quantities_are_asked_for_in_si_units():
+    force = parse_quantity("2 kN")
+    assert force.to("N") is force
+    assert parse_quantity("30 deg").to("dimensionless").magnitude == pytest.approx(math.pi / 6)
+    for unit in ("m", "N m", "mm"):
+        with pytest.raises(ValueError, match=f"is no {unit}"):
+            force.to(unit)

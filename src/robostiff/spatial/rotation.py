@@ -85,7 +85,8 @@ def vector_of_rotation(R: np.ndarray) -> np.ndarray:
     size = np.sqrt(np.einsum("...i,...i->...", v, v))
     half = np.arctan2(size, np.abs(c))
     turning = size > 0
-    factor = np.where(turning, 2.0 * half / np.where(turning, size, 1.0), 0.0)
+    small = 2.0 / (np.abs(c) + _TINY)  # where the square of the size is below the range of floats
+    factor = np.where(turning, 2.0 * half / np.where(turning, size, 1.0), small)
     return v * np.where(c < 0, -factor, factor)[..., None]
 
 
