@@ -9,7 +9,12 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import rank_formula
+from robostiff.analytic import (
+    decoupling_conditions,
+    fixed_point_formula,
+    free_motion_formulas,
+    rank_formula,
+)
 from robostiff.analytic.export import (
     c_function,
     derivation_data,
@@ -179,3 +184,38 @@ def test_closed_forms_that_nobody_would_print_end_early_in_steps():
     assert time.process_time() - start < 20
     assert derivation.named is None
     assert not derivation.is_closed
+
+
+EXCEPTIONS = {
+    "gsb-drive": {"R", "r", "h", "k", "D - d", "D + d"},
+    "3-upu": {"h", "k", "R - r", "cos(turned)"},
+    "tripteron": {"k"},
+    "orthoglide": {"k"},
+}
+
+
+@pytest.mark.parametrize("name", EXCEPTIONS)
+def test_the_rank_of_a_sum_of_springs_is_that_of_its_wrenches(derived, name):
+    found = rank_formula(derived[name], budget=5)
+    assert found.rank == 6
+    assert {str(x) for x in found.exceptions} == EXCEPTIONS[name]
+    assert free_motion_formulas(derived[name]) == ()
+
+
+def test_questions_in_names_have_the_answers_of_the_formula():
+    for name in ("gough-stewart-a", "gough-stewart-b", "3-prs"):
+        derivation = rs.derive(name)
+        in_names, written_out = rank_formula(derivation), rank_formula(derivation.K)
+        assert in_names.rank == written_out.rank
+        if name != "3-prs":
+            assert in_names == written_out
+            assert free_motion_formulas(derivation) == free_motion_formulas(derivation.K)
+            assert fixed_point_formula(derivation) == fixed_point_formula(derivation.K)
+            assert decoupling_conditions(derivation) == decoupling_conditions(derivation.K)
+
+
+def test_a_spring_in_several_compliances_lowers_the_rank():
+    found = rank_formula(rs.derive("agile-eye"))
+    assert found.rank == 6
+    k = next(x for x in found.exceptions if str(x) == "k")
+    assert found.common_minor == k**3  # without motors the ball joint turns as it likes

@@ -92,7 +92,10 @@ class BeamProducts:
 class BlockOfSprings(Protocol):
     """Parallel branches as a spring, of which each wrench has a compliance."""
 
-    compliances: tuple[Any, ...]
+    @property
+    def compliances(self) -> tuple[Any, ...]:
+        """Of each of its wrenches."""
+        ...
 
     def shares(self, wrench: UnitWrench) -> list[Any]:
         """What of each of its wrenches makes up a given one."""

@@ -14,6 +14,7 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.elimination import determinant, echelon, null_space
 from robostiff.analytic.factors import starts_with_minus
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.questions_in_names import MatrixInNames
 from robostiff.errors import InputError
 from robostiff.spatial import Space, skew
 
@@ -100,7 +101,43 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
     """
     matrix = closed_matrix(K, "rank")
-    return within(budget, lambda: _rank(matrix), "rank of a formula")
+    names = _in_names(K)
+
+    def answer() -> RankFormula:
+        found = None if names is None else _rank_in_names(names)
+        return _rank(matrix) if found is None else found
+
+    return within(budget, answer, "rank of a formula")
+
+
+def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
+    """Rank of a sum of w w^T / c; None where its names hide what they have in common.
+
+    It drops where the wrenches do, whatever the stiffnesses are, and where one of these is zero.
+    """
+    found = [_rank(names.with_numbers(seed)) for seed in (1, 2)]
+    if any(one.rank != names.rank for one in found):
+        return None
+    powers = [one.common_minor.as_powers_dict() for one in found]
+    shared = {x: min(powers[0][x], powers[1][x]) for x in found[0].exceptions}
+    for stiffness in names.stiffnesses:
+        shared[stiffness] = names.rank - names.rank_without(stiffness)
+    common: dict[Any, Any] = {}
+    for factor, exponent in shared.items():
+        for own in names.zeros_of(factor) if exponent else ():
+            common[own] = common.get(own, 0) + exponent
+    for symbol in names.springs:
+        lost = names.rank - names.rank_near_zero(symbol)
+        if lost:
+            common[symbol] = max(common.get(symbol, 0), lost)
+    minor = sp.Mul(*(factor**exponent for factor, exponent in common.items()))
+    return RankFormula(names.rank, tuple(sorted(common, key=sp.default_sort_key)), minor)
+
+
+def _in_names(K: Any) -> MatrixInNames | None:
+    """A derivation as a sum of springs, in names."""
+    named = getattr(K, "named", None)
+    return None if named is None else MatrixInNames.of(named.K, named.definitions)
 
 
 def _rank(K: Any) -> RankFormula:
@@ -145,7 +182,17 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     >>> free_motion_formulas(K)[0].T
     Matrix([[-d, 0, 1]])
     """
-    K = closed_matrix(K, "free motions")
+    matrix, names = closed_matrix(K, "free motions"), _in_names(K)
+    if names is not None:
+        if names.rank == names.matrix.rows:
+            return ()
+        found = _null_space(names.matrix)
+        if names.matrix.rows - len(found) == names.rank:
+            return tuple(motion.applyfunc(names.written_out) for motion in found)
+    return _null_space(matrix)
+
+
+def _null_space(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     field = ExactField(list(K))
     n = K.rows
     rows = [[field.element(entry) for entry in K.row(i)] for i in range(n)]
@@ -176,8 +223,7 @@ def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
     >>> fixed_point_formula(K).T
     Matrix([[0, -d]])
     """
-    K = closed_matrix(K, "fixed point")
-    space = Space.of_size(K.rows)
+    space = Space.of_size(closed_matrix(K, "fixed point").rows)
     t = space.translations
     motions = free_motion_formulas(K)
     equations = []
@@ -209,7 +255,15 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     >>> decoupling_conditions(sp.Matrix([[k, 0, k * (R - r)], [0, k, 0], [k * (R - r), 0, k]]))
     (k, R - r)
     """
-    K = closed_matrix(K, "decoupling")
+    matrix, names = closed_matrix(K, "decoupling"), _in_names(K)
+    if names is not None:
+        found = _shared_zeros(names.matrix)
+        zeros = {own for factor in found for own in names.zeros_of(factor)}
+        return tuple(sorted(zeros, key=sp.default_sort_key))
+    return _shared_zeros(matrix)
+
+
+def _shared_zeros(K: Any) -> tuple[sp.Expr, ...]:
     t = Space.of_size(K.rows).translations
     field = ExactField(list(K))
     coupling = [field.element(K[i, j]) for i in range(t) for j in range(t, K.rows)]

@@ -255,7 +255,8 @@ def _points(leg: PlacedLeg) -> Iterator[np.ndarray]:
         for points in branches:
             yield from points
         for places in zip(*branches, strict=False):
-            yield sum(places[1:], places[0]) * sp.Rational(1, len(places))
+            middle = np.sum(np.stack(places), axis=0)
+            yield middle * sp.Rational(1, len(places))
 
 
 def _unit(between: np.ndarray) -> np.ndarray | None:

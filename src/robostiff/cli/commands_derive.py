@@ -138,29 +138,29 @@ class Questions:
             )
         lines = [f"{derivation.name}, {derivation.where}"]
         if self.rank:
-            lines += _rank(derivation.K, budget)
+            lines += _rank(derivation, budget)
         if self.free_motions:
-            lines += _free_motions(derivation.K)
+            lines += _free_motions(derivation)
         if self.eigenvalues:
             lines += _eigenvalues(derivation.K)
         return text_of(lines) + "\n"
 
 
-def _rank(K: sp.ImmutableMatrix, budget: float) -> list[str]:
-    found = rank_formula(K, budget)
-    line = f"rank {found.rank} of {K.rows}"
+def _rank(derivation: RobotDerivation, budget: float) -> list[str]:
+    found = rank_formula(derivation, budget)
+    line = f"rank {found.rank} of {derivation.K.rows}"
     if found.exceptions:
         line += f"; lower where one of these is zero: {_listed(found.exceptions)}"
     return [line]
 
 
-def _free_motions(K: sp.ImmutableMatrix) -> list[str]:
-    motions = free_motion_formulas(K)
+def _free_motions(derivation: RobotDerivation) -> list[str]:
+    motions = free_motion_formulas(derivation)
     if not motions:
         return ["no free motion"]
-    names = ", ".join(Space.of_size(K.rows).twist_order)
+    names = ", ".join(Space.of_size(derivation.K.rows).twist_order)
     lines = [f"free motion ({names}) = ({_listed(t.flat())})" for t in motions]
-    point = fixed_point_formula(K)
+    point = fixed_point_formula(derivation)
     if point is not None:
         place = _listed(point.flat())
         lines.append(f"all of them leave one point at rest, from the reference point: ({place})")
