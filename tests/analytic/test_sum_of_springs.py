@@ -1,6 +1,7 @@
 """Robots at home as a person writes them: unit wrenches, and compliances that stay sums."""
 
 import json
+import re
 import time
 from pathlib import Path
 
@@ -138,6 +139,12 @@ def test_exports_have_the_names(derived):
     assert "K_C = 3/(2*L_a**2*c_a) *" in derivation_text(derivation)
     assert r"\frac{1}{k}" in derivation_latex(derivation)
     assert "const double c_a" in c_function(derivation) or "double c_a" in c_function(derivation)
+
+
+def test_products_of_materials_and_sections_have_no_more_digits_than_they_deserve(derived):
+    text = derivation_text(derived["delta"])
+    assert "GJ_1 = 17735.4" in text
+    assert not re.search(r"\d{13}", text)
 
 
 def test_all_exports_keep_the_sum_of_springs(derived):
