@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.substitution import Substitution, refuse_failing
+
+if TYPE_CHECKING:
+    from robostiff.analytic.vector_form import VectorForm
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,34 @@ class LegDerivation:
     compliances: tuple[sp.Expr, ...]
     K: sp.ImmutableMatrix | None
     definitions: tuple[Definition, ...] = ()
+
+
+class VectorLevel:
+    """A vector form that is found when it is first looked at.
+
+    Parameters
+    ----------
+    find : callable or None
+        Returns the form; None where there is none.
+    """
+
+    def __init__(self, find: Callable[[], VectorForm | None] | None) -> None:
+        self._find = find
+        self._form: VectorForm | None = None
+
+    @classmethod
+    def of(cls, form: VectorForm | None) -> VectorLevel:
+        """One that is known."""
+        own = cls(None)
+        own._form = form
+        return own
+
+    @property
+    def form(self) -> VectorForm | None:
+        """The form."""
+        if self._find is not None:
+            self._form, self._find = self._find(), None
+        return self._form
 
 
 @dataclass(frozen=True)
@@ -82,6 +114,8 @@ class RobotDerivation(Derivation):
         Why it is in steps where a closed form was to be expected; empty otherwise.
     named : InNames or None
         The same in names, where every leg holds by unit wrenches that share no energy.
+    at_vector_level : VectorLevel
+        Finds the same at vector level; see `vectors`.
     """
 
     legs: tuple[LegDerivation, ...] = ()
@@ -90,6 +124,17 @@ class RobotDerivation(Derivation):
     following: tuple[str, ...] = ()
     remark: str = ""
     named: InNames | None = field(default=None, compare=False)
+    at_vector_level: VectorLevel = field(
+        default_factory=lambda: VectorLevel(None), compare=False, repr=False
+    )
+
+    @property
+    def vectors(self) -> VectorForm | None:
+        """One generic leg, a table of what differs, and the sum; None where legs are no struts.
+
+        Found when first looked at, and compared with the numerical form.
+        """
+        return self.at_vector_level.form
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
@@ -100,6 +145,7 @@ class RobotDerivation(Derivation):
             self.following,
             self.remark,
             self.named,
+            VectorLevel.of(self.vectors),
         )
         return RobotDerivation, (*own, *of_robot)
 
@@ -128,4 +174,5 @@ class RobotDerivation(Derivation):
             "coordinates": tuple(name for name in self.coordinates if name in left),
             "following": tuple(name for name in self.following if name in left),
             "named": None,  # its names stand for what they were
+            "at_vector_level": VectorLevel(None),
         }

@@ -18,10 +18,16 @@ from robostiff.analytic.derivation import Definition
 from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading, written_size
-from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
+from robostiff.analytic.robot_derivation import (
+    InNames,
+    LegDerivation,
+    RobotDerivation,
+    VectorLevel,
+)
 from robostiff.analytic.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
 from robostiff.analytic.sum_of_springs import sum_of_springs
+from robostiff.analytic.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
 from robostiff.record import Entry
@@ -311,6 +317,7 @@ def _derivation(
         following=placed.following,
         conditions=conditions_of(placed),
         named=named,
+        at_vector_level=VectorLevel(lambda: vector_form(placed)),
     )
     check_robot(derivation, placed)
     return derivation

@@ -13,13 +13,17 @@ from robostiff.analytic.export.broken_lines import Breaks, broken_lines, math_wi
 from robostiff.analytic.export.entries import MatrixName, rows
 from robostiff.analytic.export.outline import (
     Inverse,
+    LegSum,
     MatrixEquation,
     Recursion,
     Same,
     ScalarEquations,
     Transport,
+    VectorEquations,
     WrenchSum,
 )
+from robostiff.analytic.export.vector_displays import written_vector
+from robostiff.analytic.vector_form import Equation
 
 Measure = Callable[[sp.Basic], float]
 
@@ -140,6 +144,12 @@ class MathLanguage:
         The cross of a vector product.
     number : callable
         A whole number.
+    dot : str
+        The point of a scalar product.
+    norm : callable
+        The length of a written vector.
+    total_over_legs : str
+        A sum over all legs i.
     """
 
     breaks: Breaks
@@ -152,6 +162,9 @@ class MathLanguage:
     inverse: str
     times: str
     number: Callable[[int], str]
+    dot: str
+    norm: Callable[[str], str]
+    total_over_legs: str
 
 
 @dataclass(frozen=True)
@@ -173,9 +186,21 @@ class Row:
 
 Display = tuple[Row, ...]
 
+Displayable = (
+    ScalarEquations
+    | VectorEquations
+    | MatrixEquation
+    | Recursion
+    | Inverse
+    | Transport
+    | Same
+    | WrenchSum
+    | LegSum
+)
+
 
 def displays(
-    block: ScalarEquations | MatrixEquation | Recursion | Inverse | Transport | Same | WrenchSum,
+    block: Displayable,
     language: MathLanguage,
     room: float,
 ) -> list[Display]:
@@ -183,7 +208,7 @@ def displays(
 
     Parameters
     ----------
-    block : ScalarEquations, MatrixEquation, Recursion, Inverse, Transport, Same or WrenchSum
+    block : Displayable
     language : MathLanguage
     room : float
         Width of the page in widths of a letter.
@@ -195,6 +220,8 @@ def displays(
     match block:
         case ScalarEquations(rows):
             return [tuple(_equation(name, e, language, room) for name, e in rows)]
+        case VectorEquations(equations):
+            return [tuple(_vector_equation(e, language, room) for e in equations)]
         case MatrixEquation():
             return _matrix(block, language, room)
         case Transport(after, before, axes, arm):
@@ -210,11 +237,27 @@ def displays(
             w = language.matrix_name("w")
             part = language.fraction(f"{w} {w}{language.transposed}", language.name("c"))
             written = f"{language.total} {part}"
+        case LegSum(left, wrenches):
+            parts = []
+            for w, c in wrenches:
+                own = language.matrix_name(w)
+                parts.append(
+                    language.fraction(f"{own} {own}{language.transposed}", language.name(c))
+                )
+            inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
+            written = f"{language.total_over_legs} {inner}"
         case Inverse(left, right):
             written = f"{named(right)}{language.inverse}"
         case Same(left, right):
             written = named(right)
     return [(Row(named(left), (written,)),)]
+
+
+def _vector_equation(equation: Equation, language: MathLanguage, room: float) -> Row:
+    if isinstance(equation.expression, sp.Expr):
+        return _equation(equation.name, equation.expression, language, room)
+    name = language.matrix_name if equation.is_vector else language.name
+    return Row(name(equation.name), (written_vector(equation.expression, language),))
 
 
 def _equation(name: str, expression: sp.Expr, language: MathLanguage, room: float) -> Row:

@@ -20,7 +20,13 @@ from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays
 from robostiff.analytic.export.entries import MatrixName
-from robostiff.analytic.export.outline import Block, Nomenclature, OutlineHeading, OutlineText
+from robostiff.analytic.export.outline import (
+    Block,
+    Nomenclature,
+    OutlineHeading,
+    OutlineText,
+    Table,
+)
 from robostiff.analytic.export.products import printed_product
 from robostiff.analytic.export.symbol_names import GREEK, differential_parts, is_greek, name_parts
 from robostiff.analytic.export.vocabulary import constant_name, function_name
@@ -233,6 +239,9 @@ MATHML = MathLanguage(
     inverse="<msup><mrow></mrow><mrow><mo>−</mo><mn>1</mn></mrow></msup>",
     times="<mo>×</mo>",
     number=lambda number: f"<mn>{number}</mn>",
+    dot="<mo>·</mo>",
+    norm=lambda written: f"<mrow><mo>|</mo>{written}<mo>|</mo></mrow>",
+    total_over_legs="<munder><mo>∑</mo><mi>i</mi></munder>",
 )
 
 
@@ -241,6 +250,9 @@ _PAGE_STYLE = """\
 body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 serif; }
 .formula { overflow-x: auto; padding: 0.35rem 0; }
 mi.matrix { font-weight: bold; }
+table { border-collapse: collapse; margin: 0.5rem 2rem; }
+td, th { padding: 0.15rem 0.8rem; text-align: left; }
+th { border-bottom: 1px solid; font-weight: normal; }
 """
 
 
@@ -302,8 +314,19 @@ def _written(block: Block, first: int) -> list[str]:
                 for names, meaning in rows
             )
             return [element(f"h{min(first + 1, 6)}", "Nomenclature"), element("dl", terms)]
+        case Table(head, rows):
+            return [_table(head, rows)]
         case _:
             return [_display(formula) for formula in displays(block, MATHML, _ROOM)]
+
+
+def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[sp.Expr]]]) -> str:
+    names = "".join(element("th", element("math", mathml_name(name))) for name in head)
+    lines = [element("tr", element("th", "leg") + names)]
+    for words, own in rows:
+        cells = "".join(element("td", element("math", mathml(mathml_expression(x)))) for x in own)
+        lines.append(element("tr", element("td", escaped(words)) + cells))
+    return element("table", "".join(lines))
 
 
 def _display(formula: Display) -> str:

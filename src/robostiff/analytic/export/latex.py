@@ -17,6 +17,7 @@ from robostiff.analytic.export.outline import (
     Nomenclature,
     OutlineHeading,
     OutlineText,
+    Table,
 )
 from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
 
@@ -119,6 +120,9 @@ LATEX = MathLanguage(
     inverse=r"^{-1}",
     times=r"\times",
     number=str,
+    dot=r"\cdot",
+    norm=lambda written: f"\\lvert {written} \\rvert",
+    total_over_legs=r"\sum_{i}",
 )
 
 
@@ -166,8 +170,22 @@ def _written(block: Block) -> list[str]:
             return [latex_words(text)]
         case Nomenclature(rows):
             return ["\\paragraph*{Nomenclature}", _nomenclature(rows)]
+        case Table(head, rows):
+            return [_table(head, rows)]
         case _:
             return [_display(formula) for formula in displays(block, LATEX, _ROOM)]
+
+
+def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[sp.Expr]]]) -> str:
+    names = " & ".join(["leg", *(f"${latex_name(name)}$" for name in head)])
+    lines = [
+        " & ".join([latex_words(words), *(f"${latex_expression(x)}$" for x in own)])
+        for words, own in rows
+    ]
+    body = " \\\\\n".join([f"{names} \\\\\n\\hline", *lines])
+    body = body.replace("\\hline \\\\", "\\hline")
+    columns = "l" * (len(head) + 1)
+    return f"\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}"
 
 
 def _display(formula: Display) -> str:

@@ -8,8 +8,14 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.derivative_outline import outline_of
 from robostiff.analytic.export.displays import Display, displays
-from robostiff.analytic.export.latex import LATEX, aligned_rows, listed_names
-from robostiff.analytic.export.outline import Block, Nomenclature, OutlineHeading, OutlineText
+from robostiff.analytic.export.latex import LATEX, aligned_rows, latex_expression, listed_names
+from robostiff.analytic.export.outline import (
+    Block,
+    Nomenclature,
+    OutlineHeading,
+    OutlineText,
+    Table,
+)
 
 _ROOM = 70.0
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|$~&!])")
@@ -52,6 +58,11 @@ def _written(block: Block) -> list[str]:
         case Nomenclature(rows):
             items = [f"- {_names(names)}: {_words(meaning)}" for names, meaning in rows]
             return ["## Nomenclature", "\n".join(items)]
+        case Table(head, rows):
+            cells = [["leg", *(f"${LATEX.name(name)}$" for name in head)]]
+            cells.append(["---"] * len(cells[0]))
+            cells += [[_words(w), *(f"${latex_expression(x)}$" for x in own)] for w, own in rows]
+            return ["\n".join(f"| {' | '.join(row)} |" for row in cells)]
         case _:
             return [_display(formula) for formula in displays(block, LATEX, _ROOM)]
 

@@ -11,6 +11,7 @@ from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
 from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
 from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
+from robostiff.analytic.vector_form import Equation
 from robostiff.errors import printable
 from robostiff.spatial import Space
 
@@ -116,6 +117,33 @@ class WrenchSum:
 
 
 @dataclass(frozen=True)
+class VectorEquations:
+    """Vectors, rotations and scalars of them, one equation a line."""
+
+    rows: tuple[Equation, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of a name in words and of formulas, under a head of names."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
+
+    def __post_init__(self) -> None:
+        rows = tuple((printable(words), cells) for words, cells in self.rows)
+        object.__setattr__(self, "rows", rows)
+
+
+@dataclass(frozen=True)
+class LegSum:
+    """``result = sum over i of w_i w_i^T / c_i`` of the wrenches of a generic leg."""
+
+    result: MatrixName
+    wrenches: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
 class Nomenclature:
     """Names and their meanings; several names with the same meaning are listed together."""
 
@@ -132,6 +160,9 @@ Block = (
     | Transport
     | Same
     | WrenchSum
+    | VectorEquations
+    | LegSum
+    | Table
     | Nomenclature
 )
 

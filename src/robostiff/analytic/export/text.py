@@ -6,12 +6,14 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
+from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import displayed
+from robostiff.analytic.export.displays import MathLanguage, displayed
 from robostiff.analytic.export.entries import MatrixName, entries, rows
 from robostiff.analytic.export.outline import (
     Block,
     Inverse,
+    LegSum,
     MatrixEquation,
     Nomenclature,
     OutlineHeading,
@@ -19,9 +21,12 @@ from robostiff.analytic.export.outline import (
     Recursion,
     Same,
     ScalarEquations,
+    Table,
     Transport,
+    VectorEquations,
     WrenchSum,
 )
+from robostiff.analytic.export.vector_displays import written_vector
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
 
@@ -87,6 +92,22 @@ def _written(block: Block, width: int) -> list[str]:
             lines = _matrix(block, width)
         case Recursion(after, before, u, mu):
             lines = [f"{after.name} = {before.name} - {u.name} {u.name}^T / {mu}"]
+        case Same(left, right):
+            lines = [f"{left.name} = {right.name}"]
+        case WrenchSum(result):
+            lines = [f"{result.name} = sum of w w^T / c"]
+        case Nomenclature(named):
+            lines = _nomenclature(named, width)
+        case _:
+            lines = _of_legs(block, width)
+    return lines
+
+
+def _of_legs(
+    block: Inverse | Transport | VectorEquations | LegSum | Table, width: int
+) -> list[str]:
+    """Blocks about a leg alone, or about a generic one."""
+    match block:
         case Inverse(left, right):
             lines = [f"{left.name} = {right.name}^-1"]
         case Transport(after, before, axes, arm):
@@ -96,12 +117,20 @@ def _written(block: Block, width: int) -> list[str]:
                 f"T = [ {R:{len(lever)}}  {0:<{len(R)}} ]",
                 f"    [ {lever}  {R} ]",
             ]
-        case Same(left, right):
-            lines = [f"{left.name} = {right.name}"]
-        case WrenchSum(result):
-            lines = [f"{result.name} = sum of w w^T / c"]
-        case Nomenclature(named):
-            lines = _nomenclature(named, width)
+        case VectorEquations(equations):
+            lines = []
+            for e in equations:
+                lines += wrapped_formula(written_vector(e.expression, TEXT), width, f"{e.name} = ")
+        case LegSum(result, wrenches):
+            parts = [f"{w} {w}^T / {c}" for w, c in wrenches]
+            inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
+            lines = [f"{result.name} = sum over i of {inner}"]
+        case Table(head, listed):
+            cells = [["leg", *head], *([words, *map(plain_text, own)] for words, own in listed)]
+            widths = [max(len(row[j]) for row in cells) for j in range(len(cells[0]))]
+            padded = [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in cells]
+            padded.insert(1, ["-" * w for w in widths])
+            lines = ["  ".join(row).rstrip() for row in padded]
     return lines
 
 
@@ -140,6 +169,28 @@ def _aligned(matrix: sp.ImmutableMatrix) -> list[str]:
 def plain_text(expression: sp.Basic) -> str:
     """An expression as text, numbers without zeros at their end."""
     return sp.sstr(expression, full_prec=False)
+
+
+def _fraction(above: str, below: str) -> str:
+    bracketed = [f"({x})" if " " in x and x[0] != "|" else x for x in (above, below)]
+    return "/".join(bracketed)
+
+
+TEXT = MathLanguage(
+    breaks=Breaks(plain_text, "(", ")", "/", "^{}"),
+    name=str,
+    matrix_name=str,
+    matrix=lambda rows: f"[{'; '.join(', '.join(row) for row in rows)}]",
+    fraction=_fraction,
+    transposed="^T",
+    total="sum",
+    inverse="^-1",
+    times="x",
+    number=str,
+    dot=".",
+    norm=lambda written: f"|{written}|",
+    total_over_legs="sum over i of",
+)
 
 
 def _length(expression: sp.Basic) -> float:

@@ -20,6 +20,7 @@ from robostiff.analytic.export.outline import (
     Nomenclature,
     OutlineHeading,
     OutlineText,
+    Table,
 )
 from robostiff.analytic.export.products import printed_product
 from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
@@ -195,6 +196,9 @@ TYPST = MathLanguage(
     inverse="^(-1)",
     times="times",
     number=str,
+    dot="dot",
+    norm=lambda written: f"abs({written})",
+    total_over_legs="sum_i",
 )
 
 
@@ -335,9 +339,21 @@ def _written(block: Block, room: float, first: int) -> list[str]:
             return [typst_text(text)]
         case Nomenclature(rows):
             return [f"{'=' * (first + 1)} Nomenclature", _nomenclature(rows)]
+        case Table(head, rows):
+            return [_table(head, rows)]
         case _:
             formulas = displays(block, TYPST, room)
             return [text for formula in formulas for text in _placed(formula, room)]
+
+
+def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[sp.Expr]]]) -> str:
+    cells = ["  [leg], " + " ".join(f"[${typst_name(name)}$]," for name in head)]
+    cells.append("  table.hline(stroke: 0.5pt),")
+    for words, own in rows:
+        written = " ".join(f"[${typst_expression(x)}$]," for x in own)
+        cells.append(f"  [{typst_text(words)}], {written}")
+    start = f"#pad(left: 1.5em, table(columns: {len(head) + 1}, stroke: none, column-gutter: 1em,"
+    return "\n".join([start, *cells, "))"])
 
 
 def _placed(formula: Display, room: float) -> list[str]:

@@ -1,0 +1,109 @@
+"""The section of an exported derivation at vector level: one leg, a table, and the sum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.derivation import Definition
+from robostiff.analytic.export.entries import MatrixName
+from robostiff.analytic.export.outline import (
+    Block,
+    LegSum,
+    OutlineHeading,
+    OutlineText,
+    Table,
+    VectorEquations,
+    equations,
+)
+from robostiff.analytic.vector_form import VectorForm
+
+_MEANINGS = {
+    "a_i": "joint on the base",
+    "b_i": "joint on the platform, in its axes",
+    "u_i": "unit vector along the leg",
+    "e_i": "first axis of the joint on the base",
+    "g_i": "unit vector across this axis and the leg",
+    "n_i": "unit vector across the joint on the base",
+    "r_0": "reference point, in the axes of the platform",
+}
+
+
+def vector_blocks(
+    found: VectorForm, result: MatrixName, known: Sequence[Definition], taken: set[str]
+) -> tuple[tuple[Block, ...], set[Any]]:
+    """The generic leg, the table of what differs, and the sum over the legs.
+
+    Also the known names that it defines.
+
+    Parameters
+    ----------
+    found : VectorForm
+    result : MatrixName
+        Name of the stiffness.
+    known : sequence of Definition
+        Names that the rest of the derivation has.
+    taken : set of str
+        Names that stand for something else.
+    """
+    renamed, names = _in_known_names(found, known, taken)
+    leg = [_renamed(e, renamed) for e in found.leg]
+    first = [e for e in leg if not e.name.startswith(("w_", "c_"))]
+    rest = [e for e in leg if e.name.startswith(("w_", "c_"))]
+    blocks: list[Block] = [
+        OutlineHeading("One leg, and what differs between the legs"),
+        OutlineText(_in_words(found)),
+        VectorEquations((*found.pose, *first)),
+    ]
+    if names:
+        blocks.append(equations(names))
+    blocks.append(VectorEquations(tuple(rest)))
+    if found.columns:
+        head = tuple(found.columns)
+        columns = list(found.columns.values())
+        rows = [(leg, tuple(c[i] for c in columns)) for i, leg in enumerate(found.legs)]
+        blocks.append(Table(head, tuple(rows)))
+    if found.turned:
+        same = "; ".join(", ".join(group) for group in found.turned)
+        blocks.append(OutlineText(f"Legs that are turns of one another about z: {same}."))
+    return (*blocks, LegSum(result, found.wrenches)), {d.symbol for d in names}
+
+
+def _in_words(found: VectorForm) -> str:
+    written = {e.name for e in (*found.pose, *found.leg)}
+    words = [f"{name} is the {text}" for name, text in _MEANINGS.items() if name in written]
+    rotation = next((e.name for e in found.pose[1:] if e.name != "r_0"), None)
+    start = "p is the point of the platform"
+    if rotation:
+        start += f", {rotation} its rotation"
+    return f"{start}; of leg i, {', '.join(words)}. A wrench w is [force; moment]."
+
+
+def _in_known_names(
+    found: VectorForm, known: Sequence[Definition], taken: set[str]
+) -> tuple[dict[Any, Any], tuple[Definition, ...]]:
+    """Names that the rest of the derivation has for the same formulas, otherwise free ones."""
+    by_formula = {d.expression: d.symbol for d in known}
+    used = taken | {d.symbol.name for d in known}
+    renamed: dict[Any, Any] = {}
+    new = []
+    for definition in found.names:
+        own = by_formula.get(definition.expression)
+        if own is None:
+            name = definition.symbol.name
+            while name in used:
+                letter, _, number = name.partition("_")
+                name = f"{letter}'_{number}"
+            own = sp.Symbol(name, positive=True)
+        new.append(Definition(own, definition.expression))
+        renamed[definition.symbol] = own
+    return renamed, tuple(new)
+
+
+def _renamed(equation: Any, names: Mapping[Any, Any]) -> Any:
+    if isinstance(equation.expression, sp.Expr):
+        return replace(equation, expression=equation.expression.xreplace(dict(names)))
+    return equation
