@@ -15,6 +15,7 @@ from robostiff.errors import InputError
 
 _FULL_TURN = 1440  # quarters of a degree
 _SAME = 1e-9
+_WHOLE = 1e-6
 _STEP = 0.01  # of an angle, to see which points turn with it
 
 
@@ -116,12 +117,14 @@ class LegTable:
 
         def angle(**other: float) -> float:
             values = {s: self.nominal.get(s.name, 1.0) + other.get(s.name, 0.0) for s in symbols}
-            return float(np.arctan2(*reversed([float(v) for v in values_of([x, y], values)])))
+            across, up = map(float, values_of([x, y], values))
+            return float(np.arctan2(up, across))
 
         here = angle()
-        slopes = {s: _near_whole((angle(**{s.name: _STEP}) - here) / _STEP) for s in turning}
-        if any(n is None for n in slopes.values()):
+        slopes = {s: (angle(**{s.name: _STEP}) - here) / _STEP for s in turning}
+        if any(abs(n - round(n)) > _WHOLE for n in slopes.values()):
             return None
+        slopes = {s: round(n) for s, n in slopes.items()}
         written = sum((n * s for s, n in slopes.items()), sp.Integer(0))
         start = here - sum(n * self.nominal.get(s.name, 1.0) for s, n in slopes.items())
         quarters = start / (2 * np.pi) * _FULL_TURN
@@ -133,10 +136,6 @@ class LegTable:
         if not _are_same((radius * sp.cos(written), radius * sp.sin(written)), (x, y)):
             return None
         return radius, written
-
-
-def _near_whole(number: float) -> int | None:
-    return round(number) if abs(number - round(number)) < 1e-6 else None
 
 
 def _number(angle: Any) -> Any:

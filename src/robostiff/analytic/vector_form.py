@@ -102,7 +102,7 @@ class VectorForm:
         """
         known: dict[str, Any] = dict(values)
         for definition in self.names:
-            given = {s: known[s.name] for s in definition.expression.free_symbols}
+            given = {s: known[str(s)] for s in definition.expression.free_symbols}
             known[definition.symbol.name] = values_of([definition.expression], given)[0]
         for equation in self.pose:
             known[equation.name] = vector_value(equation.expression, known)
