@@ -30,7 +30,7 @@ from robostiff.analytic.export.outline import (
     title_of,
 )
 from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
-from robostiff.analytic.export.vector_outline import vector_blocks
+from robostiff.analytic.export.vector_outline import vector_blocks, vector_meanings
 from robostiff.analytic.leg_elimination import LegElimination
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.errors import InputError
@@ -183,6 +183,9 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
     for letter, meaning in _MEANINGS.items():
         if any(name.startswith(f"{letter}_") for name in defined):
             rows.append(((letter,), meaning))
+    form = derivation.vectors
+    if form is not None:
+        rows += vector_meanings(form)
     pose = tuple(name for name in derivation.coordinates if name in names.given)
     if pose:
         rows.append((pose, _of_pose(pose)))

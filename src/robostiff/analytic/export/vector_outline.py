@@ -22,13 +22,16 @@ from robostiff.analytic.export.outline import (
 from robostiff.analytic.vector_form import VectorForm
 
 _MEANINGS = {
-    "a_i": "joint on the base",
-    "b_i": "joint on the platform, in its axes",
+    "p": "point of the platform",
+    "R": "rotation of the platform",
+    "Q": "rotation of the platform",
+    "r_0": "reference point, in the axes of the platform",
+    "a_i": "joint of leg i on the base",
+    "b_i": "its joint on the platform, in the platform's axes",
     "u_i": "unit vector along the leg",
     "e_i": "first axis of the joint on the base",
     "g_i": "unit vector across this axis and the leg",
-    "n_i": "unit vector across the joint on the base",
-    "r_0": "reference point, in the axes of the platform",
+    "n_i": "unit vector across both axes of the joint on the base",
 }
 
 
@@ -55,7 +58,10 @@ def vector_blocks(
     rest = [e for e in leg if e.name.startswith(("w_", "c_"))]
     blocks: list[Block] = [
         OutlineHeading("One leg, and what differs between the legs"),
-        OutlineText(_in_words(found)),
+        OutlineText(
+            "A leg transmits forces and couples, written as [force; moment], between a point of "
+            "the base and a point of the platform. The table has what differs between the legs."
+        ),
         VectorEquations((*found.pose, *first)),
     ]
     if names:
@@ -72,14 +78,10 @@ def vector_blocks(
     return (*blocks, LegSum(result, found.wrenches)), {d.symbol for d in names}
 
 
-def _in_words(found: VectorForm) -> str:
-    written = {e.name for e in (*found.pose, *found.leg)}
-    words = [f"{name} is the {text}" for name, text in _MEANINGS.items() if name in written]
-    rotation = next((e.name for e in found.pose[1:] if e.name != "r_0"), None)
-    start = "p is the point of the platform"
-    if rotation:
-        start += f", {rotation} its rotation"
-    return f"{start}; of leg i, {', '.join(words)}. A wrench w is [force; moment]."
+def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...], str]]:
+    """Names of the vector form and their meanings, for the nomenclature."""
+    written = {e.name for e in (*found.pose, *found.leg) if e.is_vector}
+    return [((MatrixName(name),), text) for name, text in _MEANINGS.items() if name in written]
 
 
 def _in_known_names(
