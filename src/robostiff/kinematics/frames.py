@@ -242,7 +242,10 @@ class ChainWalk:
                 if len(telescope.beams) > 1
                 else (f"{telescope.name}.beam")
             )
-            self.spring(name, telescope.axes, telescopic_elasticity(beam, length))
+            own = beam.fixed_elasticity
+            if own is None:
+                own = telescopic_elasticity(beam, length)
+            self.spring(name, telescope.axes, own)
 
     def freedom(self, name: str, screw: Screw, role: Role) -> np.ndarray:
         """Place one freedom; its axis in the world."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from robostiff.elasticity import (
     Elasticity,
     EulerBernoulli,
     Material,
+    beam_compliance,
 )
 from robostiff.errors import InputError
 from robostiff.model.joint import Role
@@ -104,6 +106,14 @@ class TelescopicBeam:
             raise InputError("share of the extension", got=self.share, expected="0 to 1")
         if not _may_be_at_least_zero(self.fixed):
             raise InputError("fixed length", got=self.fixed, expected="zero or more metres")
+
+    @cached_property
+    def fixed_elasticity(self) -> Elasticity | None:
+        """That of a beam of known length; None where the extension changes it."""
+        known = isinstance(self.share, int | float) and isinstance(self.fixed, int | float)
+        if not known or self.share != 0 or not self.fixed > 0:
+            return None
+        return Elasticity(beam_compliance(self.fixed, self.material, self.section, self.theory))
 
     def mass_at(self, length: np.ndarray) -> np.ndarray | None:
         """Mass at lengths (...) [kg]; None where neither it nor a density is known."""

@@ -270,12 +270,12 @@ class Snapshot:
         for leg in self.legs:
             # Where on its axis a slide is drawn means nothing.
             points += [e.point for e in leg.parts if isinstance(e, PlacedSpring) or e.turns]
-        furthest = np.max([np.max(np.abs(point), axis=-1) for point in _together(points)], axis=0)
+        together = _together(points)
+        furthest = np.max(np.abs(together), axis=(0, -1))
         # From the first point on: a robot that is all in one point gets an exact zero.
-        points = [point - points[0] for point in points]
-        mean = sum(points[1:], np.zeros(self.reference_point.shape)) / len(points)
-        square = sum(np.einsum("...i,...i->...", p - mean, p - mean) for p in points)
-        length = np.sqrt(square / len(points))
+        together = together - together[0]
+        apart = together - np.mean(together, axis=0)
+        length = np.sqrt(np.einsum("k...i,k...i->...", apart, apart) / len(points))
         return np.where(length > _ROUNDING * furthest, length, 0.0)
 
     @property

@@ -273,7 +273,7 @@ def solved(
         return Equilibrium(question.name, question.space, status)
     nothing = np.zeros(problem.size)
     loading = LoadCase(nothing, nothing if wrench is None else wrench)
-    unloaded = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
+    unloaded = question.unloaded
     if unloaded.rigid:
         return Equilibrium(
             question.name, question.space, status | EquilibriumStatus.RIGID_DIRECTION

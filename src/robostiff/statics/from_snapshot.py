@@ -261,7 +261,7 @@ class _Walk:
         for i, element in enumerate(run):
             drive = None
             if isinstance(element, PlacedSpring):
-                own += self.springs.of(element, self._parts(run, i))
+                own += self.springs.of(element, lambda i=i: self._parts(run, i))
             elif _moves(element):
                 drive = len(own)
                 own.append(_joint(element))

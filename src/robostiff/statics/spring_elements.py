@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from robostiff.model import PlacedSpring
 from robostiff.spatial import Space, block_rotation, compliance_modes
-from robostiff.statics.beam_bowing import uniform_beam
+from robostiff.statics.beam_bowing import UniformBeam, uniform_beam
 from robostiff.statics.element import BeamShape, Element, FiniteSpring
 
 
@@ -42,27 +43,35 @@ class SpringElements:
     space : Space
     known : dict
         By compliance, and in the plane by axes.
+    beams : dict
+        The uniform beam of each compliance; None where it is none.
     """
 
     space: Space
     known: dict[tuple[object, ...], _Own] = field(default_factory=dict)
+    beams: dict[tuple[bytes, bytes], UniformBeam | None] = field(default_factory=dict)
 
-    def of(self, spring: PlacedSpring, parts: int) -> list[Element]:
+    def of(self, spring: PlacedSpring, parts_of: Callable[[], int]) -> list[Element]:
         """An elastic part as one spring, or a beam as so many elements with their bowing.
 
         Parameters
         ----------
         spring : PlacedSpring
-        parts : int
-            Into how many a beam is cut; 0 for a linear spring.
+        parts_of : callable
+            Into how many it is cut if it is a beam; 0 for a linear spring.
         """
         C = spring.elasticity.compliance
         free = np.array(spring.elasticity.freedoms, dtype=float)
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
-        key = (C.tobytes(), free.tobytes(), turned, parts)
+        entries = C.tobytes(), free.tobytes()
+        if entries not in self.beams:
+            self.beams[entries] = None if free.size else uniform_beam(C)
+        beam = self.beams[entries]
+        parts = 0 if beam is None else parts_of()
+        key = (*entries, turned, parts)
         own = self.known.get(key)
         if own is None:
-            own = self.known[key] = self._own(spring, C, free, parts)
+            own = self.known[key] = self._own(spring, C, free, beam if parts else None, parts)
         x = spring.rotation[:, 0] * own.length
         rotation = np.array(spring.rotation, dtype=float)[None]
         ends = [spring.point - x * (1 - (i + 1) / own.parts) for i in range(own.parts)]
@@ -78,8 +87,14 @@ class SpringElements:
             for end in ends
         ]
 
-    def _own(self, spring: PlacedSpring, C: np.ndarray, free: np.ndarray, parts: int) -> _Own:
-        beam = uniform_beam(C) if parts and not free.size else None
+    def _own(
+        self,
+        spring: PlacedSpring,
+        C: np.ndarray,
+        free: np.ndarray,
+        beam: UniformBeam | None,
+        parts: int,
+    ) -> _Own:
         if beam is None:
             return _Own(*self._modes(spring, C, free), None, 0.0, 1)
         shape = BeamShape(np.array([beam.EA / beam.length * parts]), beam.shortening(parts)[None])
