@@ -121,6 +121,7 @@ from robostiff.robots.derivation import derive as derive
 from robostiff.robots.descriptions import load_linkage as load_linkage
 from robostiff.spatial import Frame as Frame
 from robostiff.statics import Bowing as Bowing
+from robostiff.statics import CompiledLoading as CompiledLoading
 from robostiff.statics import CriticalLoad as CriticalLoad
 from robostiff.statics import DeadForce as DeadForce
 from robostiff.statics import Equilibria as Equilibria
@@ -128,8 +129,10 @@ from robostiff.statics import Equilibrium as Equilibrium
 from robostiff.statics import EquilibriumStatus as EquilibriumStatus
 from robostiff.statics import ForceLaw as ForceLaw
 from robostiff.statics import Linear as Linear
+from robostiff.statics import LoadedAnswer as LoadedAnswer
 from robostiff.statics import Mode as Mode
 from robostiff.statics import Modes as Modes
+from robostiff.statics import compile_loaded as compile_loaded
 from robostiff.statics import critical_load as critical_load
 from robostiff.statics import deflection as deflection
 from robostiff.statics import equilibrium as equilibrium

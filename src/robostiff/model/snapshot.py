@@ -237,7 +237,7 @@ class Snapshot:
             batches.append(
                 e.axis.shape[:-1] if isinstance(e, PlacedFreedom) else e.rotation.shape[:-2]
             )
-        batch = np.broadcast_shapes(self.reference_point.shape[:-1], *batches)
+        batch = np.broadcast_shapes(self.reference_point.shape[:-1], *set(batches))
         if batch != self.reference_point.shape[:-1]:
             reference = np.broadcast_to(self.reference_point, (*batch, 3))
             object.__setattr__(self, "reference_point", reference)

@@ -63,6 +63,20 @@ def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
     return Margin(float(ratios[0]), T @ vectors[:, 0])
 
 
+def _margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
+    """Of pairs of forms (N, n, n); at once where the second of all are positive definite."""
+    if Q.shape[-1] == 0:
+        return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
+    w, V = np.linalg.eigh(0.5 * (Q0 + np.swapaxes(Q0, -1, -2)))
+    if not np.all(w > _NONE * np.maximum(w[:, -1:], 0.0)):
+        return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
+    T = V / np.sqrt(w)[:, None]
+    form = 0.5 * (Q + np.swapaxes(Q, -1, -2))
+    ratios, vectors = np.linalg.eigh(np.swapaxes(T, -1, -2) @ form @ T)
+    modes = (T @ vectors[..., :1])[..., 0]
+    return [Margin(float(r), mode) for r, mode in zip(ratios[:, 0], modes, strict=True)]
+
+
 def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Linearised) -> Margin:
     """Of the platform, legs in equilibrium; its mode is a twist (r,)."""
     scale = np.outer(problem.scale, problem.scale)
@@ -108,8 +122,7 @@ def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | N
         legs = np.flatnonzero(ranks == rank)
         N = np.swapaxes(Vt[legs, rank:], -1, -2) * scale[legs, :, None]
         across = np.swapaxes(N, -1, -2)
-        pairs = zip(across @ Q[legs] @ N, across @ Q0[legs] @ N, strict=True)
-        for leg, own, (q, q0) in zip(legs, N, pairs, strict=True):
-            least = margin(q, q0)
+        pairs = across @ Q[legs] @ N, across @ Q0[legs] @ N
+        for leg, own, least in zip(legs, N, _margins(*pairs), strict=True):
             found[leg] = Margin(least.value, own @ least.mode)
     return found

@@ -252,13 +252,18 @@ class CompiledLoading:
     def _compute_again(
         self, robot: Robot, pose: Pose, F: np.ndarray, rows: np.ndarray, answer: LoadedAnswer
     ) -> None:
-        found = equilibrium(robot, pose, F, beams=self.beams)
-        if not isinstance(found, Equilibria):
-            raise TypeError("a batch of poses gives equilibria")
+        found = _equilibria(robot, pose, F, self.beams)
         K = found.K.filled(np.nan)
         answer.K_sym[rows] = 0.5 * (K + np.swapaxes(K, -1, -2))
         answer.displacement[rows] = found.displacement.filled(np.nan)
         answer.stable[rows], answer.status_codes[rows] = found.stable, found.status_codes
+
+
+def _equilibria(robot: Robot, pose: Pose, F: np.ndarray, beams: Beams) -> Equilibria:
+    found = equilibrium(robot, pose, F, beams=beams)
+    if not isinstance(found, Equilibria):
+        raise TypeError("a batch of poses gives equilibria")
+    return found
 
 
 def displacement_of(place: np.ndarray) -> np.ndarray:
@@ -457,7 +462,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     status = EquilibriumStatus.OK
     for other, own in parameter_rows.groups(~answer.guarded):
         part = JointCoordinates(given[own]) if by_joints else given[own]
-        sure = equilibrium(other, part, F[own], beams=found.beams)
+        sure = _equilibria(other, part, F[own], found.beams)
         for k, one in zip(own, sure, strict=True):
             where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
             if not one.has_answer:

@@ -155,7 +155,8 @@ class _Moving:
             at = at + axis * (joint.slide * q)
         still = np.zeros(3, dtype=int).astype(object)
         turning = axis if joint.turns else still
-        self.curved[(len(self.columns),) * 2] = joint.stiffness
+        own = len(self.columns)
+        self.curved[own, own] = joint.stiffness
         self.columns.append(Column(k, axis * joint.slide, turning, at))
         self.stored.append(joint.stiffness * q)
         if joint.turns:
