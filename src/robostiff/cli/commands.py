@@ -94,7 +94,7 @@ def check_robot(
 def _add_details(facts: dict[str, Any], robot: Any, source: str, details: Details) -> None:
     """Freedoms of the platform at home; parts at home, where they are wanted."""
     if isinstance(robot, Robot | Snapshot):
-        from robostiff.cli.parts_at_home import mobility_at_home, parts_at_home
+        from robostiff.analysis.parts_at_home import mobility_at_home, parts_at_home
 
         if isinstance(robot, Robot) and not robot.is_serial:
             facts["mobility"] = mobility_at_home(robot)

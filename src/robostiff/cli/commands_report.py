@@ -22,7 +22,14 @@ from robostiff.errors import InputError
 from robostiff.io.map_files.read_map import read_map
 from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.model import Robot, Snapshot
-from robostiff.report import report_contents, report_path, save_report
+from robostiff.report import (
+    NO_TITLE_BLOCK,
+    TitleBlock,
+    described_by,
+    report_contents,
+    report_path,
+    save_report,
+)
 from robostiff.robots import load
 
 
@@ -36,6 +43,8 @@ class Pages:
     pdf: bool
     overwrite: bool = False
     finite: bool = False
+    compare: str | None = None
+    title_block: TitleBlock = NO_TITLE_BLOCK
 
 
 def make_report(
@@ -70,6 +79,9 @@ def make_report(
         found=None if pages.map_file is None else read_map(pages.map_file),
         symbolic=_with_symbols(source, settings),
         finite=pages.finite,
+        title_block=pages.title_block,
+        described_by=None if source == "-" else described_by(source, parameters_from(settings)),
+        other=None if pages.compare is None else load(pages.compare),
     )
     save_report(contents, *paths)
     if as_json:

@@ -231,6 +231,11 @@ def report(
     map_: report_options.MapOption = None,
     finite: report_options.FiniteOption = False,
     pdf: report_options.PdfOption = False,
+    compare: report_options.CompareOption = None,
+    project: report_options.ProjectOption = "",
+    author: report_options.AuthorOption = "",
+    date: report_options.DateOption = "",
+    revision: report_options.RevisionOption = "",
     overwrite: OverwriteOption = False,
     side: SideOption = None,
     allow_xacro: XacroOption = False,
@@ -246,7 +251,8 @@ def report(
     from robostiff.cli.commands_report import Pages, make_report
     from robostiff.cli.written_arguments import PoseArguments, SideFile
 
-    pages = Pages(wrench, map_, output, pdf, overwrite, finite)
+    block = report_options.title_block(project, author, date, revision)
+    pages = Pages(wrench, map_, output, pdf, overwrite, finite, compare, block)
     described = SideFile(side, allow_xacro)
     place = PoseArguments(pose, joints, at, near)
     return make_report(robot, place, pages, set_ or [], described, as_json=json_)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from robostiff.report import TitleBlock
 
 OutputOption = Annotated[
     str,
@@ -35,3 +38,27 @@ FiniteOption = Annotated[
         "critical load, and the force-deflection curve.",
     ),
 ]
+CompareOption = Annotated[
+    str | None,
+    typer.Option(
+        "--compare",
+        metavar="ROBOT",
+        help="Another design beside it, at the same pose and under the same load.",
+    ),
+]
+ProjectOption = Annotated[str, typer.Option("--project", help="Line of the title block.")]
+AuthorOption = Annotated[str, typer.Option("--author", help="Line of the title block.")]
+DateOption = Annotated[
+    str, typer.Option("--date", help="Line of the title block, such as 2026-11-22, or 'today'.")
+]
+RevisionOption = Annotated[str, typer.Option("--revision", help="Line of the title block.")]
+
+
+def title_block(project: str, author: str, date: str, revision: str) -> TitleBlock:
+    """The title block of a report."""
+    from datetime import date as day
+
+    from robostiff.report import TitleBlock
+
+    given = day.today().isoformat() if date == "today" else date
+    return TitleBlock(project, author, given, revision)

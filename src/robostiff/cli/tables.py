@@ -11,8 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from robostiff.analysis import Deflection, RobotStiffness
+from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.cli.output import BAR, shown
-from robostiff.cli.parts_at_home import part_in_words
 from robostiff.elastostatics import Status
 from robostiff.io.results.text import about, named, named_parts, shown_loads, shown_twist
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix

@@ -6,12 +6,17 @@ PDF.
 """
 
 from robostiff.report.contents import ReportContents, report_contents
+from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock, described_by
 from robostiff.report.page import report_html
 from robostiff.report.paper import report_pdf, report_typst
 from robostiff.report.write import report_path, save_report, write_report
 
 __all__ = [
+    "NO_TITLE_BLOCK",
+    "DescribedBy",
     "ReportContents",
+    "TitleBlock",
+    "described_by",
     "report_contents",
     "report_html",
     "report_path",

@@ -17,6 +17,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
 from robostiff.model import Robot, Snapshot
+from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
 from robostiff.statics import (
     CriticalLoad,
     Equilibrium,
@@ -54,6 +55,35 @@ class UnderLoad:
 
 
 @dataclass(frozen=True)
+class OtherDesign:
+    """A design that is compared.
+
+    Attributes
+    ----------
+    name : str
+    stiffness : RobotStiffness
+    deflection : Deflection or None
+        Under the same load.
+    """
+
+    name: str
+    stiffness: RobotStiffness
+    deflection: Deflection | None
+
+    @property
+    def status(self) -> Status:
+        """Status of the stiffness and, under a load, of the deflection."""
+        bent = self.deflection
+        return self.stiffness.status if bent is None else self.stiffness.status | bent.status
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """Advice about its results, each once."""
+        own = () if self.deflection is None else self.deflection.advice
+        return tuple(dict.fromkeys((*self.stiffness.advice, *own)))
+
+
+@dataclass(frozen=True)
 class ReportContents:
     """The results that a report shows for a robot at a pose.
 
@@ -77,6 +107,11 @@ class ReportContents:
         Of finite loads, where they are asked for.
     modes : Modes or None
         Natural vibrations without load, of a robot whose model has masses.
+    title_block : TitleBlock
+        What the report is filed under.
+    described_by : DescribedBy or None
+        The file of the robot, where it is known.
+    compared : OtherDesign or None
     """
 
     robot: Robot | Snapshot
@@ -89,6 +124,9 @@ class ReportContents:
     found: xarray.Dataset | None
     under_load: UnderLoad | None = None
     modes: Modes | None = None
+    title_block: TitleBlock = NO_TITLE_BLOCK
+    described_by: DescribedBy | None = None
+    compared: OtherDesign | None = None
 
     @property
     def status(self) -> Status:
@@ -107,6 +145,9 @@ def report_contents(
     found: xarray.Dataset | None = None,
     symbolic: Robot | None = None,
     finite: bool = False,
+    title_block: TitleBlock = NO_TITLE_BLOCK,
+    described_by: DescribedBy | None = None,
+    other: Robot | Snapshot | None = None,
 ) -> ReportContents:
     """Compute the results of a report.
 
@@ -128,6 +169,12 @@ def report_contents(
         The same robot with symbols, for its formula; `robot` itself when left out.
     finite : bool
         Whether to answer for finite loads too: equilibrium, critical load, force-deflection curve.
+    title_block : TitleBlock, optional
+        Project, author, date and revision.
+    described_by : DescribedBy, optional
+        The file of the robot, which is printed with its parameters.
+    other : Robot or Snapshot, optional
+        A design that is compared, at the same pose and under the same load.
 
     Raises
     ------
@@ -177,7 +224,31 @@ def report_contents(
         found=found,
         under_load=_under_load(numeric, pose, wrench, at, near) if finite else None,
         modes=_modes(numeric, pose, near),
+        title_block=title_block,
+        described_by=described_by,
+        compared=None if other is None else _other_design(other, result, pose, wrench, at),
     )
+
+
+def _other_design(
+    other: Robot | Snapshot,
+    result: RobotStiffness,
+    pose: Pose,
+    wrench: ArrayLike | None,
+    at: ArrayLike | None,
+) -> OtherDesign:
+    """Another design at the same pose, and under the same load."""
+    if not isinstance(other, Robot | Snapshot) or other.space is not result.space:
+        raise InputError(
+            "design that is compared",
+            got=getattr(other, "name", other),
+            expected=f"a robot or a snapshot with {result.space.size} freedoms",
+        )
+    own = other.numeric if isinstance(other, Robot) else other
+    place = pose if isinstance(own, Robot) else None
+    found = stiffness(own, place, at=at)
+    bent = None if wrench is None else deflection(own, place, wrench, at=at)
+    return OtherDesign(own.name, found, bent)
 
 
 def _under_load(

@@ -8,7 +8,7 @@ from string import Template
 
 from robostiff.analytic.export import derivation_html
 from robostiff.errors import needs_extra
-from robostiff.markup import Bullets, Table, Tone, block_html, element, escaped
+from robostiff.markup import Bullets, Facts, Table, Tone, block_html, element, escaped
 from robostiff.plot.on_plotly.swinging import swinging_script
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, figures_json
@@ -19,6 +19,7 @@ from robostiff.report.section import (
     Part,
     Section,
     SideBySide,
+    Verbatim,
     Verdict,
     report_title,
     verdict_of,
@@ -46,7 +47,7 @@ def report_html(contents: ReportContents) -> str:
     )
     return Template(_resource("page.html")).substitute(
         title=escaped(report_title(contents)),
-        lead=_lead(verdict_of(contents)),
+        lead=_title_block(contents) + _lead(verdict_of(contents)),
         version=__version__,
         links="\n".join(links),
         sections="\n".join(map(_section_html, sections)),
@@ -57,6 +58,12 @@ def report_html(contents: ReportContents) -> str:
         script=swinging_script() + _resource("page.js"),
         plotly=plotly,
     )
+
+
+def _title_block(contents: ReportContents) -> str:
+    """Project, author, date and revision, where they are given."""
+    lines = contents.title_block.lines
+    return element("div", block_html(Facts(lines)), class_="title-block") if lines else ""
 
 
 def _lead(verdict: Verdict) -> str:
@@ -82,13 +89,14 @@ def _part_html(part: Part) -> str:
         case Folded(title, parts):
             inner = "\n".join(map(_part_html, parts))
             return element("details", element("summary", escaped(title)) + inner)
+        case Verbatim(text):
+            return element("pre", escaped(text))
         case SideBySide(blocks):
             inner = "".join(element("div", block_html(block)) for block in blocks)
             return element("div", inner, class_="side-by-side")
-        case Table():
-            return element("div", block_html(part), class_="wide")
         case _:
-            return block_html(part)
+            html = block_html(part)
+            return element("div", html, class_="wide") if isinstance(part, Table) else html
 
 
 def _figure_html(figure: Figure) -> str:

@@ -12,8 +12,8 @@ from robostiff.analytic.export.typst import (
     typst_pdf,
     wants_wide_page,
 )
-from robostiff.errors import needs_extra
-from robostiff.markup import TYPST_BLOCKS, Bullets, Tone, block_typst, typst_text
+from robostiff.errors import needs_extra, printable
+from robostiff.markup import TYPST_BLOCKS, Bullets, Facts, Tone, block_typst, typst_text
 from robostiff.plot import Matplotlib
 from robostiff.plot.picture import Picture
 from robostiff.report.contents import ReportContents
@@ -24,12 +24,14 @@ from robostiff.report.section import (
     Part,
     Section,
     SideBySide,
+    Verbatim,
     report_title,
     verdict_of,
 )
 from robostiff.report.sections import report_sections
 from robostiff.version import __version__
 
+_LINES = "\n\t"
 _PREAMBLE = """\
 #set document(title: {title}, date: none)
 #set page(
@@ -39,7 +41,8 @@ _PREAMBLE = """\
     robostiff {version} #h(1fr) #counter(page).display("1 / 1", both: true)
   ],
 )
-#set text(size: 10pt)
+#set text(size: 9.5pt)
+#show table: set text(size: 8pt)
 #set par(justify: false)
 #show heading: set block(above: 1.5em, below: 0.9em, sticky: true)
 #show figure: set block(above: 1.2em, below: 1.2em)
@@ -79,6 +82,7 @@ def report_typst(contents: ReportContents) -> str:
         TYPST_BLOCKS,
         TYPST_DERIVATIONS,
         f"#text(size: 16pt, weight: 700)[{typst_text(title)}]",
+        *(block_typst(Facts(lines)) for lines in (contents.title_block.lines,) if lines),
         f"{typst_text(lead.place)}: status *{typst_text(str(lead.status))}*{lead.rank}.",
     ]
     if lead.advice:
@@ -110,6 +114,9 @@ def _part(part: Part) -> str:
             return derivation_in_typst(derivation, first_heading=3)
         case Folded(title, parts):
             return "\n\n".join([f"== {typst_text(title)}", *map(_part, parts)])
+        case Verbatim(text):
+            lines = _quoted(printable(text, kept=_LINES))
+            return f"#columns(2, text(size: 5.5pt, raw({lines}, block: true)))"
         case SideBySide(blocks):
             return "\n\n".join(map(block_typst, blocks))
         case _:
@@ -120,7 +127,7 @@ def _figure(figure: Figure) -> str:
     """The figure that the HTML page shows first."""
     level = figure.levels[figure.start]
     caption = figure.caption + (f" Here {level.label}." if level.label else "")
-    image = f'image(bytes({_quoted(_svg(level.picture))}), format: "svg", width: 100%)'
+    image = f'image(bytes({_quoted(_svg(level.picture))}), format: "svg", width: 68%)'
     return f"#figure({image}, caption: [{typst_text(caption)}])"
 
 

@@ -21,11 +21,18 @@ class FormulaBlock:
 
 
 @dataclass(frozen=True)
+class Verbatim:
+    """Text as it is, line by line."""
+
+    text: str
+
+
+@dataclass(frozen=True)
 class Folded:
     """Blocks that are collapsed below a title; on paper they are shown."""
 
     title: str
-    parts: tuple[Block | FormulaBlock, ...]
+    parts: tuple[Block | FormulaBlock | Verbatim, ...]
 
 
 @dataclass(frozen=True)
@@ -35,7 +42,7 @@ class SideBySide:
     blocks: tuple[Block, ...]
 
 
-Part = Block | Figure | Folded | FormulaBlock | SideBySide
+Part = Block | Figure | Folded | FormulaBlock | SideBySide | Verbatim
 
 
 @dataclass(frozen=True)

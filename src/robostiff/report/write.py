@@ -12,6 +12,7 @@ from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import Near, Pose
 from robostiff.model import Robot, Snapshot
 from robostiff.report.contents import ReportContents, report_contents
+from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
 from robostiff.report.page import report_html
 from robostiff.report.paper import report_pdf
 
@@ -31,6 +32,9 @@ def write_report(
     near: Near = None,
     found: xarray.Dataset | None = None,
     finite: bool = False,
+    title_block: TitleBlock = NO_TITLE_BLOCK,
+    described_by: DescribedBy | None = None,
+    other: Robot | Snapshot | None = None,
 ) -> None:
     """Write a report about a robot at a pose: an HTML page or a PDF.
 
@@ -53,6 +57,12 @@ def write_report(
     finite : bool
         Whether to answer for a finite wrench too: where the robot comes to rest, its stiffness
         there, the critical load, and the force-deflection curve.
+    title_block : TitleBlock, optional
+        Project, author, date and revision.
+    described_by : DescribedBy, optional
+        The file of the robot, as ``robostiff.report.described_by(path)`` reads it.
+    other : Robot or Snapshot, optional
+        A design that is compared, at the same pose and under the same load.
 
     Raises
     ------
@@ -68,7 +78,16 @@ def write_report(
     """
     checked = report_path(path)
     contents = report_contents(
-        robot, pose, wrench=wrench, at=at, near=near, found=found, finite=finite
+        robot,
+        pose,
+        wrench=wrench,
+        at=at,
+        near=near,
+        found=found,
+        finite=finite,
+        title_block=title_block,
+        described_by=described_by,
+        other=other,
     )
     save_report(contents, checked)
 

@@ -134,8 +134,8 @@ class LivePage:
             self._scene.show(seen)
             self._head.content = _framed(answer.head)
             self._stiffness.content = _framed(answer.stiffness or f"<p>{_EMPTY}</p>")
-            missing = _NO_LOAD if answer.layers else _EMPTY
-            self._load.content = _framed(answer.load or f"<p>{missing}</p>")
+            missing = f"<p>{_NO_LOAD}</p>" if answer.layers else ""
+            self._load.content = _framed(answer.load or missing)
 
     def _follow(self) -> None:
         """Draw the latest values; those that came while it was computing are passed over."""
@@ -218,7 +218,16 @@ class LivePage:
         cell = 10.0 ** np.floor(np.log10(size / 2))
         wide = 2 * float(np.ceil(size / cell)) * cell
         floor = (*np.round(middle[:2] / cell) * cell, float(low[2]))
-        scene.add_grid("/grid", wide, wide, cell_size=cell, section_size=5 * cell, position=floor)
+        scene.add_grid(
+            "/grid",
+            wide,
+            wide,
+            cell_size=cell,
+            section_size=5 * cell,
+            cell_color=(232, 232, 232),
+            section_color=(200, 200, 200),
+            position=floor,
+        )
         scene.add_frame("/world", axes_length=0.08 * size, axes_radius=0.002 * size)
         if self._machine.space is Space.PLANAR:
             scene.set_up_direction("+y")

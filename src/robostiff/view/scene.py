@@ -133,11 +133,7 @@ class LayeredScene:
         """Segments (n, 2, 3) of a line; of a dashed one every other piece."""
         segments = np.stack([item.points[:-1], item.points[1:]], axis=1)
         if not item.dashed:
-            # viser draws no node of a single segment
-            middle = segments.mean(axis=1, keepdims=True)
-            halves = (np.concatenate([segments[:, :1], middle], axis=1),)
-            halves += (np.concatenate([middle, segments[:, 1:]], axis=1),)
-            return np.concatenate(halves) if len(segments) == 1 else segments
+            return segments
         pieces = []
         for start, end in segments:
             n = max(1, round(float(np.linalg.norm(end - start)) / (2 * _DASH * self._size)))

@@ -1,0 +1,148 @@
+"""What makes a report one that can be filed and checked: title block, inputs, another design."""
+
+import base64
+import gzip
+import hashlib
+import json
+import re
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+from robostiff.report import (
+    TitleBlock,
+    described_by,
+    report_contents,
+    report_html,
+    report_pdf,
+    report_typst,
+)
+from robostiff.report.packed import packed, unpacked
+from robostiff.robots import robot_file
+from tests.report.machines import shipped
+
+LOAD = [100, 20, 3]
+CHANGED = {"R": "520 mm"}
+
+
+@pytest.fixture(scope="module")
+def contents():
+    return report_contents(
+        shipped("3-rrr"),
+        wrench=LOAD,
+        title_block=TitleBlock("Cell <4>", "A. Engineer", "2026-11-22", "B"),
+        described_by=described_by("3-rrr", CHANGED),
+        other=rs.load("3-rpr"),
+    )
+
+
+@pytest.fixture(scope="module")
+def html(contents):
+    return report_html(contents)
+
+
+def test_the_title_block_stands_before_the_verdict(html):
+    head = html.partition("<header>")[2].partition("</header>")[0]
+    block = head.index('class="title-block"')
+    assert block < head.index("status-")
+    for text in ("Cell &lt;4&gt;", "A. Engineer", "2026-11-22", "<dt>revision</dt><dd>B</dd>"):
+        assert text in head
+
+
+def test_lines_left_empty_are_not_printed():
+    html = report_html(report_contents(shipped("3-rpr")))
+    assert 'class="title-block"' not in html
+
+
+def test_a_line_that_is_no_line_is_refused():
+    with pytest.raises(rs.InputError, match="author of a report"):
+        TitleBlock(author="x" * 500)
+
+
+def test_the_file_is_there_word_for_word(contents, html):
+    text = robot_file("3-rrr").read_text(encoding="utf-8")
+    assert hashlib.sha256(text.encode()).hexdigest() in html
+    assert "robostiff: 1\nname: 3-rrr\n" in html
+    assert contents.described_by is not None
+    assert contents.described_by.text == text
+
+
+def test_parameters_are_as_written_and_as_changed(contents, html):
+    assert contents.described_by is not None
+    parameters = contents.described_by.parameters
+    table = html.partition("<h3>Parameters</h3>")[2].partition("</table>")[0]
+    for name, value in parameters.items():
+        if name not in CHANGED:
+            assert f'<th scope="row">{name}</th><td>{value}</td><td></td>' in table
+    (name,) = CHANGED
+    assert f"instead of {parameters[name]}" in table
+
+
+def test_every_joint_and_elastic_part_is_listed(html):
+    inputs = html.partition('id="inputs"')[2].partition("</section>")[0]
+    for leg in shipped("3-rrr").legs:
+        assert f"<h3>{leg.name}</h3>" in inputs
+        own = inputs.partition(f"<h3>{leg.name}</h3>")[2].partition("<h3>")[0]
+        for part in leg.chain.elements:
+            assert f'<th scope="row">{part.name}</th>' in own
+
+
+def test_the_other_design_has_its_own_matrix_and_displacements(html):
+    section = html.partition('id="comparison"')[2].partition("</section>")[0]
+    matrix = section.partition('data-symbol="K"')[2].partition("</table>")[0]
+    shown = [float(v) for v in re.findall(r'<data value="([^"]+)"', matrix)]
+    assert shown == rs.stiffness(rs.load("3-rpr")).K.ravel().tolist()
+    moves = section.partition("second over first")[2].partition("</table>")[0]
+    values = [float(v) for v in re.findall(r'<data value="([^"]+)"', moves)]
+    first = rs.deflection(rs.load("3-rrr"), None, LOAD).twist
+    second = rs.deflection(rs.load("3-rpr"), None, LOAD).twist
+    np.testing.assert_allclose(values[:3], [1e6 * first[0], 1e6 * second[0], second[0] / first[0]])
+
+
+def test_a_design_of_another_space_is_refused():
+    with pytest.raises(rs.InputError, match="design that is compared"):
+        report_contents(shipped("3-rpr"), other=rs.load("hexapod"))
+
+
+def test_paper_has_what_the_page_has(contents, html):
+    typst = report_typst(contents)
+    headings = re.findall("<h2>(.*?)</h2>", html)
+    assert re.findall("^= (.*)$", typst, re.MULTILINE) == [h.replace("-", "\\-") for h in headings]
+    assert "A\\. Engineer" in typst
+    pages = re.findall(rb"/Type\s*/Page\b", report_pdf(contents))
+    assert 1 <= len(pages) <= 8
+
+
+def test_a_page_is_below_two_megabytes(html):
+    assert len(html.encode()) < 2_000_000
+
+
+def test_figures_come_out_of_the_page_as_they_went_in(html):
+    found = re.search(r'id="figures">([^<]*)</script>', html)
+    assert found is not None
+    names = [figure["name"] for figure in json.loads(unpacked(found[1]))]
+    assert names[0] == "robot"
+    assert f"plot-{names[-1]}" in html
+
+
+def test_packed_text_cannot_end_its_element():
+    # so many bytes that every sign occurs
+    text = "".join(chr(33 + (i * i) % 9001) for i in range(30000))
+    assert "<" not in packed(text)
+    assert unpacked(packed(text)) == text
+    plain = base64.b85encode(gzip.compress(text.encode(), 9, mtime=0))
+    assert b"<" in plain
+
+
+def test_the_command_takes_all_of_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    asked = ["report", "3-rpr", "-o", "r.html", "--compare", "3-rrr", "--project", "Cell 4"]
+    asked += ["--author", "A. E.", "--date", "2026-11-22", "--revision", "C"]
+    outcome = CliRunner().invoke(app, asked)
+    assert outcome.exit_code == 0, outcome.stderr
+    html = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "<h2>Beside 3-rrr</h2>" in html
+    assert "<dd>C</dd>" in html
