@@ -152,3 +152,31 @@ def test_half_a_screen_is_wide_enough_and_dark_is_dark(browser, planar_page):
         "(place) => place._fullLayout.paper_bgcolor === '#ffffff')"
     )
     page.close()
+
+
+def test_what_is_printed_is_an_image_of_every_figure_on_light_ground(browser, planar_page):
+    image = pytest.importorskip("PIL.Image")
+    report = opened(browser, planar_page, dark=True)
+    page = report.page
+    page.wait_for_function(
+        "[...document.querySelectorAll('.on-paper')].every((one) => one.complete && one.src)",
+        timeout=120_000,
+    )
+    assert len(report.plots) == page.locator(".on-paper").count()
+    page.emulate_media(media="print", color_scheme="dark")
+    assert not any(plot.is_visible() for plot in report.plots)
+    for shown in page.locator(".on-paper").all():
+        assert shown.is_visible()
+        drawn = image.open(BytesIO(shown.screenshot())).convert("RGB")
+        assert drawn.getpixel((2, 2)) == (255, 255, 255)
+        assert np.any(np.asarray(drawn) != 255, axis=-1).mean() > 0.003
+    page.close()
+
+
+def test_nothing_is_offered_to_be_uploaded(planar):
+    planar.page.locator("#plot-robot").hover()
+    titles = planar.page.locator(".modebar-btn").evaluate_all(
+        "all => all.map((one) => one.dataset.title || '')"
+    )
+    assert titles
+    assert not [title for title in titles if "loud" in title or "hart Studio" in title]

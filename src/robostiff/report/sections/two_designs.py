@@ -6,13 +6,11 @@ import numpy as np
 
 from robostiff.analysis.result_tables import stiffness_matrix
 from robostiff.errors import NoAnswerError
-from robostiff.markup import Bullets, Cell, Number, Paragraph, Table, Tone
+from robostiff.markup import Bullets, Cell, Number, Paragraph, Table, Tone, shown_vector
 from robostiff.plot.two_designs import comparison_picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import one_figure
 from robostiff.report.section import Part, Section, SideBySide, section
-
-_ROUNDING = 1e-12
 
 
 def comparison_section(contents: ReportContents) -> Section | None:
@@ -52,20 +50,11 @@ def _displacements(contents: ReportContents, names: tuple[str, str]) -> Table:
     if one is None or other is None or other.deflection is None:
         raise ValueError("there are two deflections where they are compared")
     rows: list[list[Cell]] = []
-    moves = zip(one.stiffness.space.twist_order, one.twist, other.deflection.twist, strict=True)
-    largest = {
-        turns: max(
-            abs(float(t))
-            for name, t in zip(one.stiffness.space.twist_order, one.twist, strict=True)
-            if name.startswith("r") == turns
-        )
-        for turns in (False, True)
-    }
-    for name, first, second in moves:
-        turns = name.startswith("r")
-        unit = "µrad" if turns else "µm"
-        is_known = abs(first) > _ROUNDING * largest[turns]
-        ratio: Cell = Number(float(second / first)) if is_known else ""
+    space = one.stiffness.space
+    both = (shown_vector(bent.twist, space.translations) for bent in (one, other.deflection))
+    for name, first, second in zip(space.twist_order, *both, strict=True):
+        unit = "µrad" if name.startswith("r") else "µm"
+        ratio: Cell = Number(float(second / first)) if first else ""
         rows.append(
             [name, Number(1e6 * float(first), unit), Number(1e6 * float(second), unit), ratio]
         )
