@@ -7,10 +7,12 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis import Deflection, PartShare
+from robostiff.analysis import Deflection, PartShare, cable_stiffness
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.geometry.displacement import RobotMotion, at_rest, motion_under
 from robostiff.plot.geometry.legs import extent, joint_marks
@@ -28,6 +30,7 @@ from robostiff.plot.robot_parts import (
     part_names,
     robot_items,
 )
+from robostiff.plot.structures import cable_scene, network_scene
 from robostiff.spatial import Space
 
 _SEEN = 0.1  # of the robot: the largest displacement drawn with the default exaggeration
@@ -55,7 +58,7 @@ class Colouring(Enum):
 
 
 def robot(
-    robot: Robot | Snapshot,
+    robot: Robot | Snapshot | Network | CableRobot,
     pose: Pose = None,
     *,
     deflection: Deflection | None = None,
@@ -67,7 +70,8 @@ def robot(
 
     Parameters
     ----------
-    robot : Robot or Snapshot
+    robot : Robot, Snapshot, Network or CableRobot
+        Networks and cable robots are drawn without load.
     pose : RigidTransform, array, JointCoordinates or None
         One pose, as for `robostiff.stiffness`.
     deflection : Deflection, optional
@@ -102,8 +106,27 @@ def robot(
     >>> rs.plot.robot(hexapod, deflection=bent).get_title()
     'hexapod'
     """
+    if isinstance(robot, Network | CableRobot):
+        return drawn_by(backend, _structure(robot, pose, deflection))
     picture = robot_picture(snapshot_at(robot, pose), deflection, colouring, exaggeration)
     return drawn_by(backend, picture)
+
+
+def _structure(robot: Network | CableRobot, pose: Pose, bent: Deflection | None) -> Scene:
+    """A network or a cable robot, as it is."""
+    if bent is not None:
+        raise InputError(
+            f"deflection in a plot of {robot.name!r}",
+            got=bent,
+            expected="none: networks and cable robots are drawn without load",
+        )
+    if isinstance(robot, CableRobot):
+        return cable_scene(cable_stiffness(robot, pose))
+    if pose is not None:
+        raise InputError(
+            f"pose of network {robot.name!r}", got=pose, expected="none: it has its own"
+        )
+    return network_scene(robot)
 
 
 def robot_picture(
