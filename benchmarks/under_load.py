@@ -61,7 +61,8 @@ def kernel(name: str) -> None:
     answer = fast.evaluate(poses, wrenches)
     off = 0.0
     for k in np.flatnonzero(~answer.guarded)[:20]:
-        K = rs.equilibrium(robot, poses[k], wrenches[k]).K
+        one = rs.equilibrium(robot, poses[k], wrenches[k])
+        K = np.asarray(one.K)
         size = np.sqrt(np.diag(K))
         off = max(off, float(np.max(np.abs(answer.K[k] - K) / np.outer(size, size))))
     rows = np.ascontiguousarray(np.concatenate([poses.T, wrenches.T]))

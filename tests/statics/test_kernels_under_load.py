@@ -2,6 +2,7 @@
 
 import pickle
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,9 @@ from robostiff.statics.equilibrium import postures_of
 from robostiff.statics.kernels.buckling import buckling_of
 
 COUNT = 3
+# One answer or a batch, as the question is.
+equilibrium: Any = rs.equilibrium
+stiffness: Any = rs.stiffness
 
 
 @cache
@@ -20,7 +24,7 @@ def compiled(name: str) -> rs.CompiledLoading:
     return rs.compile_loaded(rs.load(name), backend=rs.Backend.ARRAYS)
 
 
-def postures(name: str, size: float = 0.05) -> object:
+def postures(name: str, size: float = 0.05) -> Any:
     robot = rs.load(name)
     finder = posture_finder(robot)
     random = np.random.default_rng(3)
@@ -59,7 +63,7 @@ def test_they_are_equilibria(name: str):
     fast, robot = compiled(name), rs.load(name)
     # slender bars between hinges are near their own critical load sooner
     pose, wrench = postures(name), loads(name, 3e-4 if name == "orthoglide" else 3e-3)
-    answer, sure = fast.evaluate(pose, wrench), rs.equilibrium(robot, pose, wrench)
+    answer, sure = fast.evaluate(pose, wrench), equilibrium(robot, pose, wrench)
     length = posture_finder(robot).length
     scale = np.where(np.array(robot.space.rows) < 3, 1.0, length)
     assert fast.verified
@@ -70,7 +74,7 @@ def test_they_are_equilibria(name: str):
         assert np.abs((answer.displacement[k] - one.displacement) * scale).max() < 1e-11 * length
         assert answer.stable[k] == one.stable
         assert answer.status_codes[k] == int(one.status)
-        unloaded = rs.stiffness(robot, pose if isinstance(pose, rs.JointCoordinates) else pose[k])
+        unloaded = stiffness(robot, pose if isinstance(pose, rs.JointCoordinates) else pose[k])
         K = unloaded[k].K if isinstance(pose, rs.JointCoordinates) else unloaded.K
         assert np.abs((K - one.K) / np.outer(size, size)).max() > 1e-5  # the load matters
 
@@ -97,7 +101,7 @@ def test_half_the_critical_load_is_met_and_what_is_near_or_beyond_it_is_computed
     answer = fast.evaluate(np.tile(home, (4, 1)), F)
     assert answer.guarded.tolist() == [False, False, True, True]
     for k, own in enumerate(F):
-        one = rs.equilibrium(robot, None, own)
+        one = equilibrium(robot, None, own)
         assert answer.status_codes[k] == int(one.status)
         assert answer.stable[k] == one.stable
         size = np.sqrt(np.abs(np.diag(one.K)))
@@ -116,7 +120,7 @@ def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
     ]
     bounds = buckling_of([own.problem for own in problems[:6]], range(6), 1e5)
     for question in problems[6:]:
-        loaded = rs.equilibrium(question.snapshot, None, [0, 0, 6 * force, 0, 0, 0])
+        loaded = equilibrium(question.snapshot, None, [0, 0, 6 * force, 0, 0, 0])
         for k, leg in enumerate(question.snapshot.legs):
             joints = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.turns]
             d = joints[-1].point - joints[0].point
@@ -134,7 +138,7 @@ def test_what_is_near_its_critical_load_is_computed_with_care():
     F = [[0, 0, -f, 0, 0, 0] for f in (1e6, 1.2e7)]
     answer, sure = (
         fast.evaluate(np.tile(home, (2, 1)), F),
-        [rs.equilibrium(robot, None, f) for f in F],
+        [equilibrium(robot, None, f) for f in F],
     )
     assert answer.guarded.tolist() == [False, True]
     assert answer.status_codes.tolist() == [int(one.status) for one in sure]
@@ -151,7 +155,7 @@ def test_parameters_are_inputs():
     assert not answer.guarded.any()
     for i in range(2):
         own = robot.substituted({name: float(value[i]) for name, value in values.items()})
-        one = rs.equilibrium(own, pose[i], wrench)
+        one = equilibrium(own, pose[i], wrench)
         assert np.abs(answer.K[i] - one.K).max() < 1e-10 * np.abs(one.K).max()
 
 
@@ -161,7 +165,7 @@ def test_poses_out_of_reach_and_beyond_limits_say_so_and_stop_no_other():
     pose = home + np.outer([0, 30, 0.4], [0, 0, 1, 0, 0, 0])
     wrench = [0, 0, -1e4, 0, 0, 0]
     answer = fast.evaluate(pose, wrench)
-    sure = rs.equilibrium(robot, pose, wrench)
+    sure = equilibrium(robot, pose, wrench)
     assert answer.status_codes.tolist() == sure.status_codes.tolist()
     assert answer.answered.tolist() == sure.answered.tolist()
     assert "beyond-limits" in str(answer.status)
