@@ -212,10 +212,8 @@ def verify(
     from robostiff.cli.commands_verify import print_verification
     from robostiff.cli.written_arguments import PoseArguments, SideFile
 
-    described = SideFile(side, allow_xacro)
-    return print_verification(
-        robot, PoseArguments(pose, joints, None, near), set_ or [], json_, described
-    )
+    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, None, near)
+    return print_verification(robot, place, set_ or [], json_, described)
 
 
 @app.command()
@@ -253,8 +251,7 @@ def report(
 
     block = report_options.title_block(project, author, date, revision)
     pages = Pages(wrench, map_, output, pdf, overwrite, finite, compare, block)
-    described = SideFile(side, allow_xacro)
-    place = PoseArguments(pose, joints, at, near)
+    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, at, near)
     return make_report(robot, place, pages, set_ or [], described, as_json=json_)
 
 
