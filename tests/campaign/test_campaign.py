@@ -54,3 +54,10 @@ def test_a_wrong_spring_is_found():
     K[0, 0] += 1e-8 * K[0, 0]
     judge.hear(ways.Answer("wrong", K, rs.Status(0), truth.rank), None)
     assert judge.complaints
+
+
+@pytest.mark.parametrize("number", [584, 689])
+def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(number):
+    tally = run_part(20261122, [number], None)
+    assert tally.kinds["linkage"] == 1
+    assert not tally.failures, tally.details
