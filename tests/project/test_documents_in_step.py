@@ -120,4 +120,4 @@ def test_constraints_hold_every_dependency():
     names = {re.split(r"[\[<>=!~; ]", one)[0].lower().replace("_", "-") for one in wanted}
     pinned = {line.partition("==")[0].lower() for line in document("constraints.txt").splitlines()}
     pinned = {name.replace("_", "-") for name in pinned}
-    assert names <= pinned
+    assert names - {"robostiff"} <= pinned  # the extra `all` is made of the others
