@@ -44,7 +44,7 @@ from robostiff.analytic.export import (
     python_function,
 )
 from robostiff.analytic.robot_pose import PoseFormula, coordinate_names
-from robostiff.cli.derive_options import FORMATS
+from robostiff.cli.derive_command import FORMATS
 from robostiff.cli.failure import INTERRUPTED
 from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child

@@ -6,16 +6,19 @@ from typing import Annotated
 
 import typer
 
-from robostiff.cli import cable_options, check_options, derive_options, map_options, report_options
+from robostiff.cli.cable_command import cables
+from robostiff.cli.check_command import check
+from robostiff.cli.derive_command import derive
 from robostiff.cli.equilibrium_command import equilibrium, modes
 from robostiff.cli.failure import ready_streams, reported
 from robostiff.cli.file_formats import convert, new, schema
+from robostiff.cli.map_command import map_
+from robostiff.cli.report_command import report
 from robostiff.cli.shared_options import (
     AtOption,
     JointsOption,
     JsonOption,
     NearOption,
-    OverwriteOption,
     PoseOption,
     RobotArgument,
     SetOption,
@@ -62,29 +65,7 @@ def robots(json_: JsonOption = False) -> int:
     return list_robots(json_)
 
 
-@app.command()
-@reported
-def check(
-    robot: RobotArgument,
-    side: SideOption = None,
-    allow_xacro: XacroOption = False,
-    set_: SetOption = None,
-    parts: check_options.PartsOption = False,
-    plot: check_options.PlotOption = None,
-    overwrite: OverwriteOption = False,
-    json_: JsonOption = False,
-) -> int:
-    """Check a model or snapshot file, and list the parts of the robot.
-
-    Example: robostiff check hexapod --parts --plot hexapod.png
-
-    Exit status: 0 when it can be used, 2 when it cannot.
-    """
-    from robostiff.cli.commands import Details, check_robot
-    from robostiff.cli.written_arguments import SideFile
-
-    described = SideFile(side, allow_xacro)
-    return check_robot(robot, set_ or [], json_, described, Details(parts, plot, overwrite))
+app.command()(check)
 
 
 @app.command()
@@ -216,183 +197,9 @@ def verify(
     return print_verification(robot, place, set_ or [], json_, described)
 
 
-@app.command()
-@reported
-def report(
-    robot: RobotArgument,
-    output: report_options.OutputOption,
-    pose: PoseOption = None,
-    joints: JointsOption = None,
-    near: NearOption = None,
-    at: AtOption = None,
-    wrench: report_options.WrenchOption = None,
-    map_: report_options.MapOption = None,
-    finite: report_options.FiniteOption = False,
-    pdf: report_options.PdfOption = False,
-    compare: report_options.CompareOption = None,
-    project: report_options.ProjectOption = "",
-    author: report_options.AuthorOption = "",
-    date: report_options.DateOption = "",
-    revision: report_options.RevisionOption = "",
-    overwrite: OverwriteOption = False,
-    side: SideOption = None,
-    allow_xacro: XacroOption = False,
-    set_: SetOption = None,
-    json_: JsonOption = False,
-) -> int:
-    """Write all results about a robot as one self-contained HTML page, or as a PDF.
-
-    Example: robostiff report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html
-
-    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
-    """
-    from robostiff.cli.commands_report import Pages, make_report
-    from robostiff.cli.written_arguments import PoseArguments, SideFile
-
-    block = report_options.title_block(project, author, date, revision)
-    pages = Pages(wrench, map_, output, pdf, overwrite, finite, compare, block)
-    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, at, near)
-    return make_report(robot, place, pages, set_ or [], described, as_json=json_)
-
-
-@app.command("map")
-@reported
-def map_(
-    robot: RobotArgument,
-    output: map_options.OutputOption,
-    x: map_options.XOption = None,
-    y: map_options.YOption = None,
-    z: map_options.ZOption = None,
-    rx: map_options.RxOption = None,
-    ry: map_options.RyOption = None,
-    rz: map_options.RzOption = None,
-    joint: map_options.JointOption = None,
-    poses: map_options.PosesOption = None,
-    random: map_options.RandomOption = None,
-    seed: map_options.SeedOption = 0,
-    quantity: map_options.QuantityOption = None,
-    wrench: map_options.WrenchOption = None,
-    length: map_options.LengthOption = None,
-    near: NearOption = None,
-    resume: map_options.ResumeOption = False,
-    overwrite: OverwriteOption = False,
-    workers: map_options.WorkersOption = None,
-    threads: map_options.ThreadsOption = None,
-    scheduler: map_options.SchedulerOption = None,
-    batched: map_options.BatchedOption = False,
-    side: SideOption = None,
-    allow_xacro: XacroOption = False,
-    set_: SetOption = None,
-    json_: JsonOption = False,
-) -> int:
-    """Compute stiffness at many poses: over a grid, along a trajectory, or at random.
-
-    Coordinates left out stay at home.
-
-    Examples
-    --------
-    robostiff map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc
-
-    robostiff map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0"
-    -o path.csv
-
-    robostiff map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume
-
-    Exit status: 0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.
-    """
-    from robostiff.cli.commands_map import Asked, Run, make_map
-    from robostiff.cli.written_arguments import SideFile
-
-    axes = {"x": x, "y": y, "z": z, "rx": rx, "ry": ry, "rz": rz}
-    asked = Asked(
-        {name: text for name, text in axes.items() if text is not None},
-        joint or [],
-        poses,
-        random,
-        seed,
-        quantity or [],
-        wrench,
-        length,
-        near,
-    )
-    run = Run(output, resume, workers, threads, scheduler, batched, overwrite)
-    described = SideFile(side, allow_xacro)
-    return make_map(robot, asked, run, set_ or [], json_, described)
-
-
-@app.command()
-@reported
-def derive(
-    robot: RobotArgument,
-    pose: derive_options.PoseOption = "home",
-    symbols: derive_options.SymbolsOption = "all",
-    set_: SetOption = None,
-    leg: derive_options.LegOption = None,
-    steps: derive_options.StepsOption = False,
-    closed: derive_options.ClosedOption = False,
-    limit: derive_options.LimitOption = None,
-    budget: derive_options.BudgetOption = 20.0,
-    format_: derive_options.FormatOption = None,
-    output: derive_options.OutputOption = None,
-    overwrite: OverwriteOption = False,
-    derivative: derive_options.DerivativeOption = None,
-    rank: derive_options.RankOption = False,
-    free_motions: derive_options.FreeMotionsOption = False,
-    eigenvalues: derive_options.EigenvaluesOption = False,
-    json_: JsonOption = False,
-) -> int:
-    """Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia.
-
-    Examples
-    --------
-    robostiff derive gough-stewart-b
-
-    robostiff derive gough-stewart-a --rank --free-motions --eigenvalues
-
-    robostiff derive 3-rpr --pose symbolic --steps -o stiffness.pdf
-
-    robostiff derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py
-
-    robostiff derive gough-stewart-b-beams --leg leg1
-
-    Exit status: 0 for a formula, 2 for bad input or a formula beyond the limit, 130 when
-    interrupted.
-    """
-    from robostiff.cli.commands_derive import FormulaRequest, Questions, Sheet, print_formula
-
-    asked = FormulaRequest(pose, symbols, steps, closed, limit, budget, derivative, leg)
-    questions = Questions(rank, free_motions, eigenvalues)
-    sheet = Sheet(format_, output, overwrite, as_json=json_)
-    return print_formula(robot, asked, sheet, questions, set_ or [])
-
-
-@app.command()
-@reported
-def cables(
-    robot: RobotArgument,
-    pose: PoseOption = None,
-    wrench: cable_options.WrenchOption = None,
-    balance: cable_options.BalanceOption = None,
-    rule: cable_options.RuleOption = "nearest",
-    level: cable_options.LevelOption = None,
-    tensions: cable_options.TensionsOption = None,
-    set_: SetOption = None,
-    json_: JsonOption = False,
-) -> int:
-    """Print tensions and stiffness of a cable robot, and which cables become slack under a load.
-
-    Example: robostiff cables cable-8 --pose "0.5 0.2 1 0 0 0" --wrench "0 0 -200 N 0 0 0"
-
-    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
-    """
-    from robostiff.cli.commands_cables import print_cables
-    from robostiff.cli.written_arguments import PoseArguments
-
-    place = PoseArguments(pose, None, None)
-    return print_cables(robot, place, (wrench, balance), (rule, level, tensions), set_ or [], json_)
-
-
-for _command in (view, schema, new, convert):
+app.command()(report)
+app.command("map")(map_)
+for _command in (derive, cables, view, schema, new, convert):
     app.command()(_command)
 
 

@@ -7,11 +7,8 @@ from robostiff.statics.critical_load import CriticalLoad, critical_load
 from robostiff.statics.equilibrium import equilibrium
 from robostiff.statics.from_snapshot import DeadForce
 from robostiff.statics.given_loads import has_masses
-from robostiff.statics.kernels.compiled_loading import (
-    CompiledLoading,
-    LoadedAnswer,
-    compile_loaded,
-)
+from robostiff.statics.kernels.compile import compile_loaded
+from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
 from robostiff.statics.load_path import load_path
 from robostiff.statics.loaded_parts import LoadedPart
 from robostiff.statics.modes import Mode, Modes, modes

@@ -1,10 +1,24 @@
-"""Options of ``robostiff report``."""
+"""The command ``report``; heavy imports happen inside it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from robostiff.cli.failure import reported
+from robostiff.cli.shared_options import (
+    AtOption,
+    JointsOption,
+    JsonOption,
+    NearOption,
+    OverwriteOption,
+    PoseOption,
+    RobotArgument,
+    SetOption,
+    SideOption,
+    XacroOption,
+)
 
 if TYPE_CHECKING:
     from robostiff.report import TitleBlock
@@ -62,3 +76,41 @@ def title_block(project: str, author: str, date: str, revision: str) -> TitleBlo
 
     given = day.today().isoformat() if date == "today" else date
     return TitleBlock(project, author, given, revision)
+
+
+@reported
+def report(
+    robot: RobotArgument,
+    output: OutputOption,
+    pose: PoseOption = None,
+    joints: JointsOption = None,
+    near: NearOption = None,
+    at: AtOption = None,
+    wrench: WrenchOption = None,
+    map_: MapOption = None,
+    finite: FiniteOption = False,
+    pdf: PdfOption = False,
+    compare: CompareOption = None,
+    project: ProjectOption = "",
+    author: AuthorOption = "",
+    date: DateOption = "",
+    revision: RevisionOption = "",
+    overwrite: OverwriteOption = False,
+    side: SideOption = None,
+    allow_xacro: XacroOption = False,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Write all results about a robot as one self-contained HTML page, or as a PDF.
+
+    Example: robostiff report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html
+
+    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
+    """
+    from robostiff.cli.commands_report import Pages, make_report
+    from robostiff.cli.written_arguments import PoseArguments, SideFile
+
+    block = title_block(project, author, date, revision)
+    pages = Pages(wrench, map_, output, pdf, overwrite, finite, compare, block)
+    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, at, near)
+    return make_report(robot, place, pages, set_ or [], described, as_json=json_)

@@ -1,10 +1,21 @@
-"""Options of ``robostiff map``."""
+"""The command ``map``; heavy imports happen inside it."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
 import typer
+
+from robostiff.cli.failure import reported
+from robostiff.cli.shared_options import (
+    JsonOption,
+    NearOption,
+    OverwriteOption,
+    RobotArgument,
+    SetOption,
+    SideOption,
+    XacroOption,
+)
 
 
 def _axis(name: str, unit: str) -> typer.models.OptionInfo:
@@ -109,3 +120,67 @@ BatchedOption = Annotated[
         "otherwise.",
     ),
 ]
+
+
+@reported
+def map_(
+    robot: RobotArgument,
+    output: OutputOption,
+    x: XOption = None,
+    y: YOption = None,
+    z: ZOption = None,
+    rx: RxOption = None,
+    ry: RyOption = None,
+    rz: RzOption = None,
+    joint: JointOption = None,
+    poses: PosesOption = None,
+    random: RandomOption = None,
+    seed: SeedOption = 0,
+    quantity: QuantityOption = None,
+    wrench: WrenchOption = None,
+    length: LengthOption = None,
+    near: NearOption = None,
+    resume: ResumeOption = False,
+    overwrite: OverwriteOption = False,
+    workers: WorkersOption = None,
+    threads: ThreadsOption = None,
+    scheduler: SchedulerOption = None,
+    batched: BatchedOption = False,
+    side: SideOption = None,
+    allow_xacro: XacroOption = False,
+    set_: SetOption = None,
+    json_: JsonOption = False,
+) -> int:
+    """Compute stiffness at many poses: over a grid, along a trajectory, or at random.
+
+    Coordinates left out stay at home.
+
+    Examples
+    --------
+    robostiff map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc
+
+    robostiff map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0"
+    -o path.csv
+
+    robostiff map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume
+
+    Exit status: 0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.
+    """
+    from robostiff.cli.commands_map import Asked, Run, make_map
+    from robostiff.cli.written_arguments import SideFile
+
+    axes = {"x": x, "y": y, "z": z, "rx": rx, "ry": ry, "rz": rz}
+    asked = Asked(
+        {name: text for name, text in axes.items() if text is not None},
+        joint or [],
+        poses,
+        random,
+        seed,
+        quantity or [],
+        wrench,
+        length,
+        near,
+    )
+    run = Run(output, resume, workers, threads, scheduler, batched, overwrite)
+    described = SideFile(side, allow_xacro)
+    return make_map(robot, asked, run, set_ or [], json_, described)

@@ -1,10 +1,18 @@
-"""Options of ``robostiff derive``."""
+"""The command ``derive``; heavy imports happen inside it."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
 import typer
+
+from robostiff.cli.failure import reported
+from robostiff.cli.shared_options import (
+    JsonOption,
+    OverwriteOption,
+    RobotArgument,
+    SetOption,
+)
 
 FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
 
@@ -81,3 +89,48 @@ EigenvaluesOption = Annotated[
         "--eigenvalues", help="Print the principal stiffnesses in translation and in rotation."
     ),
 ]
+
+
+@reported
+def derive(
+    robot: RobotArgument,
+    pose: PoseOption = "home",
+    symbols: SymbolsOption = "all",
+    set_: SetOption = None,
+    leg: LegOption = None,
+    steps: StepsOption = False,
+    closed: ClosedOption = False,
+    limit: LimitOption = None,
+    budget: BudgetOption = 20.0,
+    format_: FormatOption = None,
+    output: OutputOption = None,
+    overwrite: OverwriteOption = False,
+    derivative: DerivativeOption = None,
+    rank: RankOption = False,
+    free_motions: FreeMotionsOption = False,
+    eigenvalues: EigenvaluesOption = False,
+    json_: JsonOption = False,
+) -> int:
+    """Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia.
+
+    Examples
+    --------
+    robostiff derive gough-stewart-b
+
+    robostiff derive gough-stewart-a --rank --free-motions --eigenvalues
+
+    robostiff derive 3-rpr --pose symbolic --steps -o stiffness.pdf
+
+    robostiff derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py
+
+    robostiff derive gough-stewart-b-beams --leg leg1
+
+    Exit status: 0 for a formula, 2 for bad input or a formula beyond the limit, 130 when
+    interrupted.
+    """
+    from robostiff.cli.commands_derive import FormulaRequest, Questions, Sheet, print_formula
+
+    asked = FormulaRequest(pose, symbols, steps, closed, limit, budget, derivative, leg)
+    questions = Questions(rank, free_motions, eigenvalues)
+    sheet = Sheet(format_, output, overwrite, as_json=json_)
+    return print_formula(robot, asked, sheet, questions, set_ or [])
