@@ -56,13 +56,12 @@ class KnownReading(NamedReading):
 class KnownContributions(ContributionReader):
     """Writes contributions with names for squares that the leg knows."""
 
-    def _squares(self, *parts: Any) -> Any:
-        total: Any = sum(x * x for x in parts)
+    def _sum(self, *pairs: tuple[Any, Any]) -> Any:
+        total: Any = sum((x * y for x, y in pairs), sp.Integer(0))
         total = self.record.simplified(total, self.length)
-        if not isinstance(total, Entry):
-            return self.read(total)
-        at = total.sample
-        for other, symbol in getattr(self.read, "known", ()):
-            if np.max(np.abs(at - other**2)) <= _SAME * np.max(np.abs(other)) ** 2:
-                return symbol**2
-        return super()._squares(*parts)
+        if isinstance(total, Entry):
+            at = total.sample
+            for other, symbol in getattr(self.read, "known", ()):
+                if np.max(np.abs(at - other**2)) <= _SAME * np.max(np.abs(other)) ** 2:
+                    return symbol**2
+        return super()._sum(*pairs)

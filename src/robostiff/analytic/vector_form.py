@@ -15,15 +15,17 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.agreement import AGREED, closed_places, matrix_distance
-from robostiff.analytic.contributions import BeamProducts, summed
+from robostiff.analytic.contributions import BeamProducts, BlockOfSprings, summed
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.known_reading import KnownContributions, KnownReading
+from robostiff.analytic.leg_springs import NotHeldByUnitWrenchesError
 from robostiff.analytic.leg_table import LegTable
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot
-from robostiff.analytic.unit_wrenches import UnitWrench, WrenchSearch, sampled
+from robostiff.analytic.sampled_leg import sampled
+from robostiff.analytic.unit_wrenches import Basis, UnitWrench, WrenchSearch
 from robostiff.analytic.vector_expressions import (
     Coordinates,
     Cross,
@@ -39,6 +41,7 @@ from robostiff.analytic.vector_expressions import (
     vector_value,
 )
 from robostiff.errors import DisagreementError
+from robostiff.model import PlacedBlock
 from robostiff.spatial import Space
 
 _SAME = 1e-9
@@ -179,7 +182,7 @@ class _Recognition:
         self.plain = ClosedReading(placed.record, placed.symbols)
         self.read = KnownReading(placed.record, placed.symbols)
         self.reader = KnownContributions(
-            placed.record, placed.length, self.read, BeamProducts(self.read)
+            placed.record, placed.length, self.read, BeamProducts(self.read), _no_block
         )
         self.R = sampled(placed.platform.R, self.count)
         self.p = sampled(placed.platform.p, self.count)
@@ -197,12 +200,12 @@ class _Recognition:
         pose = self._pose()
         space = placed.entries.space
         search = WrenchSearch(self.record, placed.reference, space, placed.length)
-        bases = [search.basis(own.leg) for own in placed.legs]
-        if pose is None or not all(bases):
+        bases = [_alone(search.basis(own.leg)) for own in placed.legs]
+        if pose is None or not all(bases) or any(own.leg.blocks for own in placed.legs):
             return None
         places = [self._ends(i) for i in range(len(bases))]
         each = [
-            None if place is None else self._leg(i, basis or (), *place)
+            None if place is None else self._leg(i, basis, *place)
             for i, (basis, place) in enumerate(zip(bases, places, strict=True))
         ]
         legs = [own for own in each if own is not None]
@@ -345,7 +348,7 @@ class _Recognition:
                 if np.max(np.abs(x - np.rint(x))) > _SAME
             ]
         for wrench in basis:
-            compliances.append(summed(self.reader.of(own, wrench)))
+            compliances.append(summed(self.reader.of(own, wrench, wrench)))
         return _Leg(tuple(wrenches), tuple(compliances))
 
     def _arm(
@@ -360,6 +363,21 @@ class _Recognition:
             terms: tuple[tuple[int, VectorExpression], ...] = ((1, _A), (-1, _P))
             return Sum((*terms, (-1, self._turned(_R0))) if self.shifted else terms)
         return None
+
+
+def _alone(basis: Basis | None) -> tuple[UnitWrench, ...]:
+    """The wrenches of a basis, forces first; none where some of them share energy."""
+    if basis is None:
+        return ()
+    A = np.abs(basis.compliance)
+    size = np.sqrt(np.einsum("nii,njj->nij", A, A))
+    if np.any(np.where(np.eye(A.shape[-1], dtype=bool), np.inf, _SAME * size) < A):
+        return ()
+    return tuple(sorted(basis.wrenches, key=lambda wrench: wrench.point is None))
+
+
+def _no_block(block: PlacedBlock) -> BlockOfSprings:
+    raise NotHeldByUnitWrenchesError(block.name)
 
 
 def _are_alike(own: np.ndarray, other: np.ndarray) -> bool:
