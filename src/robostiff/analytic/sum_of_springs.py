@@ -111,7 +111,7 @@ class _Group:
         firsts = range(count) if read.in_short_steps or count == 1 else ()
         for i in firsts if self.orbits is None else [orbit.first for orbit in self.orbits]:
             entries = {x.step: x for x in self.wrenches[i] if isinstance(x, Entry)}
-            if max((_operations(read(x)) for x in entries.values()), default=0) > _LONG_ENTRY:
+            if max((_size(read(x)) for x in entries.values()), default=0) > _LONG_ENTRY:
                 self.in_names.add(i)
                 for letter, x in zip(_COMPONENTS, self.wrenches[i], strict=True):
                     if isinstance(x, Entry) and _operations(read(x)) > _SHORT:
@@ -228,6 +228,12 @@ def _written(
 
 def _operations(expression: Any) -> int:
     return int(expression.count_ops())
+
+
+def _size(entry: Any) -> int:
+    """Operations of an entry in its shortest form; one that has been shifted is left as it is."""
+    is_shifted = any(symbol.name.startswith("e_") for symbol in entry.free_symbols)
+    return _operations(entry if is_shifted else shortest_trigonometry(entry))
 
 
 def _total(products: _Products, search: WrenchSearch, scale: float) -> Any:

@@ -10,7 +10,7 @@ import sympy as sp
 
 # Degree in sine and cosine, and operations, beyond which nobody would look for a shorter form.
 _DEGREE = 4
-_LONGEST = 200
+_LONGEST = 60
 # Phases are multiples of this part of a turn about pi: 15 degrees.
 _PARTS = 12
 
