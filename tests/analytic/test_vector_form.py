@@ -72,6 +72,7 @@ def test_a_wrong_form_is_found(placed, platform):
 
 def test_a_leg_with_a_couple_names_the_directions_of_both():
     form = rs.derive("3-upu", symbols=("h", "turned"), form=Steps()).vectors
+    assert form is not None
     named = {e.name: e.expression for e in form.leg}
     assert named["w_i_2"] == Stacked(None, Vector("n_i"))
     assert {str(s) for s in named["c_i_2"].free_symbols} >= {"s_i", "t_i", "L_i"}
@@ -80,6 +81,7 @@ def test_a_leg_with_a_couple_names_the_directions_of_both():
 
 def test_a_plane_robot_has_its_points_and_drives_in_the_table():
     form = rs.derive("3-rpr", symbols=(), form=Steps()).vectors
+    assert form is not None
     assert set(form.columns) == {"a_ix", "a_iy", "b_ix", "b_iy", "c_i"}
     K = rs.stiffness(rs.load("3-rpr")).K
     assert np.allclose(form.stiffness({}), K, rtol=1e-12)

@@ -1,5 +1,7 @@
 """The section on natural frequencies: what it lists, and pictures that move."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -26,13 +28,14 @@ def test_slowest_modes_are_listed_and_move():
     for level, drawn in zip(figure.levels, figure.data["levels"], strict=True):
         assert level.other is not None
         assert len(drawn["other"]) == len(drawn["light"]["data"])
-        one, other = (
-            np.concatenate([item.points for item in picture.items if hasattr(item, "points")])
-            for picture in (level.picture, level.other)
-        )
+        one, other = drawn_points(level.picture), drawn_points(level.other)
         # both ends are as far from rest, on opposite sides
         rest = 0.5 * (one + other)
         assert np.abs(one - rest).max() > 0.01
+
+
+def drawn_points(picture: Any) -> np.ndarray:
+    return np.concatenate([item.points for item in picture.items if hasattr(item, "points")])
 
 
 def test_nothing_is_said_of_a_robot_without_masses():

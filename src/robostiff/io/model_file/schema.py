@@ -73,7 +73,6 @@ _MEANINGS = {
     "Robot.springs": "springs between points of two bodies, such as gravity compensators",
     "laws": "force of a drive by its motion q, as {leg1/strut: k*q + c*q^3}, or a table of both",
     "BodyPoint.at": "in the world, in the platform frame, or in the frame where the part begins",
-    "BodySpring.stiffness": "N/m",
     "free_length": "distance without tension; or preload",
     "preload": "tension in the home configuration, negative where it pushes; or free_length",
     "rigid": "rigid members between two nodes",
