@@ -4,6 +4,7 @@ import doctest
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.project.shown_output import DOCUMENTS
@@ -20,13 +21,14 @@ def test_examples_of_a_document(document: Path):
     runner = doctest.DocTestRunner(optionflags=_OPTIONS)
     session: dict[str, object] = {}
     complaints: list[str] = []
-    for block in _PYCON.finditer(text):
-        first_line = text[: block.start(1)].count("\n")
-        test = doctest.DocTestParser().get_doctest(
-            block[1], session, document.name, str(document), first_line
-        )
-        runner.run(test, out=complaints.append, clear_globs=False)
-        session = test.globs
+    with np.printoptions():  # which a document may set for itself
+        for block in _PYCON.finditer(text):
+            first_line = text[: block.start(1)].count("\n")
+            test = doctest.DocTestParser().get_doctest(
+                block[1], session, document.name, str(document), first_line
+            )
+            runner.run(test, out=complaints.append, clear_globs=False)
+            session = test.globs
     assert runner.summarize(verbose=False).failed == 0, "".join(complaints)
 
 
