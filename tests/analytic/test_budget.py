@@ -1,6 +1,8 @@
 """A budget of time: what does not end in time is stopped, and the answer says so."""
 
 import gc
+import subprocess
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -90,6 +92,32 @@ def test_a_stop_is_not_lost_in_a_finalizer():
 
     with pytest.raises(OutOfTimeError):
         within(0.2, finalize)
+
+
+PROFILED = """
+import contextlib, sys, time
+from robostiff.analytic.budget import OutOfTimeError, within
+
+def endless():
+    while True:
+        sum(range(1000))
+
+within(5.0, lambda: sum(range(1000)))
+with contextlib.suppress(OutOfTimeError):
+    within(0.1, endless)
+events = []
+sys.setprofile(lambda *event: events.append(event[1]))
+sum(map(abs, range(10)))
+(lambda: None)()
+sys.setprofile(None)
+print(events.count("call"))
+"""
+
+
+def test_programs_can_be_profiled_after_it():
+    command = [sys.executable, "-c", PROFILED]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    assert done.stdout == "1\n"
 
 
 @pytest.mark.parametrize("budget", [0, -1, "20", True, float("nan")])
