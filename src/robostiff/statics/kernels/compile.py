@@ -1,0 +1,254 @@
+"""From a robot to its kernel under load, confirmed at generic poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.guarded_values import AtGeneralPoses
+from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
+from robostiff.compiled import ArrayCode, Backend, Kernel, MachineCode, StiffnessMatrix
+from robostiff.compiled.closed import ClosedCode
+from robostiff.compiled.kernel import code_of
+from robostiff.errors import DisagreementError, InputError, NoAnswerError
+from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
+from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.record import Program, Record
+from robostiff.recorded import parameter_samples, record_robot, sample_postures
+from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.equilibrium import postures_of
+from robostiff.statics.given_loads import acting_gravity
+from robostiff.statics.kernels.compiled_loading import CompiledLoading, equilibria_of
+from robostiff.statics.kernels.elimination import RigidLegError
+from robostiff.statics.kernels.loading import RecordedLoading, record_loading
+from robostiff.statics.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.status import EquilibriumStatus
+
+_BOWING = Bowing()
+# Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
+_LONGEST = 30_000
+# Relative to the diagonals of K: more than rounding and the last Newton step make.
+_AGREES = 1e-8
+# Of the largest stiffness of the platform: none.
+_FREE = 1e-10
+# Postures at which struts are asked how soon they buckle.
+_POSTURES, _SPREAD = 16, 0.3
+_SUBJECT = "K under load by record and by equilibrium"
+
+
+def compile_loaded(
+    robot: Robot,
+    *,
+    parameters: Sequence[str] = (),
+    beams: Beams = _BOWING,
+    backend: Backend = Backend.BEST,
+) -> CompiledLoading:
+    """Record the equilibrium of a robot under a wrench once, for many poses and wrenches.
+
+    The unloaded posture, the Newton steps from it to equilibrium, and K there become a list of
+    operations without branches; legs that carry a force along a line alone enter as springs between
+    two points. At every pose the record checks that its steps contract and arrive, that no leg and
+    no motion of the platform is near a critical load, and that the posture is regular; what fails
+    is computed by `equilibrium`.
+
+    Parameters
+    ----------
+    robot : Robot
+        Symbols that are no parameters take their nominal values.
+    parameters : sequence of str
+        Names of symbols that stay open, to be given with the poses.
+    beams : Bowing or Linear
+        As for `equilibrium`.
+    backend : Backend
+        As for `compile`. NumPy runs steps of more than 30,000 operations.
+
+    Returns
+    -------
+    CompiledLoading
+
+    Raises
+    ------
+    InputError
+        When the robot has a flexible platform, weighs something under its own gravity, or a
+        parameter is no symbol of it.
+    NoAnswerError
+        When the platform has free motions at every pose, or a leg is rigid in some direction.
+    DisagreementError
+        When the record and `equilibrium` give different answers at a generic pose.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot = rs.load("gough-stewart-b")
+    >>> fast = rs.compile_loaded(robot)
+    >>> poses = np.zeros((3, 6)) + [0, 0, 0.5, 0, 0, 0.1]
+    >>> answer = fast.evaluate(poses, [0, 0, -1e5, 0, 0, 0])
+    >>> K = rs.equilibrium(robot, poses[0], [0, 0, -1e5, 0, 0, 0]).K
+    >>> bool(np.allclose(answer.K[0], K, rtol=1e-9, atol=1e-9 * K.max())), answer.stable.tolist()
+    (True, [True, True, True])
+    """
+    if not isinstance(robot, Robot):
+        raise InputError(
+            "robot to compile under load",
+            got=type(robot).__name__,
+            expected="a Robot",
+            hint='write compile_loaded(load("hexapod"))',
+        )
+    robot.check_platform_is_rigid("kernel under load")
+    if np.any(acting_gravity(robot.numeric, None)):
+        raise InputError(
+            f"kernel under load of {robot.name!r}",
+            got="a robot under its own gravity",
+            expected="a wrench on the platform alone",
+            hint="leave gravity out of the model, or use equilibrium, which has weights",
+        )
+    code = code_of(backend)
+    taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
+    robot = with_parameters(robot, parameters, taken)
+    finder = posture_finder(robot.numeric)
+    recorded = record_robot(robot, finder)
+    problems = _problems(finder, beams)
+    force = _small_force(robot, problems[0])
+    try:
+        loading = record_loading(robot, finder, problems, force, by_pose=not recorded.joints)
+    except RigidLegError as error:
+        raise NoAnswerError(
+            f"no kernel under load of {robot.name!r}: a leg is rigid in some direction; give its "
+            "parts a stiffness"
+        ) from error
+
+    def chosen(program: Program) -> MachineCode | ArrayCode:
+        return code(program) if program.operations <= _LONGEST else ArrayCode(program)
+
+    kernel = _kernel(robot, loading, chosen)
+    closure = None
+    if recorded.closure is not None:
+        names = recorded.joints
+        record = Record({name: np.array([1.0]) for name in names})
+        joints = Program.of(record, [record.input(name) for name in names])
+        closure = Kernel(
+            recorded.closure.inputs,
+            (),
+            ("open", "mode"),
+            robot.space,
+            ClosedCode.of(recorded.closure, joints, code),
+        )
+    general = AtGeneralPoses(loading.rank, loading.status, verified=True)
+    found = CompiledLoading(robot, kernel, closure, general, EquilibriumStatus.OK, beams)
+    return _confirmed(found, finder, force)
+
+
+def _kernel(robot: Robot, loading: RecordedLoading, code: Callable[[Program], Any]) -> Kernel:
+    return Kernel(
+        inputs=loading.inputs,
+        outputs=(StiffnessMatrix(),),
+        checks=(*loading.checks, "open", "mode"),
+        space=robot.space,
+        code=ClosedCode.of(loading, loading.arrival, code),
+    )
+
+
+def _problems(finder: PostureFinder, beams: Beams) -> list[EquilibriumProblem]:
+    """The robot in numbers at home, and at postures around it."""
+    robot = finder.robot
+    home = postures_of(robot, None, None).question(0, None, None, None, beams)
+    found = [home.problem]
+    if robot.is_posed_by_joints:
+        return found
+    places = robot.coordinate_places
+    random = np.random.default_rng(20111)
+    size = np.where(np.array(places) < 3, finder.length, 1.5)
+    shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
+    around = postures_of(robot, finder.home_pose[places] + shifts, None)
+    posture = around.posture
+    if posture is None:
+        return found
+    reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]
+    for k in reached:
+        own = around.question(int(k), None, None, None, beams)
+        found.append(own.problem)
+    return found
+
+
+def _small_force(robot: Robot, problem: EquilibriumProblem) -> float:
+    """Under which the platform moves by about a thousandth of the robot's length [N].
+
+    Raises
+    ------
+    NoAnswerError
+        When the platform is not held in all directions, or is rigid.
+    """
+    nothing = np.zeros(problem.size)
+    known = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
+    if known.rigid:
+        raise NoAnswerError(
+            f"no kernel under load of {robot.name!r}: a leg is rigid in some direction; give its "
+            "parts a stiffness"
+        )
+    values = np.linalg.eigvalsh(known.K / np.outer(problem.scale, problem.scale))
+    if values[0] <= _FREE * values[-1]:
+        raise NoAnswerError(
+            f"no kernel under load of {robot.name!r}: its platform has free motions, in which a "
+            "wrench has no equilibrium; ask rs.equilibrium, wrench by wrench"
+        )
+    return 1e-3 * problem.length * float(values[0])
+
+
+def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> CompiledLoading:
+    """The same, once it has been found to agree with equilibria at generic poses.
+
+    Raises
+    ------
+    DisagreementError
+        When it gives something else.
+    """
+    robot = found.robot
+    posture = sample_postures(finder.robot, finder, 1873)
+    by_joints = robot.is_posed_by_joints
+    given = posture.coordinates[0] if by_joints else posture.pose[:, robot.coordinate_places]
+    pose = JointCoordinates(given) if by_joints else given
+    random = np.random.default_rng(5)
+    rows = np.array(robot.space.rows)
+    F = (
+        force
+        * np.where(rows < 3, 1.0, finder.length)
+        * random.uniform(-1, 1, (len(given), len(rows)))
+    )
+    F[0] = 0.0
+    values = parameter_samples(robot, 1873)
+    slow = _in_arrays(found)
+    answer = slow.evaluate(pose, F, parameters=values)
+    if np.all(answer.guarded):
+        return replace(found, general=replace(found.general, verified=False))
+    parameter_rows = ParameterValues(
+        robot, np.reshape(list(values.values()), (len(values), len(given)))
+    )
+    status = EquilibriumStatus.OK
+    for other, own in parameter_rows.groups(~answer.guarded):
+        part = JointCoordinates(given[own]) if by_joints else given[own]
+        sure = equilibria_of(other, part, F[own], found.beams)
+        for k, one in zip(own, sure, strict=True):
+            where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
+            if not one.has_answer:
+                raise DisagreementError(_SUBJECT, f"({one.status} against an answer)", where)
+            size = np.sqrt(np.diag(one.K))
+            off = float(np.max(np.abs(answer.K[k] - one.K) / np.outer(size, size)))
+            if not off <= _AGREES:
+                raise DisagreementError(_SUBJECT, off, where)
+            status = one.status & ~EquilibriumStatus.BEYOND_LIMITS
+    return replace(found, status=status)
+
+
+def _in_arrays(found: CompiledLoading) -> CompiledLoading:
+    """The same without machine code, for few poses."""
+
+    def plain(kernel: Kernel | None) -> Any:
+        if kernel is None or not isinstance(kernel.code, ClosedCode):
+            return kernel
+        step, last = kernel.code.few
+        return replace(kernel, code=replace(kernel.code, whole=None, step=step, last=last))
+
+    return replace(found, kernel=plain(found.kernel), closure=plain(found.closure))
