@@ -181,7 +181,7 @@ def _draw(picture: Any, path: Path, other: Any = None) -> None:
     with whole_file(path) as begun:
         if path.suffix.lower() != ".html":
             figure: Any = plot.Matplotlib().draw(picture).figure
-            figure.savefig(begun, format=path.suffix.lower()[1:])
+            figure.savefig(begun, format=path.suffix.lower()[1:], bbox_inches="tight")
             return
         drawn = plot.Plotly().draw(picture)
         if other is None:
