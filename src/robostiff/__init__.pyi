@@ -89,6 +89,7 @@ from robostiff.model import Chain as Chain
 from robostiff.model import DHConvention as DHConvention
 from robostiff.model import DHRow as DHRow
 from robostiff.model import Elbow as Elbow
+from robostiff.model import ForceLaw as ForceLaw
 from robostiff.model import Leg as Leg
 from robostiff.model import Link as Link
 from robostiff.model import Locked as Locked
@@ -127,7 +128,6 @@ from robostiff.statics import DeadForce as DeadForce
 from robostiff.statics import Equilibria as Equilibria
 from robostiff.statics import Equilibrium as Equilibrium
 from robostiff.statics import EquilibriumStatus as EquilibriumStatus
-from robostiff.statics import ForceLaw as ForceLaw
 from robostiff.statics import Linear as Linear
 from robostiff.statics import LoadedAnswer as LoadedAnswer
 from robostiff.statics import Mode as Mode

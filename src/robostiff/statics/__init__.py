@@ -1,6 +1,5 @@
 """Robots under finite loads: equilibrium, loaded stiffness, stability."""
 
-from robostiff.model import ForceLaw
 from robostiff.statics.beam_bowing import Bowing, Linear
 from robostiff.statics.body_motions import BodyPlace, BodyPlaces
 from robostiff.statics.critical_load import CriticalLoad, critical_load
@@ -26,7 +25,6 @@ __all__ = [
     "Equilibria",
     "Equilibrium",
     "EquilibriumStatus",
-    "ForceLaw",
     "Linear",
     "LoadedAnswer",
     "LoadedPart",
