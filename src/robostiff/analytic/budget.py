@@ -18,7 +18,10 @@ Found = TypeVar("Found")
 #: Seconds of computing that a closed form may take.
 BUDGET = 20.0
 
-_HINTS = {"closed form": "use named steps, form=Steps(), or a larger budget=..."}
+_HINTS = {
+    "closed form": "use named steps, form=Steps(), or a larger budget=...",
+    "record of a formula": "let its dimensions be symbols too, or give a larger budget=...",
+}
 _LARGEST = 1e6  # seconds
 _INTERVAL = 0.1  # between two looks at the clock
 _LATER = 0.5  # until it is stopped again, where something has swallowed that

@@ -139,7 +139,8 @@ def derive_robot(
     DisagreementError
         When the formula and the numerical form differ at random parameters and poses.
     FormulaTooLargeError
-        When a closed form would exceed the limit, or its budget of time.
+        When a closed form would exceed the limit, or its budget of time; or when numbers with many
+        roots grow beyond it.
 
     Examples
     --------
@@ -162,8 +163,9 @@ def derive_robot(
         checked_budget(budget)
     robot.check_platform_is_rigid("formula")
     robot.check_has_no_springs("formula")
-    placed = place_robot(robot, pose)
-    recorded = assembled(placed.entries, placed.record, placed.platform, placed.legs, placed.length)
+    # Steps have no budget, but numbers with many roots may grow without end on the way to them.
+    enough = None if budget is None else max(budget, BUDGET)
+    placed, recorded = within(enough, lambda: _recorded(robot, pose), "record of a formula")
     is_home = isinstance(pose, AtHome)
     if isinstance(form, Closed):
         limit = form.limit
@@ -181,6 +183,11 @@ def derive_robot(
         except FormulaTooLargeError:
             pass
     return replace(_in_steps(placed, recorded), remark=remark)
+
+
+def _recorded(robot: Robot, pose: PoseFormula) -> tuple[PlacedRobot, RecordedRobot]:
+    at = place_robot(robot, pose)
+    return at, assembled(at.entries, at.record, at.platform, at.legs, at.length)
 
 
 def _readable(
