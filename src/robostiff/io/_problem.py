@@ -45,6 +45,12 @@ class Trace:
         return self.container if is_model(self.container) else None
 
 
+def _waits_to_be_built(annotation: Any) -> bool:
+    if not is_model(annotation) or annotation.__pydantic_fields_complete__:
+        return False
+    return bool(annotation.model_config.get("defer_build"))
+
+
 def trace(model: type[BaseModel], data: Any, steps: Sequence[Step]) -> Trace:
     """Follow the ``loc`` of an error through the model, and through the data where it says nothing.
 
@@ -87,7 +93,7 @@ def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[A
         elif is_union(annotation) and len(members(annotation)) == 1:
             (annotation,) = members(annotation)
         else:
-            if is_model(annotation) and not annotation.__pydantic_fields_complete__:
+            if _waits_to_be_built(annotation):
                 annotation.model_rebuild()  # of elements that hold elements, written before these
             return annotation, metadata
 
