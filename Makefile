@@ -71,7 +71,7 @@ lint: $(STAMP)-lint $(STAMP)-test
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/lint-imports
-	$(BIN)/pyright
+	$(BIN)/pyright --threads 2
 
 format: $(STAMP)-lint
 	$(BIN)/ruff check --fix
