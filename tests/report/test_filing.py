@@ -20,7 +20,7 @@ from robostiff.report import (
     report_pdf,
     report_typst,
 )
-from robostiff.report.packed import packed, unpacked
+from robostiff.report.page import packed
 from robostiff.robots import robot_file
 from tests.report.machines import shipped
 
@@ -118,6 +118,11 @@ def test_paper_has_what_the_page_has(contents, html):
 
 def test_a_page_is_below_two_megabytes(html):
     assert len(html.encode()) < 2_000_000
+
+
+def unpacked(written: str) -> str:
+    """The text that was packed, as the script of the page unpacks it."""
+    return gzip.decompress(base64.b85decode(written.replace(".", "<"))).decode()
 
 
 def test_figures_come_out_of_the_page_as_they_went_in(html):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +32,7 @@ from robostiff.compiled import (
     unpack,
     whole_threads,
 )
+from robostiff.compiled.kernel import POSES_A_CHUNK, chunks_of, in_shares
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
@@ -42,10 +42,6 @@ from robostiff.recorded import (
     record_robot,
 )
 from robostiff.spatial.batch import empty_batch
-
-# Poses at once: their rows of results stay in the cache until they are written to their places. A
-# multiple of all widths of vectors, so that no bit depends on it.
-_CHUNK = 8192
 
 
 @dataclass(frozen=True, repr=False)
@@ -211,15 +207,7 @@ class CompiledRobot:
                 answer.rank[where] = found.rank
                 answer.guarded[where] = found.guarded
 
-        chunks = -(-count // _CHUNK)
-        share = max(1, -(-chunks // threads)) * _CHUNK
-        shares = [slice(start, min(start + share, count)) for start in range(0, count, share)]
-        if len(shares) <= 1:
-            fill(slice(0, count))
-        else:
-            with ThreadPoolExecutor(len(shares)) as pool:
-                for _ in pool.map(fill, shares):
-                    pass
+        in_shares(fill, count, threads)
         return answer, given, parameter_values
 
     def _inputs_of(
@@ -238,9 +226,8 @@ class CompiledRobot:
         self, kernel: Kernel, inputs: InputRows, part: slice
     ) -> Iterator[tuple[slice, CheckedResults]]:
         general = AtGeneralPoses(self.rank, self.status, self.verified)
-        buffer = np.empty((kernel.rows, min(_CHUNK, part.stop - part.start)))
-        for start in range(part.start, part.stop, _CHUNK):
-            where = slice(start, min(start + _CHUNK, part.stop))
+        buffer = np.empty((kernel.rows, min(POSES_A_CHUNK, part.stop - part.start)))
+        for where in chunks_of(part):
             count = where.stop - where.start
             room = buffer if count == buffer.shape[1] else np.empty((len(buffer), count))
             results = kernel.evaluate(inputs.rows[:, where], room)

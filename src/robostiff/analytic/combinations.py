@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition
+from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.factors import (
     Product,
     bound_of_terms,
@@ -239,7 +239,7 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
         return unchanged
     shown = {entry: _shorter(names.sum_of(written[entry]), entry) for entry in written}
     named = sp.ImmutableMatrix(K.rows, K.cols, [shown[entry] for entry in entries])
-    definitions = _used(named, names.definitions)
+    definitions = used_definitions(names.definitions, [named])
     after = _operations([*named, *(definition.expression for definition in definitions)])
     return NamedCombinations(named, definitions) if after < _operations(K) else unchanged
 
@@ -307,13 +307,3 @@ def _recurring(field: ExactField, K: Any, written: dict[Any, list[Product]]) -> 
             occurs(square)
     recurring = [found[name] for name, count in places.items() if count > 1]
     return sorted(recurring, key=lambda base: (base.total_degree() > 1, len(base), str(base)))
-
-
-def _used(matrix: Any, definitions: list[Definition]) -> tuple[Definition, ...]:
-    """The definitions that a matrix needs."""
-    wanted, kept = set(matrix.free_symbols), []
-    for definition in reversed(definitions):
-        if definition.symbol in wanted:
-            kept.append(definition)
-            wanted |= definition.expression.free_symbols
-    return tuple(reversed(kept))

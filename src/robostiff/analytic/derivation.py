@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -76,6 +76,26 @@ class Definition:
 
     symbol: sp.Symbol
     expression: sp.Expr
+
+
+def used_definitions(
+    definitions: Sequence[Definition], results: Iterable[Any]
+) -> tuple[Definition, ...]:
+    """The definitions that results need, directly or through others, in order.
+
+    Examples
+    --------
+    >>> x, a, b = sp.symbols("x a b")
+    >>> [d.symbol for d in used_definitions([Definition(a, x + 1), Definition(b, x)], [2 * a])]
+    [a]
+    """
+    wanted = {symbol for result in results for symbol in result.free_symbols}
+    kept = []
+    for definition in reversed(definitions):
+        if definition.symbol in wanted:
+            kept.append(definition)
+            wanted |= definition.expression.free_symbols
+    return tuple(reversed(kept))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, within
 from robostiff.analytic.chain import Closed, Steps, derive_chain
-from robostiff.analytic.derivation import Definition, Derivation
+from robostiff.analytic.derivation import Definition, Derivation, used_definitions
 from robostiff.analytic.inverse import compliance_formula
 from robostiff.analytic.leg_agreement import check_leg
 from robostiff.analytic.leg_geometry import LegGeometry, LegInSteps, transport
@@ -199,7 +199,9 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     K0, inverted = _inverse(C)
     chain = derive_chain(K0, joints, form)
     before = (*read.definitions, *names, *inverted)
-    used = _used(before, [C, K0, axes, arm, *joints.values()])
+    used = used_definitions(
+        before, [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part]
+    )
     T = _transport_formula(axes, arm, placed.entries.space)
     return LegElimination(
         name="K_C",
@@ -285,15 +287,3 @@ def _inverse(C: Any) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
             name = f"{letter}_{i + 1}{j + 1}"
             M[i, j] = -given(name, -entry) if last else given(name, entry)
     return sp.ImmutableMatrix(n, n, lambda i, j: -M[min(i, j), max(i, j)]), tuple(definitions)
-
-
-def _used(definitions: Sequence[Definition], results: Sequence[Any]) -> tuple[Definition, ...]:
-    """The definitions that results need, in order."""
-    entries = [sp.sympify(x) for result in results for x in result]
-    wanted = set().union(*(x.free_symbols for x in entries))
-    kept = []
-    for definition in reversed(definitions):
-        if definition.symbol in wanted:
-            kept.append(definition)
-            wanted |= definition.expression.free_symbols
-    return tuple(reversed(kept))

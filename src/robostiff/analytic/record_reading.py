@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition
+from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.exact_points import ExactPoints, exact
 from robostiff.analytic.field import ExactField
 from robostiff.record import OPERATORS, Entry, Operation, Record
@@ -136,7 +136,7 @@ class StepReading:
                 definitions.append(Definition(symbol, expression))
                 expression = symbol
             self._written[step] = expression
-        self.definitions = _used(definitions, [self._of_step(step) for step in wanted])
+        self.definitions = used_definitions(definitions, [self._of_step(step) for step in wanted])
 
     def __call__(self, value: Any) -> sp.Expr:
         """The expression of an entry or number that was among the results."""
@@ -187,17 +187,6 @@ def written_size(record: Record, results: Iterable[Any]) -> int:
     for step in record.needed(wanted):
         sizes[step] = 1 + sum(sizes[argument] for argument in record.arguments(step))
     return max((sizes[step] for step in wanted), default=0)
-
-
-def _used(definitions: list[Definition], results: Iterable[sp.Expr]) -> tuple[Definition, ...]:
-    """The definitions that results need; branches that are not taken leave unused ones."""
-    wanted = {symbol for result in results for symbol in result.free_symbols}
-    kept = []
-    for definition in reversed(definitions):
-        if definition.symbol in wanted:
-            kept.append(definition)
-            wanted |= definition.expression.free_symbols
-    return tuple(reversed(kept))
 
 
 def _identifier(name: str | None, taken: set[str], given: set[str]) -> str | None:

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Definition
+from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.orbits import Orbit, orbits_of
@@ -96,12 +96,13 @@ def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
 
 @dataclass
 class _Group:
-    """Wrenches of any legs that meet the same compliance."""
+    """Wrenches of any legs that meet the same compliance; some are shifted by others."""
 
     compliance: Any
     wrenches: list[list[Any]] = field(default_factory=list)
     orbits: list[Orbit] | None = None
     in_names: set[int] = field(default_factory=set)
+    shifted: set[int] = field(default_factory=set)
 
     def find_orbits(self, search: WrenchSearch, read: NamedReading) -> None:
         """Find which wrenches are turns of others, and name long entries of the first ones."""
@@ -111,7 +112,10 @@ class _Group:
         firsts = range(count) if read.in_short_steps or count == 1 else ()
         for i in firsts if self.orbits is None else [orbit.first for orbit in self.orbits]:
             entries = {x.step: x for x in self.wrenches[i] if isinstance(x, Entry)}
-            if max((_size(read(x)) for x in entries.values()), default=0) > _LONG_ENTRY:
+            written = [read(x) for x in entries.values()]
+            if i not in self.shifted:
+                written = [shortest_trigonometry(x) for x in written]
+            if max(map(_operations, written), default=0) > _LONG_ENTRY:
                 self.in_names.add(i)
                 for letter, x in zip(_COMPONENTS, self.wrenches[i], strict=True):
                     if isinstance(x, Entry) and _operations(read(x)) > _SHORT:
@@ -156,6 +160,8 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
             alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), key)
             group = groups.setdefault(alike, _Group(one.compliance))
             legs[-1].append((group, len(group.wrenches)))
+            if len(one.parts) > 1:
+                group.shifted.add(len(group.wrenches))
             group.wrenches.append(one.about(reference, search))
     for group in groups.values():
         group.find_orbits(search, read)
@@ -174,6 +180,10 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
         )
         for leg in legs
     ]
+    first, last = (
+        [Definition(d.symbol, shortest_trigonometry(d.expression)) for d in own]
+        for own in (first, last)
+    )
     definitions, numbers = _without_numbers([*first, *lengths, *last])
     K = K.xreplace(numbers)
     in_names = [
@@ -184,7 +194,7 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
         for leg in in_names
     ]
     results = [K, *(x for leg in in_names for x in (*leg.wrenches, *leg.compliances))]
-    used = _used(results, definitions)
+    used = used_definitions(definitions, results)
     if operations_of(K, used) > _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
     return SumOfSprings(K, tuple(in_names), used)
@@ -228,12 +238,6 @@ def _written(
 
 def _operations(expression: Any) -> int:
     return int(expression.count_ops())
-
-
-def _size(entry: Any) -> int:
-    """Operations of an entry in its shortest form; one that has been shifted is left as it is."""
-    is_shifted = any(symbol.name.startswith("e_") for symbol in entry.free_symbols)
-    return _operations(entry if is_shifted else shortest_trigonometry(entry))
 
 
 def _total(products: _Products, search: WrenchSearch, scale: float) -> Any:
@@ -294,23 +298,12 @@ def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:
 def _without_numbers(
     definitions: Sequence[Definition],
 ) -> tuple[list[Definition], dict[sp.Symbol, Any]]:
-    """Definitions in their shortest form without numbers before sums, and what their names were."""
+    """Definitions without numbers before sums, and what their names stood for."""
     found, numbers = [], {}
     for d in definitions:
-        expression = shortest_trigonometry(d.expression.xreplace(numbers))
+        expression: Any = d.expression.xreplace(numbers)
         number, rest = expression.as_coeff_Mul(rational=True)
         if rest.is_Add and number != 1:
             numbers[d.symbol], expression = number * d.symbol, rest
         found.append(Definition(d.symbol, expression))
     return found, numbers
-
-
-def _used(results: list[Any], definitions: Sequence[Definition]) -> tuple[Definition, ...]:
-    """The definitions that results need, in order."""
-    wanted = set().union(*(x.free_symbols for x in results))
-    kept = []
-    for definition in reversed(definitions):
-        if definition.symbol in wanted:
-            kept.append(definition)
-            wanted |= definition.expression.free_symbols
-    return tuple(reversed(kept))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -50,15 +51,15 @@ _DETERMINED = "drives determine the pose"
 _OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
 
 
-class SolvedRequest(PoseRequest):
+class SolvedRequest(PoseRequest, ABC):
     """Poses of which the coordinates are not given, but found together with the posture.
 
     ``coordinates`` holds the numbers that were given, one pose a row.
     """
 
+    @abstractmethod
     def posture(self, finder: PostureFinder, near: Sequence[np.ndarray] | None) -> Posture:
         """The posture, nearest to coordinates of the legs where they are given."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,13 @@ from robostiff.plot.picture import (
     PlainColour,
     Scene,
 )
-from robostiff.plot.posed_robot import Colouring, chosen_exaggeration, energy_colours, robot_scene
+from robostiff.plot.posed_robot import (
+    Colouring,
+    check_exaggeration,
+    chosen_exaggeration,
+    energy_colours,
+    robot_scene,
+)
 from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import (
     Drawing,
@@ -93,8 +99,7 @@ def equilibrium_picture(
     snapshot = result.snapshot
     if snapshot is None or result.problem is None:
         raise TypeError("an equilibrium has its robot")
-    if exaggeration is not None and not np.isfinite(exaggeration):
-        raise InputError("exaggeration of a plot", got=exaggeration, expected="a finite number")
+    check_exaggeration(exaggeration)
     motion = finite_motion(snapshot, result.places)
     scale = exaggeration
     if scale is None:

@@ -172,8 +172,7 @@ def displaced(
     snapshot: Snapshot, bent: Deflection, exaggeration: float | None
 ) -> tuple[RobotMotion, float]:
     """Motions of the bodies, and the factor of their displacements."""
-    if exaggeration is not None and not np.isfinite(exaggeration):
-        raise InputError("exaggeration of a plot", got=exaggeration, expected="a finite number")
+    check_exaggeration(exaggeration)
     if snapshot.platform is not None:
         if exaggeration:
             raise InputError(
@@ -195,6 +194,12 @@ def displaced(
     return motion, chosen_exaggeration(snapshot, motion) if exaggeration is None else float(
         exaggeration
     )
+
+
+def check_exaggeration(given: float | None) -> None:
+    """Raise an InputError unless a factor of displacements is left out or finite."""
+    if given is not None and not np.isfinite(given):
+        raise InputError("exaggeration of a plot", got=given, expected="a finite number")
 
 
 def energy_colours(

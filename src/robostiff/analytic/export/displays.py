@@ -12,6 +12,7 @@ import sympy as sp
 from robostiff.analytic.export.broken_lines import Breaks, broken_lines, math_width, name_width
 from robostiff.analytic.export.entries import MatrixName, rows
 from robostiff.analytic.export.outline import (
+    Displayable,
     Inverse,
     LegSum,
     MatrixEquation,
@@ -185,18 +186,6 @@ class Row:
 
 
 Display = tuple[Row, ...]
-
-Displayable = (
-    ScalarEquations
-    | VectorEquations
-    | MatrixEquation
-    | Recursion
-    | Inverse
-    | Transport
-    | Same
-    | WrenchSum
-    | LegSum
-)
 
 
 def displays(

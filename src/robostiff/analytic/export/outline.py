@@ -150,21 +150,20 @@ class Nomenclature:
     rows: tuple[tuple[tuple[MatrixName | str, ...], str], ...]
 
 
-Block = (
-    OutlineHeading
-    | OutlineText
-    | ScalarEquations
+#: What is written as formulas.
+Displayable = (
+    ScalarEquations
+    | VectorEquations
     | MatrixEquation
     | Recursion
     | Inverse
     | Transport
     | Same
     | WrenchSum
-    | VectorEquations
     | LegSum
-    | Table
-    | Nomenclature
 )
+
+Block = OutlineHeading | OutlineText | Displayable | Table | Nomenclature
 
 
 def outline(derivation: Derivation) -> tuple[Block, ...]:

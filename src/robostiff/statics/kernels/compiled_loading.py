@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.compiled import Kernel, unpack
-from robostiff.compiled.kernel import whole_threads
+from robostiff.compiled.kernel import chunks_of, in_shares, whole_threads
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose
@@ -23,8 +22,6 @@ from robostiff.statics.beam_bowing import Beams
 from robostiff.statics.equilibrium import equilibrium, wrenches_of
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
-
-_CHUNK = 8192
 
 
 @dataclass(frozen=True, repr=False)
@@ -175,17 +172,10 @@ class CompiledLoading:
         )
 
         def fill(part: slice) -> None:
-            for start in range(part.start, part.stop, _CHUNK):
-                own = slice(start, min(start + _CHUNK, part.stop))
+            for own in chunks_of(part):
                 self._fill(given[own], F[own], values.rows[:, own], own, answer)
 
-        share = max(1, -(-count // (_CHUNK * threads))) * _CHUNK
-        parts = [slice(one, min(one + share, count)) for one in range(0, count, share)]
-        if len(parts) <= 1:
-            fill(slice(0, count))
-        else:
-            with ThreadPoolExecutor(len(parts)) as pool:
-                list(pool.map(fill, parts))
+        in_shares(fill, count, threads)
         for other, rows in values.groups(answer.guarded):
             some = JointCoordinates(given[rows]) if by_joints else given[rows]
             self._compute_again(other, some, F[rows], rows, answer)

@@ -92,8 +92,8 @@ def recorded_strut(elements: Sequence[RecordedElement], length: float) -> Record
     """A chain that carries a force along one line alone, as a spring; None for any other.
 
     It turns freely about two points, about one of them in all directions. What lies between is
-    straight, and a force along it bends nothing; springs at the points give way alike in all
-    directions. Whether it stays straight is another question, of its buckling.
+    straight, and a force along it bends nothing; springs at the points are equally soft in
+    all directions. Whether it stays straight is another question, of its buckling.
 
     Parameters
     ----------
