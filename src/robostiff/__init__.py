@@ -143,7 +143,7 @@ _HOMES = {
         "tube",
     ),
     "robostiff.io.model_file": ("ALL_PARAMETERS",),
-    "robostiff.network": ("Network",),
+    "robostiff.network": ("DistributedForce", "ForceOnBeam", "Network", "network_response"),
     "robostiff.report": ("write_report",),
     "robostiff.spatial": ("Frame",),
     "robostiff.statics": (

@@ -112,7 +112,10 @@ from robostiff.model import universal as universal
 from robostiff.model.cable import Cable as Cable
 from robostiff.model.cable import CableRobot as CableRobot
 from robostiff.model.cable import Weight as Weight
+from robostiff.network import DistributedForce as DistributedForce
+from robostiff.network import ForceOnBeam as ForceOnBeam
 from robostiff.network import Network as Network
+from robostiff.network import network_response as network_response
 from robostiff.report import write_report as write_report
 from robostiff.robots import load as load
 from robostiff.robots import shipped_cable_robots as shipped_cable_robots

@@ -12,13 +12,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from robostiff import JointCoordinates, Robot, load, stiffness
+from robostiff import JointCoordinates, Robot, compliance, load, stiffness
+from robostiff.cli.main import app
+from robostiff.elasticity import CrossSection, material
 from robostiff.kinematics import PostureFinder
-from robostiff.network import Network, network_of_snapshot
+from robostiff.network import (
+    DistributedForce,
+    Network,
+    Node,
+    beam_between,
+    network_of_snapshot,
+    network_response,
+)
 from tests.generators.metric import distance
 from tests.network.frames import graph
-from tests.peers.opensees import load_opensees, silence, stiffness_by_opensees
+from tests.peers.opensees import (
+    columns_of_script,
+    load_opensees,
+    loaded_frame,
+    silence,
+    stiffness_by_opensees,
+)
 from tests.robots.test_every_robot import random_poses
 
 STAR = str(Path(__file__).parents[1] / "model" / "star-platform.yaml")
@@ -37,7 +53,7 @@ AGREEMENT = {
 
 
 @pytest.fixture(scope="module")
-def by_opensees() -> Iterator[Callable[[Network], np.ndarray]]:
+def by_opensees() -> Iterator[Callable[..., np.ndarray]]:
     """OpenSees in a process of its own, where nobody reads what it prints as it ends."""
     spawned = get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=spawned, initializer=silence) as process:
@@ -45,7 +61,7 @@ def by_opensees() -> Iterator[Callable[[Network], np.ndarray]]:
             process.submit(load_opensees).result()
         except ImportError as error:
             pytest.skip(f"OpenSees cannot be loaded here: {error}")
-        yield lambda network: process.submit(stiffness_by_opensees, network).result()
+        yield lambda *given, by=stiffness_by_opensees: process.submit(by, *given).result()
 
 
 @pytest.mark.parametrize("name", AGREEMENT, ids=lambda name: Path(name).stem)
@@ -68,3 +84,36 @@ def test_loops_inside_legs(by_opensees):
     K = np.array(oracle["K"])
     assert distance(by_opensees(network), K) < 1e-8
     assert distance(stiffness(network).K, K) < 1e-12
+
+
+@pytest.mark.parametrize("suffix", ["tcl", "py"])
+def test_written_models_run(by_opensees, suffix, tmp_path):
+    """Springs ten million times as stiff as the robot stand for rigid joints."""
+    if suffix == "tcl":
+        pytest.importorskip("tkinter")
+    path = tmp_path / f"hexapod.{suffix}"
+    asked = ["convert", "hexapod", "--to", "opensees", "-o", str(path)]
+    assert CliRunner().invoke(app, asked).exit_code == 0
+    C = by_opensees(path, by=columns_of_script)
+    expected = compliance(load("hexapod"))
+    assert distance(C, expected) < 3e-6
+    assert distance(C, expected) > 1e-9  # or it is not what was written that was computed
+
+
+def test_frame_with_loaded_beams_and_a_foot_that_settles(by_opensees):
+    """A table of four beams on three feet, none of them along the world's axes."""
+    section = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8, 0.85, 0.7)
+    points = {"a": [0, 0, 0], "b": [1, 0.2, 0], "c": [0.3, 1, 0.1], "top": [0.4, 0.3, 0.9],
+              "tip": [1.1, 0.7, 1.2]}  # fmt: skip
+    nodes = {name: Node(name, np.array(p, dtype=float)) for name, p in points.items()}
+    beams = tuple(
+        beam_between(nodes[a], nodes[b], material("steel"), section, name=a + b)
+        for a, b in (("a", "top"), ("b", "top"), ("c", "top"), ("top", "tip"))
+    )
+    frame = Network("table", tuple(nodes.values()), ("a", "b", "c"), "tip", nodes["tip"].point,
+                    beams=beams)  # fmt: skip
+    q, t = np.array([30.0, -80, 55]), np.array([1e-3, -2e-3, 5e-4, 1e-3, 2e-3, -1e-3])
+    loads = {beam.name: DistributedForce(beam.rotation @ q) for beam in beams}
+    found = network_response(frame, loads, settlements={"c": t})
+    for name, twist in by_opensees(frame, q, "c", t, by=loaded_frame).items():
+        assert np.allclose(found.twists[name], twist, rtol=1e-9, atol=1e-12)

@@ -23,7 +23,8 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
 
 _YAML = (".yaml", ".yml")
-_FORMS = ("snapshot", "graph", "matlab")
+_FORMS = ("snapshot", "graph", "matlab", "opensees")
+_SUFFIXES = {"matlab": (".mat",), "opensees": (".tcl", ".py")}
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
 
@@ -105,7 +106,7 @@ def convert(
     settings: Sequence[str],
     side: SideFile = NO_SIDE_FILE,
 ) -> int:
-    """Write a robot at a pose as a snapshot by legs, as a graph, or its results for MATLAB."""
+    """Write a robot at a pose as a snapshot by legs, a graph, input of OpenSees, or for MATLAB."""
     from robostiff.robots import load
 
     form, output = wanted.form, wanted.output
@@ -115,17 +116,29 @@ def convert(
         option = "--to matlab" if form == "matlab" else "--json"
         raise InputError(option, expected="a file beside it", hint="write -o FILE")
     path = None if output is None else new_file("--output", output, wanted.overwrite)
+    endings = _SUFFIXES.get(form)
+    if path is not None and endings is not None and path.suffix.lower() not in endings:
+        raise InputError(
+            "--output", got=str(path), expected=f"a name that ends in {' or '.join(endings)}"
+        )
     robot = load(source, parameters_from(settings), **side.options)
     if form == "matlab" and path is not None:
         from robostiff.io.results.matlab import write_matlab
 
         write_matlab(path, _results(source, robot, place))
     else:
-        data = _snapshot_data(source, robot, place, form)
+        frozen = _frozen(source, robot, place, form)
+        if form == "opensees":
+            from robostiff.io.opensees import opensees_script
+
+            in_python = path is not None and path.suffix.lower() == ".py"
+            text = opensees_script(frozen, in_python=in_python)
+        else:
+            text = json.dumps(_data(frozen), indent=1, allow_nan=False) + "\n"
         if path is None:
-            say(json.dumps(data, indent=1, allow_nan=False))
+            say(text.removesuffix("\n"))
             return 0
-        path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     if wanted.as_json:
         print_data({"files": [str(path)], "form": form})
     else:
@@ -147,8 +160,8 @@ def _results(source: str, robot: Any, place: PoseArguments) -> Any:
     return result
 
 
-def _snapshot_data(source: str, robot: Any, place: PoseArguments, form: str) -> dict[str, Any]:
-    from robostiff.io.snapshot import network_to_data, snapshot_to_data
+def _frozen(source: str, robot: Any, place: PoseArguments, form: str) -> Any:
+    """The robot at the pose: a snapshot of legs, or a network for the other forms."""
     from robostiff.kinematics import find_posture
     from robostiff.model import Robot, Snapshot
     from robostiff.network import Network
@@ -160,12 +173,10 @@ def _snapshot_data(source: str, robot: Any, place: PoseArguments, form: str) -> 
         if not found.reached.all():
             raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(found.complaints)}")
         robot = found.snapshot.one(0)
-    if isinstance(robot, Snapshot) and form == "graph":
-        robot = network_of_snapshot(robot)
     if isinstance(robot, Snapshot):
-        return snapshot_to_data(robot)
-    if isinstance(robot, Network) and form == "graph":
-        return network_to_data(robot)
+        return robot if form == "snapshot" else network_of_snapshot(robot)
+    if isinstance(robot, Network) and form != "snapshot":
+        return robot
     kind = "a network" if isinstance(robot, Network) else "a cable robot"
     raise InputError(
         f"{form} of {source!r}",
@@ -173,6 +184,13 @@ def _snapshot_data(source: str, robot: Any, place: PoseArguments, form: str) -> 
         expected="a robot or a snapshot of legs",
         hint="write --to graph" if isinstance(robot, Network) else None,
     )
+
+
+def _data(frozen: Any) -> dict[str, Any]:
+    from robostiff.io.snapshot import network_to_data, snapshot_to_data
+    from robostiff.network import Network
+
+    return network_to_data(frozen) if isinstance(frozen, Network) else snapshot_to_data(frozen)
 
 
 def _unknown(subject: str, got: str, allowed: Sequence[str], words: str) -> InputError:

@@ -82,8 +82,9 @@ def convert(
         str,
         typer.Option(
             "--to",
-            metavar="snapshot|graph|matlab",
-            help="By legs, as bodies and joints, or the results at the pose as a .mat file.",
+            metavar="snapshot|graph|matlab|opensees",
+            help="By legs, as bodies and joints, the results at the pose as a .mat file, or a "
+            "model of OpenSees (.tcl or .py).",
         ),
     ] = "snapshot",
     output: OutputOption = None,
@@ -96,13 +97,15 @@ def convert(
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
-    """Write a robot at a pose as a snapshot file, or its results as a file for MATLAB.
+    """Write a robot at a pose as a snapshot file or a model of OpenSees, or its results for MATLAB.
 
     Examples
     --------
     robostiff convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json
 
     robostiff convert hexapod --pose "0 0 0.85 0 0 0" --to matlab -o hexapod.mat
+
+    robostiff convert hexapod --pose "0 0 0.85 0 0 0" --to opensees -o hexapod.tcl
 
     Exit status: 0 for a file, 1 when the pose is out of reach, 2 for bad input.
     """

@@ -14,6 +14,7 @@ from robostiff.cli.failure import ready_streams, reported
 from robostiff.cli.file_formats import convert, new, schema
 from robostiff.cli.map_command import map_
 from robostiff.cli.report_command import report
+from robostiff.cli.response_command import response
 from robostiff.cli.shared_options import (
     AtOption,
     JointsOption,
@@ -136,7 +137,7 @@ def deflection(
     return print_deflection(robot, place, wrench, set_ or [], json_, described)
 
 
-for _command in (equilibrium, modes):
+for _command in (equilibrium, modes, response):
     app.command()(_command)
 
 

@@ -1,3 +1,4 @@
+from robostiff.network.beam_loads import DistributedForce, ForceOnBeam
 from robostiff.network.compliance import compliance_between
 from robostiff.network.condensation import NetworkStiffness, condense
 from robostiff.network.elements import (
@@ -12,16 +13,21 @@ from robostiff.network.energy import energy_stiffness
 from robostiff.network.internal_loads import InternalLoads, internal_loads, loads_under
 from robostiff.network.network import Network
 from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
+from robostiff.network.response import NetworkResponse, SectionForces, network_response
 from robostiff.network.snapshot_network import network_of_snapshot
 
 __all__ = [
     "BeamElement",
+    "DistributedForce",
+    "ForceOnBeam",
     "InternalLoads",
     "JointElement",
     "Network",
+    "NetworkResponse",
     "NetworkStiffness",
     "Node",
     "PlatformFlexibility",
+    "SectionForces",
     "SpringElement",
     "beam_between",
     "beam_stiffness_12",
@@ -31,5 +37,6 @@ __all__ = [
     "internal_loads",
     "loads_under",
     "network_of_snapshot",
+    "network_response",
     "platform_flexibility",
 ]

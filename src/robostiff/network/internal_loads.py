@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +33,7 @@ class InternalLoads:
     reactions : tuple of (str, str, (6,) array, (3,) array)
         Of every joint: force [N] and moment [N m] of node b on node a about the point that comes
         last [m]. Statically indeterminate reactions among rigid parts have no value, and
-        is left out.
+        are left out.
     actuators : tuple of (str, str, float, float)
         Load along the coordinate [N or N m], and travel [m or rad].
     """
@@ -72,7 +73,7 @@ def internal_loads(
     system = saddle_point_system(equations, {*network.fixed, network.platform}, mobile, dependent)
     moved = system.matrix[:, system.rows_of[network.platform]] @ (equations.scale * twist)
     x, _ = system.solve(-moved[:, None])
-    return _of_parts(equations, system, x[:, 0], dependent)
+    return loads_of_parts(equations, system, x[:, 0], dependent)
 
 
 def loads_under(
@@ -98,12 +99,21 @@ def loads_under(
     if network.platform not in network.fixed:
         right[system.rows_of[network.platform], 0] = wrench / equations.scale / equations.stiffness
     x, _ = system.solve(right)
-    return _of_parts(equations, system, x[:, 0], dependent)
+    return loads_of_parts(equations, system, x[:, 0], dependent)
 
 
-def _of_parts(
-    equations: Equations, system: SaddlePointSystem, x: np.ndarray, dependent: Redundancy
+def loads_of_parts(
+    equations: Equations,
+    system: SaddlePointSystem,
+    x: np.ndarray,
+    dependent: Redundancy,
+    of_beam_loads: Mapping[int, float] | None = None,
 ) -> InternalLoads:
+    """Loads in all parts from a solution x (size,) of the scaled system.
+
+    What loads between the ends of beams add to their energies comes by the numbers of these beams
+    [J].
+    """
     network = equations.network
     energies: list[tuple[str, str, float]] = []
     reactions: list[tuple[str, str, np.ndarray, np.ndarray]] = []
@@ -112,7 +122,8 @@ def _of_parts(
         f = x[system.wrench_rows[k]]
         if not isinstance(element, JointElement):
             if np.any(c.S):
-                energies.append((*_two(c.name), 0.5 * equations.stiffness * float(f @ c.S @ f)))
+                energy = 0.5 * equations.stiffness * float(f @ c.S @ f)
+                energies.append((*_two(c.name), energy + (of_beam_loads or {}).get(k, 0.0)))
             continue
         F = _wrench(equations, c, f)
         is_determined = k not in dependent.undetermined

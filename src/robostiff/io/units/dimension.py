@@ -42,6 +42,7 @@ class Dimension(Enum):
     DENSITY = ("a density", "kg/m^3", "2700 kg/m^3")
     ACCELERATION = ("an acceleration", "m/s^2", "9.81 m/s^2")
     FORCE = ("a force", "N", "200 N")
+    FORCE_PER_LENGTH = ("a force per length", "N/m", "20 N/m")
     MOMENT = ("a moment", "N m", "10 N m")
     MODULUS = ("an elastic modulus", "Pa", "70 GPa")
     TRANSLATIONAL_STIFFNESS = ("a translational stiffness", "N/m", "1e8 N/m")

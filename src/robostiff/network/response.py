@@ -1,0 +1,355 @@
+"""Static response of a network: loads at nodes and on beams, and supports that settle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.network.beam_loads import BeamLoad, DistributedForce, ForceOnBeam, beam_load
+from robostiff.network.elements import BeamElement
+from robostiff.network.equations import Equations, equations_of
+from robostiff.network.internal_loads import InternalLoads, loads_of_parts
+from robostiff.network.mobility import Mobility, mobility
+from robostiff.network.network import Network
+from robostiff.network.redundancy import Redundancy, redundancy
+from robostiff.network.saddle_point import CONVERGED, SaddlePointSystem, saddle_point_system
+from robostiff.spatial import as_floats, block_rotation, move_wrench
+
+Loads = Mapping[str, Any]
+_ON_BEAMS = (DistributedForce, ForceOnBeam)
+# Of the largest displacement: a gap between rigid parts that is no rounding.
+_GAP = 1e-9
+
+
+@dataclass(frozen=True)
+class SectionForces:
+    """What the part of a beam beyond a section exerts on the part before it, in the beam's axes.
+
+    Attributes
+    ----------
+    start, end : (6,) arrays
+        N, V_y, V_z [N] and T, M_y, M_z [N m] at the ends; N is positive in tension.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+
+
+@dataclass(frozen=True, repr=False)
+class NetworkResponse:
+    """Displacements, reactions and internal loads of a network under loads.
+
+    Attributes
+    ----------
+    name : str
+    twists : dict of str to (n,) array
+        Displacement [m] and rotation [rad] of each node about its point; without those that can
+        move freely, whose displacement has no value.
+    reactions : dict of str to (n,) array
+        Force [N] and moment [N m] of the support on each fixed node about its point; without those
+        that rigid parts leave statically indeterminate.
+    beams : dict of str to SectionForces
+    loads : InternalLoads
+        Energies of parts, reactions of joints, loads of actuators.
+    free_nodes : tuple of str
+        Nodes that can move without resistance, and are not loaded along these motions.
+    """
+
+    name: str
+    twists: dict[str, np.ndarray]
+    reactions: dict[str, np.ndarray]
+    beams: dict[str, SectionForces]
+    loads: InternalLoads
+    free_nodes: tuple[str, ...] = ()
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy of all parts [J]."""
+        return sum(energy for _, _, energy in self.loads.energies)
+
+    @property
+    def status(self) -> Status:
+        """``OK``, or ``FREE_MOTIONS`` where nodes can move without resistance."""
+        return Status.FREE_MOTIONS if self.free_nodes else Status.OK
+
+    def __repr__(self) -> str:
+        return (
+            f"<NetworkResponse of {self.name!r}: {len(self.twists)} nodes, "
+            f"energy {self.energy:.4g} J, status {self.status}>"
+        )
+
+
+def network_response(
+    network: Network,
+    loads: Loads | None = None,
+    *,
+    settlements: Mapping[str, ArrayLike] | None = None,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> NetworkResponse:
+    """Response of a network to loads at its nodes and on its beams, and to moved supports.
+
+    All loads act together, and are so small that the geometry does not change. With the loads of
+    the beams the equations of the network become ``W^T d = S f + d_0``, where d_0 is the
+    deflection of the end of a loaded beam whose start is clamped.
+
+    Parameters
+    ----------
+    network : Network
+    loads : mapping of str to load or sequence of loads, optional
+        At a node a force (3,), in space, or a wrench (n,) about the node's point [N, N m]; on a
+        beam a `DistributedForce` or a `ForceOnBeam`. World axes.
+    settlements : mapping of str to (n,) array, optional
+        Displacement [m] and rotation [rad] of fixed nodes about their points, world axes.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    NetworkResponse
+
+    Raises
+    ------
+    InputError
+        When a name is not there, or a load or displacement does not fit.
+    NoAnswerError
+        When a load does work on a motion without stiffness, when rigid parts cannot follow the
+        supports, or when rounding leaves few digits.
+
+    Examples
+    --------
+    A clamped rod under its own weight, and the same rod with a foot that sinks by 1 mm:
+
+    >>> from robostiff.elasticity import circle, material
+    >>> from robostiff.network import Node, beam_between
+    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
+    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
+    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
+    >>> bent = network_response(network, {"rod": DistributedForce([0, 0, -24.2])})
+    >>> round(1e3 * float(bent.twists["tip"][2]), 3), round(float(bent.reactions["wall"][2]), 1)
+    (-1.834, 24.2)
+    >>> sunk = network_response(network, settlements={"wall": [0, 0, -1e-3, 0, 0, 0]})
+    >>> round(1e3 * float(sunk.twists["tip"][2]), 3), round(sunk.energy, 9)
+    (-1.0, 0.0)
+    """
+    equations = equations_of(network, tolerance)
+    at_nodes, on_beams = _sorted_loads(network, {} if loads is None else loads)
+    moved = {name: _settlement(network, name, t) for name, t in (settlements or {}).items()}
+    mobile = mobility(equations, platform_fixed=False)
+    dependent = redundancy(equations, platform_fixed=False)
+    system = saddle_point_system(equations, set(network.fixed), mobile, dependent)
+    right, given = _right_side(equations, system, at_nodes, on_beams)
+    _check_balance(equations, mobile, system, right)
+    for name, t in moved.items():
+        D = equations.between(_point(network, name), equations.points[name])
+        given[system.rows_of[name], 0] = D @ (equations.scale * t)
+    x, step = system.solve(right - system.matrix @ given)
+    if step > CONVERGED:
+        raise NoAnswerError(f"no response: {Status.ILL_CONDITIONED.advice[0]}")
+    x = x + given
+    gap = (system.matrix @ x - right)[:, 0]
+    _check_gaps(equations, system, dependent, x[:, 0], gap)
+    beams = _beams(equations, system, x[:, 0], on_beams)
+    extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
+    free = {name for mechanism in mobile.mechanisms for name in _moving(mechanism)}
+    undetermined = {
+        end
+        for k in dependent.undetermined
+        for end in (equations.connections[k].a, equations.connections[k].b)
+    }
+    return NetworkResponse(
+        network.name,
+        {
+            node.name: _twist(equations, system, x[:, 0], node.name)
+            for node in network.nodes
+            if node.name not in free
+        },
+        {
+            name: _reaction(equations, system, gap, name)
+            for name in network.fixed
+            if name not in undetermined
+        },
+        beams,
+        loads_of_parts(equations, system, x[:, 0], dependent, extra),
+        tuple(node.name for node in network.nodes if node.name in free),
+    )
+
+
+def _sorted_loads(
+    network: Network, loads: Loads
+) -> tuple[dict[str, np.ndarray], dict[int, tuple[str, BeamLoad]]]:
+    """Wrenches by the names of nodes, and loads of beams by the numbers of their connections."""
+    if not isinstance(loads, Mapping):
+        raise InputError("loads", got=loads, expected='loads by names: {"tip": [0, 0, -80]}')
+    nodes = {node.name for node in network.nodes}
+    numbers = {beam.name: k for k, beam in enumerate(network.beams)}
+    wrenches: dict[str, np.ndarray] = {}
+    on_beams: dict[int, tuple[str, BeamLoad]] = {}
+    for name, value in loads.items():
+        own = _as_sequence(value)
+        if own and all(isinstance(load, _ON_BEAMS) for load in own):
+            if name not in numbers:
+                raise _unknown("beam of a load", name, numbers)
+            k = numbers[name]
+            on_beams[k] = (name, beam_load(network.beams[k], own))
+        else:
+            if name not in nodes:
+                raise _unknown("node of a load", name, nodes)
+            wrenches[name] = _wrench(network, name, value)
+    return wrenches, on_beams
+
+
+def _as_sequence(value: Any) -> tuple[Any, ...]:
+    if isinstance(value, _ON_BEAMS):
+        return (value,)
+    return tuple(value) if isinstance(value, Sequence) else ()
+
+
+def _unknown(subject: str, name: str, names: Any) -> InputError:
+    known = ", ".join(sorted(names)[:12]) or "none: the network has no beams"
+    hint = "loads on beams are DistributedForce or ForceOnBeam, those at nodes are numbers"
+    return InputError(subject, got=name, expected=f"one of {known}", hint=hint)
+
+
+def _wrench(network: Network, name: str, value: Any) -> np.ndarray:
+    space = network.space
+    n = space.size
+    shapes = f"{n} numbers {' '.join(space.wrench_order)} [N, N m]"
+    units: dict[int, Sequence[str]] = {3: ("N",) * 3, n: space.wrench_units}
+    if n == 6:
+        shapes = f"3 numbers [N], or {shapes}"
+    F = as_floats(f"load at node {name!r}", value, shapes, units)
+    if F.shape not in ((n,), (3,)):
+        raise InputError(f"load at node {name!r}", got=value, expected=shapes)
+    return np.concatenate([F, np.zeros(n - len(F))])
+
+
+def _settlement(network: Network, name: str, value: Any) -> np.ndarray:
+    if name not in network.fixed:
+        raise InputError(
+            "node that settles",
+            got=name,
+            expected=f"a fixed node: {', '.join(network.fixed[:12])}",
+            hint="a node that is not fixed moves under the loads",
+        )
+    space = network.space
+    units = ("m",) * space.translations + ("rad",) * (space.size - space.translations)
+    expected = f"{space.size} numbers {' '.join(space.twist_order)} [m, rad]"
+    t = as_floats(f"displacement of node {name!r}", value, expected, units)
+    if t.shape != (space.size,):
+        raise InputError(f"displacement of node {name!r}", got=value, expected=expected)
+    return t
+
+
+def _point(network: Network, name: str) -> np.ndarray:
+    return next(node.point for node in network.nodes if node.name == name)
+
+
+def _right_side(
+    equations: Equations,
+    system: SaddlePointSystem,
+    at_nodes: Mapping[str, np.ndarray],
+    on_beams: Mapping[int, tuple[str, BeamLoad]],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Right side (size, 1) of the scaled equations, and room for what is given of the solution."""
+    network, rows = equations.network, list(equations.network.space.rows)
+    right = np.zeros((system.size, 1))
+    unit = equations.scale * equations.stiffness
+    for name, F in at_nodes.items():
+        D = equations.between(equations.points[name], _point(network, name))
+        right[system.rows_of[name], 0] += D.T @ (F / unit)
+    for k, (_, load) in on_beams.items():
+        beam, c = network.beams[k], equations.connections[k]
+        axes = block_rotation(beam.rotation)
+        total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
+        right[system.rows_of[beam.a], 0] += equations.transport(beam.a, beam.start).T @ (
+            total / unit
+        )
+        right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
+    return right, np.zeros((system.size, 1))
+
+
+def _check_balance(
+    equations: Equations, mobile: Mobility, system: SaddlePointSystem, right: np.ndarray
+) -> None:
+    """Raise where a load does work on a motion without stiffness."""
+    size = max(np.linalg.norm(right[rows]) for rows in system.rows_of.values())
+    for mechanism in mobile.mechanisms:
+        work = sum(
+            motions.T @ right[system.rows_of[name], 0]
+            for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True)
+        )
+        if np.any(np.abs(work) > equations.tolerance.independence * size):
+            nodes = ", ".join(_moving(mechanism)[:6])
+            raise NoAnswerError(
+                f"no response of {equations.network.name!r}: the loads drive a motion without "
+                f"stiffness, of {nodes}; {Status.FREE_MOTIONS.advice[0]}"
+            )
+
+
+def _moving(mechanism: Any) -> list[str]:
+    """Names of the nodes that a mechanism moves."""
+    size = np.abs(mechanism.motions).max(axis=(1, 2), initial=0.0)
+    return [n for n, s in zip(mechanism.nodes, size, strict=True) if s > _GAP * size.max()]
+
+
+def _check_gaps(
+    equations: Equations,
+    system: SaddlePointSystem,
+    dependent: Redundancy,
+    x: np.ndarray,
+    gap: np.ndarray,
+) -> None:
+    """Raise where a constraint that was left out does not hold."""
+    size = max(np.abs(x[rows]).max() for rows in system.rows_of.values())
+    for k, numbers in dependent.dropped.items():
+        if np.any(np.abs(gap[system.wrench_rows[k][numbers]]) > _GAP * size):
+            raise NoAnswerError(
+                f"no response of {equations.network.name!r}: rigid parts cannot follow the "
+                f"supports, at {equations.connections[k].name!r}; give an elasticity to a part "
+                "between them"
+            )
+
+
+def _twist(equations: Equations, system: SaddlePointSystem, x: np.ndarray, name: str) -> np.ndarray:
+    D = equations.transport(name, _point(equations.network, name))
+    return D @ x[system.rows_of[name]] / equations.scale
+
+
+def _reaction(
+    equations: Equations, system: SaddlePointSystem, gap: np.ndarray, name: str
+) -> np.ndarray:
+    """What a fixed node lacks for its equilibrium, about its point."""
+    F = gap[system.rows_of[name]] * equations.scale * equations.stiffness
+    v = (_point(equations.network, name) - equations.points[name])[
+        : equations.network.space.translations
+    ]
+    return move_wrench(F, v)
+
+
+def _beams(
+    equations: Equations,
+    system: SaddlePointSystem,
+    x: np.ndarray,
+    on_beams: Mapping[int, tuple[str, BeamLoad]],
+) -> dict[str, SectionForces]:
+    found = {}
+    for k, beam in enumerate(equations.network.beams):
+        c = equations.connections[k]
+        F = np.zeros(6)
+        f = x[system.wrench_rows[k]] * equations.stiffness
+        F[list(equations.network.space.rows)] = equations.scale * (c.W @ f)
+        end = block_rotation(beam.rotation).T @ F
+        start = _at_start(beam, end)
+        if k in on_beams:
+            start = start + on_beams[k][1].at_start
+        found[beam.name] = SectionForces(start, end)
+    return found
+
+
+def _at_start(beam: BeamElement, end: np.ndarray) -> np.ndarray:
+    return move_wrench(end, np.array([-beam.length, 0.0, 0.0]))

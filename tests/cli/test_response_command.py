@@ -1,0 +1,77 @@
+"""Networks under loads, from the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+PORTAL = str(Path(__file__).parents[2] / "examples" / "portal.json")
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, ["response", *arguments])
+
+
+def test_numbers_are_those_of_python():
+    shown = run(
+        PORTAL, "--json", "--along", "beam=0 0 -2 kN/m", "--on", "left post=200 mm 50 N 0 0",
+        "--load", "corner=0 0 0 0 1 N m 0", "--settle", "right foot=0 0 -1 mm 0 0 1 deg",
+    )  # fmt: skip
+    assert shown.exit_code == 0
+    data = json.loads(shown.stdout)
+    expected = rs.network_response(
+        rs.load(PORTAL),
+        {
+            "beam": rs.DistributedForce([0, 0, -2000]),
+            "left post": rs.ForceOnBeam([50, 0, 0], 0.2),
+            "corner": [0, 0, 0, 0, 1, 0],
+        },
+        settlements={"right foot": [0, 0, -1e-3, 0, 0, np.deg2rad(1)]},
+    )
+    assert data["schema"] == "robostiff response 1"
+    assert np.allclose(data["displacements"]["corner"], expected.twists["corner"], rtol=1e-12)
+    assert np.allclose(data["reactions"]["left foot"], expected.reactions["left foot"], rtol=1e-12)
+    assert data["beams"]["beam"]["end"]["N"] == pytest.approx(expected.beams["beam"].end[0])
+    assert data["energy"] == pytest.approx(expected.energy)
+
+
+def test_what_is_rounding_is_shown_as_none():
+    text = run(PORTAL, "--load", "top=0 1 kN 0").stdout
+    assert "left foot: none" in text
+    assert "elastic energy" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([PORTAL], "expected --load, --along, --on or --settle"),
+        ([PORTAL, "--load", "corner=1 kN 0"], "expected 3 numbers (Fx Fy Fz) or 6 (Fx Fy Fz Mx"),
+        ([PORTAL, "--load", "corner=1 m 0 0"], "item 1 (Fx): got '1 m', expected a force"),
+        ([PORTAL, "--load", "corner"], "expected NAME=NUMBERS"),
+        (
+            [PORTAL, "--along", "beam=1 N 0 0"],
+            "(qx): got '1 N', expected a force per length",
+        ),
+        ([PORTAL, "--along", "boom=1 N/m 0 0"], "expected one of beam, left post, right post"),
+        ([PORTAL, "--settle", "top=0 0 0 0 0 0"], "expected a fixed node: left foot, right foot"),
+        ([PORTAL, "--load", "top=0 0 1", "--load", "top=0 0 1"], "expected each name once"),
+        (["hexapod", "--load", "top=0 0 1"], "robostiff convert hexapod --to graph"),
+    ],
+)
+def test_bad_loads(arguments, message):
+    shown = run(*arguments)
+    assert shown.exit_code == 2
+    assert message in shown.stderr
+
+
+def test_opensees_is_written_to_files_of_its_own(tmp_path):
+    path = tmp_path / "portal.txt"
+    shown = CliRunner().invoke(app, ["convert", PORTAL, "--to", "opensees", "-o", str(path)])
+    assert shown.exit_code == 2
+    assert "expected a name that ends in .tcl or .py" in shown.stderr
+    assert not path.exists()

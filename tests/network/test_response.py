@@ -1,0 +1,196 @@
+"""Loads on nodes and beams of networks, and supports that settle, against closed forms and laws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import robostiff as rs
+from robostiff.elasticity import BeamTheory, EulerBernoulli, Timoshenko
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.network import JointElement, Network, beam_between
+from robostiff.spatial import Space, move_twist, move_wrench
+from tests.network.frames import BAR, GRAPH_NAMES, STEEL, ball, graph, nodes, sliding, turning
+
+E, G, A, IY, IZ = STEEL.E, STEEL.G, BAR.A, BAR.Iy, BAR.Iz
+L, Q = 2.0, 35.0
+SLENDER = EulerBernoulli()
+
+
+def straight(fixed, middle=L / 2, theory: BeamTheory = SLENDER):
+    """Beam along x in two pieces, whose middle is the platform."""
+    a, b, c = nodes(a=[0, 0, 0], b=[middle, 0, 0], c=[L, 0, 0])
+    along_y = np.array([0.0, 1, 0])
+    pieces = (
+        beam_between(a, b, STEEL, BAR, y_axis=along_y, theory=theory, name="ab"),
+        beam_between(b, c, STEEL, BAR, y_axis=along_y, theory=theory, name="bc"),
+    )
+    return Network("beam", (a, b, c), fixed, "b", b.point, beams=pieces)
+
+
+def test_a_clamped_beam_under_its_weight():
+    found = rs.network_response(
+        straight(("a", "c")), dict.fromkeys(["ab", "bc"], rs.DistributedForce([0, 0, -Q]))
+    )
+    assert_allclose(found.twists["b"][2], -Q * L**4 / (384 * E * IY), rtol=1e-10)
+    assert_allclose(found.reactions["a"][2], Q * L / 2, rtol=1e-10)
+    # The support turns the left end up: about y that is a negative moment.
+    assert_allclose(found.reactions["a"][4], -Q * L**2 / 12, rtol=1e-10)
+    assert_allclose(found.beams["ab"].end[4], -Q * L**2 / 24, rtol=1e-10)
+    assert_allclose(found.energy, Q**2 * L**5 / (1440 * E * IY), rtol=1e-10)
+
+
+def test_a_propped_cantilever_whose_prop_sinks():
+    network = straight(("a",))
+    a, b, c = network.nodes
+    (foot,) = nodes(foot=[L, 0, -1])
+    hinge = JointElement("hinge", "c", "foot", (turning(c.point, [0, 1, 0]),))
+    network = replace(network, nodes=(a, b, c, foot), fixed=("a", "foot"), joints=(hinge,))
+    sunk = 3e-3
+    found = rs.network_response(network, settlements={"foot": [0, 0, -sunk, 0, 0, 0]})
+    P = 3 * E * IY * sunk / L**3
+    assert_allclose(found.reactions["foot"][2], -P, rtol=1e-9)
+    assert_allclose(found.reactions["a"][[2, 4]], [P, -P * L], rtol=1e-9)
+    assert_allclose(found.twists["c"][2], -sunk, rtol=1e-12)
+    assert_allclose(found.energy, P * sunk / 2, rtol=1e-9)
+
+
+@pytest.mark.parametrize("theory", [SLENDER, Timoshenko()])
+def test_a_loaded_beam_is_as_its_pieces(theory):
+    """A force between the ends of a beam is one at a node there, and a weight that of two parts."""
+    s, P, q = 0.7, np.array([20.0, -300, 150]), np.array([5.0, 40, -60])
+    whole, cut = straight(("a", "c"), theory=theory), straight(("a", "c"), s, theory)
+    by_pieces = rs.network_response(
+        cut, {"b": P} | dict.fromkeys(["ab", "bc"], rs.DistributedForce(q))
+    )
+    weight = rs.DistributedForce(q)
+    at_once = rs.network_response(whole, {"ab": [weight, rs.ForceOnBeam(P, s)], "bc": weight})
+    for end in "ac":
+        assert_allclose(at_once.reactions[end], by_pieces.reactions[end], rtol=1e-9, atol=1e-9)
+    assert_allclose(at_once.energy, by_pieces.energy, rtol=1e-10)
+    assert_allclose(at_once.beams["ab"].start, by_pieces.beams["ab"].start, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", GRAPH_NAMES)
+def test_wrenches_at_the_platform_move_it_as_its_compliance_says(name):
+    network, _ = graph(name)
+    K = rs.stiffness(network).K
+    t = np.linspace(1e-5, 2e-5, len(K))
+    node = next(node for node in network.nodes if node.name == network.platform)
+    d = network.space.translations
+    to_reference = (network.reference_point - node.point)[:d]
+    F = K @ t
+    placed = (replace(o, point=network.reference_point) if o is node else o for o in network.nodes)
+    at_node = replace(network, nodes=tuple(placed))
+    found = rs.network_response(at_node, {network.platform: F})
+    if network.platform in found.twists:
+        K_t = K @ found.twists[network.platform]
+        assert_allclose(K_t, F, rtol=0, atol=1e-8 * np.abs(F).max())
+        moved = rs.network_response(network, {network.platform: move_wrench(F, -to_reference)})
+        back = move_twist(moved.twists[network.platform], to_reference)
+        assert_allclose(back, found.twists[network.platform], rtol=0, atol=1e-8 * np.abs(t).max())
+    assert_allclose(found.energy, 0.5 * F @ rs.deflection(network, wrench=F).twist, rtol=1e-7)
+
+
+def test_supports_carry_all_loads():
+    network = straight(("a", "c"))
+    P, M = np.array([10.0, -20, 30]), np.array([4.0, 5, -6])
+    found = rs.network_response(
+        network, {"b": [*P, *M], "bc": rs.ForceOnBeam([0, 7, 9], 0.25), "c": [1, 2, 3]}
+    )
+    force = sum(F[:3] for F in found.reactions.values())
+    assert_allclose(force, [-11.0, 11, -42], rtol=1e-10)
+    moment = sum(
+        F[3:] + np.cross(node.point, F[:3])
+        for node in network.nodes
+        if (F := found.reactions.get(node.name)) is not None
+    )
+    loads = M + np.cross([L / 2, 0, 0], P) + np.cross([L / 2 + 0.25, 0, 0], [0, 7, 9])
+    assert_allclose(moment, -(loads + np.cross([L, 0, 0], [1, 2, 3])), rtol=1e-9, atol=1e-10)
+
+
+def test_a_planar_frame_is_as_in_space():
+    network = straight(("a", "c"))
+    planar = replace(network, space=Space.PLANAR)
+    weight = rs.DistributedForce([3.0, -Q, 0])
+    in_plane = rs.network_response(planar, {"b": [10.0, 20, 5], "ab": weight})
+    in_space = rs.network_response(network, {"b": [10.0, 20, 0, 0, 0, 5], "ab": weight})
+    assert_allclose(in_plane.twists["b"], in_space.twists["b"][[0, 1, 5]], rtol=1e-10)
+    assert_allclose(in_plane.reactions["a"], in_space.reactions["a"][[0, 1, 5]], rtol=1e-9)
+
+
+def test_parts_that_move_freely_have_no_displacement():
+    network = straight(("a", "c"))
+    low, high = nodes(low=[0, 0, 1], high=[L / 2, 0, 1])
+    rod = beam_between(low, high, STEEL, BAR, name="rod")
+    ends = (
+        JointElement("low", "a", "low", ball(low.point)),
+        JointElement("high", "b", "high", ball(high.point)),
+    )
+    network = replace(
+        network, nodes=(*network.nodes, low, high), beams=(*network.beams, rod), joints=ends
+    )
+    found = rs.network_response(network, {"b": [100.0, 0, 0]})
+    assert found.free_nodes == ("low", "high")
+    assert set(found.twists) == {"a", "b", "c"}
+    with pytest.raises(NoAnswerError, match="drive a motion without stiffness, of low, high"):
+        rs.network_response(network, {"high": [0, 0, 0, 5.0, 0, 0]})
+
+
+def test_rigid_parts_that_cannot_follow_their_supports():
+    a, b, c = nodes(a=[0, 0, 0], b=[1, 0, 0], c=[1, 0, 0])
+    slides = tuple(
+        JointElement(f"slide {end}", end, "b", (sliding([0, 0, 0], [0, 0, 1]),)) for end in "ac"
+    )
+    tip = nodes(tip=[1, 1, 0])[0]
+    arm = beam_between(b, tip, STEEL, BAR, name="arm")
+    network = Network(
+        "slides", (a, b, c, tip), ("a", "c"), "tip", tip.point, beams=(arm,), joints=slides
+    )
+    together = {"a": [1e-3, 0, 0, 0, 0, 0], "c": [1e-3, 0, 0, 0, 0, 0]}
+    found = rs.network_response(network, {"tip": [50.0, 0, 0]}, settlements=together)
+    assert found.reactions == {}  # shared among rigid parts
+    with pytest.raises(NoAnswerError, match="rigid parts cannot follow the supports"):
+        rs.network_response(network, settlements={"a": [1e-3, 0, 0, 0, 0, 0]})
+
+
+@pytest.mark.parametrize(
+    ("loads", "settlements", "message"),
+    [
+        ({"tipp": [0, 0, 1]}, None, "node of a load: got 'tipp', expected one of a, b, c"),
+        ({"b": rs.DistributedForce([0, 0, 1])}, None, "beam of a load: got 'b'"),
+        ({"b": [0, 1]}, None, "load at node 'b'"),
+        ({"ab": rs.ForceOnBeam([0, 0, 1], 1.2)}, None, "distance of a force on beam 'ab'"),
+        ({"ab": rs.DistributedForce([0, 1])}, None, "force per length on beam 'ab'"),
+        ([0, 0, 1], None, "loads by names"),
+        (None, {"b": [0, 0, 1, 0, 0, 0]}, "node that settles: got 'b', expected a fixed node"),
+        (None, {"a": [0, 0, 1]}, "displacement of node 'a'"),
+    ],
+)
+def test_what_is_refused(loads, settlements, message):
+    with pytest.raises(InputError, match=message):
+        rs.network_response(straight(("a", "c")), loads, settlements=settlements)
+
+
+def test_a_tapered_beam_has_loads_at_its_ends_only():
+    network = straight(("a", "c"))
+    softer = network.beams[0].tip_compliance.copy()
+    softer[2, 2] *= 0.9
+    beams = (replace(network.beams[0], tip_compliance=softer), network.beams[1])
+    with pytest.raises(InputError, match="not that of a uniform beam"):
+        rs.network_response(replace(network, beams=beams), {"ab": rs.DistributedForce([0, 0, 1])})
+
+
+def test_quantities():
+    pint = pytest.importorskip("pint")
+    unit = pint.UnitRegistry()
+    network = straight(("a", "c"))
+    loads = {"b": [0, 0, 1] * unit.kN, "ab": rs.DistributedForce([0, 0, 2] * unit("kN/m"))}
+    found = rs.network_response(network, loads, settlements={"a": [0, 0, 1, 0, 0, 0] * unit.mm})
+    expected = rs.network_response(
+        network,
+        {"b": [0, 0, 1000], "ab": rs.DistributedForce([0, 0, 2000])},
+        settlements={"a": [0, 0, 1e-3, 0, 0, 0]},
+    )
+    assert_allclose(found.twists["b"], expected.twists["b"], rtol=1e-12)
