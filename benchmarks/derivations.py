@@ -21,11 +21,9 @@ the best one counts. Every answer is checked at random rational numbers.
 
     python benchmarks/derivations.py            all, about ten minutes
     python benchmarks/derivations.py --quick    one and two joints, 5 s a route
-    python benchmarks/derivations.py --robots   time and size of K at home for all shipped robots
-
-Of robots the operations of all different entries of K count, and those of what its names stand for;
-lines are those entries, and the names that are formulas. Each is compared with `rs.stiffness` at
-100 random sets of parameters.
+    python benchmarks/derivations.py --robots   time and size of K of all shipped robots, at home
+                                                and at a symbolic pose, see derivations_of_robots
+    python benchmarks/derivations.py --robots --table docs/derivations.md    the table there
 """
 
 import argparse
@@ -37,18 +35,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import sympy as sp
+from derivations_of_robots import POSES, robots
 from sympy.core.cache import clear_cache
 from sympy.external.gmpy import GROUND_TYPES
 from sympy.polys.matrices import DomainMatrix
 
 import robostiff as rs
-from robostiff.analytic import RobotDerivation, derive_chain
-from robostiff.analytic.export import python_function
-from robostiff.analytic.robot_derivation import InNames
-from robostiff.analytic.sum_of_springs import operations_of
-from robostiff.errors import InputError
+from robostiff.analytic import derive_chain
 
 try:
     import symengine
@@ -275,92 +269,6 @@ def row(route: Route, found: Outcome | None, limit: float, ours: Outcome) -> str
     return f"{route.name:<29}{form:>10}{times}{found.operations:>12}{factor:>9}"
 
 
-def robots(names: list[str], sets: int) -> None:
-    """Time and size of the derivations of robots at home, each checked against numbers."""
-    print(f"{'robot':<24}{'form':>8}{'s':>7}{'operations':>12}{'lines':>7}{'names':>7}{'error':>9}")
-    rs.derive("planar-link")
-    for name in names:
-        robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
-        clear_cache()
-        start = time.process_time()
-        try:
-            derivation = rs.derive(robot)
-        except InputError as error:
-            print(f"{Path(name).stem:<24}  {error}", flush=True)
-            continue
-        seconds = time.process_time() - start
-        worst = largest_error(robot, derivation, sets)
-        print(row_of_robot(name, derivation, seconds) + f"{worst:>9.0e}", flush=True)
-        if derivation.named is not None:
-            print(lines_of(derivation.named))
-
-
-def row_of_robot(name: str, derivation: RobotDerivation, seconds: float) -> str:
-    named = derivation.named or derivation
-    form = "springs" if derivation.named else "closed" if derivation.is_closed else "steps"
-    operations = operations_of(named.K, named.definitions)
-    written = [d for d in named.definitions if d.expression.free_symbols]
-    lines = len(written) + len(different(named.K))
-    names = len(named.definitions)
-    stem = Path(name).stem
-    return f"{stem:<24}{form:>8}{seconds:>7.2f}{operations:>12}{lines:>7}{names:>7}"
-
-
-def different(K: sp.ImmutableMatrix) -> dict[sp.Expr, str]:
-    """Different entries that are not zero, and the places of each; alike up to a sign are one."""
-    places: dict[sp.Expr, str] = {}
-    for i in range(K.rows):
-        for j in range(i, K.cols):
-            entry, place = K[i, j], f"K{i + 1}{j + 1}"
-            if -entry in places:
-                places[-entry] += f" = -{place}"
-            elif entry != 0:
-                places[entry] = f"{places[entry]} = {place}" if entry in places else place
-    return places
-
-
-def lines_of(named: InNames) -> str:
-    """The names and the different entries, one a line."""
-    lines = [f"  {d.symbol} = {d.expression}" for d in named.definitions]
-    return "\n".join([*lines, *(f"  {where} = {x}" for x, where in different(named.K).items())])
-
-
-def largest_error(robot: rs.Robot, derivation: RobotDerivation, sets: int) -> float:
-    """Largest difference from the numerical form at random parameters, relative to both ends.
-
-    Raises
-    ------
-    RuntimeError
-        When it is more than rounding explains.
-    """
-    space: dict[str, Any] = {}
-    exec(python_function(derivation), space)  # noqa: S102
-    generator = np.random.default_rng(2011)
-    largest, done = 0.0, 0
-    for _ in range(3 * sets):
-        values = {
-            s.name: robot.nominal[s.name] * (1 + 0.05 * generator.uniform(-1, 1))
-            for s in robot.symbols
-        }
-        twin = robot.substituted(values) if values else robot.numeric
-        result = rs.stiffness(twin)
-        if not result.answered:
-            continue  # its legs do not close there
-        given = {s.name: values[s.name] for s in derivation.symbols if s.name in values}
-        if len(given) < len(derivation.symbols):
-            return float("nan")  # coordinates that the legs decide
-        K = space["stiffness"](**given)
-        size = np.sqrt(np.outer(*2 * [np.maximum(np.diag(result.K), 0)]))
-        size[size == 0] = np.max(size)
-        largest = max(largest, float(np.max(np.abs(K - result.K) / size)))
-        done += 1
-        if largest > 1e-6:
-            raise RuntimeError(f"{robot.name}: a difference of {largest:.1e} at {values}")
-        if done == sets:
-            break
-    return largest
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description="Seconds for a closed form, by many routes.")
     parser.add_argument("--quick", action="store_true", help="one and two joints only")
@@ -370,9 +278,13 @@ def main() -> None:
         "--robots", nargs="*", metavar="ROBOT", help="shipped robots or model files instead"
     )
     parser.add_argument("--sets", type=int, default=100, help="random parameters of each robot")
+    parser.add_argument("--pose", nargs="+", choices=POSES, default=list(POSES), dest="poses")
+    parser.add_argument("--table", type=Path, help="page in which the table of robots is replaced")
     options = parser.parse_args()
     if options.robots is not None:
-        robots(options.robots or list(rs.shipped_robots()), options.sets)
+        names = options.robots or list(rs.shipped_robots())
+        if robots(names, options.sets, options.poses, options.table):
+            raise SystemExit(1)
         return
     numbers = options.joints or ([1, 2] if options.quick else [1, 2, 3, 4, 5])
     limit = options.limit or (5.0 if options.quick else 60.0)

@@ -63,8 +63,11 @@ _HOMES = {
         "AtHome",
         "AtSymbols",
         "Closed",
+        "EulerAngles",
         "RobotDerivation",
         "Steps",
+        "UnitQuaternion",
+        "roll_pitch_yaw",
     ),
     "robostiff.errors": (
         "DisagreementError",

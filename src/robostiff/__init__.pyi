@@ -32,8 +32,11 @@ from robostiff.analytic import AtCoordinates as AtCoordinates
 from robostiff.analytic import AtHome as AtHome
 from robostiff.analytic import AtSymbols as AtSymbols
 from robostiff.analytic import Closed as Closed
+from robostiff.analytic import EulerAngles as EulerAngles
 from robostiff.analytic import RobotDerivation as RobotDerivation
 from robostiff.analytic import Steps as Steps
+from robostiff.analytic import UnitQuaternion as UnitQuaternion
+from robostiff.analytic import roll_pitch_yaw as roll_pitch_yaw
 from robostiff.cables import CableStatus as CableStatus
 from robostiff.cables import ClosedFormTensions as ClosedFormTensions
 from robostiff.cables import GivenTensions as GivenTensions

@@ -214,3 +214,14 @@ def test_json_is_a_short_word_for_the_format():
     command = ("3-rpr", "--symbols", "none", "--steps")
     assert run(*command, "--json").stdout == run(*command, "--format", "json").stdout
     assert run(*command, "--json", "--format", "c").exit_code == 2
+
+
+def test_angles_of_a_pose_are_named():
+    outcome = run("3-rpr", "--pose", "symbolic", "--angles", "rpy")
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "R = Rz(yaw) Ry(pitch) Rx(roll)" in " ".join(outcome.stdout.split())
+    outcome = run("3-rpr", "--pose", "yaw=10 deg", "--angles", "rpy")
+    assert "yaw = pi/18" in outcome.stdout
+    outcome = run("3-rpr", "--angles", "rpy")
+    assert outcome.exit_code == 2
+    assert "--angles" in outcome.stderr

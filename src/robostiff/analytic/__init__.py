@@ -22,6 +22,7 @@ from robostiff.analytic.field import ExactField
 from robostiff.analytic.formula_function import FormulaFunction
 from robostiff.analytic.inverse import compliance_formula
 from robostiff.analytic.leg_elimination import LegElimination, derive_leg
+from robostiff.analytic.pose_rotation import EulerAngles, UnitQuaternion, roll_pitch_yaw
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.questions import (
     RankFormula,
@@ -45,6 +46,7 @@ __all__ = [
     "Derivation",
     "Eigenvalue",
     "Eigenvalues",
+    "EulerAngles",
     "ExactField",
     "FormulaDerivative",
     "FormulaFunction",
@@ -58,6 +60,7 @@ __all__ = [
     "Stage",
     "Steps",
     "StiffnessPart",
+    "UnitQuaternion",
     "Unsolved",
     "canonical",
     "compliance_formula",
@@ -72,6 +75,7 @@ __all__ = [
     "free_motion_formulas",
     "name_combinations",
     "rank_formula",
+    "roll_pitch_yaw",
     "snapshot_formula",
     "sum_of_legs",
 ]

@@ -13,7 +13,7 @@ from robostiff.analytic.closed_posture import AROUND
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.numeric_value import matrix_value
 from robostiff.analytic.robot_derivation import RobotDerivation
-from robostiff.analytic.robot_placement import PlacedRobot
+from robostiff.analytic.robot_placement import PlacedRobot, home_values
 from robostiff.analytic.robot_pose import platform_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
@@ -46,8 +46,20 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
         _compare(derivation, values, result.K, placed, doubtful=doubtful)
 
 
-def closed_places(placed: PlacedRobot, where: str = "") -> Iterator[_Place]:
+def closed_places(
+    placed: PlacedRobot, where: str = "", sets: int = _SETS, poses: int = _POSES
+) -> Iterator[_Place]:
     """Random values of the symbols and poses at which the legs close, with the numerical answer.
+
+    Parameters
+    ----------
+    placed : PlacedRobot
+    where : str
+        The pose, in words.
+    sets : int
+        Sets of parameters; one for a robot without symbols.
+    poses : int
+        For each of them, where the pose has symbols.
 
     Raises
     ------
@@ -56,16 +68,18 @@ def closed_places(placed: PlacedRobot, where: str = "") -> Iterator[_Place]:
     """
     random = np.random.default_rng(_SEED)
     robot = placed.robot
-    sets = _SETS if robot.symbols else 1
-    poses = _POSES if any(x.free_symbols for x in (placed.given or {}).values()) else 1
+    sets = sets if robot.symbols else 1
+    poses = poses if any(x.free_symbols for x in (placed.given or {}).values()) else 1
     checked = 0
     complaint = ""
     for spread in _SPREADS:
-        for _ in range(_TRIES):
+        for _ in range(max(_TRIES, 3 * sets)):
             try:
                 places, refusal = _places(placed, random, spread, poses)
             except InputError as error:
                 complaint = str(error)
+                if checked:
+                    continue
                 break  # the robot does not close at these values: nearer ones are tried
             complaint = refusal or complaint
             yield from places
@@ -120,7 +134,7 @@ def _near_home(
     placed: PlacedRobot, finder: PostureFinder, random: np.random.Generator
 ) -> dict[str, float]:
     """Values near home of the symbols that are not symbols of the robot."""
-    at_home = home_values(finder)
+    at_home = home_values(finder, placed.rotation)
     known = {str(symbol) for symbol in placed.robot.symbols}
     values: dict[str, float] = {}
     for name, expression in (placed.given or {}).items():
@@ -147,22 +161,13 @@ def _platform(placed: PlacedRobot, finder: PostureFinder, values: Mapping[str, f
     six = finder.home_pose
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
     given = {name: _number(x, values) for name, x in (placed.given or {}).items()}
-    pose = platform_pose(home, given)
+    pose = platform_pose(home, given, placed.rotation)
     R, p = pose.R.astype(float), pose.p.astype(float)
     return RigidTransform.from_components(p, Rotation.from_matrix(R))
 
 
 def _number(expression: Any, values: Mapping[str, float]) -> float:
     return float(expression.evalf(30, subs={s: values[s.name] for s in expression.free_symbols}))
-
-
-def home_values(finder: PostureFinder) -> dict[str, float]:
-    """Coordinates of a pose formula at home."""
-    twin = finder.robot
-    if twin.is_posed_by_joints:
-        return {f"q{i + 1}": float(q) for i, q in enumerate(twin.legs[0].chain.home)}
-    x, y, z = finder.home_pose[:3].tolist()
-    return {"x": x, "y": y, "z": z, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
 
 
 def _compare(

@@ -13,18 +13,19 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
-    SYMBOL_NAMES,
     AtHome,
     AtSymbols,
     PoseFormula,
+    all_names,
     exact_angle,
     free_name,
 )
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.frames import place_chain
-from robostiff.model import ALL_COORDINATES, Leg, Robot
+from robostiff.model import Leg, Robot
 from robostiff.record import Entry, Record
 from robostiff.spatial import exact_number
 
@@ -66,12 +67,15 @@ class Following:
         Inputs of all six coordinates of the platform, where some of them follow; empty otherwise.
     following : tuple of str
         Names of those that do.
+    rotation : EulerAngles or UnitQuaternion
+        What the coordinates of the platform's rotation are.
     """
 
     robot: Robot
     legs: dict[int, tuple[str, ...]]
     pose: dict[str, str]
     following: tuple[str, ...]
+    rotation: PoseRotation = ABOUT_WORLD_AXES
 
     @classmethod
     def of(cls, robot: Robot, finder: PostureFinder, pose: PoseFormula) -> Following:
@@ -86,11 +90,12 @@ class Following:
                     legs[i] = tuple(
                         free_name(f"q_{leg.name}_{j + 1}", taken) for j in range(leg.chain.size)
                     )
-        names = _moved_by_legs(robot, finder) if isinstance(pose, AtSymbols) else ()
-        if not names:
+        if not isinstance(pose, AtSymbols) or not (moved := _moved_by_legs(robot, finder)):
             return cls(robot, legs, {}, ())
-        all_six = {SYMBOL_NAMES[c]: free_name(SYMBOL_NAMES[c], taken) for c in ALL_COORDINATES}
-        return cls(robot, legs, all_six, tuple(all_six[name] for name in names))
+        names = all_names(pose.rotation)
+        all_six = {name: free_name(name, taken) for name in names}
+        following = tuple(all_six[names[i]] for i in moved)
+        return cls(robot, legs, all_six, following, pose.rotation)
 
     @property
     def any(self) -> bool:
@@ -107,7 +112,7 @@ class Following:
         """
         robot = self.robot
         values = {
-            name: value * (1.0 + spread * random.uniform(-1, 1))
+            name: value + spread * (abs(value) or 1.0) * random.uniform(-1, 1)
             for name, value in robot.nominal.items()
             if name in {str(symbol) for symbol in robot.symbols}
         }
@@ -123,7 +128,8 @@ class Following:
             if not posture.reached[0]:
                 raise InputError(f"pose of {robot.name!r}", got="; ".join(posture.complaints))
             x, y, z = posture.pose[0, :3]
-            turns = Rotation.from_rotvec(posture.pose[0, 3:]).as_euler("xyz")
+            R = Rotation.from_rotvec(posture.pose[0, 3:]).as_matrix()
+            turns = self.rotation.of_rotation(R).values()
             found = dict(zip(self.pose.values(), map(float, (x, y, z, *turns)), strict=True))
             coordinates.update(found)
         return Sample(values, finder, coordinates)
@@ -200,8 +206,8 @@ def _number(value: float, near: float, *, turns: bool) -> Any:
     return exact_angle(plain) if turns else exact_number(plain)
 
 
-def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[str, ...]:
-    """Coordinates that the legs fix and that do not stay as they are at home, by their names."""
+def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[int, ...]:
+    """Places of coordinates that the legs fix and that do not stay as they are at home."""
     closed = all(solver.closed_form is not None for solver in finder.solvers)
     given = robot.coordinate_places
     if not closed or len(given) == 6 or not given:
@@ -215,8 +221,8 @@ def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[str, ...]:
         return ()
     shift = posture.pose[reached, :3] - finder.home_pose[:3]
     moved = [
-        SYMBOL_NAMES[c]
-        for k, c in enumerate(ALL_COORDINATES[:3])
+        k
+        for k in range(3)
         if k not in given and np.max(np.abs(shift[:, k])) > _KNOWN * finder.length
     ]
     turned = posture.pose[reached, 3:]
@@ -228,9 +234,7 @@ def _moved_by_legs(robot: Robot, finder: PostureFinder) -> tuple[str, ...]:
     spatial = range(3) if robot.space.size == 6 else (2,)
     away = [k for k in spatial if np.max(np.abs(turned[:, k] - start[k])) > _KNOWN]
     if any(3 + k not in given for k in away):
-        moved += [
-            SYMBOL_NAMES[c] for k, c in enumerate(ALL_COORDINATES) if k > 2 and k not in given
-        ]
+        moved += [k for k in (3, 4, 5) if k not in given]
     return tuple(moved)
 
 

@@ -70,7 +70,7 @@ def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
     robot = with_entries(with_entries(placed.robot, exact_number), entry)
     given = placed.given
     coordinates = None if given is None else {name: entry(x) for name, x in given.items()}
-    platform = platform_pose(FormulaPose(*home_frame(robot)), coordinates)
+    platform = platform_pose(FormulaPose(*home_frame(robot)), coordinates, placed.rotation)
     again = ClosedReading(record, placed.symbols)
     found = []
     for i, leg in enumerate(robot.legs):

@@ -11,10 +11,13 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analytic.closed_posture import AROUND, Following, Sample, leg_coordinates
+from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
+    AtHome,
     PoseFormula,
     coordinate_expressions,
     exact_angle,
+    home_coordinates,
     platform_pose,
 )
 from robostiff.errors import InputError
@@ -57,6 +60,8 @@ class PlacedRobot:
         How to find them in numbers.
     given : dict of names to SymPy expressions, or None
         Coordinates of the platform, or of a serial arm; None at home.
+    rotation : EulerAngles or UnitQuaternion
+        What the coordinates of its rotation are.
     closed : dict of leg numbers to arrays of entries and numbers
         Coordinates of the legs that close by iteration.
     record : Record
@@ -77,6 +82,7 @@ class PlacedRobot:
     following: tuple[str, ...]
     follows: Following
     given: dict[str, Any] | None
+    rotation: PoseRotation
     closed: dict[int, np.ndarray]
     record: Record
     symbols: dict[str, sp.Symbol]
@@ -110,6 +116,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     """
     finder = posture_finder(robot.numeric)
     given = coordinate_expressions(robot, pose)
+    rotation = ABOUT_WORLD_AXES if isinstance(pose, AtHome) else pose.rotation
     follows = Following.of(robot, finder, pose)
     if follows.pose:
         given = {name: sp.Symbol(own, real=True) for name, own in follows.pose.items()}
@@ -119,8 +126,8 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     for names in follows.legs.values():
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
-        _check_reach(robot, finder, given)
-    record = Record(_samples(symbols, given, robot, finder, follows))
+        _check_reach(robot, finder, given, rotation)
+    record = Record(_samples(symbols, given, robot, finder, follows, rotation))
     read = entry_reader(record, exact=True)
     entries = with_entries(with_entries(robot, exact_number), read)
     coordinates = None
@@ -134,7 +141,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         platform = legs[0].platform
     else:
         home = FormulaPose(*home_frame(entries))
-        platform = platform_pose(home, coordinates)
+        platform = platform_pose(home, coordinates, rotation)
         placed = []
         for i, (leg, solver) in enumerate(zip(entries.legs, finder.solvers, strict=True)):
             if i in follows.legs:
@@ -148,11 +155,12 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     return PlacedRobot(
         robot=robot,
         entries=entries,
-        where=_in_words(given, following),
+        where=_in_words(given, following, rotation),
         coordinates=tuple(str(v) for v in (given or {}).values() if v.is_Symbol),
         following=following,
         follows=follows,
         given=given,
+        rotation=rotation,
         closed=closed,
         record=record,
         symbols=symbols,
@@ -163,10 +171,12 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     )
 
 
-def _check_reach(robot: Robot, finder: PostureFinder, given: Mapping[str, Any]) -> None:
+def _check_reach(
+    robot: Robot, finder: PostureFinder, given: Mapping[str, Any], rotation: PoseRotation
+) -> None:
     """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
-    at_home = _home_values(finder)
+    at_home = home_values(finder, rotation)
     middle = {str(x): 1.0 for value in values.values() for x in value.free_symbols}
     middle |= {str(x): at_home[name] for name, x in values.items() if x.is_Symbol}
     points = {str(x) for name, x in values.items() if name in ("x", "y", "z")}
@@ -178,7 +188,7 @@ def _check_reach(robot: Robot, finder: PostureFinder, given: Mapping[str, Any]) 
             name: own + spread * (finder.length if name in points else 1.0) * random.uniform(-1, 1)
             for name, own in middle.items()
         }
-        posture = finder.find(_platform_at(finder, values, drawn))
+        posture = finder.find(_platform_at(finder, values, drawn, rotation))
         if posture.reached.all():
             return
         complaints = posture.complaints
@@ -196,7 +206,10 @@ def _check_reach(robot: Robot, finder: PostureFinder, given: Mapping[str, Any]) 
 
 
 def _platform_at(
-    finder: PostureFinder, expressions: Mapping[str, Any], drawn: Mapping[str, float]
+    finder: PostureFinder,
+    expressions: Mapping[str, Any],
+    drawn: Mapping[str, float],
+    rotation: PoseRotation,
 ) -> RigidTransform:
     six = finder.home_pose
     home = FormulaPose(Rotation.from_rotvec(six[3:]).as_matrix(), six[:3])
@@ -204,7 +217,7 @@ def _platform_at(
         name: float(x.subs({symbol: drawn[str(symbol)] for symbol in x.free_symbols}))
         for name, x in expressions.items()
     }
-    pose = platform_pose(home, numbers)
+    pose = platform_pose(home, numbers, rotation)
     R, p = pose.R.astype(float), pose.p.astype(float)
     return RigidTransform.from_components(p, Rotation.from_matrix(R))
 
@@ -268,6 +281,7 @@ def _samples(
     robot: Robot,
     finder: PostureFinder,
     follows: Following,
+    rotation: PoseRotation,
 ) -> dict[str, Any]:
     """Values of the symbols around the nominal ones, and of pose symbols around home.
 
@@ -281,7 +295,7 @@ def _samples(
         found = [{**sample.values, **sample.coordinates} for sample in closed]
         return {name: np.array([values[name] for values in found]) for name in symbols}
     random = np.random.default_rng(_SEED)
-    at_home = _home_values(finder)
+    at_home = home_values(finder, rotation)
     # A coordinate may be given by a symbol of another name.
     nominal = {
         str(value): at_home[name] for name, value in (given or {}).items() if value.is_Symbol
@@ -300,20 +314,24 @@ def _home_of(finder: PostureFinder, leg: int, names: tuple[str, ...]) -> list[tu
     return list(zip(names, map(float, finder.solvers[leg].home), strict=True))
 
 
-def _home_values(finder: PostureFinder) -> dict[str, float]:
+def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, float]:
+    """Coordinates of a pose formula at home, those of a rotation near which it is derived."""
     twin = finder.robot
     if twin.is_posed_by_joints:
         home = twin.legs[0].chain.home
         return {f"q{i + 1}": float(q) for i, q in enumerate(home)}
-    x, y, z = finder.home_pose[:3].tolist()
-    return {"x": x, "y": y, "z": z, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
+    return home_coordinates(finder.home_pose[:3], rotation)
 
 
-def _in_words(given: Mapping[str, Any] | None, following: tuple[str, ...]) -> str:
+def _in_words(
+    given: Mapping[str, Any] | None, following: tuple[str, ...], rotation: PoseRotation
+) -> str:
     if given is None:
         where = "in the home configuration"
     else:
         where = "at " + ", ".join(
             name if str(value) == name else f"{name} = {value}" for name, value in given.items()
         )
+        if rotation != ABOUT_WORLD_AXES and any(name in given for name in rotation.names):
+            where += f", {rotation.words}"
     return f"{where}, where the legs determine {', '.join(following)}" if following else where

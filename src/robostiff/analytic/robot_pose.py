@@ -10,23 +10,15 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation, UnitQuaternion
 from robostiff.errors import InputError
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.model import ALL_COORDINATES, Coordinate, Robot
-from robostiff.record import cosine, sine
+from robostiff.model import Coordinate, Robot
 from robostiff.spatial import exact_number
 
 _A_QUARTER = 1e-9  # of a degree: rounding of a float
 
-#: Names of the symbols of a general pose: a point, and turns about x, then y, then z.
-SYMBOL_NAMES = {
-    Coordinate.X: "x",
-    Coordinate.Y: "y",
-    Coordinate.Z: "z",
-    Coordinate.RX: "alpha",
-    Coordinate.RY: "beta",
-    Coordinate.RZ: "gamma",
-}
+_POINT = {Coordinate.X: "x", Coordinate.Y: "y", Coordinate.Z: "z"}
 
 
 @dataclass(frozen=True)
@@ -43,7 +35,14 @@ class AtSymbols:
     A coordinate that has the name of a parameter gets a P behind it, such as alpha_P. Where the
     platform moves along the other coordinates as well, as that of a 3-RPS does, all six are
     symbols, and the formula holds where the legs close.
+
+    Attributes
+    ----------
+    rotation : EulerAngles or UnitQuaternion
+        Other coordinates of the rotation, such as ``EulerAngles("ZXZ")`` or ``roll_pitch_yaw()``.
     """
+
+    rotation: PoseRotation = ABOUT_WORLD_AXES
 
 
 @dataclass(frozen=True)
@@ -55,9 +54,12 @@ class AtCoordinates:
     values : mapping of names to numbers or SymPy expressions
         ``x, y, z`` [m] and ``alpha, beta, gamma`` [rad] as in `AtSymbols`; ``q1, q2, ...`` for a
         serial arm.
+    rotation : EulerAngles or UnitQuaternion
+        Other coordinates of the rotation, by their names.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
+    rotation: PoseRotation = ABOUT_WORLD_AXES
 
 
 PoseFormula = AtHome | AtSymbols | AtCoordinates
@@ -73,14 +75,15 @@ def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | 
     """
     if isinstance(pose, AtHome):
         return None
-    names = coordinate_names(robot)
+    names = coordinate_names(robot, pose.rotation)
     if isinstance(pose, AtSymbols):
         taken = {str(symbol) for symbol in robot.symbols}
         return {name: sp.Symbol(free_name(name, taken), real=True) for name in names}
     for name in pose.values:
         if name not in names:
             raise InputError(f"coordinate of {robot.name!r}", got=name, expected=", ".join(names))
-    return {name: _exact(robot, name, value) for name, value in pose.values.items()}
+    quaternion = isinstance(pose.rotation, UnitQuaternion)
+    return {n: _exact(robot, n, x, quaternion=quaternion) for n, x in pose.values.items()}
 
 
 def exact_angle(angle: Any) -> Any:
@@ -100,15 +103,33 @@ def exact_angle(angle: Any) -> Any:
     return exact
 
 
-def coordinate_names(robot: Robot) -> tuple[str, ...]:
-    """Names of the coordinates that a pose formula of a robot may have."""
+def coordinate_names(robot: Robot, rotation: PoseRotation = ABOUT_WORLD_AXES) -> tuple[str, ...]:
+    """Names of the coordinates that a pose formula of a robot may have.
+
+    Raises
+    ------
+    InputError
+        When the rotation has no coordinates for the free rotations of the robot.
+    """
     if robot.is_posed_by_joints:
+        if rotation != ABOUT_WORLD_AXES:
+            raise InputError(
+                f"rotation of {robot.name!r}",
+                got=rotation.words,
+                expected="none: the pose of a serial arm is that of its joints q1, q2, ...",
+            )
         return tuple(f"q{i + 1}" for i in range(robot.legs[0].chain.size))
-    return tuple(SYMBOL_NAMES[c] for c in robot.coordinates)
+    point = tuple(_POINT[c] for c in robot.coordinates if c in _POINT)
+    return (*point, *rotation.names_of(robot.coordinates))
 
 
-def _exact(robot: Robot, name: str, value: Any) -> Any:
-    turns = name not in ("x", "y", "z")
+def all_names(rotation: PoseRotation) -> tuple[str, ...]:
+    """Names of all six coordinates."""
+    return (*_POINT.values(), *rotation.names)
+
+
+def _exact(robot: Robot, name: str, value: Any, *, quaternion: bool) -> Any:
+    turns = name not in ("x", "y", "z") and not quaternion
     if robot.is_posed_by_joints:
         turns = robot.legs[0].chain.freedoms[int(name.removeprefix("q")) - 1].turns
     return exact_angle(value) if turns else sp.nsimplify(exact_number(value), rational=True)
@@ -121,7 +142,11 @@ def free_name(name: str, taken: Collection[str]) -> str:
     return name
 
 
-def platform_pose(home: FormulaPose, coordinates: Mapping[str, Any] | None) -> FormulaPose:
+def platform_pose(
+    home: FormulaPose,
+    coordinates: Mapping[str, Any] | None,
+    rotation: PoseRotation = ABOUT_WORLD_AXES,
+) -> FormulaPose:
     """The pose of the platform from recorded coordinates; home where none are given.
 
     Without an angle among the coordinates the rotation is that of home; otherwise the angles that
@@ -130,19 +155,11 @@ def platform_pose(home: FormulaPose, coordinates: Mapping[str, Any] | None) -> F
     if coordinates is None:
         return home
     p = [coordinates.get(name, home.p[i]) for i, name in enumerate("xyz")]
-    angles = [SYMBOL_NAMES[c] for c in ALL_COORDINATES[3:]]
-    R = home.R
-    if any(name in coordinates for name in angles):
-        R = np.eye(3, dtype=int).astype(object)
-        for axis, name in enumerate(angles):
-            if name in coordinates:
-                R = _turn(axis, coordinates[name]) @ R
+    turned = any(name in coordinates for name in rotation.names)
+    R = rotation.matrix(coordinates) if turned else home.R
     return FormulaPose(R, np.array(p, dtype=object))
 
 
-def _turn(axis: int, angle: Any) -> np.ndarray:
-    c, s = cosine(angle), sine(angle)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    R = np.eye(3, dtype=int).astype(object)
-    R[i, i], R[i, j], R[j, i], R[j, j] = c, -s, s, c
-    return R
+def home_coordinates(point: np.ndarray, rotation: PoseRotation) -> dict[str, float]:
+    """Coordinates of a pose formula near which those of a general pose are chosen."""
+    return dict(zip("xyz", map(float, point), strict=True)) | dict.fromkeys(rotation.names, 0.0)

@@ -284,11 +284,7 @@ class _Recognition:
         placed = self.placed
         p = Coordinates(tuple(self.plain(x) for x in placed.platform.p))
         found = [Equation("p", p)]
-        given = placed.given or {}
-        angles = [
-            (axis, name) for axis, name in zip("zyx", ("gamma", "beta", "alpha"), strict=True)
-        ]
-        turns = tuple((axis, given[name]) for axis, name in angles if name in given)
+        turns = placed.rotation.factors(placed.given or {})
         if self.turns:
             if not turns:
                 return None

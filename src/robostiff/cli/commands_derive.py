@@ -22,6 +22,7 @@ from robostiff.analytic import (
     RobotDerivation,
     Steps,
     StiffnessPart,
+    UnitQuaternion,
     derive_leg,
     derive_robot,
     differentiate,
@@ -43,6 +44,7 @@ from robostiff.analytic.export import (
     matlab_function,
     python_function,
 )
+from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, rotation_by_name
 from robostiff.analytic.robot_pose import PoseFormula, coordinate_names
 from robostiff.cli.derive_command import FORMATS
 from robostiff.cli.failure import INTERRUPTED
@@ -60,8 +62,10 @@ from robostiff.robots import load
 from robostiff.spatial import Space
 
 
-def pose_from(text: str, robot: Robot) -> PoseFormula:
+def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula:
     """Read ``home``, ``symbolic``, or coordinates such as ``x=100 mm, gamma=10 deg``.
+
+    The coordinates of the rotation are those of `rotation_by_name`, where it is given.
 
     Raises
     ------
@@ -75,11 +79,16 @@ def pose_from(text: str, robot: Robot) -> PoseFormula:
     AtCoordinates(values={'x': 0.1})
     """
     word = text.strip()
+    rotation = ABOUT_WORLD_AXES if angles is None else rotation_by_name(angles)
     if word == "home":
+        if angles is not None:
+            raise InputError(
+                "--angles", got=f"{angles} at home", expected="--pose symbolic, or coordinates"
+            )
         return AtHome()
     if word == "symbolic":
-        return AtSymbols()
-    names = coordinate_names(robot)
+        return AtSymbols(rotation)
+    names = coordinate_names(robot, rotation)
     values: dict[str, float] = {}
     for part in word.split(","):
         name, equals, value = (piece.strip() for piece in part.partition("="))
@@ -98,11 +107,13 @@ def pose_from(text: str, robot: Robot) -> PoseFormula:
             raise InputError("--pose", got=text, expected=f"one value for {name}")
         dimension = _dimension(robot, name)
         (values[name],) = parse_quantities(value, [dimension], [name], f"--pose {name}")
-    return AtCoordinates(values)
+    return AtCoordinates(values, rotation)
 
 
 def _dimension(robot: Robot, name: str) -> Dimension:
-    if name.startswith("q"):
+    if name in UnitQuaternion().names:
+        return Dimension.NUMBER
+    if robot.is_posed_by_joints:
         turns = robot.legs[0].chain.freedoms[int(name[1:]) - 1].turns
         return Dimension.ANGLE if turns else Dimension.LENGTH
     return Dimension.LENGTH if name in ("x", "y", "z") else Dimension.ANGLE
@@ -220,6 +231,7 @@ class FormulaRequest:
     budget: float
     derivative: str | None
     leg: str | None = None
+    angles: str | None = None
 
 
 @dataclass(frozen=True)
@@ -318,7 +330,7 @@ def _robot_and_pose(
             expected="a model, whose parameters can be symbols",
             hint="a snapshot holds the numbers of one pose",
         )
-    return robot, pose_from(asked.pose, robot)
+    return robot, pose_from(asked.pose, robot, asked.angles)
 
 
 def _form(asked: FormulaRequest) -> Closed | Steps | None:

@@ -33,6 +33,15 @@ SymbolsOption = Annotated[
         help="Parameters that are symbols, such as R,r,h; all; or none. The others are numbers.",
     ),
 ]
+AnglesOption = Annotated[
+    str | None,
+    typer.Option(
+        "--angles",
+        metavar="NAME",
+        help="Coordinates of the rotation of --pose: rpy, quaternion, or Euler angles such as ZXZ "
+        "(axes that move along) or xyz (axes that stay).",
+    ),
+]
 LegOption = Annotated[
     str | None,
     typer.Option(
@@ -95,6 +104,7 @@ EigenvaluesOption = Annotated[
 def derive(
     robot: RobotArgument,
     pose: PoseOption = "home",
+    angles: AnglesOption = None,
     symbols: SymbolsOption = "all",
     set_: SetOption = None,
     leg: LegOption = None,
@@ -121,6 +131,8 @@ def derive(
 
     robostiff derive 3-rpr --pose symbolic --steps -o stiffness.pdf
 
+    robostiff derive hexapod --pose symbolic --angles ZXZ
+
     robostiff derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py
 
     robostiff derive gough-stewart-b-beams --leg leg1
@@ -130,7 +142,7 @@ def derive(
     """
     from robostiff.cli.commands_derive import FormulaRequest, Questions, Sheet, print_formula
 
-    asked = FormulaRequest(pose, symbols, steps, closed, limit, budget, derivative, leg)
+    asked = FormulaRequest(pose, symbols, steps, closed, limit, budget, derivative, leg, angles)
     questions = Questions(rank, free_motions, eigenvalues)
     sheet = Sheet(format_, output, overwrite, as_json=json_)
     return print_formula(robot, asked, sheet, questions, set_ or [])
