@@ -164,10 +164,9 @@ def critical_load(
     nothing = np.zeros(problem.size)
     if status & EquilibriumStatus.UNREACHABLE:
         return CriticalLoad(question.name, F, status, 0.0, None)
-    unloaded = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
+    unloaded = problem.at_rest
     if unloaded.rigid:
         status |= EquilibriumStatus.RIGID_DIRECTION
-        return CriticalLoad(question.name, F, status, 0.0, None)
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     _, point, searched_to = first_critical(problem, loading, unloaded, up_to)
     if point is None and searched_to < up_to:

@@ -40,12 +40,6 @@ class Equilibrated:
             x = x + self._once(b - self.A @ x)
         return x
 
-    def misses(self, x: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """How far x is from solving, row by row, as part of its largest terms (N, k)."""
-        rest = np.abs(self.A @ x - b)
-        terms = np.abs(self.A) @ np.abs(x) + np.abs(b)
-        return np.max(rest / np.where(terms > 0, terms, 1.0), axis=1)
-
     def _once(self, b: np.ndarray) -> np.ndarray:
         return self.columns[..., None] * (self.inverse @ (self.rows[..., None] * b))
 

@@ -99,7 +99,8 @@ def equilibrium(
     Returns
     -------
     Equilibrium
-        `Equilibria` of a batch, with a status for each.
+        `Equilibria` of a batch, with a status for each. Where rigid parts hold the platform in some
+        direction, it has a compliance and no K.
 
     Raises
     ------
@@ -273,13 +274,15 @@ def solved(
         return Equilibrium(question.name, question.space, status)
     nothing = np.zeros(problem.size)
     loading = LoadCase(nothing, nothing if wrench is None else wrench)
-    unloaded = question.unloaded
+    unloaded = problem.at_rest
     if unloaded.rigid:
-        return Equilibrium(
-            question.name, question.space, status | EquilibriumStatus.RIGID_DIRECTION
-        )
+        status |= EquilibriumStatus.RIGID_DIRECTION
+        if displacement is not None:  # it may be one that rigid parts hold
+            return Equilibrium(question.name, question.space, status)
     target = FREE if displacement is None else _target(problem, displacement)
-    first = problem.under_load(unloaded, loading, 1.0) if problem.loads_platform_alone else None
+    first = None
+    if problem.loads_platform_alone and not unloaded.rigid:
+        first = problem.under_load(unloaded, loading, 1.0)
     found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target, first=first)
     critical: CriticalPoint | None = None
     margins = _margins(problem, found.known, unloaded) if found.converged else {}

@@ -27,7 +27,7 @@ from robostiff.statics.newton import (
 )
 from robostiff.statics.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.result import Equilibria
-from robostiff.statics.status import WITHOUT_STIFFNESS
+from robostiff.statics.status import EquilibriumStatus
 
 if TYPE_CHECKING:
     import xarray
@@ -113,11 +113,9 @@ def _path(question: Question, F: np.ndarray, furthest: float) -> Along:
     """
     problem = question.problem
     nothing = np.zeros(problem.size)
-    if furthest <= 0 or question.status & WITHOUT_STIFFNESS:
+    if furthest <= 0 or question.status & EquilibriumStatus.UNREACHABLE:
         return []
-    unloaded = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
-    if unloaded.rigid:
-        return []
+    unloaded = problem.at_rest
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
     if not here.converged:

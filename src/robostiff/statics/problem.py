@@ -8,13 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.spatial import skew
-from robostiff.statics.equilibrated import Equilibrated, equilibrated
+from robostiff.statics.equilibrated import equilibrated
 from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.leg_state import LegEquations, LegState, Share
 from robostiff.statics.legs import LegGroup
+from robostiff.statics.rigid_legs import Bordered, Closure, HeldPlatform
 
-# Of the terms of an equation: what is left of it says that it has no solution.
-_MISSED = 1e-6
 # Of the largest stiffness of the platform, shifts and turns alike: rounding.
 LOST = 1e-14
 # Of the largest component of a load: what is below it is rounding.
@@ -56,6 +55,9 @@ class State:
 class Linearised:
     """The equations of a robot at a state, legs eliminated.
 
+    Where rigid parts hold the platform, its matrices and what has to be carried are those among
+    the motions left, and steps of the legs include what rigid parts carry.
+
     Attributes
     ----------
     K : (r, r) array
@@ -72,8 +74,8 @@ class Linearised:
     leg_K : tuple of (N, r, r) arrays
         What springs on the platform add to K is left out.
     equations : tuple of LegEquations
-    rigid : bool
-        Whether some leg cannot follow the platform.
+    held : HeldPlatform or None
+        What rigid parts hold of the platform, where they do.
     regular : bool
         Whether the coordinates of all legs follow from the pose of the platform.
     """
@@ -87,8 +89,13 @@ class Linearised:
     factor_steps: tuple[np.ndarray, ...]
     leg_K: tuple[np.ndarray, ...]
     equations: tuple[LegEquations, ...]
-    rigid: bool
+    held: HeldPlatform | None
     regular: bool
+
+    @property
+    def rigid(self) -> bool:
+        """Whether some leg cannot follow the platform."""
+        return self.held is not None
 
 
 @dataclass(frozen=True)
@@ -135,21 +142,60 @@ class EquilibriumProblem:
         """What a unit of each free unknown of the legs turns or shifts, group by group."""
         return tuple(group.sizes(self.length) for group in self.groups)
 
+    @cached_property
+    def at_rest(self) -> Linearised:
+        """The equations at the unloaded posture without load."""
+        return self._at_rest[0]
+
+    @cached_property
+    def _at_rest(self) -> tuple[Linearised, tuple[Closure, ...] | None]:
+        """Those, and the closures of the legs where some directions of theirs are missing."""
+        nothing = np.zeros(self.size)
+        loading = LoadCase(nothing, nothing, 0.0, 0.0)
+        plain = self._linearised(self.unloaded, loading, 0.0, 0, None, None)
+        if plain.regular:
+            return plain, None
+        rows = [1.0 / self.length if row < 3 else 1.0 for row in self.rows]
+        closures = tuple(
+            Closure.of(eq.A, np.array(rows * len(group.chains)), sizes)
+            for group, eq, sizes in zip(self.groups, plain.equations, self.leg_sizes, strict=True)
+        )
+        if not any(np.any(own.deficits) for own in closures):
+            return plain, None
+        return self._linearised(self.unloaded, loading, 0.0, 0, closures, None), closures
+
     def linearised(
         self, state: State, loading: LoadCase, factor: float, refinements: int = 0
     ) -> Linearised:
         """The equations at a state."""
+        rest, closures = self._at_rest
+        rank = 0 if rest.held is None else rest.held.rank
+        return self._linearised(state, loading, factor, refinements, closures, rank)
+
+    def _linearised(
+        self,
+        state: State,
+        loading: LoadCase,
+        factor: float,
+        refinements: int,
+        closures: tuple[Closure, ...] | None,
+        rank: int | None,
+    ) -> Linearised:
         share = loading.shares(factor)
         r = self.size
         K, missing, by_factor = np.zeros((r, r)), np.zeros(r), np.zeros(r)
-        steps, by_twist, factor_steps, leg_K, equations = [], [], [], [], []
-        rigid, regular = False, True
-        for group, own in zip(self.groups, state.legs, strict=True):
+        every, leg_K, equations = [], [], []
+        lacking: dict[int, Bordered] = {}
+        regular = True
+        for g, (group, own) in enumerate(zip(self.groups, state.legs, strict=True)):
             eq = group.equations(own, state.R, state.p, share)
-            inverse = equilibrated(eq.A)
             wanted = -np.concatenate([eq.r[..., None], eq.A_t, eq.r_factor[..., None]], axis=-1)
-            found = inverse.solve(wanted, refinements)
-            rigid = rigid or _leaves_out(inverse, found[..., 1:-1], wanted[..., 1:-1])
+            if closures is not None and np.any(closures[g].deficits):
+                lacking[g] = closures[g].solve(eq.A, wanted, refinements)
+                inverse, found = lacking[g].inverse, lacking[g].found
+            else:
+                inverse = equilibrated(eq.A)
+                found = inverse.solve(wanted, refinements)
             regular = regular and bool(np.all(inverse.regular))
             ends = [group.wrench_places[i] for i in group.on_platform]
             own_ends = [found[:, place] for place in ends]
@@ -160,22 +206,35 @@ class EquilibriumProblem:
             K += np.sum(carried[..., 1:-1], axis=0)
             missing -= np.sum(eq.carried + carried[..., 0], axis=0)
             by_factor -= np.sum(carried[..., -1], axis=0)
-            steps.append(found[..., 0])
-            by_twist.append(found[..., 1:-1])
-            factor_steps.append(found[..., -1])
+            every.append(found)
             equations.append(eq)
         acting, rate, turning = self._on_platform(state, loading, factor)
+        missing, by_factor, K_total = missing + acting, by_factor + rate, K - turning
+        held = None
+        if lacking:
+            held = HeldPlatform.of([own.gaps for own in lacking.values()], self.scale, rank)
+            across = np.column_stack([missing, -K_total, by_factor]) / self.scale[:, None]
+            z, at = held.inverse.T @ across, 0
+            for g, own in lacking.items():
+                N, d = own.gaps.shape[:2]
+                every[g] = own.found + own.carried @ z[at : at + N * d].reshape(N, d, -1)
+                at += N * d
+            s = np.outer(self.scale, self.scale)
+            missing = held.missing(K_total / s, missing / self.scale) * self.scale
+            by_factor = held.free @ (held.free.T @ (by_factor / self.scale)) * self.scale
+            K, K_total = held.within(K / s) * s, held.within(K_total / s) * s
+            held = held if held.rank else None
         return Linearised(
             K=K,
-            K_total=K - turning,
-            missing=missing + acting,
-            by_factor=by_factor + rate,
-            steps=tuple(steps),
-            by_twist=tuple(by_twist),
-            factor_steps=tuple(factor_steps),
+            K_total=K_total,
+            missing=missing,
+            by_factor=by_factor,
+            steps=tuple(found[..., 0] for found in every),
+            by_twist=tuple(found[..., 1:-1] for found in every),
+            factor_steps=tuple(found[..., -1] for found in every),
             leg_K=tuple(leg_K),
             equations=tuple(equations),
-            rigid=rigid,
+            held=held,
             regular=regular,
         )
 
@@ -268,13 +327,6 @@ class EquilibriumProblem:
         acting = loading.wrench + factor * loading.wrench_rate + share.value * total[rows]
         rate = loading.wrench_rate + share.rate * total[rows]
         return acting, rate, share.value * turning[np.ix_(rows, rows)]
-
-
-def _leaves_out(inverse: Equilibrated, found: np.ndarray, wanted: np.ndarray) -> bool:
-    """Whether legs cannot follow some motion of the platform."""
-    if np.all(inverse.regular):
-        return False
-    return bool(np.any(inverse.misses(found, wanted)[~inverse.regular] > _MISSED))
 
 
 def solve_least(K: np.ndarray, b: np.ndarray, scale: np.ndarray, furthest: float) -> np.ndarray:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from robostiff.model import Snapshot
 from robostiff.spatial import Space
 from robostiff.statics.joint_laws import Laws, with_laws
-from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.problem import EquilibriumProblem
 from robostiff.statics.status import EquilibriumStatus
 
 
@@ -40,13 +39,6 @@ class Question:
     status: EquilibriumStatus
     snapshot: Snapshot
     laws: Laws = field(default_factory=dict)
-
-    @cached_property
-    def unloaded(self) -> Linearised:
-        """The equations without load."""
-        nothing = np.zeros(self.problem.size)
-        loading = LoadCase(nothing, nothing, 0.0, 0.0)
-        return self.problem.linearised(self.problem.unloaded, loading, 0.0)
 
     def under(self, laws: Laws | None) -> Question:
         """The same, joints following the laws of the robot, or given ones in their place."""

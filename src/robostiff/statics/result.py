@@ -19,7 +19,7 @@ from robostiff.statics.critical_point import CriticalPoint
 from robostiff.statics.legs import turn_between
 from robostiff.statics.loaded_parts import LoadedPart, base_reactions, loaded_parts, shares
 from robostiff.statics.newton import FoundEquilibrium
-from robostiff.statics.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.status import EquilibriumStatus
 
 
@@ -125,7 +125,7 @@ class Equilibrium:
         World axes, about `point`, which moves along. Under a moment its rotation block has the
         antisymmetric part ``-skew(M) / 2``.
         """
-        return self._require()[1].known.K
+        return self._known_stiffness.K
 
     @property
     def K_sym(self) -> np.ndarray:
@@ -135,13 +135,37 @@ class Equilibrium:
     @property
     def K_total(self) -> np.ndarray:
         """K less the rate of the forces on the platform (r, r): what more load meets."""
-        return self._require()[1].known.K_total
+        return self._known_stiffness.K_total
+
+    @property
+    def compliance(self) -> np.ndarray:
+        """Twist of the platform by a little more load, loads that act staying (r, r).
+
+        The inverse of `K_total`; with rigid parts, where that does not exist, zero for wrenches
+        that they carry.
+
+        Raises
+        ------
+        NoAnswerError
+            Where nothing resists some motion.
+        """
+        problem, found = self._require()
+        if self.status & EquilibriumStatus.FREE_MOTIONS:
+            raise NoAnswerError(
+                f"no compliance of {self.name!r} under load ({self.status}): a load along a free "
+                "motion meets no stiffness"
+            )
+        known, scale = found.known, problem.scale
+        C = np.linalg.inv(known.K_total / np.outer(scale, scale))
+        if known.held is not None:
+            C = C @ known.held.free @ known.held.free.T
+        return C / np.outer(scale, scale)
 
     @property
     def leg_K(self) -> tuple[np.ndarray, ...]:
         """K of each leg (r, r); with what springs on the platform add, they add up to K."""
-        problem, found = self._require()
-        pairs = zip(problem.groups, found.known.leg_K, strict=True)
+        problem, known = self._require()[0], self._known_stiffness
+        pairs = zip(problem.groups, known.leg_K, strict=True)
         own = {k: K for group, all_K in pairs for k, K in zip(group.indices, all_K, strict=True)}
         return tuple(own[k] for k in sorted(own))
 
@@ -221,6 +245,16 @@ class Equilibrium:
             f"status {self.status}>"
         )
 
+    @property
+    def _known_stiffness(self) -> Linearised:
+        known = self._require()[1].known
+        if known.held is not None:
+            raise NoAnswerError(
+                f"no stiffness matrix of {self.name!r} under load ({self.status}): "
+                f"{self.status.advice[0]}; its compliance is there"
+            )
+        return known
+
     def _require(self) -> tuple[EquilibriumProblem, FoundEquilibrium]:
         if self.problem is None or self.found is None:
             raise NoAnswerError(
@@ -286,7 +320,11 @@ class Equilibria:
         return self._all("margin")
 
     def _all(self, what: str) -> np.ma.MaskedArray:
-        known = {i: np.asarray(getattr(e, what)) for i, e in enumerate(self.each) if e.has_answer}
+        known = {
+            i: np.asarray(getattr(e, what))
+            for i, e in enumerate(self.each)
+            if (e.status.has_stiffness if what in ("K", "K_total") else e.has_answer)
+        }
         r = self.each[0].space.size if self.each else 6
         shapes = {"K": (r, r), "K_total": (r, r), "displacement": (r,), "pose": (6,), "margin": ()}
         found = np.ma.masked_all((len(self.each), *shapes[what]))

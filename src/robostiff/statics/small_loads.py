@@ -152,15 +152,13 @@ class _Small:
         problem, stiffness = self.problem, self.stiffness
         unit = LoadCase(np.zeros(problem.size), self.F)
         known = problem.linearised(problem.unloaded, unit, 0.0, 2)
-        if known.rigid:
-            return self.none(Status.RIGID_DIRECTION)
         if _drives_legs(known):
             return self.none(Status.UNBALANCED)
         to_origin = stiffness.origin - stiffness.reference_point
         to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
         # what the loads at bodies are worth at the platform: legs bend under them while it is held
         status = stiffness.status
-        if self.has_springs:
+        if self.has_springs or known.rigid:
             held = self.with_springs(known)
             if held is None:
                 return self.none(Status.UNBALANCED)
@@ -238,7 +236,7 @@ def _drives_legs(known: Linearised) -> bool:
     for own, step in zip(known.equations, known.factor_steps, strict=True):
         rest = np.abs(np.einsum("nij,nj->ni", own.A, step) + own.r_factor)
         terms = np.einsum("nij,nj->ni", np.abs(own.A), np.abs(step)) + np.abs(own.r_factor)
-        largest = np.max(np.abs(own.r_factor), axis=-1, initial=0.0)[:, None]
+        largest = np.max(terms, axis=-1, initial=0.0)[:, None]
         if np.any(rest > _DRIVEN * terms + LOST * largest):
             return True
     return False

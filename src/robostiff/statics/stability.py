@@ -80,8 +80,9 @@ def _margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
 def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Linearised) -> Margin:
     """Of the platform, legs in equilibrium; its mode is a twist (r,)."""
     scale = np.outer(problem.scale, problem.scale)
-    found = margin(known.K_total / scale, unloaded.K / scale)
-    return Margin(found.value, found.mode / problem.scale)
+    free = np.eye(problem.size) if known.held is None else known.held.free
+    found = margin(free.T @ (known.K_total / scale) @ free, free.T @ (unloaded.K / scale) @ free)
+    return Margin(found.value, free @ found.mode / problem.scale)
 
 
 def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin]:

@@ -24,7 +24,7 @@ from robostiff.statics.given_loads import acting_gravity
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, equilibria_of
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.loading import RecordedLoading, record_loading
-from robostiff.statics.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.problem import EquilibriumProblem
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
@@ -181,8 +181,7 @@ def _small_force(robot: Robot, problem: EquilibriumProblem) -> float:
     NoAnswerError
         When the platform is not held in all directions, or is rigid.
     """
-    nothing = np.zeros(problem.size)
-    known = problem.linearised(problem.unloaded, LoadCase(nothing, nothing, 0.0, 0.0), 0.0)
+    known = problem.at_rest
     if known.rigid:
         raise NoAnswerError(
             f"no kernel under load of {robot.name!r}: a leg is rigid in some direction; give its "

@@ -1,0 +1,150 @@
+"""Rigid parts: closures that the freedoms of a leg cannot meet, and what they hold of the platform.
+
+Where the closure of a leg ``J dx = dt`` lacks the directions Λ, ``Λ^T J = 0``, the leg carries
+``W = Λ z`` without compliance, and the platform moves by ``Λ^T dt = 0`` alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.statics.equilibrated import Equilibrated, equilibrated
+
+# Of the largest singular value of a closure, in robot lengths and radians: a lost direction.
+_LOST = 1e-9
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The closure of the legs of a group, by coordinates that turn by 1 rad or shift by a length.
+
+    Attributes
+    ----------
+    rows : (c,) array
+        What makes its gaps numbers: 1 for turns, one over the robot's length for shifts.
+    sizes : (N, m) array
+        What a unit of each unknown turns or shifts.
+    deficits : (N,) array of int
+        How many of its directions are missing.
+    """
+
+    rows: np.ndarray
+    sizes: np.ndarray
+    deficits: np.ndarray
+
+    @staticmethod
+    def of(A: np.ndarray, rows: np.ndarray, sizes: np.ndarray) -> Closure:
+        """At the unloaded posture, where loops are closed: elsewhere they have full rank.
+
+        Parameters
+        ----------
+        A : (N, n, n) array
+            Tangent by unknowns and wrenches.
+        rows, sizes : arrays
+        """
+        m = sizes.shape[1]
+        values = np.linalg.svd(_scaled(A, rows, sizes), compute_uv=False)
+        largest = np.max(values, axis=1, initial=0.0)[:, None]
+        ranks = np.sum((values > _LOST * largest) & (values > 0), axis=1)
+        return Closure(rows, sizes, A.shape[1] - m - ranks)
+
+    def solve(self, A: np.ndarray, b: np.ndarray, refinements: int) -> Bordered:
+        """``A x = b`` (N, n, k) but for the missing directions, which are left."""
+        N, n, m, d = len(A), A.shape[1], self.sizes.shape[1], int(self.deficits.max())
+        U = np.linalg.svd(_scaled(A, self.rows, self.sizes))[0]
+        kept = np.arange(d) >= d - self.deficits[:, None]
+        missing = U[:, :, n - m - d :] * kept[:, None]
+        wide = np.zeros((N, n + d, n + d))
+        wide[:, :n, :n] = A
+        wide[:, m:n, n:] = missing / self.rows[:, None]
+        wide[:, n:, m:n] = np.swapaxes(wide[:, m:n, n:], -1, -2)
+        wide[:, range(n, n + d), range(n, n + d)] = ~kept
+        inverse = equilibrated(wide)
+        x = inverse.solve(np.concatenate([b, np.zeros((N, d, b.shape[2]))], axis=1), refinements)
+        carried = np.zeros((N, n, d))
+        carried[:, m:] = missing * self.rows[:, None]
+        return Bordered(inverse, x[:, :n], x[:, n:], carried)
+
+
+@dataclass(frozen=True)
+class Bordered:
+    """Steps of legs with rigid parts.
+
+    Attributes
+    ----------
+    inverse : Equilibrated
+    found : (N, n, k) array
+        Without what is carried in the missing directions.
+    gaps : (N, d, k) array
+        What is left of the closure there.
+    carried : (N, n, d) array
+        Unit wrenches Λ of these directions among the unknowns.
+    """
+
+    inverse: Equilibrated
+    found: np.ndarray
+    gaps: np.ndarray
+    carried: np.ndarray
+
+
+@dataclass(frozen=True)
+class HeldPlatform:
+    """Directions of the platform that rigid parts hold, in lengths (scaled coordinates).
+
+    Attributes
+    ----------
+    free : (r, m) array
+        Orthonormal: motions that they leave.
+    gap : (r,) array
+        Motion that closes them.
+    inverse : (r, D) array
+        From the gaps of all legs to motions of the platform: of rank r - m.
+    """
+
+    free: np.ndarray
+    gap: np.ndarray
+    inverse: np.ndarray
+
+    @staticmethod
+    def of(gaps: Sequence[np.ndarray], scale: np.ndarray, rank: int | None) -> HeldPlatform:
+        """From gaps (N, d, 1 + r + 1) of all legs: alone, by the twist, by the load factor.
+
+        Parameters
+        ----------
+        gaps : sequence of arrays
+        scale : (r,) array
+        rank : int or None
+            How many directions are held; found, at the unloaded posture, when None.
+        """
+        every = np.concatenate([own.reshape(-1, own.shape[2]) for own in gaps])
+        U, values, Vt = np.linalg.svd(every[:, 1:-1] / scale)
+        if rank is None:
+            rank = int(np.sum((values > _LOST * np.max(values, initial=0.0)) & (values > 0)))
+        inverse = (Vt[:rank].T / values[:rank]) @ U[:, :rank].T
+        return HeldPlatform(Vt[rank:].T, -inverse @ every[:, 0], inverse)
+
+    @property
+    def rank(self) -> int:
+        """How many directions are held."""
+        return len(self.free) - self.free.shape[1]
+
+    def within(self, K: np.ndarray) -> np.ndarray:
+        """A stiffness (r, r) among the motions left, beside which held ones have its size."""
+        P = self.free @ self.free.T
+        inside = P @ K @ P
+        size = float(np.linalg.norm(inside)) or 1.0
+        return inside + size * (np.eye(len(P)) - P)
+
+    def missing(self, K: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """What ``within(K)`` is to be solved for: balance among motions left, gaps closed."""
+        P = self.free @ self.free.T
+        size = float(np.linalg.norm(P @ K @ P)) or 1.0
+        return P @ (b - K @ self.gap) + size * self.gap
+
+
+def _scaled(A: np.ndarray, rows: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    m = sizes.shape[1]
+    return A[:, m:, :m] * rows[:, None] / sizes[:, None]
