@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
@@ -179,23 +179,60 @@ def record_closure(
     if guess is None:
         return None
     step = newton_step(guess.legs, guess.pose, guess.r, guess.open, finder.length)
-    mode = None if step.undetermined else _mode(step)
+    if step.undetermined:
+        return None
+    q = dict(zip(joints, guess.q, strict=True))
+    return steps_from_home(guess.record, guess.inputs, guess.start, step, q, _turns(guess))
+
+
+def steps_from_home(
+    record: Record,
+    inputs: tuple[str, ...],
+    start: dict[str, float],
+    step: NewtonStep,
+    q: Mapping[str, Any],
+    turns: Iterable[Any] = (),
+) -> RecordedClosure | None:
+    """The closure that takes one recorded step after the other.
+
+    Parameters
+    ----------
+    record : Record
+        Its inputs are those of the closure, the unknowns, then those of `handed_on`; its last
+        sample is home.
+    inputs : tuple of str
+    start : dict of names to floats
+        The unknowns at home.
+    step : NewtonStep
+    q : mapping of names to entries or numbers
+        The coordinates that follow.
+    turns : iterable of entries
+        Positive in the posture that is meant.
+
+    Returns
+    -------
+    RecordedClosure or None
+        None where home is singular.
+    """
+    mode = _mode(step)
     if mode is None:
         return None
-    record, start = guess.record, guess.start
     last, margin = record.input(_LAST), record.input(_MARGIN)
     contraction = least(margin, last * _CONTRACTION + _SMALL_STEP - step.size)
     after = [record.input(name) + step.steps.get(name, 0) for name in start]
-    for turn in _turns(guess):
-        mode = least(mode, turn)
-    arrival = [*guess.q, step.gap, least(mode, margin)]
+    mode = reduce(least, turns, mode)
     return RecordedClosure(
-        inputs=guess.inputs,
+        inputs=inputs,
         start=start,
         step=Program.of(record, [*after, step.size, contraction]),
-        arrival=Program.of(record, arrival),
-        joints=tuple(joints),
+        arrival=Program.of(record, [*q.values(), step.gap, least(mode, margin)]),
+        joints=tuple(q),
     )
+
+
+def handed_on(count: int) -> dict[str, np.ndarray]:
+    """Samples of what a step hands to the next beside the unknowns."""
+    return {name: np.ones(count) for name in (_LAST, _MARGIN)}
 
 
 @dataclass(frozen=True)
@@ -233,8 +270,7 @@ class _Guess:
         free = np.concatenate([leg.chain.free for leg in robot.legs])
         state = {name: pose[:, k] for k, name in open_.items()}
         state |= {joints[i]: q[:, i] for i in np.flatnonzero(free).tolist()}
-        ones = {name: np.ones(len(pose)) for name in (_LAST, _MARGIN)}
-        record = Record({**inputs, **state, **ones})
+        record = Record({**inputs, **state, **handed_on(len(pose))})
         own = with_inputs(robot, record)
         if turns_at_home(own):
             return None

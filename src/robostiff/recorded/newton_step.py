@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
@@ -19,7 +19,7 @@ from robostiff.kinematics.turn import rotvec_rate
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.record import Entry, cosine, is_zero, sine, square_root
 from robostiff.recorded.sparse_elimination import Equation, SparseElimination
-from robostiff.spatial import cross, skew
+from robostiff.spatial import Screw, cross, skew
 
 _TINY = 1e-300  # keeps the square root of a vanishing angle regular
 # Largest rate that counts as none: of an entry at closed postures, which are so but for rounding.
@@ -114,23 +114,70 @@ def newton_step(
         Characteristic length [m].
     """
     turning = rotvec_rate(r) if any(k >= 3 for k in open_) else None
-    elimination = SparseElimination()
-    left: list[Equation] = []
-    squares: list[Any] = []
+    groups = []
     for own in legs:
-        equations: list[Equation] = []
+        openings = []
         for gap, platform in _gaps(own, pose):
-            squares += _squares(gap, length)
             rates = _rates_of_leg(own, gap, platform.placed, length)
             if platform.is_end:
                 rates |= _rates_of_pose(own.leg, platform.arm, open_, turning, length)
-            equations += _equations(gap, rates, length)
-        left += elimination.eliminate(equations, own.free)
-    elimination.eliminate(left, open_.values())
+            openings.append(Opening(gap, rates))
+        groups.append(ClosureGroup(openings, own.free))
+
+    def in_coordinates(found: dict[str, Any]) -> dict[str, Any]:
+        return _in_coordinates(legs, found, open_, length)
+
+    return step_of_groups(groups, list(open_.values()), in_coordinates, length)
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A gap, and the twists by which unknowns close it, in units of the length."""
+
+    gap: Loop
+    rates: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class ClosureGroup:
+    """Gaps that are closed together, and the names of the unknowns that stand in no other group."""
+
+    openings: Sequence[Opening]
+    unknowns: Sequence[str]
+
+
+def step_of_groups(
+    groups: Sequence[ClosureGroup],
+    shared: Sequence[str],
+    in_coordinates: Callable[[dict[str, Any]], dict[str, Any]],
+    length: float,
+) -> NewtonStep:
+    """One step that closes all gaps, group by group, then by the unknowns that they share.
+
+    Parameters
+    ----------
+    groups : sequence of ClosureGroup
+    shared : sequence of str
+        Names of the unknowns that stand in several groups.
+    in_coordinates : callable
+        From solved unknowns, in units of the length and radians, to steps of coordinates.
+    length : float
+        Characteristic length [m].
+    """
+    elimination = SparseElimination()
+    left: list[Equation] = []
+    squares: list[Any] = []
+    for group in groups:
+        equations: list[Equation] = []
+        for opening in group.openings:
+            squares += _squares(opening.gap, length)
+            equations += _equations(opening.gap, opening.rates, length)
+        left += elimination.eliminate(equations, group.unknowns)
+    elimination.eliminate(left, shared)
     found = elimination.solution()
     moved = [x for x in found.values() if not is_zero(x)]
     return NewtonStep(
-        steps=_in_coordinates(legs, found, open_, length),
+        steps=in_coordinates(found),
         size=reduce(add, (x * x for x in moved), 0),
         gap=reduce(add, squares, 0),
         determinants=[x for x in elimination.determinants() if isinstance(x, Entry)],
@@ -191,7 +238,7 @@ def _rates_of_leg(
             if free[i]:
                 twist = freedom_twist(freedoms[i], at) * sign
                 if freedoms[i].turns:
-                    twist = _per_turn(twist, length)
+                    twist = per_turn(twist, length)
                 name = own.names[i]
                 rates[name] = rates[name] + twist if name in rates else twist
     return rates
@@ -210,12 +257,12 @@ def _rates_of_pose(
         elif turning is not None:
             w = R_base.T @ turning[:, k - 3]
             twist[:3], twist[3:] = cross(w, arm), w
-            twist = _per_turn(twist, length)
+            twist = per_turn(twist, length)
         rates[name] = twist * -1
     return rates
 
 
-def _per_turn(twist: np.ndarray, length: float) -> np.ndarray:
+def per_turn(twist: np.ndarray, length: float) -> np.ndarray:
     """A twist per radian, its shift as a part of the length."""
     return np.concatenate([twist[:3] * (1 / length), twist[3:]])
 
@@ -229,22 +276,35 @@ def _moves(rate: Any) -> bool:
 def _in_coordinates(
     legs: Sequence[LegAtGuess], found: dict[str, Any], open_: dict[int, str], length: float
 ) -> dict[str, Any]:
-    """Steps of the coordinates themselves; a spherical joint turns about the axes before it."""
+    """Steps of the coordinates themselves."""
     steps = {}
     for own in legs:
         freedoms, free = own.leg.chain.freedoms, own.leg.chain.free
         for element, place in own.leg.chain.moving:
-            names = [own.names[i] for i in range(place.start, place.stop)]
-            if not free[place.start]:
-                continue
-            turn = [found[name] for name in names]
-            if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-                turn = list(_vector_rate(own.q[place]) @ np.array(turn, dtype=object))
-            for name, step, screw in zip(names, turn, freedoms[place], strict=True):
-                steps[name] = step if screw.turns else step * length
+            if free[place.start]:
+                names = own.names[place.start : place.stop]
+                steps |= joint_steps(element, names, own.q[place], freedoms[place], found, length)
     for k, name in open_.items():
         steps[name] = found[name] * length if k < 3 else found[name]
     return steps
+
+
+def joint_steps(
+    element: Joint | Telescope,
+    names: Sequence[str],
+    q: np.ndarray,
+    freedoms: Sequence[Screw],
+    found: dict[str, Any],
+    length: float,
+) -> dict[str, Any]:
+    """Steps of the coordinates of a joint; a spherical joint turns about the axes before it."""
+    turn = [found[name] for name in names]
+    if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+        turn = list(_vector_rate(q) @ np.array(turn, dtype=object))
+    return {
+        name: step if screw.turns else step * length
+        for name, step, screw in zip(names, turn, freedoms, strict=True)
+    }
 
 
 def _vector_rate(r: np.ndarray) -> np.ndarray:
