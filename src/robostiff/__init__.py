@@ -23,6 +23,7 @@ _HOMES = {
         "CableStiffness",
         "CableTensions",
         "CompiledAnswer",
+        "CompiledLinkage",
         "CompiledRobot",
         "Deflection",
         "DeflectionsOfPoses",

@@ -5,6 +5,7 @@ from robostiff.analysis import CableResponse as CableResponse
 from robostiff.analysis import CableStiffness as CableStiffness
 from robostiff.analysis import CableTensions as CableTensions
 from robostiff.analysis import CompiledAnswer as CompiledAnswer
+from robostiff.analysis import CompiledLinkage as CompiledLinkage
 from robostiff.analysis import CompiledRobot as CompiledRobot
 from robostiff.analysis import Deflection as Deflection
 from robostiff.analysis import DeflectionsOfPoses as DeflectionsOfPoses

@@ -37,6 +37,7 @@ PUBLIC = [
     "ClosedFormTensions",
     "Compiled",
     "CompiledAnswer",
+    "CompiledLinkage",
     "CompiledLoading",
     "CompiledRobot",
     "ComplianceMatrix",

@@ -2,7 +2,9 @@ from robostiff.analysis.cable_response import CableResponse, SlackEvent, cable_r
 from robostiff.analysis.cable_result import CableStiffness
 from robostiff.analysis.cable_stiffness import cable_stiffness
 from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
-from robostiff.analysis.compiled_robot import CompiledAnswer, CompiledRobot
+from robostiff.analysis.compiled_answer import CompiledAnswer
+from robostiff.analysis.compiled_linkage import CompiledLinkage
+from robostiff.analysis.compiled_robot import CompiledRobot
 from robostiff.analysis.compiled_robot import compile_robot as compile
 from robostiff.analysis.deflection_under_load import (
     ActuatorLoad,
@@ -23,6 +25,7 @@ __all__ = [
     "CableTensions",
     "Comparison",
     "CompiledAnswer",
+    "CompiledLinkage",
     "CompiledRobot",
     "Deflection",
     "DeflectionsOfPoses",

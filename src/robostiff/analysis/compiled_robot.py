@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.guarded_values import (
-    AtGeneralPoses,
-    CheckedResults,
-    checked_results,
-    values_of,
+from robostiff.analysis.compiled_answer import (
+    CompiledAnswer,
+    attempted,
+    checked_chunks,
+    checked_outputs,
+    put_careful,
 )
+from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
+from robostiff.analysis.guarded_values import AtGeneralPoses, CheckedResults
 from robostiff.analysis.kernel_inputs import (
     InputRows,
     KernelInputs,
@@ -29,51 +33,17 @@ from robostiff.compiled import (
     Output,
     StiffnessMatrix,
     kernel_of,
-    unpack,
     whole_threads,
 )
-from robostiff.compiled.kernel import POSES_A_CHUNK, chunks_of, in_shares
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
+from robostiff.linkage import Linkage
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.recorded import (
     RecordedRobot,
     record_robot,
 )
-from robostiff.spatial.batch import empty_batch
-
-
-@dataclass(frozen=True, repr=False)
-class CompiledAnswer:
-    """The result of a compiled robot at a batch of poses.
-
-    Attributes
-    ----------
-    values : dict of names to (N, ...) arrays
-        One array an output; not a number where the status says that there is no answer.
-    status_codes : (N,) array of uint8
-        See `Status`.
-    rank : (N,) array of int8
-        -1 where out of reach.
-    guarded : (N,) array of bool
-        Poses that were computed again by the wrench basis form on batches.
-    """
-
-    values: dict[str, np.ndarray]
-    status_codes: np.ndarray
-    rank: np.ndarray
-    guarded: np.ndarray
-
-    def __repr__(self) -> str:
-        names = ", ".join(self.values)
-        share = f"{self.guarded_share:.2%} recomputed"
-        return f"<CompiledAnswer of {len(self.rank)} poses: {names}; {share}>"
-
-    @property
-    def guarded_share(self) -> float:
-        """Part of the poses that were recomputed."""
-        return float(np.mean(self.guarded)) if self.guarded.size else 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -181,33 +151,17 @@ class CompiledRobot:
             When the poses or the parameters do not fit the robot.
         """
         inputs, _, _ = self._inputs_of(pose, parameters)
-        yield from self._checked(self._kernel_for(pose), inputs, slice(0, len(inputs.missed)))
+        general = AtGeneralPoses(self.rank, self.status, self.verified)
+        whole = slice(0, len(inputs.missed))
+        yield from checked_chunks(self._kernel_for(pose), inputs, general, whole)
 
     def _attempt(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
     ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues]:
         threads = whole_threads(threads)
         inputs, given, parameter_values = self._inputs_of(pose, parameters)
-        kernel, count = self._kernel_for(pose), len(inputs.missed)
-        answer = CompiledAnswer(
-            values={
-                output.name: empty_batch((count,), output.shape(self.robot.space))
-                for output in self.kernel.outputs
-            },
-            status_codes=np.empty(count, dtype=np.uint8),
-            rank=np.empty(count, dtype=np.int8),
-            guarded=np.empty(count, dtype=bool),
-        )
-
-        def fill(part: slice) -> None:
-            for where, found in self._checked(kernel, inputs, part):
-                for name, values in answer.values.items():
-                    unpack(found.rows[name], values[where])
-                answer.status_codes[where] = found.status_codes
-                answer.rank[where] = found.rank
-                answer.guarded[where] = found.guarded
-
-        in_shares(fill, count, threads)
+        general = AtGeneralPoses(self.rank, self.status, self.verified)
+        answer = attempted(self._kernel_for(pose), inputs, general, threads)
         return answer, given, parameter_values
 
     def _inputs_of(
@@ -222,45 +176,38 @@ class CompiledRobot:
         by_joints = self.joint_kernel if isinstance(pose, JointCoordinates) else None
         return by_joints or self.kernel
 
-    def _checked(
-        self, kernel: Kernel, inputs: InputRows, part: slice
-    ) -> Iterator[tuple[slice, CheckedResults]]:
-        general = AtGeneralPoses(self.rank, self.status, self.verified)
-        buffer = np.empty((kernel.rows, min(POSES_A_CHUNK, part.stop - part.start)))
-        for where in chunks_of(part):
-            count = where.stop - where.start
-            room = buffer if count == buffer.shape[1] else np.empty((len(buffer), count))
-            results = kernel.evaluate(inputs.rows[:, where], room)
-            missed, loose = inputs.missed[where], inputs.loose[where]
-            yield where, checked_results(kernel, results, missed, loose, general)
-
     def _compute_again(
         self, robot: Robot, pose: Pose, rows: np.ndarray, answer: CompiledAnswer
     ) -> None:
         result = careful_stiffness(robot, pose)
-        answer.status_codes[rows] = result.status_codes
-        answer.rank[rows] = result.rank
-        for output in self.kernel.outputs:
-            if isinstance(output, Derivative):
-                # Derivatives are not recomputed: the loss of digits is reported instead. Where
-                # the rank is another, K jumps.
-                answer.status_codes[rows] |= np.uint8(Status.ILL_CONDITIONED)
-                jumps = ~result.answered | (result.rank != self.rank)
-                answer.values[output.name][rows[jumps]] = np.nan
-                continue
-            values, unbalanced = values_of(output, result)
-            answer.values[output.name][rows] = values
-            answer.status_codes[rows] |= unbalanced * np.uint8(Status.UNBALANCED)
+        put_careful(answer, rows, result, self.kernel.outputs, self.rank)
 
 
+@overload
 def compile_robot(
     robot: Robot,
     outputs: Sequence[Output] = (StiffnessMatrix(),),
     *,
     parameters: Sequence[str] = (),
     backend: Backend = Backend.BEST,
-) -> CompiledRobot:
-    """Record the stiffness of a robot once, for evaluation at millions of poses.
+) -> CompiledRobot: ...
+@overload
+def compile_robot(
+    robot: Linkage,
+    outputs: Sequence[Output] = (StiffnessMatrix(),),
+    *,
+    joints: Sequence[str] | None = None,
+    backend: Backend = Backend.BEST,
+) -> CompiledLinkage: ...
+def compile_robot(
+    robot: Robot | Linkage,
+    outputs: Sequence[Output] = (StiffnessMatrix(),),
+    *,
+    parameters: Sequence[str] = (),
+    joints: Sequence[str] | None = None,
+    backend: Backend = Backend.BEST,
+) -> CompiledRobot | CompiledLinkage:
+    """Record the stiffness of a robot or linkage once, for evaluation at millions of poses.
 
     Closure, frames, elimination of the passive joints and the sum over the legs become a list of
     some hundred operations without branches, which is compiled to SIMD machine code or run by NumPy
@@ -268,7 +215,7 @@ def compile_robot(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot or Linkage
         Symbols that are no parameters take their nominal values.
     outputs : sequence of Output
         ``StiffnessMatrix()``, ``ComplianceMatrix()``, ``DeflectionUnder(wrench)``,
@@ -276,6 +223,9 @@ def compile_robot(
     parameters : sequence of str
         Names of symbols that stay open, to be given with the poses. Working modes are those of
         the nominal values.
+    joints : sequence of str, optional
+        Of a linkage, the joints that drive it; all actuated ones when left out. The other ones
+        follow, as in ``linkage.network_at``.
     backend : Backend
         ``Backend.MACHINE``, ``Backend.ARRAYS``, or the ``BEST`` there is.
 
@@ -283,11 +233,12 @@ def compile_robot(
     ------
     InputError
         When the robot is rigid in some direction, its home is no generic place, or a parameter is
-        no symbol of it.
+        no symbol of it; when the joints do not decide the configuration of a linkage.
     NoAnswerError
         When an output has no answer at any pose, as the compliance of a platform with free motions.
     DisagreementError
-        When the record and the wrench basis form give different answers at a generic pose.
+        When the record gives another answer at a generic pose than the wrench basis form, or than
+        the network of a linkage.
 
     Examples
     --------
@@ -305,16 +256,28 @@ def compile_robot(
     >>> answer.values["principal_stiffness"].shape
     (1000, 6)
     """
+    if isinstance(robot, Linkage):
+        if parameters:
+            raise InputError(
+                f"parameters of linkage {robot.name!r}", got=parameters, expected="none"
+            )
+        return compile_linkage(robot, outputs, joints=joints, backend=backend)
     if not isinstance(robot, Robot):
         raise InputError(
             "robot to compile",
             got=type(robot).__name__,
-            expected="a Robot",
-            hint='write compile(load("hexapod"))',
+            expected="a Robot or a Linkage",
+            hint='write compile(load("hexapod")), compile(load_linkage("four-bar.xml"))',
+        )
+    if joints is not None:
+        raise InputError(
+            f"driven joints of {robot.name!r}",
+            got=joints,
+            expected="none: a robot with legs takes poses",
         )
     robot.check_platform_is_rigid("kernel")
     robot.check_has_no_springs("kernel")
-    outputs = _checked_outputs(outputs)
+    outputs = checked_outputs(outputs)
     robot = with_parameters(robot, parameters, [c.value for c in ALL_COORDINATES])
     robot = _within_its_space(robot)
     finder = posture_finder(robot.numeric)
@@ -337,26 +300,6 @@ def _within_its_space(robot: Robot) -> Robot:
     """The robot without the coordinates that leave its plane, which are those of home."""
     inside = [ALL_COORDINATES[row] for row in robot.space.rows]
     return replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
-
-
-def _checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
-    kinds = "StiffnessMatrix(), PrincipalStiffness()"
-    if not isinstance(outputs, Sequence) or not outputs:
-        raise InputError(
-            "outputs to compile", got=outputs, expected="several", hint=f"write [{kinds}]"
-        )
-    for output in outputs:
-        if isinstance(output, type) or not isinstance(output, Output):
-            raise InputError("output to compile", got=output, expected=f"such as {kinds}")
-    names = [output.name for output in outputs]
-    if len(set(names)) < len(names):
-        raise InputError(
-            "outputs to compile",
-            got=names,
-            expected="each name once",
-            hint="compile the robot once for each load case",
-        )
-    return tuple(outputs)
 
 
 def _by_pose(outputs: Sequence[Output]) -> bool:

@@ -114,6 +114,14 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
     # A joint with a given value may contradict one that keeps its home coordinate.
     if not home.is_closed:
         home = _first_closed(linkage, frozenset(), lambda own: _nearest_home(tree, linkage, own))
+    return close_from(linkage, home, given)
+
+
+def close_from(
+    linkage: Linkage, home: Configuration, given: Mapping[str, np.ndarray]
+) -> Configuration:
+    """Coordinates at which all loops close, as `close` finds them from a configuration at home."""
+    tree = spanning_tree(linkage)
     return _first_closed(
         linkage, frozenset(given), lambda moving: _at_values(tree, linkage, home, given, moving)
     )
@@ -280,13 +288,11 @@ class _Loops:
         placed = {c.name: placed_freedoms(c, q[c.name], frames[c.a]) for c in self.unknowns}
         for i, cut in enumerate(tree.cuts):
             rows, at = slice(6 * i, 6 * i + 6), frames[cut.b].p
-            ways = [(1.0, tree.ways[cut.a]), (-1.0, tree.ways[cut.b]), (1.0, ((cut, 1.0),))]
-            for sign, way in ways:
-                for connection, direction in way:
-                    if connection.name in column:
-                        start = column[connection.name]
-                        twists = freedom_twists(placed[connection.name], at)
-                        J[rows, start : start + connection.size] += sign * direction * twists
+            for connection, sign in tree.around(cut):
+                if connection.name in column:
+                    start = column[connection.name]
+                    twists = freedom_twists(placed[connection.name], at)
+                    J[rows, start : start + connection.size] += sign * twists
             J[6 * i : 6 * i + 3] /= self.length
         return J * self._units
 

@@ -40,9 +40,19 @@ class SpanningTree:
         """Names of the connections that are part of a loop."""
         names: set[str] = set()
         for cut in self.cuts:
-            one, other = ({c.name for c, _ in self.ways[body]} for body in (cut.a, cut.b))
-            names |= (one ^ other) | {cut.name}
+            names |= {c.name for c, _ in self.around(cut)}
         return frozenset(names)
+
+    def around(self, cut: Connection) -> Way:
+        """The loop that a connection closes, which comes first.
+
+        Signs are 1 for what moves the end of the cut, -1 for what moves the body that it meets.
+        """
+        here, there = self.ways[cut.a], self.ways[cut.b]
+        shared = {c.name for c, _ in here} & {c.name for c, _ in there}
+        one = tuple((c, sign) for c, sign in here if c.name not in shared)
+        other = tuple((c, -sign) for c, sign in there if c.name not in shared)
+        return ((cut, 1.0), *one, *other)
 
     def frames(self, q: Mapping[str, np.ndarray]) -> dict[str, Frame]:
         """Frame of every body in the world at joint coordinates."""

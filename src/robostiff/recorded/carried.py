@@ -71,7 +71,7 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
             columns.append([*held, *(int(j == first + k) for j in range(inner))])
         if number:
             conditions += _alike(own, first, n, inner)
-    scale += [1.0 / _size(w, scale) for own in ways for w in own]
+    scale += [1.0 / wrench_size(w, scale) for own in ways for w in own]
     idle = [0] * inner
     found = transmitted_by([*conditions, *([*t, *idle] for t in twists)], columns, scale)
     branches = [branch for block in blocks for branch in block]
@@ -108,7 +108,7 @@ def _energy(
     for branch in branches:
         stop = start + len(branch.wrenches)
         shares = [way[start:stop] for way in ways]
-        given = [_times(branch.energy, share) for share in shares]
+        given = [times(branch.energy, share) for share in shares]
         for i in range(m):
             for j in range(i, m):
                 for x, y in zip(given[i], shares[j], strict=True):
@@ -119,7 +119,8 @@ def _energy(
     return energy
 
 
-def _times(matrix: list[list[Any]], column: Column) -> Column:
+def times(matrix: list[list[Any]], column: Column) -> Column:
+    """A matrix times a column; zeros leave no trace."""
     product = []
     for row in matrix:
         total: Any = 0
@@ -130,7 +131,7 @@ def _times(matrix: list[list[Any]], column: Column) -> Column:
     return product
 
 
-def _size(wrench: Column, scale: Sequence[float]) -> float:
+def wrench_size(wrench: Column, scale: Sequence[float]) -> float:
     """Norm of a scaled wrench, the mean over the samples; 1 of one that holds nothing."""
     squares = [
         np.mean((x.sample if isinstance(x, Entry) else float(x)) ** 2) / s**2

@@ -124,10 +124,22 @@ class LegRecorder:
         if frame is not None:
             local = local_leg(leg, frames[frame], self.record, self.length)
             return self._in_frame(leg, local, frames[frame], frame)
-        seen = [local_leg(leg, own, self.record, self.length) for own in frames]
-        promising = sorted(range(len(frames)), key=lambda i: seen[i].entries)[:_PROMISING]
-        tried = [self._in_frame(leg, seen[i], frames[i], i) for i in promising]
+        tried = [
+            self._in_frame(leg, local, frames[i], i) for i, local in self._promising(frames, leg)
+        ]
         return min(tried, key=self._cost)
+
+    def promising(self, leg: PlacedLeg) -> list[tuple[WorkingFrame, LocalLeg]]:
+        """The working frames from which a leg looks simplest."""
+        frames = self._frames(leg)
+        return [(frames[i], local) for i, local in self._promising(frames, leg)]
+
+    def _promising(
+        self, frames: Sequence[WorkingFrame], leg: PlacedLeg
+    ) -> list[tuple[int, LocalLeg]]:
+        seen = [local_leg(leg, own, self.record, self.length) for own in frames]
+        best = sorted(range(len(frames)), key=lambda i: seen[i].entries)[:_PROMISING]
+        return [(i, seen[i]) for i in best]
 
     def _in_frame(
         self, leg: PlacedLeg, local: LocalLeg, frame: WorkingFrame, number: int

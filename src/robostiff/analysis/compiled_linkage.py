@@ -1,0 +1,266 @@
+"""Compiled linkages: a kernel at many values of driven joints, and networks where it is unsafe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robostiff.analysis.compiled_answer import (
+    CompiledAnswer,
+    attempted,
+    checked_outputs,
+    put_careful,
+)
+from robostiff.analysis.guarded_values import AtGeneralPoses
+from robostiff.analysis.kernel_inputs import InputRows
+from robostiff.analysis.linkage_stiffness import linkage_stiffness
+from robostiff.analysis.record_agreement import differences
+from robostiff.compiled import (
+    Backend,
+    Derivative,
+    Kernel,
+    Output,
+    StiffnessMatrix,
+    kernel_of,
+    whole_threads,
+)
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status
+from robostiff.errors import DisagreementError, InputError
+from robostiff.linkage import Linkage
+from robostiff.linkage.driven import DrivenLinkage
+from robostiff.linkage.recorded_stiffness import record_linkage
+from robostiff.recorded import RecordedRobot
+from robostiff.spatial import as_floats
+
+#: Values of driven joints: one row a pose, or an array for each joint by its name.
+DriveValues = ArrayLike | Mapping[str, ArrayLike]
+_SUBJECT = "the record of a linkage and its network"
+_OTHER_SEED = 47
+_NEARER = 4  # how often samples are drawn nearer to home
+_DETERMINED = 1e-6  # of a coordinate: larger differences are other configurations
+
+
+@dataclass(frozen=True, repr=False)
+class CompiledLinkage:
+    """A linkage whose stiffness is recorded once and evaluated at many configurations; picklable.
+
+    Attributes
+    ----------
+    driven : DrivenLinkage
+        The part between base and platform, and what drives it.
+    kernel : Kernel
+        Takes the coordinates of the drives.
+    rank : int
+        At a general pose.
+    status : Status
+        At a general pose.
+    verified : bool
+        Whether record and network were found to agree at generic poses; False where those are
+        ill-conditioned, and every pose is then computed as a network.
+    """
+
+    driven: DrivenLinkage
+    kernel: Kernel
+    rank: int
+    status: Status
+    verified: bool
+
+    def __repr__(self) -> str:
+        names = ", ".join(output.name for output in self.kernel.outputs)
+        return (
+            f"<CompiledLinkage {self.driven.part.name!r}: {names} at {', '.join(self.inputs)}, "
+            f"{self.kernel.operations} operations>"
+        )
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the coordinates that it takes."""
+        return self.kernel.inputs
+
+    def evaluate(self, values: DriveValues, *, threads: int = 1) -> CompiledAnswer:
+        """Outputs, status and rank at many values of the driven joints.
+
+        Parameters
+        ----------
+        values : (N, n) array, or mapping of str to (N,) arrays
+            Coordinates of the drives in the order of `inputs`, one pose a row; or by the names of
+            the joints, (N, size) for a joint with several; those left out stay at home [m, rad].
+        threads : int
+
+        Raises
+        ------
+        InputError
+            When the values do not fit the driven joints.
+        """
+        answer, rows = self._attempt(values, threads)
+        again = np.flatnonzero(answer.guarded)
+        if again.size:
+            result = linkage_stiffness(self.driven, rows[again])
+            put_careful(answer, again, result, self.kernel.outputs, self.rank)
+        return answer
+
+    def attempt(self, values: DriveValues, *, threads: int = 1) -> CompiledAnswer:
+        """As `evaluate`, but poses that are ``guarded`` are left to the caller.
+
+        What stands there in the answer must not be used.
+        """
+        return self._attempt(values, threads)[0]
+
+    def _attempt(self, values: DriveValues, threads: int) -> tuple[CompiledAnswer, np.ndarray]:
+        threads = whole_threads(threads)
+        rows = rows_of_drives(self.driven, values)
+        general = AtGeneralPoses(self.rank, self.status, self.verified)
+        return attempted(self.kernel, _as_inputs(rows), general, threads), rows
+
+
+def rows_of_drives(driven: DrivenLinkage, values: DriveValues) -> np.ndarray:
+    """Values of driven joints as rows (N, n) in the order of ``driven.inputs``.
+
+    Raises
+    ------
+    InputError
+        When a name is no driven joint's, or numbers are not finite or too many or few.
+    """
+    subject = f"driven joints of {driven.part.name!r}"
+    n = len(driven.inputs)
+    words = f"an array (N, {n}): {' '.join(driven.inputs)}, one pose a row"
+    if not isinstance(values, Mapping):
+        rows = as_floats(subject, values, words)
+        if rows.ndim != 2 or rows.shape[1] != n:
+            raise InputError(subject, got=f"shape {rows.shape}", expected=words)
+        return rows
+    home = driven.values(driven.at_home)
+    given: dict[str, np.ndarray] = {}
+    for name, own in values.items():
+        if name not in home:
+            raise InputError(
+                subject,
+                got=name,
+                expected=f"one of {', '.join(home)}",
+                hint=f"write rs.compile(linkage, joints=(..., {name!r}))",
+            )
+        size, wanted = home[name].size, f"numbers (N,) of {name!r}"
+        numbers = as_floats(f"coordinates of {name!r}", own, wanted)
+        given[name] = numbers[:, None] if size == 1 and numbers.ndim == 1 else numbers
+        if given[name].ndim != 2 or given[name].shape[1] != size:
+            wanted = wanted if size == 1 else f"numbers (N, {size}) of {name!r}"
+            raise InputError(subject, got=f"shape {numbers.shape}", expected=wanted)
+    counts = {len(own) for own in given.values()}
+    if len(counts) != 1:
+        raise InputError(subject, got=f"{sorted(counts)} poses", expected="as many for each joint")
+    (count,) = counts
+    columns = [given.get(name, np.tile(at, (count, 1))) for name, at in home.items()]
+    return np.concatenate(columns, axis=1)
+
+
+def compile_linkage(
+    linkage: Linkage,
+    outputs: Sequence[Output] = (StiffnessMatrix(),),
+    *,
+    joints: Sequence[str] | None = None,
+    backend: Backend = Backend.BEST,
+) -> CompiledLinkage:
+    """Record the stiffness of a linkage once, for evaluation at many configurations.
+
+    Newton steps from home close the loops, as for legs without closed form. Wrenches that circulate
+    in the loops are eliminated by the passive joints, and K follows from the energy of the rest.
+    Poses where a check of the record fails are computed again as networks.
+
+    Parameters
+    ----------
+    linkage : Linkage
+    outputs : sequence of Output
+        As for robots; ``Derivative(output, "crank")`` with a coordinate of a driven joint.
+    joints : sequence of str, optional
+        Names of the joints that drive it; all actuated ones when left out. The other ones follow,
+        as in ``linkage.network_at``.
+    backend : Backend
+        ``Backend.MACHINE``, ``Backend.ARRAYS``, or the ``BEST`` there is.
+
+    Raises
+    ------
+    InputError
+        When the loops do not close at home or around it, home is singular, the driven joints leave
+        the posture undetermined, or a direction is rigid.
+    NoAnswerError
+        When an output has no answer at any pose.
+    DisagreementError
+        When the record and the network give different answers at a generic pose.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> linkage = rs.load_linkage("double-pantograph")
+    >>> fast = compile_linkage(linkage)
+    >>> fast.inputs
+    ('screw',)
+    >>> K = fast.evaluate({"screw": np.linspace(-0.2, 0.05, 100)}).values["K"]
+    >>> there = rs.stiffness(linkage.network_at({"screw": 0.05})).K
+    >>> bool(np.allclose(K[-1], there, rtol=1e-9, atol=1e-9 * there.max()))
+    True
+    """
+    outputs = checked_outputs(outputs)
+    driven = DrivenLinkage.of(linkage, joints)
+    recorded, nearer = _recorded(driven)
+    for output in outputs:
+        if isinstance(output, Derivative) and isinstance(output.of, Derivative):
+            raise InputError(
+                f"derivative {output.name}",
+                got=f"{linkage.name!r}, whose loops are closed by iteration",
+                expected="first derivatives",
+            )
+    kernel = kernel_of(recorded, outputs, backend)
+    verified = _is_trusted(driven, recorded, nearer)
+    return CompiledLinkage(driven, kernel, recorded.factors.rank, recorded.status, verified)
+
+
+def _recorded(driven: DrivenLinkage) -> tuple[RecordedRobot, int]:
+    """The record, and how near to home its samples are."""
+    for nearer in range(_NEARER):
+        recorded = record_linkage(driven, driven.samples(nearer=nearer))
+        if recorded is not None:
+            return recorded, nearer
+    raise InputError(
+        f"linkage {driven.part.name!r} to compile",
+        got="a home where modes of assembly meet, or driven joints that leave others undetermined",
+        expected="a regular home, from which the driven joints decide the posture",
+        hint="give another home, other joints=(...), or use linkage.network_at pose by pose",
+    )
+
+
+def _is_trusted(driven: DrivenLinkage, recorded: RecordedRobot, nearer: int) -> bool:
+    """Whether the record has been confirmed at generic poses, those of its own and others.
+
+    Raises
+    ------
+    DisagreementError
+        When record and network differ at a pose where both are well conditioned.
+    InputError
+        When the driven joints leave joints undetermined on which the stiffness depends.
+    """
+    general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
+    kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
+    strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-8)
+    trusted = True
+    for seed in (0, _OTHER_SEED):
+        rows = np.array([driven.given_in(s) for s in driven.samples(seed, nearer)])
+        answer = attempted(kernel, _as_inputs(rows), general, 1)
+        careful = linkage_stiffness(driven, rows, strict)
+        doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
+        decided = ~(answer.guarded | doubtful)
+        trusted &= not (answer.guarded.all() or doubtful.any())
+        K, rank, codes = answer.values["K"], answer.rank, answer.status_codes
+        for k, distance in differences(K, rank, codes, careful):
+            trusted = False
+            if decided[k]:
+                place = f"{driven.part.name!r} at {dict(zip(driven.inputs, rows[k], strict=True))}"
+                raise DisagreementError(_SUBJECT, distance, place)
+    return trusted
+
+
+def _as_inputs(rows: np.ndarray) -> InputRows:
+    none = np.zeros(len(rows), dtype=bool)
+    return InputRows(rows.T, none, none)

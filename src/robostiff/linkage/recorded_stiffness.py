@@ -1,0 +1,306 @@
+"""The stiffness of a linkage as a record: wrenches that circulate in its loops, and their energy.
+
+Bodies that more than two connections meet are joined by chains. The platform is loaded against the
+base, which closes one more loop. Wrenches in equilibrium circulate: every chain outside of a
+spanning tree has wrenches of its own, as the leg of a robot has, and chains of the tree carry sums
+of these, which their passive joints restrict. K follows from the energy of what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from robostiff.linkage.closure import Configuration
+from robostiff.linkage.driven import DrivenLinkage
+from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.linkage.network_at import network_of
+from robostiff.linkage.recorded_closure import (
+    RecordedBodies,
+    coordinates,
+    record_linkage_closure,
+    sampled_coordinates,
+)
+from robostiff.linkage.spanning_tree import spanning_tree
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.record import Entry, Record
+from robostiff.recorded.carried import Carried, carried_by, times, wrench_size
+from robostiff.recorded.elimination import (
+    Column,
+    dot,
+    made_conjugate,
+    transmitted_by,
+    usual_size,
+)
+from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
+from robostiff.recorded.robot import RecordedRobot
+from robostiff.recorded.working_frame import (
+    LocalLeg,
+    WorkingFrame,
+    energy_of,
+    local_leg,
+    to_world,
+)
+from robostiff.spatial import Frame, Space
+
+_ROWS = Space.SPATIAL.rows
+# Part of its usual size that a compliance must never fall below for it not to be watched.
+_ENOUGH = 1e-4
+
+
+@dataclass(frozen=True)
+class _Flow:
+    """A chain, its wrenches about the reference point in world axes, and their energy."""
+
+    name: str
+    wrenches: list[Column]
+    carried: Carried
+
+
+def record_linkage(driven: DrivenLinkage, samples: Sequence[Configuration]) -> RecordedRobot | None:
+    """Record the stiffness of a linkage; the inputs are the coordinates of its drives.
+
+    Parameters
+    ----------
+    driven : DrivenLinkage
+    samples : sequence of Configuration
+        Closed, in general position.
+
+    Returns
+    -------
+    RecordedRobot or None
+        Without legs, of which a linkage has none. None where its closure has no record.
+
+    Raises
+    ------
+    InputError
+        When a transmitted wrench meets no compliance.
+
+    Examples
+    --------
+    >>> from robostiff.robots.descriptions import load_linkage
+    >>> driven = DrivenLinkage.of(load_linkage("double-pantograph"))
+    >>> recorded = record_linkage(driven, driven.samples())
+    >>> recorded.closure.inputs, recorded.factors.rank
+    (('screw',), 6)
+    """
+    closure = record_linkage_closure(driven, samples)
+    if closure is None:
+        return None
+    part = driven.part
+    record = Record(sampled_coordinates(driven, samples))
+    moving = [c for c in part.connections if c.name in _moved(driven, samples)]
+    bodies = RecordedBodies.of(driven.tree, coordinates(driven, record, moving))
+    reference = bodies.frames[part.platform].at(Frame(np.eye(3), part.reference_point)).p
+    reference = np.array([record.simplified(x, driven.home.length) for x in reference])
+    length = network_of(part, driven.home).characteristic_length or driven.home.length
+    recorder = LegRecorder(record, reference, Space.SPATIAL, length)
+    leg = _Circulation(part, bodies, recorder).leg
+    return RecordedRobot(
+        name=part.name,
+        record=record,
+        space=Space.SPATIAL,
+        length=length,
+        legs=(leg,),
+        K=stiffness_entries([leg], 6),
+        reach=(),
+        closure_losses=(),
+        limits=(),
+        joints=closure.joints,
+        closure=closure,
+    )
+
+
+def _moved(driven: DrivenLinkage, samples: Sequence[Configuration]) -> set[str]:
+    return {*driven.drives, *(c.name for c in driven.following(samples))}
+
+
+@dataclass(frozen=True)
+class _Circulation:
+    """Wrenches in the loops of a linkage."""
+
+    part: Linkage
+    bodies: RecordedBodies
+    recorder: LegRecorder
+
+    @property
+    def leg(self) -> RecordedLeg:
+        """All ways to hold the platform, as those of one leg from base to platform."""
+        placed = {name: self._placed(name, own) for name, own in self._chains.items()}
+        tree = spanning_tree(self._graph(placed))
+        # A load leads from the base to the platform, along the first edge of the tree.
+        flows = [self._flow(placed[cut.name]) for cut in tree.cuts]
+        signs = [{c.name: sign for c, sign in tree.around(cut)[1:]} for cut in tree.cuts]
+        starts = np.cumsum([0, *(len(flow.wrenches) for flow in flows)]).tolist()
+        scale = [1.0, 1.0, 1.0, *[self.recorder.length] * 3]
+        columns: list[Column] = []
+        for flow, sign in zip(flows, signs, strict=True):
+            for w in flow.wrenches:
+                # What the loop carries over the load's edge is the opposite of the load.
+                load = [-x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * 6
+                own = [int(len(columns) == i) for i in range(starts[-1])]
+                columns.append([*load, *own])
+        inner = {
+            name: local_leg(leg, self._world, self.recorder.record, self.recorder.length)
+            for name, leg in placed.items()
+            if any(name in sign for sign in signs)
+        }
+        all_wrenches = [w for flow in flows for w in flow.wrenches]
+        over: dict[str, list[Column]] = {}
+        for name in inner:
+            over[name] = [
+                [x * int(-sign[name]) for x in w] if name in sign else [0] * 6
+                for flow, sign in zip(flows, signs, strict=True)
+                for w in flow.wrenches
+            ]
+        conditions = [
+            [*[0] * 6, *(dot(twist, w) for w in over[name])]
+            for name, local in inner.items()
+            for twist in local.twists
+        ]
+        scale += [1.0 / wrench_size(w, scale) for w in all_wrenches]
+        found = transmitted_by(conditions, columns, scale)
+        energy = self._energy(flows, starts, inner, over, found.wrenches)
+        ways = [way[:6] for way in found.wrenches]
+        conjugate = made_conjugate(ways, energy, self.part.name)
+        return RecordedLeg(
+            name=self.part.name,
+            wrenches=conjugate.wrenches,
+            mu=conjugate.mu,
+            losses=[
+                *(loss for flow in flows for loss in flow.carried.losses),
+                *found.losses,
+                *conjugate.losses,
+                *self._near_rigid(conjugate.mu),
+            ],
+            redundant=(*(r for flow in flows for r in flow.carried.redundant), *found.redundant),
+            frame=0,
+            basis=ways,
+            energy=energy,
+        )
+
+    @property
+    def _chains(self) -> dict[str, list[Connection]]:
+        """Connections between bodies at which the linkage branches, by the name of the first."""
+        at: dict[str, list[Connection]] = {}
+        for c in self.part.connections:
+            at.setdefault(c.a, []).append(c)
+            at.setdefault(c.b, []).append(c)
+        ends = {self.part.base, self.part.platform}
+        branching = {body for body, own in at.items() if len(own) != 2} | ends
+        found: dict[str, list[Connection]] = {}
+        seen: set[str] = set()
+        for start in (body for body in at if body in branching):
+            for first in at[start]:
+                if first.name in seen:
+                    continue
+                chain, body, step = [first], start, first
+                while True:
+                    body = step.b if step.a == body else step.a
+                    if body in branching:
+                        break
+                    (step,) = (c for c in at[body] if c is not step)
+                    chain.append(step)
+                seen |= {c.name for c in chain}
+                found[first.name] = chain
+        return found
+
+    def _ends(self, chain: Sequence[Connection]) -> tuple[str, str]:
+        if len(chain) == 1:
+            return chain[0].a, chain[0].b
+        ends = []
+        for one, other in ((chain[0], chain[1]), (chain[-1], chain[-2])):
+            shared = {one.a, one.b} & {other.a, other.b}
+            ends.append(one.b if one.a in shared and one.b not in shared else one.a)
+        return ends[0], ends[1]
+
+    def _placed(self, name: str, chain: Sequence[Connection]) -> PlacedLeg:
+        elements: list[PlacedFreedom | PlacedSpring] = []
+        for c in chain:
+            placed = self.bodies.placed(c)
+            elements += [] if placed is None else placed.parts
+        record = self.recorder.record
+
+        def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:
+            flat = [record.simplified(one, size) for one in x.ravel()]
+            return np.array(flat, dtype=object).reshape(x.shape)
+
+        length = self.recorder.length
+        simple = [
+            replace(e, axis=plain(e.axis), point=plain(e.point, length))
+            if isinstance(e, PlacedFreedom)
+            else replace(e, rotation=plain(e.rotation), point=plain(e.point, length))
+            for e in elements
+        ]
+        return PlacedLeg(name, tuple(simple), self.recorder.reference)
+
+    def _graph(self, placed: dict[str, PlacedLeg]) -> Linkage:
+        """Chains as connections: that of the load, then those with few passive freedoms."""
+        I = Frame.identity()
+        order = sorted(placed, key=lambda name: sum(f.is_passive for f in placed[name].freedoms))
+        edges = [Connection(_LOAD, self.part.base, self.part.platform, I, None, I)]
+        for name in order:
+            edges.append(Connection(name, *self._ends(self._chains[name]), I, None, I))
+        return replace(self.part, connections=tuple(edges), held=frozenset())
+
+    @property
+    def _world(self) -> WorkingFrame:
+        return WorkingFrame(np.eye(3, dtype=int).astype(object), self.recorder.reference)
+
+    def _flow(self, leg: PlacedLeg) -> _Flow:
+        """A chain of its own wrenches, in the frame in which these are shortest."""
+        recorder, tried = self.recorder, []
+        for frame, local in recorder.promising(leg):
+            carried = carried_by(local, _ROWS, recorder.length)
+            wrenches = [to_world(w, frame, recorder.reference, _ROWS) for w in carried.wrenches]
+            entries = [x for row in (*wrenches, *carried.energy) for x in row]
+            cost = recorder.record.cost(x.step for x in entries if isinstance(x, Entry))
+            tried.append((cost, len(tried), _Flow(leg.name, wrenches, carried)))
+        return min(tried)[2]
+
+    def _energy(
+        self,
+        flows: Sequence[_Flow],
+        starts: Sequence[int],
+        inner: dict[str, LocalLeg],
+        over: dict[str, list[Column]],
+        ways: Sequence[Column],
+    ) -> list[list[Any]]:
+        """Of the ways: chains of their own in their own share, those of the tree in the sums."""
+        m = len(ways)
+        energy: list[list[Any]] = [[0] * m for _ in range(m)]
+        for flow, start in zip(flows, starts, strict=False):
+            shares = [way[6 + start : 6 + start + len(flow.wrenches)] for way in ways]
+            given = [times(flow.carried.energy, share) for share in shares]
+            for i, j in _upper(m):
+                energy[i][j] = energy[i][j] + dot(given[i], shares[j])
+        for name, local in inner.items():
+            sums = [[dot(way[6:], row) for row in zip(*over[name], strict=True)] for way in ways]
+            own = energy_of(local, sums, _ROWS)
+            for i, j in _upper(m):
+                energy[i][j] = energy[i][j] + own[i][j]
+        for i, j in _upper(m):
+            energy[j][i] = energy[i][j]
+        return energy
+
+    def _near_rigid(self, mu: Sequence[Any]) -> list[Any]:
+        """By how much wrenches are nearer to rigid than at the samples."""
+        record = self.recorder.record
+        return [
+            usual_size(x) / x
+            for x in mu
+            if isinstance(x, Entry) and lower_bound(record, x.step) < _ENOUGH * usual_size(x)
+        ]
+
+
+_LOAD = "the load of the platform"
+
+
+def _upper(size: int) -> Iterator[tuple[int, int]]:
+    return ((i, j) for i in range(size) for j in range(i, size))
+
+
+__all__ = ["record_linkage"]
