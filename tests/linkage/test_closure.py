@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from robostiff.linkage import Connection, Linkage, close
+from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.closure import _Loops
 from robostiff.linkage.spanning_tree import spanning_tree
 from robostiff.model import (
@@ -69,8 +70,8 @@ def test_rates_of_the_gaps_are_their_finite_differences(seed):
 
 
 def _gap_frames(tree, q):
-    frames = tree.frames(q)
-    return [(tree.beyond(cut, q, frames[cut.a]), frames[cut.b]) for cut in tree.cuts]
+    bodies = Bodies.of(tree, q)
+    return [(bodies.beyond(cut), bodies.frames[cut.b]) for cut in tree.cuts]
 
 
 def _relative_rate(plus, minus, h):

@@ -30,8 +30,8 @@ def linkage_stiffness(
     """
     at_home = network_stiffness(network_of(driven.part, driven.home), tolerance)
     parts, poses, points, origins, reasons = [], [], [], [], []
-    for row in rows:
-        found, own, lost = driven.at(row), at_home, Status.UNREACHABLE
+    for found in driven.at(rows):
+        own, lost = at_home, Status.UNREACHABLE
         network = network_of(driven.part, found)
         if found.is_closed:
             try:

@@ -11,10 +11,12 @@ import numpy as np
 from robostiff.kinematics import freedom_twists, place_chain
 from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
 from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Locked, Passive, PlacedFreedom
 from robostiff.spatial import Frame
+from robostiff.spatial.batch import product, transposed
 
 # As for legs: the largest gap of a closed loop.
 _CLOSED = 1e-7
@@ -127,12 +129,37 @@ def close_from(
     )
 
 
+def close_all(
+    linkage: Linkage, home: Configuration, given: Mapping[str, np.ndarray]
+) -> list[Configuration]:
+    """As `close_from` a closed home, at many values (N, size) of some joints."""
+    tree = spanning_tree(linkage)
+    passive, movable = _movable(linkage, frozenset(given))
+    found = _all_at_values(tree, linkage, home, given, passive)
+    if passive == movable:
+        return found
+    for i, one in enumerate(found):
+        if not one.is_closed:
+            own = {name: values[i] for name, values in given.items()}
+            found[i] = _at_values(tree, linkage, home, own, movable)
+    return found
+
+
 def _first_closed(
     linkage: Linkage,
     held: frozenset[str],
     attempt: Callable[[tuple[Connection, ...]], Configuration],
 ) -> Configuration:
     """The attempt with passive joints where that closes, otherwise that with all that may move."""
+    passive, movable = _movable(linkage, held)
+    found = attempt(passive)
+    return found if found.is_closed or passive == movable else attempt(movable)
+
+
+def _movable(
+    linkage: Linkage, held: frozenset[str]
+) -> tuple[tuple[Connection, ...], tuple[Connection, ...]]:
+    """The passive joints, and all that may move."""
     movable = tuple(
         c
         for c in linkage.connections
@@ -140,9 +167,7 @@ def _first_closed(
         and c.name not in held
         and not isinstance(c.element.role, Locked)
     )
-    passive = tuple(c for c in movable if _is_passive(c))
-    found = attempt(passive)
-    return found if found.is_closed or passive == movable else attempt(movable)
+    return tuple(c for c in movable if _is_passive(c)), movable
 
 
 def _is_passive(connection: Connection) -> bool:
@@ -165,13 +190,30 @@ def _at_values(
     moving: tuple[Connection, ...],
 ) -> Configuration:
     """Closed at values of some joints; if home is closed, along the path from home."""
+    if home.is_closed:
+        each = {name: own[None] for name, own in values.items()}
+        return _all_at_values(tree, linkage, home, each, moving)[0]
     guess = {c.name: values.get(c.name, c.home) for c in linkage.connections}
     loops = _Loops.of(tree, linkage, guess, moving)
-    if home.is_closed:
-        start = np.concatenate([home.coordinates[c.name] for c in linkage.connections])
-        found = AssemblyMode(loops, start).at(loops.at_values(home, values)[None])
-        return replace(loops.configuration(found.x[0]), elsewhere=bool(found.elsewhere[0]))
     return loops.configuration(nearest(loops, loops.guess[None])[0])
+
+
+def _all_at_values(
+    tree: SpanningTree,
+    linkage: Linkage,
+    home: Configuration,
+    values: Mapping[str, np.ndarray],
+    moving: tuple[Connection, ...],
+) -> list[Configuration]:
+    """Along the paths from a closed home to values (N, size) of some joints."""
+    guess = {c.name: values[c.name][0] if c.name in values else c.home for c in linkage.connections}
+    loops = _Loops.of(tree, linkage, guess, moving)
+    start = np.concatenate([home.coordinates[c.name] for c in linkage.connections])
+    found = AssemblyMode(loops, start).at(loops.at_values(home, values))
+    return [
+        replace(loops.configuration(x), elsewhere=bool(elsewhere))
+        for x, elsewhere in zip(found.x, found.elsewhere, strict=True)
+    ]
 
 
 @dataclass(frozen=True)
@@ -210,19 +252,26 @@ class _Loops:
             linkage.connections,
             np.concatenate([guess[c.name] for c in linkage.connections]),
             [c for c in moving if c.name in tree.in_loops],
-            tree.length(tree.frames(guess)),
+            tree.length(_frames(Bodies.of(tree, guess))),
         )
 
     def at_values(self, home: Configuration, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """The prescribed coordinates: values, and those of other joints at rest as at home."""
-        here = {c.name: values.get(c.name, home.coordinates[c.name]) for c in self.connections}
-        return np.concatenate([here[c.name] for c in self.connections])[self.given]
+        """The prescribed coordinates (N, g): values (N, size), other joints as at home."""
+        count = len(next(iter(values.values())))
+        still = {name: np.tile(own, (count, 1)) for name, own in home.coordinates.items()}
+        here = [values.get(c.name, still[c.name]) for c in self.connections]
+        return np.concatenate(here, axis=-1)[:, self.given]
 
     def configuration(self, x: np.ndarray) -> Configuration:
         """The linkage at one posture."""
         q = self._by_name(x)
-        frames = self.tree.frames(q)
-        return Configuration(q, frames, self.tree.gaps(q, frames), self.length)
+        bodies, gaps = Bodies.of(self.tree, q), {}
+        for cut in self.tree.cuts:
+            gap = bodies.gap(cut)
+            half_sine = min(1.0, float(np.sqrt(np.sum((gap.R_wanted - gap.R) ** 2) / 8.0)))
+            shift = float(np.linalg.norm(gap.p_wanted - gap.p))
+            gaps[cut.name] = shift, 2.0 * float(np.arcsin(half_sine))
+        return Configuration(q, _frames(bodies), gaps, self.length)
 
     @cached_property
     def given(self) -> np.ndarray:
@@ -240,11 +289,31 @@ class _Loops:
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """Gaps of all loops, turns as such and shifts as parts of the length (N, 6 m)."""
-        return np.array([self._gaps(self._by_name(row)) for row in x])
+        bodies = Bodies.of(self.tree, self._by_name(x))
+        parts = [np.zeros((len(x), 0))]
+        for cut in self.tree.cuts:
+            gap = bodies.gap(cut)
+            turn = vector_of_turn(product(gap.R_wanted, transposed(gap.R)))
+            parts += [(gap.p_wanted - gap.p) / self.length, turn]
+        return np.concatenate([np.broadcast_to(p, (len(x), p.shape[-1])) for p in parts], axis=-1)
 
     def rates(self, x: np.ndarray) -> np.ndarray:
         """Rates at which the unknown coordinates close the gaps (N, 6 m, n)."""
-        return np.array([self._rates(self._by_name(row)) for row in x])
+        tree, bodies = self.tree, Bodies.of(self.tree, self._by_name(x))
+        starts = np.cumsum([0, *(c.size for c in self.unknowns)])
+        column = {c.name: start for c, start in zip(self.unknowns, starts, strict=False)}
+        J = np.zeros((len(x), 6 * len(tree.cuts), int(starts[-1])))
+        placed = {c.name: bodies.placed(c) for c in self.unknowns}
+        for i, cut in enumerate(tree.cuts):
+            rows, at = slice(6 * i, 6 * i + 6), bodies.frames[cut.b].p
+            for connection, sign in tree.around(cut):
+                own = placed.get(connection.name)
+                if own is not None:
+                    start = column[connection.name]
+                    twists = freedom_twists(own.freedoms, at)
+                    J[:, rows, start : start + connection.size] += sign * twists
+            J[:, 6 * i : 6 * i + 3] /= self.length
+        return J * self._units
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Postures after steps; coordinates of a spherical joint turn it about axes of body a."""
@@ -270,31 +339,8 @@ class _Loops:
 
     def _by_name(self, x: np.ndarray) -> dict[str, np.ndarray]:
         ends = np.cumsum([c.size for c in self.connections])[:-1]
-        return dict(zip((c.name for c in self.connections), np.split(x, ends), strict=True))
-
-    def _gaps(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
-        frames = self.tree.frames(q)
-        parts = [np.zeros(0)]
-        for cut in self.tree.cuts:
-            meant, there = self.tree.beyond(cut, q, frames[cut.a]), frames[cut.b]
-            parts += [(there.p - meant.p) / self.length, vector_of_turn(there.R @ meant.R.T)]
-        return np.concatenate(parts)
-
-    def _rates(self, q: Mapping[str, np.ndarray]) -> np.ndarray:
-        frames, tree = self.tree.frames(q), self.tree
-        starts = np.cumsum([0, *(c.size for c in self.unknowns)])
-        column = {c.name: start for c, start in zip(self.unknowns, starts, strict=False)}
-        J = np.zeros((6 * len(tree.cuts), int(starts[-1])))
-        placed = {c.name: placed_freedoms(c, q[c.name], frames[c.a]) for c in self.unknowns}
-        for i, cut in enumerate(tree.cuts):
-            rows, at = slice(6 * i, 6 * i + 6), frames[cut.b].p
-            for connection, sign in tree.around(cut):
-                if connection.name in column:
-                    start = column[connection.name]
-                    twists = freedom_twists(placed[connection.name], at)
-                    J[rows, start : start + connection.size] += sign * twists
-            J[6 * i : 6 * i + 3] /= self.length
-        return J * self._units
+        parts = np.split(x, ends, axis=-1)
+        return dict(zip((c.name for c in self.connections), parts, strict=True))
 
     @cached_property
     def _units(self) -> np.ndarray:
@@ -302,6 +348,10 @@ class _Loops:
         joints = [c.element for c in self.unknowns if isinstance(c.element, Joint)]
         freedoms = [screw for joint in joints for screw in joint.freedoms]
         return np.array([1.0 if screw.turns else self.length for screw in freedoms])
+
+
+def _frames(bodies: Bodies) -> dict[str, Frame]:
+    return {name: Frame(own.R, own.p) for name, own in bodies.frames.items()}
 
 
 def placed_freedoms(connection: Connection, q: np.ndarray, frame_a: Frame) -> list[PlacedFreedom]:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.linkage.closure import Configuration, close, close_from
+from robostiff.kinematics.formula.body import tidied, tidied_point
+from robostiff.linkage.closure import Configuration, close, close_all
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Actuated, Chain, Joint, Locked, Passive
 from robostiff.recorded.parameters import COUNT
+from robostiff.spatial import Frame
 
 _SEED = 20110
 # Samples are this far from home at first, in radians and parts of the length.
@@ -49,7 +51,7 @@ class DrivenLinkage:
             When a name is no joint of the part between base and platform, there is none, or the
             loops do not close at home.
         """
-        part = essential(linkage)
+        part = _tidied(essential(linkage))
         known = [joint.name for joint in part.joints]
         if joints is None:
             joints = [joint.name for joint in part.joints if isinstance(joint.role, Actuated)]
@@ -97,15 +99,15 @@ class DrivenLinkage:
         """Coordinates of the drives in a configuration (n,) [m, rad]."""
         return np.concatenate([found.coordinates[name] for name in self.drives])
 
-    def values(self, row: np.ndarray) -> dict[str, np.ndarray]:
-        """Coordinates of the drives by joint."""
+    def values(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Coordinates of the drives (..., n) by joint."""
         sizes = [self.home.coordinates[name].size for name in self.drives]
-        parts = np.split(row, np.cumsum(sizes)[:-1])
+        parts = np.split(rows, np.cumsum(sizes)[:-1], axis=-1)
         return dict(zip(self.drives, parts, strict=True))
 
-    def at(self, row: np.ndarray) -> Configuration:
-        """The configuration at coordinates of the drives, closed or as near as it came."""
-        return close_from(self.part, self.home, self.values(row))
+    def at(self, rows: np.ndarray) -> list[Configuration]:
+        """Configurations at coordinates of the drives (N, n), closed or as near as they came."""
+        return close_all(self.part, self.home, self.values(rows)) if len(rows) else []
 
     def samples(self, seed: int = 0, nearer: int = 0) -> list[Configuration]:
         """A few closed configurations near home, in general position; others for another seed.
@@ -127,14 +129,10 @@ class DrivenLinkage:
         ]
         scale = np.array([_TURN if f.turns else _SLIDE * self.home.length for f in freedoms])
         for shrink in range(nearer, _SHRINKS):
-            found = []
-            for _ in range(2 * COUNT):
-                shift = scale * _NEARER**shrink * random.uniform(-1, 1, len(scale))
-                there = self.at(self.at_home + shift)
-                if there.is_closed:
-                    found.append(there)
-                if len(found) == COUNT:
-                    return found
+            shifts = scale * _NEARER**shrink * random.uniform(-1, 1, (2 * COUNT, len(scale)))
+            found = [there for there in self.at(self.at_home + shifts) if there.is_closed]
+            if len(found) >= COUNT:
+                return found[:COUNT]
         raise InputError(
             f"driven joints of {self.part.name!r}",
             got=f"{', '.join(self.drives)}: loops that do not close around home",
@@ -184,3 +182,13 @@ def named(connections: Sequence[Connection], q: Mapping[str, np.ndarray]) -> dic
         for c in connections
         for name, x in zip(coordinate_names(c), q[c.name], strict=True)
     }
+
+
+def _tidied(part: Linkage) -> Linkage:
+    """The same linkage; axes of frames that are 0 or 1 up to rounding are so."""
+
+    def tidy(frame: Frame) -> Frame:
+        return Frame(tidied(frame.R).astype(float), tidied_point(frame.p).astype(float))
+
+    own = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]
+    return replace(part, connections=tuple(own))

@@ -1,21 +1,19 @@
-"""The closure of a linkage as a record: bodies on entries, and Newton steps from home."""
+"""The closure of a linkage as a record: Newton steps from home."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.formula.body import tidied, tidied_point
-from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
+from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.jacobians import freedom_twist
+from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import DrivenLinkage, coordinate_names, named
 from robostiff.linkage.linkage import Connection
-from robostiff.linkage.spanning_tree import SpanningTree
-from robostiff.model import Chain, Joint
+from robostiff.model import Joint
 from robostiff.record import Record
 from robostiff.recorded.closure import RecordedClosure, handed_on, steps_from_home
 from robostiff.recorded.newton_step import (
@@ -25,81 +23,6 @@ from robostiff.recorded.newton_step import (
     per_turn,
     step_of_groups,
 )
-from robostiff.spatial import Frame
-
-
-@dataclass(frozen=True)
-class RecordedFrame:
-    """Axes and origin of a body in the world, on entries."""
-
-    R: np.ndarray
-    p: np.ndarray
-
-    def at(self, frame: Frame) -> RecordedFrame:
-        """A frame that is fixed to the body."""
-        return RecordedFrame(self.R @ tidied(frame.R), self.p + self.R @ tidied_point(frame.p))
-
-    def before(self, across: RecordedFrame) -> RecordedFrame:
-        """The frame from which another one leads here."""
-        R = self.R @ across.R.T
-        return RecordedFrame(R, self.p - R @ across.p)
-
-
-_WORLD = RecordedFrame(np.eye(3, dtype=int).astype(object), np.zeros(3, dtype=int).astype(object))
-
-
-@dataclass(frozen=True)
-class RecordedBodies:
-    """The bodies of a linkage at coordinates that are entries or numbers.
-
-    Attributes
-    ----------
-    tree : SpanningTree
-    q : mapping of str to arrays
-        Coordinates of every connection.
-    frames : mapping of str to RecordedFrame
-        Of every body, along the tree.
-    """
-
-    tree: SpanningTree
-    q: Mapping[str, np.ndarray]
-    frames: Mapping[str, RecordedFrame]
-
-    @classmethod
-    def of(cls, tree: SpanningTree, q: Mapping[str, np.ndarray]) -> RecordedBodies:
-        """From the base outwards."""
-        frames: dict[str, RecordedFrame] = {}
-        bodies = cls(tree, q, frames)
-        for body, way in tree.ways.items():
-            if not way:
-                frames[body] = _WORLD
-                continue
-            connection, direction = way[-1]
-            if direction > 0:
-                frames[body] = bodies.beyond(connection)
-            else:
-                frames[body] = frames[connection.b].before(bodies._over(connection, _WORLD))
-        return bodies
-
-    def beyond(self, connection: Connection) -> RecordedFrame:
-        """Where body b of a connection is, seen from body a."""
-        return self._over(connection, self.frames[connection.a])
-
-    def placed(self, connection: Connection) -> PlacedChain | None:
-        """The element of a connection in the world."""
-        return self._placed(connection, self.frames[connection.a])
-
-    def _placed(self, connection: Connection, a: RecordedFrame) -> PlacedChain | None:
-        if connection.element is None:
-            return None
-        start = a.at(connection.before)
-        chain = Chain((connection.element,))
-        return place_chain(chain, self.q[connection.name], start.R, start.p)
-
-    def _over(self, connection: Connection, a: RecordedFrame) -> RecordedFrame:
-        end = self._placed(connection, a)
-        start = a.at(connection.before) if end is None else RecordedFrame(end.R, end.p)
-        return start.at(connection.after)
 
 
 def record_linkage_closure(
@@ -126,7 +49,7 @@ def record_linkage_closure(
     given = _sampled(drives, closed)
     state = _sampled(following, closed)
     record = Record({**given, **state, **handed_on(len(closed))})
-    bodies = RecordedBodies.of(tree, coordinates(driven, record, (*drives, *following)))
+    bodies = Bodies.of(tree, coordinates(driven, record, (*drives, *following)))
     groups = [
         ClosureGroup(
             [Opening(gap, _rates(bodies, gap, cut, moving, length)) for cut, gap in loops],
@@ -179,7 +102,7 @@ def sampled_coordinates(
 
 
 def _groups(
-    bodies: RecordedBodies, following: Sequence[Connection]
+    bodies: Bodies, following: Sequence[Connection]
 ) -> Iterator[tuple[list[tuple[Connection, Loop]], list[Connection]]]:
     """Loops that share joints that follow, and these joints."""
     tree = bodies.tree
@@ -195,16 +118,11 @@ def _groups(
             joints = joints.union(*(own for _, own in near))
             grown = bool(near)
         moving = [c for c in following if c.name in joints]
-        yield [(one, _gap(bodies, one)) for one in cuts], moving
-
-
-def _gap(bodies: RecordedBodies, cut: Connection) -> Loop:
-    meant, there = bodies.beyond(cut), bodies.frames[cut.b]
-    return Loop(cut.name, meant.R, meant.p, there.R, there.p, (), ())
+        yield [(one, bodies.gap(one)) for one in cuts], moving
 
 
 def _rates(
-    bodies: RecordedBodies,
+    bodies: Bodies,
     gap: Loop,
     cut: Connection,
     moving: Sequence[Connection],

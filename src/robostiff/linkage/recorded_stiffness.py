@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import DrivenLinkage
 from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.linkage.network_at import network_of
 from robostiff.linkage.recorded_closure import (
-    RecordedBodies,
     coordinates,
     record_linkage_closure,
     sampled_coordinates,
@@ -93,7 +93,7 @@ def record_linkage(driven: DrivenLinkage, samples: Sequence[Configuration]) -> R
     part = driven.part
     record = Record(sampled_coordinates(driven, samples))
     moving = [c for c in part.connections if c.name in _moved(driven, samples)]
-    bodies = RecordedBodies.of(driven.tree, coordinates(driven, record, moving))
+    bodies = Bodies.of(driven.tree, coordinates(driven, record, moving))
     reference = bodies.frames[part.platform].at(Frame(np.eye(3), part.reference_point)).p
     reference = np.array([record.simplified(x, driven.home.length) for x in reference])
     length = network_of(part, driven.home).characteristic_length or driven.home.length
@@ -123,7 +123,7 @@ class _Circulation:
     """Wrenches in the loops of a linkage."""
 
     part: Linkage
-    bodies: RecordedBodies
+    bodies: Bodies
     recorder: LegRecorder
 
     @property

@@ -9,9 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.kinematics import place_chain
 from robostiff.linkage.linkage import Connection, Linkage
-from robostiff.model import Chain
 from robostiff.spatial import Frame
 
 Way = tuple[tuple[Connection, float], ...]
@@ -53,43 +51,6 @@ class SpanningTree:
         one = tuple((c, sign) for c, sign in here if c.name not in shared)
         other = tuple((c, -sign) for c, sign in there if c.name not in shared)
         return ((cut, 1.0), *one, *other)
-
-    def frames(self, q: Mapping[str, np.ndarray]) -> dict[str, Frame]:
-        """Frame of every body in the world at joint coordinates."""
-        frames: dict[str, Frame] = {}
-        for body, way in self.ways.items():
-            if not way:
-                frames[body] = Frame.identity()
-                continue
-            connection, direction = way[-1]
-            if direction > 0:
-                frames[body] = self.beyond(connection, q, frames[connection.a])
-            else:
-                across = self.beyond(connection, q, Frame.identity())
-                frames[body] = frames[connection.b] @ across.inverse
-        return frames
-
-    def beyond(self, connection: Connection, q: Mapping[str, np.ndarray], frame_a: Frame) -> Frame:
-        """Frame of body b of a connection, where body a is."""
-        start = frame_a @ connection.before
-        if connection.element is not None:
-            chain = Chain((connection.element,))
-            end = place_chain(chain, q[connection.name], start.R, start.p)
-            start = Frame(end.R, end.p)
-        return start @ connection.after
-
-    def gaps(
-        self, q: Mapping[str, np.ndarray], frames: Mapping[str, Frame]
-    ) -> dict[str, tuple[float, float]]:
-        """Gap of each loop: shift [m] and turn [rad]."""
-        gaps = {}
-        for cut in self.cuts:
-            meant, there = self.beyond(cut, q, frames[cut.a]), frames[cut.b]
-            chord = there.R - meant.R
-            half_sine = min(1.0, float(np.sqrt((chord * chord).sum() / 8.0)))
-            shift = float(np.linalg.norm(there.p - meant.p))
-            gaps[cut.name] = shift, 2.0 * float(np.arcsin(half_sine))
-        return gaps
 
     def length(self, frames: Mapping[str, Frame]) -> float:
         """Largest distance of a body or a joint from the base [m]; 1 where all are in one point."""
