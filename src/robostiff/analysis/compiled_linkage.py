@@ -14,7 +14,7 @@ from robostiff.analysis.compiled_answer import (
     checked_outputs,
     put_careful,
 )
-from robostiff.analysis.guarded_values import AtGeneralPoses
+from robostiff.analysis.guarded_values import AtGeneralPoses, closes
 from robostiff.analysis.kernel_inputs import InputRows
 from robostiff.analysis.linkage_stiffness import linkage_stiffness
 from robostiff.analysis.record_agreement import differences
@@ -29,7 +29,7 @@ from robostiff.compiled import (
 )
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status
 from robostiff.errors import DisagreementError, InputError
-from robostiff.linkage import Linkage
+from robostiff.linkage import Configuration, Linkage
 from robostiff.linkage.driven import DrivenLinkage
 from robostiff.linkage.recorded_stiffness import record_linkage
 from robostiff.recorded import RecordedRobot
@@ -40,7 +40,6 @@ DriveValues = ArrayLike | Mapping[str, ArrayLike]
 _SUBJECT = "the record of a linkage and its network"
 _OTHER_SEED = 47
 _NEARER = 4  # how often samples are drawn nearer to home
-_DETERMINED = 1e-6  # of a coordinate: larger differences are other configurations
 
 
 @dataclass(frozen=True, repr=False)
@@ -204,7 +203,7 @@ def compile_linkage(
     """
     outputs = checked_outputs(outputs)
     driven = DrivenLinkage.of(linkage, joints)
-    recorded, nearer = _recorded(driven)
+    recorded, samples, nearer = _recorded(driven)
     for output in outputs:
         if isinstance(output, Derivative) and isinstance(output.of, Derivative):
             raise InputError(
@@ -213,16 +212,17 @@ def compile_linkage(
                 expected="first derivatives",
             )
     kernel = kernel_of(recorded, outputs, backend)
-    verified = _is_trusted(driven, recorded, nearer)
+    verified = _is_trusted(driven, recorded, samples, nearer)
     return CompiledLinkage(driven, kernel, recorded.factors.rank, recorded.status, verified)
 
 
-def _recorded(driven: DrivenLinkage) -> tuple[RecordedRobot, int]:
-    """The record, and how near to home its samples are."""
+def _recorded(driven: DrivenLinkage) -> tuple[RecordedRobot, list[Configuration], int]:
+    """The record, its samples, and how near to home they are."""
     for nearer in range(_NEARER):
-        recorded = record_linkage(driven, driven.samples(nearer=nearer))
+        samples = driven.samples(nearer=nearer)
+        recorded = record_linkage(driven, samples)
         if recorded is not None:
-            return recorded, nearer
+            return recorded, samples, nearer
     raise InputError(
         f"linkage {driven.part.name!r} to compile",
         got="a home where modes of assembly meet, or driven joints that leave others undetermined",
@@ -231,33 +231,38 @@ def _recorded(driven: DrivenLinkage) -> tuple[RecordedRobot, int]:
     )
 
 
-def _is_trusted(driven: DrivenLinkage, recorded: RecordedRobot, nearer: int) -> bool:
+def _is_trusted(
+    driven: DrivenLinkage,
+    recorded: RecordedRobot,
+    samples: Sequence[Configuration],
+    nearer: int,
+) -> bool:
     """Whether the record has been confirmed at generic poses, those of its own and others.
 
     Raises
     ------
     DisagreementError
         When record and network differ at a pose where both are well conditioned.
-    InputError
-        When the driven joints leave joints undetermined on which the stiffness depends.
     """
     general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
     kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
     strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-8)
     trusted = True
-    for seed in (0, _OTHER_SEED):
-        rows = np.array([driven.given_in(s) for s in driven.samples(seed, nearer)])
+    for own in (samples, driven.samples(_OTHER_SEED, nearer)):
+        rows = np.array([driven.given_in(one) for one in own])
+        rows = rows[closes(kernel, kernel.evaluate(rows.T))]
+        if not len(rows):
+            return False
         answer = attempted(kernel, _as_inputs(rows), general, 1)
         careful = linkage_stiffness(driven, rows, strict)
         doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
-        decided = ~(answer.guarded | doubtful)
-        trusted &= not (answer.guarded.all() or doubtful.any())
+        trusted &= not doubtful.any()
         K, rank, codes = answer.values["K"], answer.rank, answer.status_codes
         for k, distance in differences(K, rank, codes, careful):
-            trusted = False
-            if decided[k]:
+            if not (answer.guarded[k] or doubtful[k]):
                 place = f"{driven.part.name!r} at {dict(zip(driven.inputs, rows[k], strict=True))}"
                 raise DisagreementError(_SUBJECT, distance, place)
+            trusted = False
     return trusted
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from robostiff.compiled.arrays import ArrayCode
 from robostiff.compiled.machine import MachineCode
 from robostiff.record import Program
-from robostiff.recorded import CLOSED
+from robostiff.recorded import CLOSED, RecordedClosure
 
 Code = MachineCode | ArrayCode
 
@@ -23,6 +23,8 @@ _LONGEST = 8000
 _CHUNK = 1024
 # Poses that need more steps: so many are worth machine code of their own.
 _MANY = 500
+# A part of the way from home that is too long for one is cut into so many, down to the shortest.
+_CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
 
 
 class RecordedSteps(Protocol):
@@ -70,6 +72,9 @@ class ClosedCode:
         One step; and the program, from the inputs of the closure and what the steps hand on.
     few : pair of ArrayCode
         The same two for few poses, which are not worth compiling.
+    arrival : pair of codes, or None
+        Whether steps of a closure arrive, for many and for few poses; with it, what is too far from
+        home for all steps at once is reached in parts of the straight way.
     """
 
     closure: RecordedSteps
@@ -77,6 +82,7 @@ class ClosedCode:
     step: Code
     last: Code
     few: tuple[ArrayCode, ArrayCode]
+    arrival: tuple[Code, ArrayCode] | None = None
 
     @classmethod
     def of(
@@ -85,19 +91,24 @@ class ClosedCode:
         """The code of a program of leg coordinates."""
         step, last = closure.step, closure.arrived(program)
         whole = closure.composed(program) if step.operations <= _LONGEST else None
+        arrival = closure.arrival if isinstance(closure, RecordedClosure) else None
         return cls(
             closure=closure,
             whole=code(whole) if whole is not None and whole.operations <= _LONGEST else None,
             step=code(step),
             last=code(last),
             few=(ArrayCode(step), ArrayCode(last)),
+            arrival=None if arrival is None else (code(arrival), ArrayCode(arrival)),
         )
 
     def in_machine_code(self) -> ClosedCode:
         """The same, compiled by heyoka."""
         whole = None if self.whole is None else MachineCode(self.whole.program)
         step, last = MachineCode(self.step.program), MachineCode(self.last.program)
-        return replace(self, whole=whole, step=step, last=last)
+        arrival = self.arrival
+        if arrival is not None:
+            arrival = MachineCode(arrival[0].program), arrival[1]
+        return replace(self, whole=whole, step=step, last=last, arrival=arrival)
 
     @property
     def operations(self) -> int:
@@ -127,6 +138,50 @@ class ClosedCode:
             given = np.ascontiguousarray(inputs[:, again])
             self._loop(codes, self.closure.most_steps, given, more, threads)
             outputs[:, again] = more
+        far = np.flatnonzero(~((outputs[-2] < CLOSED) & (outputs[-1] > 0)))
+        for first in range(0, far.size, _CHUNK):
+            self._reach(inputs, outputs, far[first : first + _CHUNK])
+
+    def _reach(self, inputs: np.ndarray, outputs: np.ndarray, far: np.ndarray) -> None:
+        """Fill the results of far poses that parts of the straight way from home lead to.
+
+        A part is gone where it closes in the assembly mode of home; one that fails is cut into
+        smaller ones, which begin where the last one ended.
+        """
+        closure = self.closure
+        if self.arrival is None or not isinstance(closure, RecordedClosure):
+            return
+        few = far.size < _MANY and self.whole is not None
+        step, last = self.few if few else (self.step, self.last)
+        arrival = self.arrival[1 if few else 0]
+        home = np.array([*closure.home.values()])[:, None]
+        start = np.array([*closure.state.values()])[:, None]
+        given, unknowns = inputs[:, far], len(closure.start)
+        x = np.tile(start, far.size)
+        gone, part = np.zeros(far.size), np.full(far.size, 1.0 / _CUT)
+        going = np.arange(far.size)
+        while going.size:
+            rows = np.empty((len(home) + len(start), going.size))
+            aim = np.minimum(gone[going] + part[going], 1.0)
+            rows[: len(home)] = home + aim * (given[:, going] - home)
+            # The size of the last step and the contraction begin anew.
+            rows[len(home) :] = start
+            rows[len(home) : len(home) + unknowns] = x[:unknowns, going]
+            after = np.empty((len(start), going.size))
+            for _ in range(closure.most_steps):
+                step.evaluate(rows, after)
+                rows[len(home) :] = after
+            found = np.empty((arrival.rows, going.size))
+            arrival.evaluate(rows, found)
+            kept = (found[-2] < CLOSED) & (found[-1] > 0)
+            x[:, going[kept]], gone[going[kept]] = after[:, kept], aim[kept]
+            part[going[~kept]] /= _CUT
+            going = going[(gone[going] < 1.0) & (part[going] >= _SHORTEST_PART)]
+        there = np.flatnonzero(gone >= 1.0)
+        if there.size:
+            results = np.empty((self.rows, there.size))
+            last.evaluate(np.concatenate([given[:, there], x[:, there]]), results)
+            outputs[:, far[there]] = results
 
     def _loop(
         self,

@@ -43,8 +43,8 @@ class RecordedClosure:
 
     Attributes
     ----------
-    inputs : tuple of str
-        Pose coordinates, then parameters.
+    home : dict of names to floats
+        The inputs there: pose coordinates, then parameters.
     start : dict of names to floats
         The unknowns at home: coordinates of the legs, and pose coordinates that they decide.
     step : Program
@@ -58,13 +58,18 @@ class RecordedClosure:
         How many are enough around home, and how many may be taken.
     """
 
-    inputs: tuple[str, ...]
+    home: dict[str, float]
     start: dict[str, float]
     step: Program
     arrival: Program
     joints: tuple[str, ...]
     steps: int = 4
     most_steps: int = 6
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Pose coordinates, then parameters."""
+        return tuple(self.home)
 
     @property
     def state(self) -> dict[str, float]:
@@ -222,7 +227,7 @@ def steps_from_home(
     after = [record.input(name) + step.steps.get(name, 0) for name in start]
     mode = reduce(least, turns, mode)
     return RecordedClosure(
-        inputs=inputs,
+        home={name: float(record.input(name).sample[-1]) for name in inputs},
         start=start,
         step=Program.of(record, [*after, step.size, contraction]),
         arrival=Program.of(record, [*q.values(), step.gap, least(mode, margin)]),
