@@ -23,8 +23,8 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
 
 _YAML = (".yaml", ".yml")
-_FORMS = ("snapshot", "graph", "matlab", "opensees")
-_SUFFIXES = {"matlab": (".mat",), "opensees": (".tcl", ".py")}
+_FORMS = ("snapshot", "graph", "matlab", "opensees", "calculix")
+_SUFFIXES = {"matlab": (".mat",), "opensees": (".tcl", ".py"), "calculix": (".inp",)}
 _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
 
@@ -106,7 +106,7 @@ def convert(
     settings: Sequence[str],
     side: SideFile = NO_SIDE_FILE,
 ) -> int:
-    """Write a robot at a pose as a snapshot by legs, a graph, input of OpenSees, or for MATLAB."""
+    """Write a robot at a pose in another form, or its results there as a file for MATLAB."""
     from robostiff.robots import load
 
     form, output = wanted.form, wanted.output
@@ -133,6 +133,10 @@ def convert(
 
             in_python = path is not None and path.suffix.lower() == ".py"
             text = opensees_script(frozen, in_python=in_python)
+        elif form == "calculix":
+            from robostiff.io.calculix import calculix_input
+
+            text = calculix_input(frozen)
         else:
             text = json.dumps(_data(frozen), indent=1, allow_nan=False) + "\n"
         if path is None:

@@ -82,9 +82,9 @@ def convert(
         str,
         typer.Option(
             "--to",
-            metavar="snapshot|graph|matlab|opensees",
+            metavar="snapshot|graph|matlab|opensees|calculix",
             help="By legs, as bodies and joints, the results at the pose as a .mat file, or a "
-            "model of OpenSees (.tcl or .py).",
+            "model of OpenSees (.tcl or .py) or CalculiX (.inp).",
         ),
     ] = "snapshot",
     output: OutputOption = None,
@@ -97,7 +97,7 @@ def convert(
     set_: SetOption = None,
     json_: JsonOption = False,
 ) -> int:
-    """Write a robot at a pose as a snapshot file or a model of OpenSees, or its results for MATLAB.
+    """Write a robot at a pose as a file: a snapshot, a finite element model, results for MATLAB.
 
     Examples
     --------
