@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -188,7 +189,8 @@ def _solved(A: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
 
     if not len(A):
         return
-    R, order = qr(A, mode="r", pivoting=True)
+    triangular: Any = qr(A, mode="economic", pivoting=True)
+    _, R, order = triangular
     m = len(A)
     rest = solve_triangular(R[:m, :m], R[:m, m:])
     for i in range(m):
