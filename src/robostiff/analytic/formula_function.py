@@ -147,7 +147,7 @@ def formula_function(
     InputError
         When a symbol of the formula is not among them, or another name is.
     """
-    from robostiff.analytic.export.function_parts import where_it_holds
+    from robostiff.analytic.export.code_printer import where_it_holds
     from robostiff.analytic.export.program import plain_program
     from robostiff.analytic.export.python_code import source_of_values
 

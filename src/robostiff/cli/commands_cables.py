@@ -15,7 +15,8 @@ from robostiff.cables import (
     TensionRule,
 )
 from robostiff.cli.failure import BAD_STATUS
-from robostiff.cli.output import print_data, say
+from robostiff.cli.output import show
+from robostiff.cli.robot_facts import head_facts, home_facts
 from robostiff.cli.written_arguments import PoseArguments, parameters_from, pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.cables import (
@@ -60,35 +61,21 @@ def print_cables(
         held = None if balance is None else wrench_from(balance, robot.space)
         result = cable_stiffness(robot, pose, held, tensions=rule)
         text, data = cable_stiffness_text, cable_stiffness_data
-    _print(data(result) if as_json else text(result))  # pyright: ignore[reportArgumentType]
+    show(data(result) if as_json else text(result))  # pyright: ignore[reportArgumentType]
     return BAD_STATUS if result.status.is_bad else 0
 
 
 def print_cable_stiffness(result: CableStiffness, as_json: bool) -> int:
     """Print K of a cable robot."""
-    _print(cable_stiffness_data(result) if as_json else cable_stiffness_text(result))
+    show(cable_stiffness_data(result) if as_json else cable_stiffness_text(result))
     return BAD_STATUS if result.status.is_bad else 0
 
 
 def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:
     """Facts for ``robostiff check``."""
     home = cable_stiffness(robot)
-    return {
-        "name": robot.name,
-        "kind": "cable robot",
-        "title": robot.title,
-        "source": robot.source,
-        "space": robot.space.name.lower(),
-        "coordinates": [coordinate.value for coordinate in robot.coordinates],
-        "legs": [],
-        "cables": robot.cable_names,
-        "home": {
-            "status": str(home.status),
-            "rank": int(home.rank),
-            "free_motions": [str(motion) for motion in home.free_motions],
-            "advice": list(home.advice),
-        },
-    }
+    facts = head_facts(robot, "cable robot", [])
+    return {**facts, "cables": robot.cable_names, "home": home_facts(home)}
 
 
 def _rule(
@@ -105,10 +92,3 @@ def _rule(
     if name == "closed-form":
         return ClosedFormTensions() if level is None else ClosedFormTensions(level)
     return None if level is None else NearestTensions(level)
-
-
-def _print(answer: str | dict[str, Any]) -> None:
-    if isinstance(answer, str):
-        say(answer)
-    else:
-        print_data(answer)

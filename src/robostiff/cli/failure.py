@@ -1,4 +1,4 @@
-"""Exit status of a command, and errors as one message on standard error."""
+"""Commands as the shell has them: help, exit status, errors as one message."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from typing import Annotated, Any
 
 import typer
 
-from robostiff.cli.help_text import laid_out
 from robostiff.cli.output import running
 from robostiff.errors import (
     DisagreementError,
@@ -22,6 +21,31 @@ from robostiff.errors import (
     PlausibilityWarning,
     printable,
 )
+
+_HEADS = ("Example:", "Examples\n--------", "Examples:")
+
+
+def laid_out(doc: str | None) -> str:
+    r"""A docstring with each example in one line.
+
+    Examples
+    --------
+    >>> laid_out("Do it.\n\nExample: robostiff do hexapod\n\nExit status: 0.")
+    'Do it.\n\n\x08\nExample:\n  robostiff do hexapod\n\nExit status: 0.'
+    """
+    found: list[str] = []
+    for paragraph in inspect.cleandoc(doc or "").split("\n\n"):
+        head = next((head for head in _HEADS if paragraph.startswith(head)), None)
+        words = " ".join(paragraph.removeprefix(head or "").split())
+        if head is not None:
+            line = "\b\nExamples:" if head.startswith("Examples") else "\b\nExample:"
+            found.append(f"{line}\n  {words}" if words else line)
+        elif words.startswith("robostiff ") and found and found[-1].startswith("\b\nExample"):
+            found[-1] += f"\n  {words}"
+        else:
+            found.append(paragraph)
+    return "\n\n".join(found)
+
 
 BAD_STATUS = 1
 BAD_INPUT = 2

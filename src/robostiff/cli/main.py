@@ -167,7 +167,7 @@ def indices(
 
     Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
     """
-    from robostiff.cli.commands_indices import print_indices
+    from robostiff.cli.commands import print_indices
     from robostiff.cli.written_arguments import PoseArguments
 
     return print_indices(robot, PoseArguments(pose, joints, at, near), length, set_ or [], json_)
@@ -191,7 +191,7 @@ def verify(
 
     Exit status: 0 when the methods agree, 1 when they do not, 2 for bad input.
     """
-    from robostiff.cli.commands_verify import print_verification
+    from robostiff.cli.commands import print_verification
     from robostiff.cli.written_arguments import PoseArguments, SideFile
 
     described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, None, near)

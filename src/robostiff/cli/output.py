@@ -47,6 +47,14 @@ def print_data(data: Mapping[str, Any]) -> None:
     typer.echo(json.dumps({**form, **data}, indent=1, allow_nan=False))
 
 
+def show(answer: str | Mapping[str, Any]) -> None:
+    """Print lines of text, or plain data as JSON."""
+    if isinstance(answer, str):
+        say(answer)
+    else:
+        print_data(answer)
+
+
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
     """A file to be written: one that is not there yet, unless it may be replaced.
 

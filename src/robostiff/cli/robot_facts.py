@@ -7,25 +7,36 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness, stiffness
+from robostiff.analysis import CableStiffness, RobotStiffness, stiffness
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Snapshot
+from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
+
+
+def head_facts(
+    robot: Robot | CableRobot | Snapshot | Network, kind: str, legs: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """What is printed of every kind of robot; snapshots and networks have only a description."""
+    is_frozen = isinstance(robot, Snapshot | Network)
+    return {
+        "name": robot.name,
+        "kind": kind,
+        "title": robot.description if is_frozen else robot.title,
+        "source": "" if is_frozen else robot.source,
+        "space": robot.space.name.lower(),
+        "coordinates": [] if is_frozen else [own.value for own in robot.coordinates],
+        "legs": legs,
+    }
 
 
 def network_facts(network: Network) -> dict[str, Any]:
     """Facts for ``robostiff check``, without the stiffness."""
     freedoms = [f for joint in network.joints for f in joint.freedoms]
     return {
-        "name": network.name,
-        "kind": "network",
-        "title": network.description,
-        "source": "",
-        "space": network.space.name.lower(),
-        "coordinates": [],
-        "legs": [],
+        **head_facts(network, "network", []),
         "bodies": len(network.nodes),
         "beams": len(network.beams),
         "springs": len(network.springs),
@@ -56,22 +67,17 @@ def robot_facts(robot: Robot) -> dict[str, Any]:
     """
     home = stiffness(robot.with_springs())
     of_platform = {} if robot.platform is None else {"platform": platform_facts(robot)}
+    legs = [
+        {
+            "name": leg.name,
+            "elements": elements_in_words(leg.chain),
+            "passive_freedoms": sum(isinstance(r, Passive) for r in leg.chain.roles),
+            "actuated_freedoms": sum(isinstance(r, Actuated) for r in leg.chain.roles),
+        }
+        for leg in robot.legs
+    ]
     return {
-        "name": robot.name,
-        "kind": "model",
-        "title": robot.title,
-        "source": robot.source,
-        "space": robot.space.name.lower(),
-        "coordinates": [coordinate.value for coordinate in robot.coordinates],
-        "legs": [
-            {
-                "name": leg.name,
-                "elements": elements_in_words(leg.chain),
-                "passive_freedoms": sum(isinstance(r, Passive) for r in leg.chain.roles),
-                "actuated_freedoms": sum(isinstance(r, Actuated) for r in leg.chain.roles),
-            }
-            for leg in robot.legs
-        ],
+        **head_facts(robot, "model", legs),
         **of_platform,
         **mass_facts(robot),
         "home": home_facts(home),
@@ -127,27 +133,20 @@ def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
 
 def snapshot_facts(snapshot: Snapshot) -> dict[str, Any]:
     """Facts for ``robostiff check`` about a snapshot, its stiffness included."""
-    return {
-        "name": snapshot.name,
-        "kind": "snapshot",
-        "title": snapshot.description,
-        "source": "",
-        "space": snapshot.space.name.lower(),
-        "coordinates": [],
-        "legs": [
-            {
-                "name": leg.name,
-                "elements": placed_in_words(leg),
-                "passive_freedoms": sum(freedom.is_passive for freedom in leg.freedoms),
-                "actuated_freedoms": sum(not freedom.is_passive for freedom in leg.freedoms),
-            }
-            for leg in snapshot.legs
-        ],
-        "home": home_facts(stiffness(snapshot)),
-    }
+    legs = [
+        {
+            "name": leg.name,
+            "elements": placed_in_words(leg),
+            "passive_freedoms": sum(freedom.is_passive for freedom in leg.freedoms),
+            "actuated_freedoms": sum(not freedom.is_passive for freedom in leg.freedoms),
+        }
+        for leg in snapshot.legs
+    ]
+    home = home_facts(stiffness(snapshot))
+    return {**head_facts(snapshot, "snapshot", legs), "home": home}
 
 
-def home_facts(home: RobotStiffness) -> dict[str, Any]:
+def home_facts(home: RobotStiffness | CableStiffness) -> dict[str, Any]:
     """Status, rank and free motions at home."""
     return {
         "status": str(home.status),

@@ -20,24 +20,13 @@ Step = str | int
 
 @dataclass(frozen=True)
 class Trace:
-    """Location of an error, and the keys allowed there.
+    """Location of an error, and the keys allowed there."""
 
-    Attributes
-    ----------
-    path : tuple of str and int
-        In the document: without the labels by which pydantic distinguishes the members of a union.
-    annotation : Any
-        Type of what should be there; ``Any`` where it is not known.
-    metadata : tuple
-        Bounds and the like on the type.
-    container : Any
-        Type of what has the last step as a key or position.
-    """
-
+    # in the document: without the labels by which pydantic distinguishes the members of a union
     path: tuple[Step, ...]
-    annotation: Any
-    metadata: tuple[Any, ...]
-    container: Any
+    annotation: Any  # type of what should be there; ``Any`` where it is not known
+    metadata: tuple[Any, ...]  # bounds and the like on the type
+    container: Any  # type of what has the last step as a key or position
 
     @property
     def model(self) -> type[BaseModel] | None:
@@ -192,29 +181,17 @@ class Rank(IntEnum):
 
 @dataclass(frozen=True)
 class Problem:
-    """A mistake and its location.
-
-    Attributes
-    ----------
-    rank : Rank
-    path : tuple of str and int
-        From the top of what was validated.
-    subject, got, expected, hint
-        As in `InputError`.
-    meant : tuple of str and int, or None
-        Path of the key that a misspelt key was meant to be.
-    cause : InputError or None
-        What a validator of the model said; it keeps its words.
-    """
+    """A mistake and its location."""
 
     rank: Rank
-    path: tuple[Step, ...]
+    path: tuple[Step, ...]  # from the top of what was validated
+    # as in `InputError`
     subject: str
     got: Any = None
     expected: str | None = None
     hint: str | None = None
-    meant: tuple[Step, ...] | None = None
-    cause: InputError | None = None
+    meant: tuple[Step, ...] | None = None  # path of the key that a misspelt key was meant to be
+    cause: InputError | None = None  # what a validator of the model said; it keeps its words
 
 
 def problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> Problem:

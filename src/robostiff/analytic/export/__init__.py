@@ -8,8 +8,7 @@ from robostiff.analytic.export.c_code import c_function
 from robostiff.analytic.export.html import derivation_html, derivation_page
 from robostiff.analytic.export.json_form import derivation_data, derivation_from_data
 from robostiff.analytic.export.julia_code import julia_function
-from robostiff.analytic.export.latex import derivation_latex
-from robostiff.analytic.export.markdown import derivation_markdown
+from robostiff.analytic.export.latex import derivation_latex, derivation_markdown
 from robostiff.analytic.export.matlab_code import matlab_function
 from robostiff.analytic.export.python_code import python_function
 from robostiff.analytic.export.text import derivation_text

@@ -89,24 +89,14 @@ def _power_width(power: Any) -> float:
 
 @dataclass(frozen=True)
 class Breaks:
-    """Brackets and signs of a broken line in a language for formulas.
+    """Brackets and signs of a broken line in a language for formulas."""
 
-    Attributes
-    ----------
-    write : callable
-        An expression in the language.
-    opening, closing : str
-        Brackets that may stand on different lines.
-    slash : str
-    power : str
-        What follows a closing bracket, with ``{}`` for the exponent.
-    """
-
-    write: Callable[[sp.Expr], str]
+    write: Callable[[sp.Expr], str]  # an expression in the language
+    # brackets that may stand on different lines
     opening: str
     closing: str
     slash: str
-    power: str
+    power: str  # what follows a closing bracket, with ``{}`` for the exponent
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,17 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
+from robostiff.analytic.export.code_printer import (
+    CodePrinter,
+    Identifiers,
+    ascii_identifier,
+    convention,
+    guard_test,
+    named_symbols,
+    where_it_holds,
+)
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import rows, symbols_of
-from robostiff.analytic.export.function_parts import convention, where_it_holds
 from robostiff.analytic.export.program import FormulaProgram, program
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
@@ -105,8 +112,7 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
         raise InputError("name of the function", got=name, expected="an identifier of C")
     compute = program(derivation)
     identifiers = Identifiers({*C_WORDS, name})
-    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
-    names = {symbol: identifiers.take(symbol.name) for symbol in symbols}
+    names = named_symbols(compute, identifiers)
     K, p = identifiers.take("K"), identifiers.take("p")
     lines = [
         *_comment(derivation, compute, K, p),
@@ -174,14 +180,10 @@ def _guard(
     lines = ["", f"    int {fails} = 0;"]
     every = f"    for (int {i} = 0; {i} < {n * n}; ++{i})"
     lines.append(f"{every} {fails} |= !isfinite({K}[{i}]);")
-    for guard in compute.guards:
-        sizes = " + ".join(f"fabs({printer.write(term)})" for term in guard.terms)
-        test = f"!(fabs({printer.write(guard.value)}) > {guard.part}*({sizes}));"
-        lines += wrapped_formula(test, _WIDTH, f"    {fails} |= ", " " * 8)
-    for _, expression in compute.conditions:
-        lines += wrapped_formula(
-            f"!({printer.write(expression)} >= 0.0);", _WIDTH, f"    {fails} |= ", " " * 8
-        )
+    tests = [guard_test(guard, printer.write, "fabs") for guard in compute.guards]
+    tests += [f"{printer.write(expression)} >= 0.0" for _, expression in compute.conditions]
+    for test in tests:
+        lines += wrapped_formula(f"!({test});", _WIDTH, f"    {fails} |= ", " " * 8)
     return [
         *lines,
         f"    if ({fails})",

@@ -5,15 +5,21 @@ from __future__ import annotations
 import re
 import unicodedata
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.export.products import printed_product
+from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivatives import FormulaDerivative
+from robostiff.analytic.export.entries import rows
+from robostiff.analytic.export.products import joined_terms, printed_product
+from robostiff.analytic.export.program import FormulaProgram, Guard
 from robostiff.analytic.export.scaled import LARGE
 from robostiff.analytic.export.vocabulary import constant_name, function_name, unknown
+from robostiff.analytic.export.wrapping import wrapped_formula
 from robostiff.errors import InputError
+from robostiff.spatial import Space
 
 _LARGEST = sp.Integer(10) ** 300
 _HALF = sp.Rational(1, 2)
@@ -52,16 +58,7 @@ class CodePrinter(ABC):
         """An expression as a statement's right-hand side."""
         if not isinstance(expression, sp.Add):
             return self._product(expression)
-        written = ""
-        for term in expression.as_ordered_terms():
-            text = self.write(term)
-            if not written:
-                written = text
-            elif text.startswith("-"):
-                written += f" - {text[1:]}"
-            else:
-                written += f" + {text}"
-        return written
+        return joined_terms(map(self.write, expression.as_ordered_terms()))
 
     def factor(self, expression: Any) -> str:
         """An expression in brackets where it needs them beside ``*``, ``/`` and in a power."""
@@ -178,12 +175,126 @@ def _spelled(character: str) -> str:
         return character
     if unicodedata.combining(character):
         return ""
-    matched = re.fullmatch(r"GREEK (SMALL|CAPITAL) LETTER (FINAL )?(\w+)", _unicode_name(character))
+    matched = re.fullmatch(
+        r"GREEK (SMALL|CAPITAL) LETTER (FINAL )?(\w+)", unicodedata.name(character, "")
+    )
     if matched is None:
         return "_"
     letter = "lambda" if matched[3] == "LAMDA" else matched[3].lower()
     return letter if matched[1] == "SMALL" else letter.capitalize()
 
 
-def _unicode_name(character: str) -> str:
-    return unicodedata.name(character, "")
+#: Integers up to this one are doubles.
+LARGEST_EXACT = 2**53
+
+#: Message of a generated function for one point.
+NO_ANSWER = "the formula does not hold at these values"
+
+
+def plain_text(name: str) -> str:
+    """A name inside a comment or a string: printable, without quotes and signs of comments.
+
+    Examples
+    --------
+    >>> plain_text('K "of"  a */ leg%')
+    'K of a leg'
+    """
+    kept = "".join(c for c in name if c.isascii() and c.isprintable() and c not in '"*/\\?%$`#')
+    return " ".join(kept.split()) or "without a plain name"
+
+
+def title_of_function(derivation: Derivation | FormulaDerivative) -> str:
+    """What a generated function computes, in words, for a string of Python."""
+    if isinstance(derivation, FormulaDerivative):
+        name, symbol = derivation.derivation.name, derivation.symbol.name
+        return f"{unquoted(name)} with its derivative by {unquoted(symbol)}"
+    return unquoted(derivation.name)
+
+
+def convention(size: int) -> str:
+    """Order, point and units of a stiffness matrix of a size, in words."""
+    space = Space.of_size(size)
+    return (
+        f"relates the twist ({', '.join(space.twist_order)}) of the reference point to the "
+        f"wrench ({', '.join(space.wrench_order)}) about the reference point, F = K t: "
+        "translation before rotation, force before moment, SI units."
+    )
+
+
+def where_it_holds(compute: FormulaProgram) -> str:
+    """The arguments for which a generated function gives no answer, in words."""
+    words = (
+        "where the formula does not hold: where a denominator vanishes up to rounding, "
+        "a radicand is negative, or K is not finite"
+    )
+    besides = dict.fromkeys(unquoted(own) for own, _ in compute.conditions)
+    return words + "".join(f"; unless {own}" for own in besides)
+
+
+def unquoted(name: str) -> str:
+    """A name inside a string or a comment of Python."""
+    kept = "".join(c for c in name if c.isprintable() and c not in '"\\')
+    return " ".join(kept.split())
+
+
+def filled(
+    matrix: sp.ImmutableMatrix, place: Callable[[int, int], str], write: Callable[[sp.Expr], str]
+) -> Iterator[tuple[str, str]]:
+    """Targets and right-hand sides for the entries of a matrix of zeros that are not zero.
+
+    Parameters
+    ----------
+    matrix : (n, n) matrix
+    place : callable
+        How the entry in row i and column j, from 0, is written.
+    write : callable
+        How an expression is written.
+    """
+    K_rows = rows(matrix)
+    for i, row in enumerate(K_rows):
+        for j, entry in enumerate(row):
+            if entry == 0:
+                continue
+            copied = j < i and entry == K_rows[j][i]
+            yield place(i, j), place(j, i) if copied else write(entry)
+
+
+def guard_test(guard: Guard, write: Callable[[sp.Expr], str], size: str = "abs") -> str:
+    """The test that a sum does not cancel; `size` is the function for absolute values."""
+    sizes = " + ".join(f"{size}({write(term)})" for term in guard.terms)
+    return f"{size}({write(guard.value)}) > {guard.part}*({sizes})"
+
+
+def assigned(target: str, expression: str, width: int) -> list[str]:
+    """An assignment, in brackets where it takes more than a line: of Python and of Julia."""
+    line = f"    {target} = {expression}"
+    if len(line) <= width:
+        return [line]
+    inside = wrapped_formula(expression, width, " " * 8, " " * 8)
+    return [f"    {target} = (", *inside, "    )"]
+
+
+def named_symbols(compute: FormulaProgram, identifiers: Identifiers) -> dict[sp.Symbol, str]:
+    """Identifiers of the arguments and intermediates of a program."""
+    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
+    return {symbol: identifiers.take(symbol.name) for symbol in symbols}
+
+
+def tests_after(
+    holds: str, finite: str, compute: FormulaProgram, write: Callable[[sp.Expr], str]
+) -> list[str]:
+    """What is assigned to the flag `holds`, one test after the other, in languages with ``&&``.
+
+    Parameters
+    ----------
+    holds : str
+        Name of the flag.
+    finite : str
+        The first test: results are finite.
+    compute : FormulaProgram
+    write : callable
+        How an expression is written.
+    """
+    guards = [guard_test(guard, write) for guard in compute.guards]
+    conditions = [f"{write(expression)} >= 0" for _, expression in compute.conditions]
+    return [finite, *(f"{holds} && {test}" for test in (*guards, *conditions))]

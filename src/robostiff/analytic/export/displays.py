@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,27 +23,70 @@ from robostiff.analytic.export.outline import (
     VectorEquations,
     WrenchSum,
 )
-from robostiff.analytic.export.vector_displays import written_vector
+from robostiff.analytic.vector_expressions import (
+    Coordinates,
+    Cross,
+    Dot,
+    Norm,
+    Over,
+    Stacked,
+    Sum,
+    Turned,
+    Turns,
+    Vector,
+)
 from robostiff.analytic.vector_form import Equation
+
+
+def written_vector(expression: Any, language: MathLanguage) -> str:
+    """An expression of vectors in a language."""
+
+    def write(part: Any) -> str:
+        return written_vector(part, language)
+
+    def factor(part: Any) -> str:
+        return f"({write(part)})" if isinstance(part, Sum | Turned | Cross) else write(part)
+
+    match expression:
+        case None:
+            found = language.number(0)
+        case Vector(name):
+            found = language.matrix_name(name)
+        case Coordinates(entries):
+            found = f"({', '.join(map(language.breaks.write, entries))})"
+        case Sum(terms):
+            signed = [(" - " if sign < 0 else " + ") + write(term) for sign, term in terms]
+            found = "".join(signed).removeprefix(" + ").replace(" - ", "-", terms[0][0] < 0)
+        case Turned(rotation, vector):
+            found = f"{language.matrix_name(rotation)} {factor(vector)}"
+        case Over(vector, scalar):
+            found = language.fraction(write(vector), write(scalar))
+        case Cross(left, right):
+            found = f"{factor(left)} {language.times} {factor(right)}"
+        case Dot(left, right):
+            found = f"{factor(left)} {language.dot} {factor(right)}"
+        case Norm(vector):
+            found = language.norm(write(vector))
+        case Stacked(force, moment):
+            found = language.matrix([[write(force)], [write(moment)]])
+        case Turns(turns):
+            parts = [f"{language.matrix_name(f'R_{axis}')}({write(x)})" for axis, x in turns]
+            found = " ".join(parts)
+        case _:
+            found = language.breaks.write(expression)
+    return found
+
 
 Measure = Callable[[sp.Basic], float]
 
 
 @dataclass(frozen=True)
 class Displayed:
-    """A matrix that fits: ``factor * matrix``, with names for entries that are too wide.
-
-    Attributes
-    ----------
-    factor : sympy.Expr
-    matrix : sympy.ImmutableMatrix
-    named : ScalarEquations
-        What the names stand for, in the order of reading.
-    """
+    """A matrix that fits: ``factor * matrix``, with names for entries that are too wide."""
 
     factor: sp.Expr
     matrix: sp.ImmutableMatrix
-    named: ScalarEquations
+    named: ScalarEquations  # what the names stand for, in the order of reading
 
 
 def displayed(
@@ -121,68 +164,42 @@ _AROUND = 3.0
 
 @dataclass(frozen=True)
 class MathLanguage:
-    """Functions that write mathematics in a language.
+    """Functions that write mathematics in a language."""
 
-    Attributes
-    ----------
-    breaks : Breaks
-        Expressions, and how they are broken over lines.
-    name : callable
-        Name of a scalar.
-    matrix_name : callable
-        Name of a matrix or vector.
-    matrix : callable
-        Rows of written entries as a matrix.
-    fraction : callable
-        Of two written expressions.
-    transposed : str
-        What follows a transposed matrix.
-    total : str
-        A sum over all.
-    inverse : str
-        What follows an inverted matrix.
-    times : str
-        The cross of a vector product.
-    number : callable
-        A whole number.
-    dot : str
-        The point of a scalar product.
-    norm : callable
-        The length of a written vector.
-    total_over_legs : str
-        A sum over all legs i.
-    """
+    breaks: Breaks  # expressions, and how they are broken over lines
+    name: Callable[[str], str]  # name of a scalar
+    matrix_name: Callable[[str], str]  # name of a matrix or vector
+    matrix: Callable[[list[list[str]]], str]  # rows of written entries as a matrix
+    fraction: Callable[[str, str], str]  # of two written expressions
+    transposed: str  # what follows a transposed matrix
+    total: str  # A sum over all
+    inverse: str  # what follows an inverted matrix
+    times: str  # the cross of a vector product
+    number: Callable[[int], str]  # A whole number
+    dot: str  # the point of a scalar product
+    norm: Callable[[str], str]  # the length of a written vector
+    total_over_legs: str  # A sum over all legs i
+    inline: Callable[[str], str]  # A formula in a sentence
 
-    breaks: Breaks
-    name: Callable[[str], str]
-    matrix_name: Callable[[str], str]
-    matrix: Callable[[list[list[str]]], str]
-    fraction: Callable[[str, str], str]
-    transposed: str
-    total: str
-    inverse: str
-    times: str
-    number: Callable[[int], str]
-    dot: str
-    norm: Callable[[str], str]
-    total_over_legs: str
+
+def listed_names(names: Sequence[MatrixName | str], language: MathLanguage, dots: str = "…") -> str:
+    """Names in a sentence, each a formula of its own."""
+
+    def written(name: MatrixName | str) -> str:
+        if isinstance(name, MatrixName):
+            return language.inline(language.matrix_name(name.name))
+        return dots if name == "..." else language.inline(language.name(name))
+
+    return ", ".join(map(written, names))
 
 
 @dataclass(frozen=True)
 class Row:
-    """An equation of which the right-hand side takes one or more lines.
-
-    Attributes
-    ----------
-    left : str
-    lines : tuple of str
-    width : float
-        Estimate of its width, where it is on one line [widths of a letter].
-    """
+    """An equation of which the right-hand side takes one or more lines."""
 
     left: str
     lines: tuple[str, ...]
-    width: float = math.inf
+    width: float = math.inf  # estimate of its width, where it is on one line [widths of a letter]
 
 
 Display = tuple[Row, ...]

@@ -9,17 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from html import escape
-from typing import Any
 
 import sympy as sp
-from sympy.printing.printer import Printer
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays
-from robostiff.analytic.export.entries import MatrixName
+from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays, listed_names
 from robostiff.analytic.export.outline import (
     Block,
     Nomenclature,
@@ -27,15 +24,15 @@ from robostiff.analytic.export.outline import (
     OutlineText,
     Table,
 )
-from robostiff.analytic.export.products import printed_product
+from robostiff.analytic.export.products import FormulaPrinter
 from robostiff.analytic.export.symbol_names import GREEK, differential_parts, is_greek, name_parts
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.markup import element, escaped
 
-_GREEK = dict(zip(GREEK, "αβγδεζηθικλμνξοπρστυφχψω", strict=True))
 _FUNCTIONS = {"acos": "arccos", "asin": "arcsin", "atan": "arctan", "log": "ln"}
 _TOKEN = re.compile(r"(<[^>]+>)|([^<]+)")
 _LEAF = re.compile(r"<(mi|mn|mo|mtext)\b")
+_FRACTION = "<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>"
 _TIMES = "<mo>&#8290;</mo>"  # invisible
 _APPLY = "<mo>&#8289;</mo>"  # a function
 
@@ -101,7 +98,7 @@ def _subscripted(name: str, *, bold: bool) -> str:
     if differential is not None:
         inner, by = differential
         above = f"<mo>∂</mo>{_subscripted(inner, bold=bold)}"
-        return _fraction(above, f"<mo>∂</mo>{_subscripted(by, bold=False)}")
+        return _FRACTION.format(above, f"<mo>∂</mo>{_subscripted(by, bold=False)}")
     parts = name_parts(name)
     letter = _word(parts.letter)
     if bold:
@@ -117,15 +114,11 @@ def _subscripted(name: str, *, bold: bool) -> str:
 
 def _word(word: str) -> str:
     if is_greek(word):
-        letter = _GREEK[word.lower()]
-        return f"<mi>{letter if word in _GREEK else letter.upper()}</mi>"
+        letter = GREEK[word.lower()]
+        return f"<mi>{letter if word in GREEK else letter.upper()}</mi>"
     if word.isdigit():
         return f"<mn>{word}</mn>"
     return f"<mi>{escape(word)}</mi>" if len(word) == 1 else f"<mtext>{escape(word)}</mtext>"
-
-
-def _fraction(above: str, below: str) -> str:
-    return f"<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"
 
 
 def _matrix(rows: list[list[str]]) -> str:
@@ -134,25 +127,19 @@ def _matrix(rows: list[list[str]]) -> str:
     return f"<mrow><mo>[</mo><mtable>{body}</mtable><mo>]</mo></mrow>"
 
 
-class _MathMLPrinter(Printer):
+class _MathMLPrinter(FormulaPrinter):
     """Expressions of the vocabulary, and other functions by their name."""
 
     printmethod = "_mathml"
+    minus, plus = "-", "+"
+    fraction = _FRACTION
+    root = "<msqrt>{}</msqrt>"
+    in_a_line = "<mn>{}</mn><mo>/</mo><mn>{}</mn>"
+    raised = "<msup>{}<mrow>{}</mrow></msup>"
+    brackets = "<mrow><mo>(</mo>{}<mo>)</mo></mrow>"
 
     def emptyPrinter(self, expr: sp.Basic) -> str:
-        if not expr.args:
-            return f"<mtext>{escape(str(expr))}</mtext>"
-        return self._function(expr)
-
-    def _function(self, expr: sp.Basic, power: str = "") -> str:
-        arguments = "<mo>,</mo>".join(self._print(argument) for argument in expr.args)
-        name = function_name(expr)
-        if name == "abs" and not power:
-            return f"<mrow><mo>|</mo>{arguments}<mo>|</mo></mrow>"
-        written = f"<mi>{escape(_FUNCTIONS.get(name or '', name or str(expr.func)))}</mi>"
-        if power:
-            written = f"<msup>{written}{power}</msup>"
-        return f"{written}{_APPLY}<mrow><mo>(</mo>{arguments}<mo>)</mo></mrow>"
+        return self.applied(expr) if expr.args else f"<mtext>{escape(str(expr))}</mtext>"
 
     def _print_Symbol(self, expr: sp.Symbol) -> str:
         return mathml_name(expr.name)
@@ -168,58 +155,23 @@ class _MathMLPrinter(Printer):
         power = f"<msup><mn>10</mn><mn>{exponent.replace('-', '−')}</mn></msup>"
         return f"{sign}<mn>{mantissa}</mn><mo>·</mo>{power}"
 
-    def _print_Rational(self, expr: sp.Rational) -> str:
-        return self._product(expr)
-
     def _print_NumberSymbol(self, expr: sp.NumberSymbol) -> str:
         return (
             f"<mi>{ {'pi': 'π', 'e': 'e'}.get(constant_name(expr) or '', escape(str(expr))) }</mi>"
         )
 
-    def _print_Add(self, expr: sp.Add) -> str:
-        written = ""
-        for term in expr.as_ordered_terms():
-            text = self._print(term)
-            written += text if not written or text.startswith("-") else f"+{text}"
-        return written
+    def applied(self, function: sp.Basic, power: str = "") -> str:
+        arguments = "<mo>,</mo>".join(self._print(argument) for argument in function.args)
+        name = function_name(function)
+        if name == "abs" and not power:
+            return f"<mrow><mo>|</mo>{arguments}<mo>|</mo></mrow>"
+        written = f"<mi>{escape(_FUNCTIONS.get(name or '', name or str(function.func)))}</mi>"
+        if power:
+            written = self.raised.format(written, power)
+        return f"{written}{_APPLY}{self.brackets.format(arguments)}"
 
-    def _print_Mul(self, expr: sp.Mul) -> str:
-        return self._product(expr)
-
-    def _print_Pow(self, expr: sp.Pow) -> str:
-        base: Any = expr.base
-        exponent: Any = expr.exp
-        if exponent.is_Rational and exponent.is_negative:
-            return self._product(expr)
-        if exponent == sp.Rational(1, 2):
-            return f"<msqrt>{self._print(base)}</msqrt>"
-        power = f"<mrow>{self._print(exponent)}</mrow>"
-        if exponent.is_Rational and not exponent.is_Integer:
-            power = f"<mrow><mn>{exponent.p}</mn><mo>/</mo><mn>{exponent.q}</mn></mrow>"
-        if function_name(base) not in {None, "abs", "exp"} and exponent.is_Integer:
-            return self._function(base, power)
-        bare = self._print(base)
-        plain = base.is_Symbol or (base.is_Integer and base >= 0)
-        inner = bare if plain else f"<mrow><mo>(</mo>{bare}<mo>)</mo></mrow>"
-        return f"<msup>{inner}{power}</msup>"
-
-    def _product(self, expr: sp.Expr) -> str:
-        product = printed_product(expr)
-        above = self._factors(product.above, alone=not product.below)
-        written = _fraction(above, self._factors(product.below)) if product.below else above
-        return f"-{written}" if product.negative else written
-
-    def _factors(self, factors: tuple[sp.Expr, ...], *, alone: bool = False) -> str:
-        if len(factors) == 1 and not alone:
-            return self._print(factors[0])
-        written = ""
-        for factor in factors:
-            text = self._print(factor)
-            if factor.is_Add or text.startswith("-"):
-                text = f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
-            between = "<mo>·</mo>" if text.startswith("<mn>") else _TIMES
-            written += (between if written else "") + text
-        return written or "<mn>1</mn>"
+    def times(self, factor: str) -> str:
+        return "<mo>·</mo>" if factor.startswith("<mn>") else _TIMES
 
 
 MATHML = MathLanguage(
@@ -233,7 +185,7 @@ MATHML = MathLanguage(
     name=mathml_name,
     matrix_name=mathml_matrix_name,
     matrix=_matrix,
-    fraction=_fraction,
+    fraction=_FRACTION.format,
     transposed='<msup><mrow></mrow><mi mathvariant="normal">T</mi></msup>',
     total="<mo>∑</mo>",
     inverse="<msup><mrow></mrow><mrow><mo>−</mo><mn>1</mn></mrow></msup>",
@@ -242,6 +194,7 @@ MATHML = MathLanguage(
     dot="<mo>·</mo>",
     norm=lambda written: f"<mrow><mo>|</mo>{written}<mo>|</mo></mrow>",
     total_over_legs="<munder><mo>∑</mo><mi>i</mi></munder>",
+    inline=lambda formula: element("math", mathml(formula)),
 )
 
 
@@ -310,7 +263,7 @@ def _written(block: Block, first: int) -> list[str]:
             return [element("p", escaped(" ".join(text.split())))]
         case Nomenclature(rows):
             terms = "".join(
-                element("dt", _names(names)) + element("dd", escaped(meaning))
+                element("dt", listed_names(names, MATHML)) + element("dd", escaped(meaning))
                 for names, meaning in rows
             )
             return [element(f"h{min(first + 1, 6)}", "Nomenclature"), element("dl", terms)]
@@ -345,13 +298,3 @@ def _lines(row: Row) -> list[str]:
         cells += element("mtd", right, style="text-align: left")
         written.append(element("mtr", cells))
     return written
-
-
-def _names(names: Sequence[MatrixName | str]) -> str:
-    written = []
-    for name in names:
-        if isinstance(name, MatrixName):
-            written.append(element("math", mathml(MATHML.matrix_name(name.name))))
-        else:
-            written.append("…" if name == "..." else element("math", mathml(MATHML.name(name))))
-    return ", ".join(written)

@@ -6,12 +6,16 @@ from typing import Any
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
-from robostiff.analytic.export.function_parts import (
+from robostiff.analytic.export.code_printer import (
     LARGEST_EXACT,
     NO_ANSWER,
+    CodePrinter,
+    Identifiers,
+    ascii_identifier,
+    assigned,
     convention,
     filled,
+    named_symbols,
     plain_text,
     tests_after,
     title_of_function,
@@ -81,8 +85,7 @@ def julia_function(derivation: Derivation | FormulaDerivative, name: str = "stif
         raise InputError("name of the function", got=name, expected="an identifier of Julia")
     compute = program(derivation)
     identifiers = Identifiers({*JULIA_WORDS, name})
-    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
-    names = {symbol: identifiers.take(symbol.name) for symbol in symbols}
+    names = named_symbols(compute, identifiers)
     printer = _JuliaPrinter(names)
     arguments = [names[symbol] for symbol in compute.arguments]
     kind, holds = identifiers.take("T"), identifiers.take("holds")
@@ -93,15 +96,15 @@ def julia_function(derivation: Derivation | FormulaDerivative, name: str = "stif
         *_numbers(arguments, kind),
     ]
     for assignment in compute.assignments:
-        lines += _assigned(names[assignment.symbol], printer.write(assignment.expression))
+        lines += assigned(names[assignment.symbol], printer.write(assignment.expression), _WIDTH)
     for result, matrix in zip(results, compute.results, strict=True):
         lines.append(f"    {result} = zeros({kind}, {matrix.rows}, {matrix.rows})")
         entries = filled(matrix, lambda i, j, K=result: f"{K}[{i + 1}, {j + 1}]", printer.write)
         for target, expression in entries:
-            lines += _assigned(target, expression)
+            lines += assigned(target, expression, _WIDTH)
     finite = " && ".join(f"all(isfinite, {result})" for result in results)
     for test in tests_after(holds, finite, compute, printer.write):
-        lines += _assigned(holds, test)
+        lines += assigned(holds, test, _WIDTH)
     given = f"({', '.join(arguments)}{',' * (len(arguments) == 1)})"
     thrown = f'{given}, "{NO_ANSWER}"))'
     lines += wrapped_formula(thrown, _WIDTH, f"    {holds} || throw(DomainError(", " " * 8)
@@ -137,15 +140,6 @@ def _documentation(
     ]
     words = f"A `DomainError` is thrown {plain_text(where_it_holds(compute))}."
     return ['"""', *lines, *renamed, *wrapped_words(words, _WIDTH), '"""']
-
-
-def _assigned(target: str, expression: str) -> list[str]:
-    """An assignment, in brackets where it takes more than a line."""
-    line = f"    {target} = {expression}"
-    if len(line) <= _WIDTH:
-        return [line]
-    inside = wrapped_formula(expression, _WIDTH, " " * 8, " " * 8)
-    return [f"    {target} = (", *inside, "    )"]
 
 
 class _JuliaPrinter(CodePrinter):

@@ -1,7 +1,8 @@
-"""A derivation, its expressions and matrices in LaTeX."""
+"""A derivation, its expressions and matrices in LaTeX, and in Markdown with LaTeX in it."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import sympy as sp
@@ -10,7 +11,7 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import Display, MathLanguage, displays
+from robostiff.analytic.export.displays import Display, MathLanguage, displays, listed_names
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
@@ -123,6 +124,7 @@ LATEX = MathLanguage(
     dot=r"\cdot",
     norm=lambda written: f"\\lvert {written} \\rvert",
     total_over_legs=r"\sum_{i}",
+    inline=lambda formula: f"${formula}$",
 )
 
 
@@ -204,16 +206,71 @@ def aligned_rows(formula: Display) -> str:
 
 def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> str:
     # Not a description: its labels are never broken over lines.
-    items = [f"\\item {listed_names(names)}: {latex_words(meaning)}" for names, meaning in rows]
+    dots = "\\ldots"
+    items = [
+        f"\\item {listed_names(names, LATEX, dots)}: {latex_words(meaning)}"
+        for names, meaning in rows
+    ]
     return "\n".join(["\\begin{itemize}", *items, "\\end{itemize}"])
 
 
-def listed_names(names: Sequence[MatrixName | str]) -> str:
-    """Names in a sentence, each a formula of its own."""
-    written = []
-    for name in names:
-        if isinstance(name, MatrixName):
-            written.append(f"${LATEX.matrix_name(name.name)}$")
-        else:
-            written.append("\\ldots" if name == "..." else f"${LATEX.name(name)}$")
-    return ", ".join(written)
+_MARKDOWN_ROOM = 70.0
+_SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|$~&!])")
+
+
+def derivation_markdown(derivation: Derivation | FormulaDerivative) -> str:
+    r"""A derivation as Markdown, its formulas in ``$...$`` and ``$$...$$``.
+
+    Parameters
+    ----------
+    derivation : Derivation or FormulaDerivative
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> k = sp.Symbol("k_tau")
+    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
+    >>> print("\n".join(derivation_markdown(Derivation("K_C", K, (), K)).splitlines()[4:14]))
+    ## Result
+    <BLANKLINE>
+    $$
+    \mathbf{K}_{C} = \frac{k_{\tau}}{3} \begin{bmatrix}
+    1 & 0 & 0 \\
+    0 & 1 & 0 \\
+    0 & 0 & 0
+    \end{bmatrix}
+    $$
+    <BLANKLINE>
+    """
+    written = [text for block in outline_of(derivation) for text in _in_markdown(block)]
+    return "\n\n".join(written) + "\n"
+
+
+def _in_markdown(block: Block) -> list[str]:
+    match block:
+        case OutlineHeading(text, level):
+            return [f"{'#' * level} {_escaped(text)}"]
+        case OutlineText(text):
+            return [_escaped(text)]
+        case Nomenclature(rows):
+            items = [
+                f"- {listed_names(names, LATEX)}: {_escaped(meaning)}" for names, meaning in rows
+            ]
+            return ["## Nomenclature", "\n".join(items)]
+        case Table(head, rows):
+            cells = [["leg", *(f"${LATEX.name(name)}$" for name in head)]]
+            cells.append(["---"] * len(cells[0]))
+            cells += [[_escaped(w), *(f"${latex_expression(x)}$" for x in own)] for w, own in rows]
+            return ["\n".join(f"| {' | '.join(row)} |" for row in cells)]
+        case _:
+            return [_in_dollars(formula) for formula in displays(block, LATEX, _MARKDOWN_ROOM)]
+
+
+def _escaped(text: str) -> str:
+    return _SPECIAL.sub(r"\\\1", " ".join(text.split()))
+
+
+def _in_dollars(formula: Display) -> str:
+    if len(formula) == 1 and len(formula[0].lines) == 1:
+        return f"$$\n{formula[0].left} = {formula[0].lines[0]}\n$$"
+    return f"$$\n\\begin{{aligned}}\n{aligned_rows(formula)}\n\\end{{aligned}}\n$$"

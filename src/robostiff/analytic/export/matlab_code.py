@@ -6,12 +6,15 @@ from typing import Any
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
-from robostiff.analytic.export.function_parts import (
+from robostiff.analytic.export.code_printer import (
     LARGEST_EXACT,
     NO_ANSWER,
+    CodePrinter,
+    Identifiers,
+    ascii_identifier,
     convention,
     filled,
+    named_symbols,
     plain_text,
     tests_after,
     title_of_function,
@@ -102,8 +105,7 @@ def matlab_function(derivation: Derivation | FormulaDerivative, name: str = "sti
         raise InputError("name of the function", got=name, expected="an identifier of MATLAB")
     compute = program(derivation)
     identifiers = Identifiers({*MATLAB_WORDS, name}, longest=_LONGEST_NAME)
-    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
-    names = {symbol: identifiers.take(symbol.name) for symbol in symbols}
+    names = named_symbols(compute, identifiers)
     printer = _MatlabPrinter(names, identifiers)
     results = [identifiers.take(result) for result in ("K", "dK")[: len(compute.results)]]
     holds = identifiers.take("holds")

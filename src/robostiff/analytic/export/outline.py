@@ -50,21 +50,13 @@ class ScalarEquations:
 
 @dataclass(frozen=True)
 class MatrixEquation:
-    """``name = factor * matrix = whole``; a column is given as the row that it is written as.
-
-    Attributes
-    ----------
-    name : MatrixName
-    factor : sympy.Expr
-    matrix, whole : sympy.ImmutableMatrix
-    entry_name : callable
-        Name for the entry in row i and column j (from 0) of the whole, where it needs one.
-    """
+    """``name = factor * matrix = whole``; a column is given as the row that it is written as."""
 
     name: MatrixName
     factor: sp.Expr
     matrix: sp.ImmutableMatrix
     whole: sp.ImmutableMatrix
+    # name for the entry in row i and column j (from 0) of the whole, where it needs one
     entry_name: Callable[[int, int], str]
 
     @property

@@ -1,24 +1,26 @@
-"""Products as they are printed: sign, numerator and denominator."""
+"""Expressions as they are printed: products as fractions, and what all typeset formulas share."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
+from sympy.printing.printer import Printer
+
+from robostiff.analytic.export.vocabulary import function_name
+
+_HALF = sp.Rational(1, 2)
 
 
 @dataclass(frozen=True)
 class PrintedProduct:
-    """A product or quotient, its factors in the order of printing.
-
-    Attributes
-    ----------
-    negative : bool
-    above, below : tuple of sympy.Expr
-        Factors without a sign; empty stands for 1.
-    """
+    """A product or quotient, its factors in the order of printing."""
 
     negative: bool
+    # factors without a sign; empty stands for 1
     above: tuple[sp.Expr, ...]
     below: tuple[sp.Expr, ...]
 
@@ -54,3 +56,73 @@ def printed_product(expression: sp.Expr) -> PrintedProduct:
         (*(n for n in numbers[0] if n != 1), *above),
         (*(n for n in numbers[1] if n != 1), *below),
     )
+
+
+def joined_terms(terms: Iterable[str], minus: str = " - ", plus: str = " + ") -> str:
+    """Written terms as a sum.
+
+    Examples
+    --------
+    >>> joined_terms(["a", "-b", "c"])
+    'a - b + c'
+    """
+    first, *others = terms
+    return first + "".join(f"{minus}{t[1:]}" if t.startswith("-") else f"{plus}{t}" for t in others)
+
+
+class FormulaPrinter(Printer):
+    """Sums, fractions and powers of typeset formulas; subclasses say how a language writes them."""
+
+    minus, plus = " - ", " + "
+    fraction: str  # of two expressions, each written at a {}
+    root: str
+    in_a_line: str  # a small fraction, as an exponent
+    raised: str
+    brackets: str
+
+    @abstractmethod
+    def applied(self, function: sp.Basic, power: str = "") -> str:
+        """A function with its arguments, and the power to which it is raised."""
+
+    @abstractmethod
+    def times(self, factor: str) -> str:
+        """What stands before a factor that is not the first."""
+
+    def _print_Add(self, expr: sp.Add) -> str:
+        return joined_terms(map(self._print, expr.as_ordered_terms()), self.minus, self.plus)
+
+    def _print_Mul(self, expr: sp.Expr) -> str:
+        product = printed_product(expr)
+        written = self._factors(product.above, alone=not product.below)
+        if product.below:
+            written = self.fraction.format(written, self._factors(product.below))
+        return f"-{written}" if product.negative else written
+
+    _print_Rational = _print_Mul
+
+    def _print_Pow(self, expr: sp.Pow) -> str:
+        base: Any = expr.base
+        exponent: Any = expr.exp
+        if exponent.is_Rational and exponent.is_negative:
+            return self._print_Mul(expr)
+        if exponent == _HALF:
+            return self.root.format(self._print(base))
+        power = self._print(exponent)
+        if exponent.is_Rational and not exponent.is_Integer:
+            power = self.in_a_line.format(exponent.p, exponent.q)
+        if function_name(base) not in {None, "abs", "exp"} and exponent.is_Integer:
+            return self.applied(base, power)
+        bare = self._print(base)
+        is_bare = base.is_Symbol or (base.is_Integer and base >= 0)
+        return self.raised.format(bare if is_bare else self.brackets.format(bare), power)
+
+    def _factors(self, factors: tuple[sp.Expr, ...], *, alone: bool = False) -> str:
+        if len(factors) == 1 and not alone:
+            return self._print(factors[0])
+        written = ""
+        for factor in factors:
+            text = self._print(factor)
+            if factor.is_Add or text.startswith("-"):
+                text = self.brackets.format(text)
+            written += (self.times(text) if written else "") + text
+        return written or self._print(sp.Integer(1))

@@ -26,17 +26,9 @@ SAFE_UNDER_ROOT = 1e-12
 
 @dataclass(frozen=True)
 class Guard:
-    """A sum that must not cancel: |sum of terms| > part * sum of |terms|.
+    """A sum that must not cancel: |sum of terms| > part * sum of |terms|."""
 
-    Attributes
-    ----------
-    value : sympy.Expr
-        The sum, or the symbol to which it is assigned.
-    terms : tuple of sympy.Expr
-    part : float
-    """
-
-    value: Any
+    value: Any  # the sum, or the symbol to which it is assigned
     terms: tuple[Any, ...]
     part: float
 
@@ -108,20 +100,11 @@ def _is_nonnegative(expression: Any, positive: set[Any]) -> bool:
 
 @dataclass(frozen=True)
 class Assignment:
-    """``symbol = expression``; shared ones bear no name of the derivation.
-
-    Attributes
-    ----------
-    symbol : sympy.Symbol
-    expression : sympy.Expr
-        In arguments and symbols assigned before.
-    is_shared : bool
-        Whether it is a subexpression that occurs more than once.
-    """
+    """``symbol = expression``; shared ones bear no name of the derivation."""
 
     symbol: sp.Symbol
-    expression: sp.Expr
-    is_shared: bool
+    expression: sp.Expr  # in arguments and symbols assigned before
+    is_shared: bool  # whether it is a subexpression that occurs more than once
 
     def renamed(self, names: dict[Any, Any]) -> Assignment:
         """The assignment with other symbols."""
@@ -131,23 +114,13 @@ class Assignment:
 
 @dataclass(frozen=True)
 class FormulaProgram:
-    """Assignments, guards and conditions that compute a stiffness matrix.
+    """Assignments, guards and conditions that compute a stiffness matrix."""
 
-    Attributes
-    ----------
-    arguments : tuple of sympy.Symbol
-        The given symbols, in alphabetical order.
-    assignments : tuple of Assignment
-        What the result needs, in order.
-    results : tuple of sympy.ImmutableMatrix
-        K (n x n), and dK where there is a derivative, in arguments and assigned symbols.
-    conditions : tuple of (str, sympy.Expr)
-        What must hold besides, in words, and an expression that is not negative where it does.
-    """
-
-    arguments: tuple[sp.Symbol, ...]
-    assignments: tuple[Assignment, ...]
+    arguments: tuple[sp.Symbol, ...]  # the given symbols, in alphabetical order
+    assignments: tuple[Assignment, ...]  # what the result needs, in order
+    # K (n x n), and dK where there is a derivative, in arguments and assigned symbols
     results: tuple[sp.ImmutableMatrix, ...]
+    # what must hold besides, in words, and an expression that is not negative where it does
     conditions: tuple[tuple[str, Any], ...] = ()
 
     @property

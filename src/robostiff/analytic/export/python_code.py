@@ -10,11 +10,17 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.code_printer import CodePrinter, Identifiers, ascii_identifier
-from robostiff.analytic.export.function_parts import (
+from robostiff.analytic.export.code_printer import (
+    CodePrinter,
+    Identifiers,
+    ascii_identifier,
+    assigned,
     convention,
     filled,
+    guard_test,
+    named_symbols,
     title_of_function,
+    unquoted,
     where_it_holds,
 )
 from robostiff.analytic.export.program import FormulaProgram, program
@@ -116,8 +122,7 @@ def source_of_values(compute: FormulaProgram, order: Sequence[int]) -> str:
 
 def _identifiers(compute: FormulaProgram, name: str) -> tuple[Identifiers, dict[sp.Symbol, str]]:
     identifiers = Identifiers({*keyword.kwlist, *keyword.softkwlist, *_USED, name})
-    symbols = (*compute.arguments, *(a.symbol for a in compute.assignments))
-    return identifiers, {symbol: identifiers.take(symbol.name) for symbol in symbols}
+    return identifiers, named_symbols(compute, identifiers)
 
 
 def _head(name: str, arguments: list[str]) -> list[str]:
@@ -141,12 +146,11 @@ def _docstring(title: str, compute: FormulaProgram, names: Mapping[sp.Symbol, st
         for symbol in compute.arguments:
             renamed = names[symbol] != symbol.name
             lines.append(f"{names[symbol]} : float or array")
-            lines += [f"    In the formula {_plain(symbol.name)}."] if renamed else []
+            lines += [f"    In the formula {unquoted(symbol.name)}."] if renamed else []
     lines += ["", "Raises", "------", "ValueError"]
-    lines += [
-        f"    {line}"
-        for line in wrapped_words(f"{_first_capital(where_it_holds(compute))}.", _WIDTH - 8)
-    ]
+    where = where_it_holds(compute)
+    fails = wrapped_words(f"{where[0].upper()}{where[1:]}.", _WIDTH - 8)
+    lines += [f"    {line}" for line in fails]
     written = [f'"""{start}', *lines, '"""']
     return [f"    {line}" if line else "" for line in written]
 
@@ -158,11 +162,11 @@ def _body(
     printer = _PythonPrinter(names)
     lines: list[str] = []
     for assignment in compute.assignments:
-        lines += _assigned(names[assignment.symbol], printer.write(assignment.expression))
+        lines += assigned(names[assignment.symbol], printer.write(assignment.expression), _WIDTH)
     targets = [identifiers.take(name) for name in ("K", "dK")[: len(compute.results)]]
     shape = identifiers.take("shape")
     shapes = ", ".join(f"{names[symbol]}.shape" for symbol in compute.arguments)
-    lines += _assigned(shape, f"np.broadcast_shapes({shapes})")
+    lines += assigned(shape, f"np.broadcast_shapes({shapes})", _WIDTH)
     for target, matrix in zip(targets, compute.results, strict=True):
         lines += _filled(target, shape, matrix, printer)
     holds = identifiers.take("holds")
@@ -178,11 +182,10 @@ def _guard(
         kept = f"{holds} & " if i else ""
         lines.append(f"    {holds} = {kept}np.isfinite({target}).all(axis=(-2, -1))")
     for guard in compute.guards:
-        sizes = " + ".join(f"np.abs({printer.write(term)})" for term in guard.terms)
-        test = f"{holds} & (np.abs({printer.write(guard.value)}) > {guard.part}*({sizes}))"
-        lines += _assigned(holds, test)
+        test = guard_test(guard, printer.write, "np.abs")
+        lines += assigned(holds, f"{holds} & ({test})", _WIDTH)
     for _, expression in compute.conditions:
-        lines += _assigned(holds, f"{holds} & ({printer.write(expression)} >= 0)")
+        lines += assigned(holds, f"{holds} & ({printer.write(expression)} >= 0)", _WIDTH)
     return lines
 
 
@@ -199,27 +202,8 @@ def _filled(K: str, shape: str, matrix: sp.ImmutableMatrix, printer: _PythonPrin
     """A matrix made of zeros, its other entries assigned one by one."""
     lines = [f"    {K} = np.zeros((*{shape}, {matrix.rows}, {matrix.rows}))"]
     for place, expression in filled(matrix, lambda i, j: f"{K}[..., {i}, {j}]", printer.write):
-        lines += _assigned(place, expression)
+        lines += assigned(place, expression, _WIDTH)
     return lines
-
-
-def _assigned(target: str, expression: str) -> list[str]:
-    """An assignment, in brackets where it takes more than a line."""
-    line = f"    {target} = {expression}"
-    if len(line) <= _WIDTH:
-        return [line]
-    inside = wrapped_formula(expression, _WIDTH, " " * 8, " " * 8)
-    return [f"    {target} = (", *inside, "    )"]
-
-
-def _first_capital(words: str) -> str:
-    return words[0].upper() + words[1:]
-
-
-def _plain(name: str) -> str:
-    """A name inside a string literal or comment."""
-    kept = "".join(c for c in name if c.isprintable() and c not in '"\\')
-    return " ".join(kept.split())
 
 
 class _PythonPrinter(CodePrinter):

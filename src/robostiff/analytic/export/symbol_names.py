@@ -5,34 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-GREEK = [
-    "alpha",
-    "beta",
-    "gamma",
-    "delta",
-    "epsilon",
-    "zeta",
-    "eta",
-    "theta",
-    "iota",
-    "kappa",
-    "lambda",
-    "mu",
-    "nu",
-    "xi",
-    "omicron",
-    "pi",
-    "rho",
-    "sigma",
-    "tau",
-    "upsilon",
-    "phi",
-    "chi",
-    "psi",
-    "omega",
-]
-
-_GREEK_CHARACTERS = dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
+_GREEK_NAMES = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma "
+    "tau upsilon phi chi psi omega"
+)
+#: Greek letters by their English names.
+GREEK = dict(zip(_GREEK_NAMES.split(), "αβγδεζηθικλμνξοπρστυφχψω", strict=True))
+_NAMES_OF_GREEK = {letter: name for name, letter in GREEK.items()}
 _GREEK_CAPITALS = {
     name.capitalize(): name.capitalize()
     for name in ("gamma", "delta", "theta", "lambda", "xi", "pi", "sigma", "phi", "psi", "omega")
@@ -41,21 +20,11 @@ _GREEK_CAPITALS = {
 
 @dataclass(frozen=True)
 class NameParts:
-    """A letter or word with its subscripts.
+    """A letter or word with its subscripts."""
 
-    Attributes
-    ----------
-    letter : str
-        A letter, a word, or the English name of a Greek letter.
-    subscripts : tuple of str
-        Likewise, from left to right.
-    primes : int
-        How many primes follow the letter.
-    """
-
-    letter: str
-    subscripts: tuple[str, ...] = ()
-    primes: int = 0
+    letter: str  # a letter, a word, or the English name of a Greek letter
+    subscripts: tuple[str, ...] = ()  # likewise, from left to right
+    primes: int = 0  # how many primes follow the letter
 
 
 def name_parts(name: str) -> NameParts:
@@ -111,9 +80,9 @@ def _spelled(word: str) -> str:
     """A Greek character by its English name; other characters unchanged."""
     if len(word) != 1:
         return word
-    if word in _GREEK_CHARACTERS:
-        return _GREEK_CHARACTERS[word]
+    if word in _NAMES_OF_GREEK:
+        return _NAMES_OF_GREEK[word]
     lower = word.lower()
-    if lower in _GREEK_CHARACTERS and _GREEK_CHARACTERS[lower].capitalize() in _GREEK_CAPITALS:
-        return _GREEK_CHARACTERS[lower].capitalize()
+    if lower in _NAMES_OF_GREEK and _NAMES_OF_GREEK[lower].capitalize() in _GREEK_CAPITALS:
+        return _NAMES_OF_GREEK[lower].capitalize()
     return word

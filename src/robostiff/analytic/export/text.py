@@ -8,7 +8,7 @@ from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import MathLanguage, displayed
+from robostiff.analytic.export.displays import MathLanguage, displayed, listed_names, written_vector
 from robostiff.analytic.export.entries import MatrixName, entries, rows
 from robostiff.analytic.export.outline import (
     Block,
@@ -26,7 +26,6 @@ from robostiff.analytic.export.outline import (
     VectorEquations,
     WrenchSum,
 )
-from robostiff.analytic.export.vector_displays import written_vector
 from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
 
@@ -190,6 +189,7 @@ TEXT = MathLanguage(
     dot=".",
     norm=lambda written: f"|{written}|",
     total_over_legs="sum over i of",
+    inline=str,
 )
 
 
@@ -202,6 +202,5 @@ def _nomenclature(
 ) -> list[str]:
     lines = ["Nomenclature", "-" * len("Nomenclature"), ""]
     for names, meaning in named:
-        listed = ", ".join(n.name if isinstance(n, MatrixName) else n for n in names)
-        lines += wrapped_words(f"{listed}: {meaning}", width, "    ")
+        lines += wrapped_words(f"{listed_names(names, TEXT, '...')}: {meaning}", width, "    ")
     return lines

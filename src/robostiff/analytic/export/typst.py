@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import sympy as sp
-from sympy.printing.printer import Printer
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
 from robostiff.analytic.export.broken_lines import Breaks
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays
+from robostiff.analytic.export.displays import Display, MathLanguage, Row, displays, listed_names
 from robostiff.analytic.export.entries import MatrixName
 from robostiff.analytic.export.outline import (
     Block,
@@ -22,7 +20,7 @@ from robostiff.analytic.export.outline import (
     OutlineText,
     Table,
 )
-from robostiff.analytic.export.products import printed_product
+from robostiff.analytic.export.products import FormulaPrinter
 from robostiff.analytic.export.symbol_names import differential_parts, is_greek, name_parts
 from robostiff.analytic.export.vocabulary import constant_name, function_name
 from robostiff.errors import InputError
@@ -101,21 +99,15 @@ def _matrix(rows: list[list[str]]) -> str:
     return f'mat(delim: "[",\n  {body})'
 
 
-class _TypstPrinter(Printer):
+class _TypstPrinter(FormulaPrinter):
     """Expressions of the vocabulary, and other functions by their name."""
 
     printmethod = "_typst"
+    fraction, root, in_a_line = "frac({}, {})", "sqrt({})", r"{}\/{}"
+    raised, brackets = "{}^({})", "({})"
 
     def emptyPrinter(self, expr: sp.Basic) -> str:
-        if not expr.args:
-            return _quoted(str(expr))
-        arguments = ", ".join(self._print(argument) for argument in expr.args)
-        name = function_name(expr)
-        if name is None:
-            return f"op({_quoted(str(expr.func))}) ({arguments})"
-        written = _FUNCTIONS.get(name, name)
-        blank = " " if written.startswith("op(") else ""
-        return f"{written}{blank}({arguments})"
+        return self.applied(expr) if expr.args else _quoted(str(expr))
 
     def _print_Symbol(self, expr: sp.Symbol) -> str:
         return typst_name(expr.name)
@@ -127,62 +119,19 @@ class _TypstPrinter(Printer):
         mantissa, _, exponent = sp.sstr(expr, full_prec=False).partition("e")
         return f"{mantissa} dot 10^({exponent})" if exponent else mantissa
 
-    def _print_Rational(self, expr: sp.Rational) -> str:
-        return self._product(expr)
-
     def _print_NumberSymbol(self, expr: sp.NumberSymbol) -> str:
         return {"pi": "pi", "e": "upright(e)"}.get(constant_name(expr) or "", _quoted(str(expr)))
 
-    def _print_Add(self, expr: sp.Add) -> str:
-        written = ""
-        for term in expr.as_ordered_terms():
-            text = self._print(term)
-            if not written:
-                written = text
-            elif text.startswith("-"):
-                written += f" - {text[1:]}"
-            else:
-                written += f" + {text}"
-        return written
+    def applied(self, function: sp.Basic, power: str = "") -> str:
+        arguments = ", ".join(self._print(argument) for argument in function.args)
+        name = function_name(function)
+        written = _FUNCTIONS.get(name, name) if name else f"op({_quoted(str(function.func))})"
+        if power:
+            return f"{written}^{power} ({arguments})"
+        return f"{written}{' ' if written.startswith('op(') else ''}({arguments})"
 
-    def _print_Mul(self, expr: sp.Mul) -> str:
-        return self._product(expr)
-
-    def _print_Pow(self, expr: sp.Pow) -> str:
-        base: Any = expr.base
-        exponent: Any = expr.exp
-        if exponent.is_Rational and exponent.is_negative:
-            return self._product(expr)
-        if exponent == sp.Rational(1, 2):
-            return f"sqrt({self._print(base)})"
-        # Small fractions are written in a line.
-        is_fraction = exponent.is_Rational and not exponent.is_Integer
-        power = f"{exponent.p}\\/{exponent.q}" if is_fraction else self._print(exponent)
-        name = function_name(base)
-        if name not in {None, "abs", "exp"} and exponent.is_Integer:
-            function = _FUNCTIONS.get(name or "", name)
-            arguments = ", ".join(self._print(argument) for argument in base.args)
-            return f"{function}^{power} ({arguments})"
-        bare = self._print(base)
-        return f"{bare if base.is_Symbol or bare.isdigit() else f'({bare})'}^({power})"
-
-    def _product(self, expr: sp.Expr) -> str:
-        product = printed_product(expr)
-        above = self._factors(product.above, alone=not product.below)
-        written = f"frac({above}, {self._factors(product.below)})" if product.below else above
-        return f"-{written}" if product.negative else written
-
-    def _factors(self, factors: tuple[sp.Expr, ...], *, alone: bool = False) -> str:
-        if len(factors) == 1 and not alone:
-            return self._print(factors[0])
-        written = ""
-        for factor in factors:
-            text = self._print(factor)
-            if factor.is_Add or text.startswith("-"):
-                text = f"({text})"
-            between = " dot " if written and text[0].isdigit() else " " if written else ""
-            written += between + text
-        return written or "1"
+    def times(self, factor: str) -> str:
+        return " dot " if factor[0].isdigit() else " "
 
 
 TYPST = MathLanguage(
@@ -190,7 +139,7 @@ TYPST = MathLanguage(
     name=typst_name,
     matrix_name=typst_matrix_name,
     matrix=_matrix,
-    fraction=lambda above, below: f"frac({above}, {below})",
+    fraction=_TypstPrinter.fraction.format,
     transposed="^sans(upright(T))",
     total="sum",
     inverse="^(-1)",
@@ -199,6 +148,7 @@ TYPST = MathLanguage(
     dot="dot",
     norm=lambda written: f"abs({written})",
     total_over_legs="sum_i",
+    inline=lambda formula: f"${formula}$",
 )
 
 
@@ -373,16 +323,8 @@ def _equation(row: Row) -> str:
 
 
 def _nomenclature(rows: Sequence[tuple[tuple[MatrixName | str, ...], str]]) -> str:
-    cells = [f"  [{_names(names)}], [{typst_text(meaning)}]," for names, meaning in rows]
+    cells = [
+        f"  [{listed_names(names, TYPST)}], [{typst_text(meaning)}]," for names, meaning in rows
+    ]
     start = "#table(columns: (28%, 1fr), stroke: none, inset: (x: 0pt, y: 3pt), column-gutter: 1em,"
     return "\n".join([start, *cells, ")"])
-
-
-def _names(names: Sequence[MatrixName | str]) -> str:
-    written = []
-    for name in names:
-        if isinstance(name, MatrixName):
-            written.append(f"${TYPST.matrix_name(name.name)}$")
-        else:
-            written.append("…" if name == "..." else f"${TYPST.name(name)}$")
-    return ", ".join(written)

@@ -19,18 +19,11 @@ _SERVE = Path(__file__).with_name("serve.py")
 
 @dataclass(frozen=True)
 class ProcessLimits:
-    """Bounds on a child process.
+    """Bounds on a child process."""
 
-    Parameters
-    ----------
-    memory : int
-        Address space [bytes], where the system can limit it.
-    seconds : int
-        Of its processor, where the system can limit it; and eight times that by the clock, since
-        other programs may keep it waiting.
-    """
-
-    memory: int = 2_000_000_000
+    memory: int = 2_000_000_000  # address space [bytes], where the system can limit it
+    # of its processor, where the system can limit it; and eight times that by the clock, since
+    # other programs may keep it waiting
     seconds: int = 4
 
 

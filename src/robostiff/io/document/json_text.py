@@ -8,8 +8,7 @@ from functools import partial
 from typing import Any
 
 from robostiff.errors import FileError, Location
-from robostiff.io.document.build import Builder
-from robostiff.io.document.document import Mark
+from robostiff.io.document.document import Builder, Mark
 from robostiff.io.document.limits import Limits
 from robostiff.io.document.yaml_text import integer, line_and_column
 

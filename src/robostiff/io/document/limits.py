@@ -43,30 +43,15 @@ class Limits:
 
     def too_deep(self, place: Location) -> FileError:
         """The error for too deep nesting."""
-        return FileError(
-            place,
-            "nesting too deep",
-            got=Words(f"more than {self.depth} levels"),
-            expected=f"at most {self.depth}",
-        )
+        return _over(place, "nesting too deep", f"{self.depth} levels", f"{self.depth}")
 
     def too_many(self, place: Location) -> FileError:
         """The error for too many values."""
-        return FileError(
-            place,
-            "too many values",
-            got=Words(f"more than {self.nodes}"),
-            expected=f"at most {self.nodes}",
-        )
+        return _over(place, "too many values", f"{self.nodes}", f"{self.nodes}")
 
     def too_many_keys(self, place: Location) -> FileError:
         """The error for too many keys in a mapping."""
-        return FileError(
-            place,
-            "too many keys",
-            got=Words(f"more than {self.keys}"),
-            expected=f"at most {self.keys} in a mapping",
-        )
+        return _over(place, "too many keys", f"{self.keys}", f"{self.keys} in a mapping")
 
     def check_yaml(self, text: str, file: str) -> None:
         """Raise for a YAML text that would take long to read.
@@ -76,21 +61,20 @@ class Limits:
         FileError
             When it is.
         """
-        hint = "write a file of that size as JSON"
-        if len(text) > self.yaml_size:
-            raise FileError(
-                Location(file),
-                "YAML file too large",
-                got=Words(f"{len(text)} characters"),
-                expected=f"at most {self.yaml_size}",
-                hint=hint,
-            )
         marks = text.count("\n") + text.count(",")
-        if marks > self.yaml_marks:
-            raise FileError(
-                Location(file),
-                "too many values in YAML",
-                got=Words(f"{marks} lines and commas"),
-                expected=f"at most {self.yaml_marks}",
-                hint=hint,
-            )
+        for subject, count, words, most in (
+            ("YAML file too large", len(text), "characters", self.yaml_size),
+            ("too many values in YAML", marks, "lines and commas", self.yaml_marks),
+        ):
+            if count > most:
+                raise FileError(
+                    Location(file),
+                    subject,
+                    got=Words(f"{count} {words}"),
+                    expected=f"at most {most}",
+                    hint="write a file of that size as JSON",
+                )
+
+
+def _over(place: Location, subject: str, most: str, allowed: str) -> FileError:
+    return FileError(place, subject, got=Words(f"more than {most}"), expected=f"at most {allowed}")

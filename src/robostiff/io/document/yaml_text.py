@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from robostiff.errors import FileError, Location
-from robostiff.io.document.build import Builder
+from robostiff.io.document.document import Builder
 from robostiff.io.document.limits import Limits
 from robostiff.io.suggest import Words
 

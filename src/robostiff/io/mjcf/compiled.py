@@ -28,26 +28,16 @@ _REAL = frozenset(
 
 @dataclass(frozen=True)
 class CompiledModel:
-    """The compiled model of a file.
-
-    Attributes
-    ----------
-    name : str
-    bodies, joints, sites, equalities : tuple of str
-        Their names, empty where they have none.
-    driven : frozenset of str
-        Joints that actuators drive.
-    arrays : dict of str to array
-        Those of MuJoCo's own model, by the same names.
-    """
+    """The compiled model of a file."""
 
     name: str
+    # their names, empty where they have none
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
     sites: tuple[str, ...]
     equalities: tuple[str, ...]
-    driven: frozenset[str]
-    arrays: dict[str, np.ndarray]
+    driven: frozenset[str]  # joints that actuators drive
+    arrays: dict[str, np.ndarray]  # those of MuJoCo's own model, by the same names
 
     def __getattr__(self, key: str) -> np.ndarray:
         """An array of MuJoCo's model."""

@@ -77,18 +77,10 @@ _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
 
 @dataclass(frozen=True)
 class KinematicPart:
-    """A text for MuJoCo, and the origin of each of its lines.
+    """A text for MuJoCo, and the origin of each of its lines."""
 
-    Attributes
-    ----------
-    text : str
-        One tag a line.
-    places : tuple of Location
-        Of the lines.
-    """
-
-    text: str
-    places: tuple[Location, ...]
+    text: str  # one tag a line
+    places: tuple[Location, ...]  # of the lines
 
 
 def kinematic_part(source: Path | str) -> KinematicPart:

@@ -20,7 +20,7 @@ from robostiff.elasticity import (
 from robostiff.io._wording import shown, values
 from robostiff.io.model_file.build_joint import build_role
 from robostiff.io.model_file.build_mass import build_masses, read_mass
-from robostiff.io.model_file.geometry import axes_of, direction, frame, point, rotation
+from robostiff.io.model_file.geometry import axes_of, direction, point, rotation
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock, read_theory
 from robostiff.io.model_file.written_elements import (
@@ -35,6 +35,7 @@ from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.model import Link, Mass, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
 from robostiff.model.beam_link import beam_mass, section_is_isotropic
+from robostiff.spatial import Frame
 from robostiff.spatial.formula import is_above, length_of
 
 _STIFFNESS_BLOCKS = (
@@ -59,7 +60,8 @@ def build_rigid(place: Place, written: WrittenRigid, name: str) -> Rigid:
     if written.to is None and turned is None:
         raise place.error("rigid part", expected="to: [x, y, z], a rotation, or both")
     to = point(place / "to", written.to)
-    return Rigid(frame(to, turned), name, build_masses(place, written))
+    axes = np.eye(3) if turned is None else turned
+    return Rigid(Frame(axes, to), name, build_masses(place, written))
 
 
 def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> Link:
@@ -97,7 +99,7 @@ def build_beam(place: Place, written: WrittenBeam, name: str, stock: Stock) -> L
 def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
     """The spring that is written at a place, moved to the origin of the present frame."""
     own = build_elasticity(place, written)
-    axes = axes_of(rotation(place, written))
+    axes = axes_of(place, written)
     at = point(place / "at", written.at)
     if not np.any(at):
         return Link(np.zeros(3), own, axes, name, build_masses(place, written))
@@ -108,7 +110,7 @@ def build_spring(place: Place, written: WrittenSpring, name: str) -> Link:
 def build_link(place: Place, written: WrittenLink, name: str) -> Link:
     """The elastic link that is written at a place."""
     to = point(place / "to", written.to)
-    axes = axes_of(rotation(place, written))
+    axes = axes_of(place, written)
     return Link(to, build_elasticity(place, written), axes, name, build_masses(place, written))
 
 

@@ -33,23 +33,14 @@ def no_shipped_file(name: str) -> None:
 
 @dataclass(frozen=True)
 class ModuleFiles:
-    """Where the robots of modules come from.
-
-    Attributes
-    ----------
-    shipped : callable
-    build : callable
-        From a place and what is written there to a robot, which is closed at home where it is of
-        numbers.
-    open : tuple of Path
-        Files that are being read: none of them may be a module of itself.
-    nominal : mapping of str to float
-        Values of the symbols, where there are any.
-    """
+    """Where the robots of modules come from."""
 
     shipped: ShippedFile
+    # from a place and what is written there to a robot, which is closed at home where it is of
+    # numbers
     build: Callable[[Place, WrittenModel, ModuleFiles], Robot]
-    open: tuple[Path, ...] = ()
+    open: tuple[Path, ...] = ()  # files that are being read: none of them may be a module of itself
+    # values of the symbols, where there are any
     nominal: Mapping[str, float] = field(default_factory=dict)
 
 

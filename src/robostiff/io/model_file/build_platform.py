@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.errors import FileError
 from robostiff.io.model_file.build_link import build_elasticity
-from robostiff.io.model_file.geometry import axes_of, direction, point, rotation, transform
+from robostiff.io.model_file.geometry import axes_of, direction, point, transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock, read_theory
 from robostiff.io.model_file.written_elements import (
@@ -171,7 +171,7 @@ def _part(
                 expected="at: [x, y, z], the point of the platform frame about which it is given",
             )
         at = a.at if written.at is None else point(place / "at", written.at)
-        axes = axes_of(rotation(place, written))
+        axes = axes_of(place, written)
         return PlatformPart(name, a.name, b.name, at, axes, build_elasticity(place, written))
     return rigid_member(a, b, name)
 

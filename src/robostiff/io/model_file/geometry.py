@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,108 +15,42 @@ from robostiff.spatial import Frame, is_formula
 from robostiff.spatial.formula import exact_array, exact_arrays, length_of
 from robostiff.spatial.rotation import matrix_of_rotation
 
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_THE_OTHER_TWO = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
+_WAYS = ("turn", "rotation_vector", "matrix", "axes")
 
-@dataclass(frozen=True, eq=False)
-class ExactRotation:
-    """A rotation in exact arithmetic.
 
-    Attributes
-    ----------
-    matrix : (3, 3) array of objects
-        Columns: the turned axes.
+def turned_axes(vector: np.ndarray, *, exact: bool) -> np.ndarray:
+    """Columns (3, 3): the axes turned about a vector (3,) by its length [rad].
+
+    In exact arithmetic after Rodrigues.
 
     Examples
     --------
     >>> import sympy as sp
-    >>> quarter = ExactRotation.from_rotvec(np.array([0, 0, sp.pi / 2]))
-    >>> (quarter * quarter).as_matrix()
-    array([[-1, 0, 0],
-           [0, -1, 0],
+    >>> turned_axes(np.array([0, 0, sp.pi / 2]), exact=True)
+    array([[0, -1, 0],
+           [1, 0, 0],
            [0, 0, 1]], dtype=object)
     """
+    if not exact:
+        return matrix_of_rotation(np.asarray(vector, dtype=float))
+    import sympy as sp
 
-    matrix: np.ndarray
-
-    @classmethod
-    def identity(cls) -> ExactRotation:
-        """No turn."""
-        return cls(exact_array(np.eye(3)))
-
-    @classmethod
-    def from_matrix(cls, matrix: np.ndarray) -> ExactRotation:
-        """The rotation of a matrix that has been checked."""
-        return cls(exact_array(matrix))
-
-    @classmethod
-    def from_rotvec(cls, vector: np.ndarray) -> ExactRotation:
-        """The turn about a vector (3,) by its length [rad], after Rodrigues."""
-        import sympy as sp
-
-        vector = exact_array(vector)
-        turned = [i for i in range(3) if vector[i] != 0]
-        if not turned:
-            return cls.identity()
-        if len(turned) == 1:  # about an axis of the frame, either way: no absolute value
-            angle = vector[turned[0]]
-            axis = exact_array(np.eye(3)[turned[0]])
-        else:
-            angle = length_of(vector)
-            axis = vector / angle
-        sine, cosine = sp.sin(angle), sp.cos(angle)
-        x, y, z = axis
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=object)
-        matrix: Any = cosine * exact_array(np.eye(3)) + sine * cross
-        return cls(matrix + (1 - cosine) * np.outer(axis, axis))
-
-    def __mul__(self, other: ExactRotation) -> ExactRotation:
-        """The other turn, then this one."""
-        return ExactRotation(self.matrix @ other.matrix)
-
-    def as_matrix(self) -> np.ndarray:
-        """Columns: the turned axes (3, 3)."""
-        return self.matrix
-
-
-@dataclass(frozen=True, eq=False)
-class FloatRotation:
-    """A rotation of floats.
-
-    Attributes
-    ----------
-    matrix : (3, 3) array
-        Columns: the turned axes.
-    """
-
-    matrix: np.ndarray
-
-    @classmethod
-    def identity(cls) -> FloatRotation:
-        """No turn."""
-        return cls(np.eye(3))
-
-    @classmethod
-    def from_matrix(cls, matrix: np.ndarray) -> FloatRotation:
-        """The rotation of a matrix that has been checked."""
-        return cls(matrix)
-
-    @classmethod
-    def from_rotvec(cls, vector: np.ndarray) -> FloatRotation:
-        """The turn about a vector (3,) by its length [rad]."""
-        return cls(matrix_of_rotation(np.asarray(vector, dtype=float)))
-
-    def __mul__(self, other: FloatRotation) -> FloatRotation:
-        """The other turn, then this one."""
-        return FloatRotation(self.matrix @ other.matrix)
-
-    def as_matrix(self) -> np.ndarray:
-        """Columns: the turned axes (3, 3)."""
-        return self.matrix
-
-
-AnyRotation = FloatRotation | ExactRotation
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-_THE_OTHER_TWO = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
-_WAYS = ("turn", "rotation_vector", "matrix", "axes")
+    vector, unturned = exact_array(vector), exact_array(np.eye(3))
+    turned = [i for i in range(3) if vector[i] != 0]
+    if not turned:
+        return unturned
+    if len(turned) == 1:  # about an axis of the frame, either way: no absolute value
+        angle, axis = vector[turned[0]], unturned[turned[0]]
+    else:
+        angle = length_of(vector)
+        axis = vector / angle
+    sine, cosine = sp.sin(angle), sp.cos(angle)
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=object)
+    matrix: Any = cosine * unturned + sine * cross + (1 - cosine) * np.outer(axis, axis)
+    return matrix
 
 
 def point(place: Place, written: list | None) -> np.ndarray:
@@ -142,22 +75,18 @@ def direction(place: Place, written: str | list) -> np.ndarray:
 
 def transform(place: Place, written: WrittenFrame) -> Frame:
     """The frame, seen from the one in which it is written."""
-    return frame(point(place / "at", written.at), rotation(place, written))
+    origin = point(place / "at", written.at)
+    return Frame(axes_of(place, written), origin)
 
 
-def frame(origin: np.ndarray, turn: AnyRotation | None) -> Frame:
-    """The frame with an origin and axes that are turned, or not."""
-    return Frame(axes_of(turn), origin)
+def axes_of(place: Place, written: WrittenRotation) -> np.ndarray:
+    """Columns (3, 3): the axes turned by the rotation that is written, if any is."""
+    turned = rotation(place, written)
+    return np.eye(3) if turned is None else turned
 
 
-def axes_of(turn: AnyRotation | None) -> np.ndarray:
-    """Columns (3, 3): the turned axes."""
-    return np.eye(3) if turn is None else turn.as_matrix()
-
-
-def rotation(place: Place, written: WrittenRotation) -> AnyRotation | None:
-    """The rotation that is written, if any is."""
-    kind = ExactRotation if place.is_exact else FloatRotation
+def rotation(place: Place, written: WrittenRotation) -> np.ndarray | None:
+    """The rotation that is written, its columns the turned axes (3, 3), if any is."""
     ways = [way for way in _WAYS if getattr(written, way) is not None]
     if len(ways) > 1:
         raise (place / ways[1]).error(
@@ -167,22 +96,26 @@ def rotation(place: Place, written: WrittenRotation) -> AnyRotation | None:
             key=True,
         )
     if written.turn is not None:
-        return _turns(place / "turn", written.turn, kind)
+        return _turns(place / "turn", written.turn)
     if written.rotation_vector is not None:
         angles = vector(place / "rotation_vector", written.rotation_vector, Dimension.ANGLE)
-        return kind.from_rotvec(angles)
+        return turned_axes(angles, exact=place.is_exact)
     if written.matrix is not None:
         here = place / "matrix"
         rows = [vector(here / i, row, Dimension.NUMBER) for i, row in enumerate(written.matrix)]
         with here.complaints():
-            return kind.from_matrix(rotation_matrix("rotation", [row.tolist() for row in rows]))
+            return _of_kind(place, rotation_matrix("rotation", [row.tolist() for row in rows]))
     if written.axes is not None:
-        return kind.from_matrix(_axes(place / "axes", written.axes))
+        return _of_kind(place, _axes(place / "axes", written.axes))
     return None
 
 
-def _turns(place: Place, turns: list, kind: Any) -> AnyRotation:
-    total = kind.identity()
+def _of_kind(place: Place, matrix: np.ndarray) -> np.ndarray:
+    return exact_array(matrix) if place.is_exact else matrix
+
+
+def _turns(place: Place, turns: list) -> np.ndarray:
+    total = _of_kind(place, np.eye(3))
     for i, turn in enumerate(turns):
         about = [axis for axis in _AXES if getattr(turn, axis) is not None]
         if len(about) != 1:
@@ -193,7 +126,7 @@ def _turns(place: Place, turns: list, kind: Any) -> AnyRotation:
                 hint="write each turn as an entry of its own" if about else None,
             )
         angle = (place / i / about[0]).number(getattr(turn, about[0]), Dimension.ANGLE)
-        total = total * kind.from_rotvec(_along(about[0], angle))
+        total = total @ turned_axes(_along(about[0], angle), exact=place.is_exact)
     return total
 
 

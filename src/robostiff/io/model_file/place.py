@@ -38,25 +38,13 @@ _parsed = lru_cache(maxsize=4096)(parse)
 
 @dataclass(frozen=True)
 class Place:
-    """A location in a document, with the values of names there.
-
-    Attributes
-    ----------
-    document : Document
-    names : mapping of str to quantity
-        Parameters and, in repeated legs, the variables of the copy.
-    path : tuple of str and int
-    leg : str
-        The copy of a repeated leg that is being built.
-    mathematics : Mathematics
-        Of floats, or of exact formulas.
-    """
+    """A location in a document, with the values of names there."""
 
     document: Document
-    names: Mapping[str, Quantity]
+    names: Mapping[str, Quantity]  # parameters and, in repeated legs, the variables of the copy
     path: tuple[str | int, ...] = ()
-    leg: str = ""
-    mathematics: Mathematics = FLOATS
+    leg: str = ""  # the copy of a repeated leg that is being built
+    mathematics: Mathematics = FLOATS  # of floats, or of exact formulas
 
     def __truediv__(self, step: str | int) -> Place:
         """The place of an entry."""

@@ -46,20 +46,11 @@ _PROPERTIES = {
 
 @dataclass(frozen=True)
 class Stock:
-    """Materials and cross-sections of a file.
+    """Materials and cross-sections of a file."""
 
-    Attributes
-    ----------
-    top : Place
-        The whole document.
-    materials : mapping of str to Material
-        The shipped ones and those of the file, which come first.
-    sections : mapping of str to WrittenSection
-        Those of the file. Their shear factors depend on the material, so each beam builds its own.
-    """
-
-    top: Place
-    materials: Mapping[str, Material]
+    top: Place  # the whole document
+    materials: Mapping[str, Material]  # the shipped ones and those of the file, which come first
+    # Those of the file. Their shear factors depend on the material, so each beam builds its own.
     sections: Mapping[str, WrittenSection]
 
     @classmethod

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness
 from robostiff.elastostatics.tolerance import scaling
-from robostiff.io.results.data import order
+from robostiff.io.results.data import head, order, plain
 from robostiff.io.results.text import matrix_lines, named
 from robostiff.markup import STIFFNESS_UNITS, number, row, text_of
 from robostiff.version import __version__
@@ -25,9 +25,7 @@ def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
     """
     answered = bool(np.all(result.answered))
     return {
-        "robot": result.name,
-        "status": str(result.status),
-        "advice": list(result.advice),
+        **head(result.name, result),
         "pose": result.pose.tolist(),
         "reference_point": result.reference_point.tolist(),
         "order": order(result.space),
@@ -49,9 +47,10 @@ def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
         ],
         "tensions_by": result.rule,
         "stiffness": result.K.tolist() if answered else None,
-        "elastic": result.elastic.tolist() if answered else None,
-        "geometric": result.geometric.tolist() if answered else None,
-        "of_forces": result.of_forces.tolist() if answered else None,
+        **{
+            name: getattr(result, name).tolist() if answered else None
+            for name in ("elastic", "geometric", "of_forces")
+        },
         "rank": int(result.rank) if answered else None,
         "rank_of_structure_matrix": int(result.held_rank) if answered else None,
         "free_motions": [str(motion) for motion in result.free_motions],
@@ -66,12 +65,10 @@ def cable_response_data(result: CableResponse) -> dict[str, Any]:
     event = result.first_slack
     moved = result.displacement
     return {
-        "robot": result.before.name,
-        "status": str(result.status),
-        "advice": list(result.advice),
+        **head(result.before.name, result),
         "load": result.load.tolist(),
         "carried": result.carried,
-        "displacement": None if moved is None else moved.tolist(),
+        "displacement": plain(moved),
         "slack": list(result.slack) if result.has_answer else None,
         "first_slack": None if event is None else {"cable": event.cable, "factor": event.factor},
         "before": cable_stiffness_data(result.before),

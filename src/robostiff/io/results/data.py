@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Iterable
+from dataclasses import asdict, fields, is_dataclass
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import Deflection, RobotStiffness
+from robostiff.analysis.free_motion import FreeMotion
 from robostiff.elastostatics import Status
 from robostiff.markup import COMPLIANCE_UNITS, STIFFNESS_UNITS
 from robostiff.spatial import Space
@@ -32,10 +34,8 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
     compliance = result.compliance
     answered = bool(np.all(result.answered))
     return {
-        "robot": result.name,
-        "status": str(result.status),
-        "advice": list(result.advice),
-        "pose": None if result.pose is None else result.pose.tolist(),
+        **head(result.name, result),
+        "pose": plain(result.pose),
         "joint_coordinates": {leg: q.tolist() for leg, q in result.joint_coordinates.items()},
         "reference_point": result.reference_point.tolist(),
         "order": order(result.space),
@@ -46,12 +46,9 @@ def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
             "compliance": asdict(COMPLIANCE_UNITS),
         },
         "stiffness": result.K.tolist() if answered else None,
-        "compliance": None if compliance is None else compliance.tolist(),
+        "compliance": plain(compliance),
         "rank": int(result.rank) if reached else None,
-        "free_motions": [
-            {"description": str(motion), "twist": motion.twist.tolist()}
-            for motion in result.free_motions
-        ],
+        "free_motions": plain(tuple(result.free_motions)),
         "rigid_directions": result.rigid_directions.tolist() if reached else [],
         "redundant_joints": list(result.redundant_joints) if reached else [],
         "method": result.method.name,
@@ -72,10 +69,8 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
     answer = result.stiffness
     reached = Status.UNREACHABLE not in answer.status
     return {
-        "robot": answer.name,
-        "status": str(result.status),
-        "advice": list(result.advice),
-        "pose": None if answer.pose is None else answer.pose.tolist(),
+        **head(answer.name, result),
+        "pose": plain(answer.pose),
         "joint_coordinates": {leg: q.tolist() for leg, q in answer.joint_coordinates.items()},
         "reference_point": answer.reference_point.tolist(),
         "order": order(answer.space),
@@ -83,26 +78,41 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
         "wrench": result.wrench.tolist(),
         "deflection": result.twist.tolist() if result.has_answer else None,
         "energy": result.energy if result.has_answer else None,
-        "parts": [
-            {"leg": p.leg, "part": p.part, "energy": p.energy, "share": p.share}
-            for p in result.parts
-        ],
-        "actuators": [
-            {"leg": a.leg, "joint": a.joint, "load": a.load, "travel": a.travel}
-            for a in result.actuators
-        ],
-        "reactions": [
-            {
-                "leg": r.leg,
-                "joint": r.joint,
-                "wrench": r.wrench.tolist(),
-                "point": r.point.tolist(),
-            }
-            for r in result.reactions
-        ],
+        "parts": picked(result.parts, "leg part energy share"),
+        "actuators": picked(result.actuators, "leg joint load travel"),
+        "reactions": picked(result.reactions, "leg joint wrench point"),
         "free_motions": [str(motion) for motion in answer.free_motions] if reached else [],
         "robostiff": __version__,
     }
+
+
+def head(name: str, result: Any) -> dict[str, Any]:
+    """How a result begins: the robot, what happened, and advice."""
+    return {"robot": name, "status": str(result.status), "advice": list(result.advice)}
+
+
+def picked(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:
+    """Attributes of some parts, by their names with blanks between them."""
+    return [{name: plain(getattr(own, name)) for name in names.split()} for own in parts]
+
+
+def plain(value: Any) -> Any:
+    """A result or a part of it as data for JSON: arrays and tuples as lists, statuses in words."""
+    if isinstance(value, FreeMotion):
+        return {"description": str(value), "twist": value.twist.tolist()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Status):
+        return str(value)
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    if is_dataclass(value):
+        data = {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+        for fact in ("about", "unit", "units"):  # class attributes
+            if hasattr(type(value), fact):
+                data[fact] = plain(getattr(value, fact))
+        return data
+    return value
 
 
 def order(space: Space) -> dict[str, list[str]]:

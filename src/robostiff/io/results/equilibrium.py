@@ -1,4 +1,4 @@
-"""Equilibria and critical loads as text and as plain data."""
+"""Equilibria, critical loads and natural vibrations as text and as plain data."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.io.results.data import order
+from robostiff.io.results.data import head, order, picked, plain
 from robostiff.io.results.text import matrix_lines, named
 from robostiff.markup import STIFFNESS_UNITS, row, text_of
-from robostiff.statics import CriticalLoad, Equilibrium
+from robostiff.statics import CriticalLoad, Equilibrium, Modes
 from robostiff.version import __version__
 
 if TYPE_CHECKING:
@@ -108,50 +108,26 @@ def equilibrium_data(
     """
     known = result.has_answer
     data: dict[str, Any] = {
-        "robot": result.name,
-        "status": str(result.status),
-        "advice": list(result.advice),
+        **head(result.name, result),
         "order": order(result.space),
         "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
         "stable": result.stable,
         "critical_factor": result.critical_factor,
     }
     names = ("wrench", "displacement", "pose", "point", "K", "K_sym", "K_total")
-    data |= {name: getattr(result, name).tolist() if known else None for name in names}
-    data |= {name: getattr(result, name) if known else None for name in ("energy", "margin")}
+    data |= {n: plain(getattr(result, n)) if known else None for n in (*names, "energy", "margin")}
     data["margins"] = dict(result.margins)
     data["reactions"] = [own.tolist() for own in result.reactions] if known else []
-    data["parts"] = [
-        {
-            "leg": part.leg,
-            "part": part.part,
-            "number": part.number,
-            "of": part.of,
-            "wrench": part.wrench.tolist(),
-            "point": part.point.tolist(),
-            "motion": part.motion.tolist(),
-            "load": part.load,
-            "energy": part.energy,
-        }
-        for part in (result.parts if known else ())
-    ]
-    data["springs"] = [
-        {
-            "name": own.name,
-            "points": own.points.tolist(),
-            "length": own.length,
-            "tension": own.tension,
-            "energy": own.energy,
-        }
-        for own in (result.springs if known else ())
-    ]
+    parts, springs = (result.parts, result.springs) if known else ((), ())
+    data["parts"] = picked(parts, "leg part number of wrench point motion load energy")
+    data["springs"] = picked(springs, "name points length tension energy")
     if critical is not None:
         data["critical_load"] = {
             "status": str(critical.status),
-            "factor": critical.factor if critical.is_found else None,
-            "mode": critical.mode if critical.is_found else None,
-            "leg": critical.leg if critical.is_found else None,
-            "is_limit": critical.is_limit if critical.is_found else None,
+            **{
+                name: getattr(critical, name) if critical.is_found else None
+                for name in ("factor", "mode", "leg", "is_limit")
+            },
             "searched_to": critical.searched_to,
         }
     if curve is not None:
@@ -172,4 +148,55 @@ def curve_data(curve: xarray.Dataset) -> dict[str, Any]:
         "path_factor": curve["path_factor"].to_numpy().tolist(),
         "path_displacement": curve["path_displacement"].to_numpy().tolist(),
         "path_stable": curve["path_stable"].to_numpy().tolist(),
+    }
+
+
+_SHARES = 3  # parts that bend most, of each mode
+
+
+def modes_text(found: Modes, most: int = 10) -> str:
+    """Natural vibrations, slowest first, as lines of text.
+
+    Parameters
+    ----------
+    found : Modes
+    most : int
+        How many to list.
+    """
+    lines = [f"natural vibrations of {found.name}", f"status: {found.status}"]
+    for number, mode in enumerate(found.each[:most], start=1):
+        lines.append(f"{number:3}. {mode}")
+        bending = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
+        if bending:
+            shares = ", ".join(f"{own.leg}/{own.part} {own.share:.0%}" for own in bending)
+            lines.append(f"     bending: {shares}")
+    if len(found) > most:
+        lines.append(f"{len(found) - most} faster ones")
+    lines += [f"advice: {advice}" for advice in found.status.advice]
+    return text_of(lines)
+
+
+def modes_data(found: Modes) -> dict[str, Any]:
+    """Natural vibrations, slowest first, as plain data.
+
+    Parameters
+    ----------
+    found : Modes
+
+    Returns
+    -------
+    dict
+        JSON-ready; without modes where there is no equilibrium.
+    """
+    return {
+        "robot": found.name,
+        "status": str(found.status),
+        "advice": list(found.status.advice),
+        "order": order(found.space),
+        "units": {"length": "m", "angle": "rad", "frequency": "Hz", "growth": "1/s"},
+        "modes": [
+            {**own, "shares": picked(mode.shares, "leg part share")}
+            for own, mode in zip(picked(found, "frequency growth twist words"), found, strict=True)
+        ],
+        "robostiff": __version__,
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from robostiff.analysis.indices import (
     StiffnessIndices,
 )
 from robostiff.elastostatics import Status
-from robostiff.io.results.data import order
+from robostiff.io.results.data import head, order, plain
 from robostiff.io.results.text import about
 from robostiff.markup import number, row, text_of
 from robostiff.version import __version__
@@ -41,10 +41,8 @@ def indices_data(result: RobotStiffness, found: StiffnessIndices | None) -> dict
         JSON-ready; an entry for each index, with its status and unit; null where there is no value.
     """
     return {
-        "robot": result.name,
-        "status": str(result.status),
-        "advice": list(result.advice),
-        "pose": None if result.pose is None else result.pose.tolist(),
+        **head(result.name, result),
+        "pose": plain(result.pose),
         "reference_point": result.reference_point.tolist(),
         "order": order(result.space),
         "length": None if found is None else found.length,
@@ -55,25 +53,7 @@ def indices_data(result: RobotStiffness, found: StiffnessIndices | None) -> dict
 
 def _indices(found: StiffnessIndices) -> dict[str, Any]:
     names = [field.name for field in fields(found) if field.name not in {"result", "length"}]
-    return {name: _plain(getattr(found, name)) for name in names}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, FreeMotion):
-        return {"description": str(value), "twist": value.twist.tolist()}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, Status):
-        return str(value)
-    if isinstance(value, tuple):
-        return [_plain(item) for item in value]
-    if is_dataclass(value):
-        data = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-        for fact in ("about", "unit", "units"):  # class attributes
-            if hasattr(type(value), fact):
-                data[fact] = _plain(getattr(value, fact))
-        return data
-    return value
+    return {name: plain(getattr(found, name)) for name in names}
 
 
 _SMALL = 1e-9

@@ -11,9 +11,8 @@ from robostiff.io._wording import shown, values
 from robostiff.io.model_file.build_joint import build_role
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_elements import WrittenDrive
-from robostiff.io.rigid_tree.choices import check_known, chosen
 from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
-from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint
+from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known, chosen
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,

@@ -12,9 +12,8 @@ from robostiff.io.model_file.build_link import build_beam, build_link
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_elements import WrittenBeam, WrittenLink
-from robostiff.io.rigid_tree.choices import check_known
 from robostiff.io.rigid_tree.tree import RigidTree
-from robostiff.io.rigid_tree.written_side import WrittenElasticLink, WrittenLinkBeam
+from robostiff.io.rigid_tree.written_side import WrittenElasticLink, WrittenLinkBeam, check_known
 from robostiff.io.suggest import Words, listing
 from robostiff.linkage import Connection
 from robostiff.model import Link
@@ -26,36 +25,20 @@ TOOL = "tool"
 
 @dataclass(frozen=True)
 class LinkEnd:
-    """Something that a link holds: a joint, a loop closure or the tool point.
-
-    Attributes
-    ----------
-    name : str
-    point : (3,) array
-        Where, in the frame of the link [m].
-    leads_on : bool
-        Whether it leads to the base, the platform, the tool or a loop.
-    """
+    """Something that a link holds: a joint, a loop closure or the tool point."""
 
     name: str
-    point: np.ndarray
-    leads_on: bool
+    point: np.ndarray  # (3,), where, in the frame of the link [m]
+    leads_on: bool  # whether it leads to the base, the platform, the tool or a loop
 
 
 @dataclass(frozen=True)
 class ElasticLink:
-    """A link of two bodies with elasticity between them.
+    """A link of two bodies with elasticity between them."""
 
-    Attributes
-    ----------
-    connection : Connection
-        From the body at its joint to the body at its far end; both have the frame of the link.
-    end : str
-        What the far end holds.
-    """
-
+    # from the body at its joint to the body at its far end; both have the frame of the link
     connection: Connection
-    end: str
+    end: str  # what the far end holds
 
 
 def build_links(

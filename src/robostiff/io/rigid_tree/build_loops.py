@@ -13,9 +13,13 @@ from robostiff.io.model_file.build_link import build_spring
 from robostiff.io.model_file.geometry import transform
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_elements import WrittenSpring
-from robostiff.io.rigid_tree.choices import check_known
 from robostiff.io.rigid_tree.tree import JointType, RigidTree
-from robostiff.io.rigid_tree.written_side import LinkFrameChoice, WrittenLoop, WrittenSide
+from robostiff.io.rigid_tree.written_side import (
+    LinkFrameChoice,
+    WrittenLoop,
+    WrittenSide,
+    check_known,
+)
 from robostiff.kinematics import place_chain
 from robostiff.model import Chain, Joint, JointKind, Link, Passive, spherical
 from robostiff.spatial import Frame
@@ -23,22 +27,12 @@ from robostiff.spatial import Frame
 
 @dataclass(frozen=True)
 class BuiltLoop:
-    """Frames on two links that coincide up to the motion of the element between them.
-
-    Attributes
-    ----------
-    name : str
-    links : (str, str)
-    frames : (Frame, Frame)
-        One in the frame of each link.
-    element : Joint, Link or None
-        A joint, a spring, or nothing: then they are welded.
-    """
+    """Frames on two links that coincide up to the motion of the element between them."""
 
     name: str
     links: tuple[str, str]
-    frames: tuple[Frame, Frame]
-    element: Joint | Link | None
+    frames: tuple[Frame, Frame]  # one in the frame of each link
+    element: Joint | Link | None  # a joint, a spring, or nothing: then they are welded
 
 
 def build_loops(top: Place, written: WrittenSide, tree: RigidTree) -> list[BuiltLoop]:

@@ -14,21 +14,11 @@ from robostiff.io.suggest import Words
 
 @dataclass(frozen=True)
 class XmlLimits:
-    """Bounds on a description.
+    """Bounds on a description."""
 
-    Parameters
-    ----------
-    size : int
-        Of the file [bytes].
-    depth : int
-        Of elements inside each other.
-    elements : int
-        In all, those that MJCF replicates counted as often.
-    """
-
-    size: int = 16_000_000
-    depth: int = 200
-    elements: int = 200_000
+    size: int = 16_000_000  # of the file [bytes]
+    depth: int = 200  # of elements inside each other
+    elements: int = 200_000  # in all, those that MJCF replicates counted as often
 
 
 @dataclass

@@ -23,22 +23,14 @@ _BASE = ("m", "kg", "s", "rad")
 class Unit:
     """A unit: so many times a product of powers of m, kg, s and rad.
 
-    Attributes
-    ----------
-    powers : tuple of four float
-        Of m, kg, s and rad.
-    ratio : Fraction
-        Times pi to the power `pi`: the number of base units.
-    pi : float
-
     Examples
     --------
     >>> print(make_unit({"kN": 1, "mm": -1}).base)
     kg/s^2
     """
 
-    powers: Powers = (0, 0, 0, 0)
-    ratio: Fraction = Fraction(1)
+    powers: Powers = (0, 0, 0, 0)  # of m, kg, s and rad
+    ratio: Fraction = Fraction(1)  # times pi to the power `pi`: the number of base units
     pi: float = 0
 
     def __mul__(self, other: Unit) -> Unit:
@@ -67,17 +59,10 @@ class Unit:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number or a formula of base units, made by `make_quantity`.
+    """A number or a formula of base units, made by `make_quantity`."""
 
-    Attributes
-    ----------
-    magnitude : float or SymPy expression
-    units : Unit
-        A product of powers of m, kg, s and rad.
-    """
-
-    magnitude: Any
-    units: Unit
+    magnitude: Any  # a float or a formula of SymPy
+    units: Unit  # a product of powers of m, kg, s and rad
 
     # Three methods of quantities of pint, so that these are taken wherever those are.
 

@@ -1,4 +1,4 @@
-"""From a model of Pinocchio to a tree of rigid links."""
+"""Models of Pinocchio as trees of rigid links."""
 
 from __future__ import annotations
 
