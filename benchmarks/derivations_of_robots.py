@@ -27,6 +27,7 @@ from robostiff.errors import InputError
 POSES = {"home": AtHome(), "symbolic": AtSymbols()}
 _DIFFERENT = 1e-6  # relative: more than rounding explains
 _ZERO = 1e-11  # of the sizes of the terms, at every set
+_ROUNDING = 1e-14  # of the ends of an entry of K: parasitic motions couple by as little as 1e-13
 _BEGINNING, _END = "<!-- table of derivations -->", "<!-- end of the table -->"
 
 
@@ -177,7 +178,7 @@ def wasted(definitions: Sequence[Definition], values: Mapping[str, np.ndarray]) 
 
 def hidden_zeros(formula: sp.ImmutableMatrix, K: np.ndarray) -> list[str]:
     """Entries of K that are zero at all sets, and are not written as 0."""
-    zero = np.all(np.abs(K) <= _ZERO * _sizes(K), axis=0)
+    zero = np.all(np.abs(K) <= _ROUNDING * _sizes(K), axis=0)
     return [
         f"K{i + 1}{j + 1} is zero, and is written {sp.sstr(formula[i, j])[:60]}"
         for i, j in zip(*np.nonzero(np.triu(zero)), strict=True)

@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, used_definitions
-from robostiff.analytic.exact_points import ExactPoints, exact
+from robostiff.analytic.exact_points import ExactPoints, Same, exact
 from robostiff.analytic.field import ExactField
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
@@ -23,6 +23,8 @@ _FUNCTIONS: dict[Operation, Any] = {
     Operation.ARC_COSINE: sp.acos,
     Operation.ARC_TANGENT: sp.atan2,
 }
+
+_CLOSED = 1e-10  # of the terms: rounding of a closed posture
 
 # Most operations of a number that is written without a name.
 _SHORT = 4
@@ -97,6 +99,9 @@ class StepReading:
         One for each input.
     results : iterable of entries and numbers
         Everything that will be read.
+    at_closed_postures : bool
+        Whether inputs follow from the closure of legs: then a sum that vanishes at all samples is
+        zero where the legs close, and nowhere else, so that no exact point can decide it.
 
     Attributes
     ----------
@@ -114,10 +119,18 @@ class StepReading:
     """
 
     def __init__(
-        self, record: Record, symbols: dict[str, sp.Symbol], results: Iterable[Any]
+        self,
+        record: Record,
+        symbols: dict[str, sp.Symbol],
+        results: Iterable[Any],
+        *,
+        at_closed_postures: bool = False,
     ) -> None:
         wanted = [value.step for value in results if isinstance(value, Entry)]
         self._same = ExactPoints(record).same(record.needed(wanted))
+        if at_closed_postures:
+            zero = Same(None, sp.Integer(0))
+            self._same |= {step: zero for step in self._same if _vanishes(record, step)}
         steps, uses = self._needed(record, wanted)
         reading = ClosedReading(record, symbols)
         given: set[str] = set()
@@ -187,6 +200,14 @@ def written_size(record: Record, results: Iterable[Any]) -> int:
     for step in record.needed(wanted):
         sizes[step] = 1 + sum(sizes[argument] for argument in record.arguments(step))
     return max((sizes[step] for step in wanted), default=0)
+
+
+def _vanishes(record: Record, step: int) -> bool:
+    """Whether a step is a sum that is zero at all samples, as far as postures are closed."""
+    if record.operations[step][0] not in (Operation.ADD, Operation.SUBTRACT):
+        return False
+    size = max(np.min(np.abs(record.sample(a))) for a in record.arguments(step))
+    return bool(size > 0 and np.max(np.abs(record.sample(step))) <= _CLOSED * size)
 
 
 def _identifier(name: str | None, taken: set[str], given: set[str]) -> str | None:

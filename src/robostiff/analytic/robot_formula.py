@@ -250,7 +250,9 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
     n = recorded.space.size
     of_legs = [[*(x for w in leg.wrenches for x in w), *leg.mu] for leg in recorded.legs]
     results = [*recorded.K.values(), *(x for leg in of_legs for x in leg)]
-    reading = StepReading(placed.record, placed.symbols, results)
+    reading = StepReading(
+        placed.record, placed.symbols, results, at_closed_postures=placed.follows.any
+    )
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(recorded.K[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
     legs = []

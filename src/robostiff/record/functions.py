@@ -36,18 +36,20 @@ def square_root(x: Any) -> Any:
 
 @_entry_by_entry
 def sine(x: Any) -> Any:
-    """Sine of an angle [rad]."""
+    """Sine of an angle [rad]; that of zero is a whole number, which keeps formulas exact."""
     if isinstance(x, Entry):
         operation, a, _ = x.record.operations[x.step]
         if operation is Operation.NEGATE:
             return -sine(Entry(x.record, a))
         return x.apply(Operation.SINE)
-    return _exact("sin", x) if is_exact(x) else math.sin(x)
+    if is_exact(x):
+        return _exact("sin", x)
+    return 0 if x == 0 else math.sin(x)
 
 
 @_entry_by_entry
 def cosine(x: Any) -> Any:
-    """Cosine of an angle [rad]."""
+    """Cosine of an angle [rad]; that of zero is a whole number, which keeps formulas exact."""
     if isinstance(x, Entry):
         operation, a, _ = x.record.operations[x.step]
         return (
@@ -55,7 +57,9 @@ def cosine(x: Any) -> Any:
             if operation is Operation.NEGATE
             else x.apply(Operation.COSINE)
         )
-    return _exact("cos", x) if is_exact(x) else math.cos(x)
+    if is_exact(x):
+        return _exact("cos", x)
+    return 1 if x == 0 else math.cos(x)
 
 
 @_entry_by_entry

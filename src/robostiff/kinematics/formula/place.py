@@ -258,4 +258,4 @@ class _Site:
 
 
 def _at_zero(chain: Chain) -> PlacedChain:
-    return place_chain(chain, chain.zero, np.eye(3), np.zeros(3))
+    return place_chain(chain, chain.zero, np.eye(3, dtype=int), np.zeros(3, dtype=int))
