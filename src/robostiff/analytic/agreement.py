@@ -32,8 +32,13 @@ _SPREADS = (0.02, 0.005, 0.0)  # of the parameters: some robots close at few val
 _SEED = 74
 
 
-def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
+def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> int:
     """Compare the formula of a robot with its stiffness in numbers, at random values and poses.
+
+    Returns
+    -------
+    int
+        The largest rank in numbers there: that of the formula for general values.
 
     Raises
     ------
@@ -42,8 +47,11 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> None:
     InputError
         When the legs reach none of the poses near home that the formula is for.
     """
+    rank = 0
     for values, result, doubtful in closed_places(placed, derivation.where):
         _compare(derivation, values, result.K, placed, doubtful=doubtful)
+        rank = max(rank, int(result.rank))
+    return rank
 
 
 def closed_places(

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition, Derivation
+from robostiff.analytic.derivation import Definition, Derivation, used_definitions
 from robostiff.analytic.field import Element, ExactField
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.robot_derivation import RobotDerivation
@@ -135,6 +135,58 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivativ
     if derivation.is_closed:
         return FormulaDerivative(derivation, symbol, derivative_formula(derivation.K, symbol))
     return _by_steps(derivation, symbol)
+
+
+def series_formula(
+    derivation: Derivation, symbol: sp.Symbol, x0: Any = 0, n: int = 2
+) -> Derivation:
+    """The first terms of the power series of K in a symbol, as `sympy.Expr.series` counts them.
+
+    K(x) = sum of K^(i)(x0) (x - x0)^i / i! for i < n, the derivatives being exact: those of a
+    closed form canonical fractions, those of steps in forward mode.
+
+    Parameters
+    ----------
+    derivation : Derivation
+    symbol : sympy.Symbol
+    x0 : number or formula
+        Where it begins: a pose, a length.
+    n : int
+        Number of terms.
+
+    Returns
+    -------
+    Derivation
+        Whose K is a polynomial in the symbol; in steps, with the definitions at x0.
+
+    Raises
+    ------
+    InputError
+        As for `differentiate`; when n is no positive whole number, or K is singular at x0.
+
+    Examples
+    --------
+    >>> k, h, x = sp.symbols("k h x", positive=True)
+    >>> K = sp.ImmutableMatrix(sp.diag(k * x**2 / (h + x), 0, 0))
+    >>> series_formula(Derivation("K_C", K, (), K), x, 0, 4).K[0, 0]
+    -k*x**3/h**2 + k*x**2/h
+    """
+    if not isinstance(n, int) or isinstance(n, bool) or n < 1:
+        raise InputError("number of terms of a series", got=n, expected="1, 2, 3 ...")
+    found = differentiate(derivation, symbol)
+    terms, definitions = [derivation.K, found.dK], found.definitions
+    while len(terms) < n:
+        last = Derivation(derivation.name, terms[-1], (), terms[-1], definitions)
+        found = differentiate(last, symbol)
+        terms, definitions = [*terms, found.dK], found.definitions
+    stacked = sp.ImmutableMatrix.vstack(*terms[:n])
+    whole = Derivation(derivation.name, stacked, (), stacked, definitions)
+    at = whole.subs({symbol: x0}) if symbol in whole.free_symbols else whole
+    rows = derivation.K.rows
+    step = symbol - sp.sympify(x0)
+    parts = [at.K[i * rows : (i + 1) * rows, :] * step**i / sp.factorial(i) for i in range(n)]
+    K = sp.ImmutableMatrix(sum(parts[1:], parts[0]))
+    return Derivation(derivation.name, K, (), K, used_definitions(at.definitions, [K]))
 
 
 def derivative_formula(K: Any, symbol: sp.Symbol) -> sp.ImmutableMatrix:

@@ -8,10 +8,11 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.elimination import determinant, null_space
 from robostiff.analytic.factors import factored, rational
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.questions import closed_matrix
+from robostiff.analytic.questions import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
@@ -207,7 +208,8 @@ def eigenvalue_formulas(
 
     Parameters
     ----------
-    K : (n, n) symmetric matrix of SymPy expressions, n = 6 or 3, or Derivation in closed form
+    K : (n, n) symmetric matrix of SymPy expressions, n = 6 or 3, or Derivation
+        Of a derivation in steps, eigenvalues are formulas of its entries K11, K12, ...
     part : StiffnessPart
         Translations alone, rotations alone, or all. Eigenvalues of the whole mix newtons by metre
         with newton metres wherever a translation is coupled with a rotation, so that a length is
@@ -235,7 +237,9 @@ def eigenvalue_formulas(
     >>> found.answer
     'all 3 eigenvalues in closed form'
     """
-    K = sp.ImmutableMatrix(closed_matrix(K, "eigenvalues"))
+    in_steps = isinstance(K, Derivation) and not K.is_closed
+    K = matrix_by_entries(K) if in_steps else closed_matrix(K, "eigenvalues")
+    K = sp.ImmutableMatrix(K)
     M = _part_of(K, part, length)
     is_scaled = part is StiffnessPart.WHOLE and length is not None
     symbol: Any = sp.Symbol(_free_name(M))

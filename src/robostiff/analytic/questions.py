@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
@@ -33,11 +33,14 @@ class RankFormula:
     common_minor : sympy.Expr
         What those minors share, as a product of the exceptions: at full rank the determinant but
         for its denominator and a number, and 1 for the rank 0.
+    remark : str
+        Why there are no exceptions where they were not looked for; empty otherwise.
     """
 
     rank: int
     exceptions: tuple[sp.Expr, ...]
     common_minor: sp.Expr
+    remark: str = field(default="", repr=False, compare=False)
 
 
 def closed_matrix(formula: Any, question: str) -> sp.Matrix:
@@ -71,6 +74,52 @@ def closed_matrix(formula: Any, question: str) -> sp.Matrix:
     return sp.Matrix(formula.K)
 
 
+def matrix_by_entries(derivation: Derivation) -> sp.Matrix:
+    """K of a derivation in steps with a name for each different entry that is no symbol or number.
+
+    Zeros, equal entries and those that differ by a sign are what questions about it can use.
+
+    Examples
+    --------
+    >>> k, a, b = sp.symbols("k a b")
+    >>> K = sp.ImmutableMatrix([[k + a, b, 0], [b, k + a, 0], [0, 0, -b]])
+    >>> matrix_by_entries(Derivation("K_C", K, (), K))
+    Matrix([
+    [K11,   b,  0],
+    [  b, K11,  0],
+    [  0,   0, -b]])
+    """
+    K = derivation.K
+    taken = {s.name for s in derivation.symbols} | {d.symbol.name for d in derivation.definitions}
+    known: dict[Any, Any] = {}
+    for i in range(K.rows):
+        for j in range(i, K.cols):
+            entry = K[i, j]
+            if entry in known:
+                continue
+            name = f"K{i + 1}{j + 1}"
+            while name in taken:
+                name += "'"
+            plain = entry.is_Atom or (-entry).is_Atom
+            known[entry] = entry if plain else sp.Symbol(name, real=True)
+            known.setdefault(-entry, -known[entry])
+    return sp.Matrix(
+        K.rows,
+        K.cols,
+        [
+            known[K[i, j]] if i <= j else known[K[j, i]]
+            for i in range(K.rows)
+            for j in range(K.cols)
+        ],
+    )
+
+
+def _general_rank(K: Any) -> int | None:
+    """Rank of a robot's derivation in steps, where it was compared with numbers."""
+    is_in_steps = isinstance(K, Derivation) and not K.is_closed
+    return getattr(K, "general_rank", None) if is_in_steps else None
+
+
 def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     """Rank of a stiffness formula and the conditions under which it drops.
 
@@ -82,15 +131,16 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
 
     Parameters
     ----------
-    K : (n, n) matrix of SymPy expressions, or Derivation in closed form
-        Symmetric and positive semidefinite.
+    K : (n, n) matrix of SymPy expressions, or Derivation
+        Symmetric and positive semidefinite. In steps, the rank is that in numbers at the random
+        parameters and poses at which the formula was compared with them, without exceptions.
     budget : float or None
         Seconds of computing; None for no limit.
 
     Raises
     ------
     InputError
-        For a derivation in steps.
+        For a derivation in steps that was not compared with numbers.
     OutOfTimeError
         When it does not end in time, as with a matrix of long sums.
 
@@ -100,6 +150,9 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     >>> rank_formula(sp.diag(a, a * (a - b), 0))
     RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
     """
+    if (rank := _general_rank(K)) is not None:
+        remark = "where it drops is not searched in named steps"
+        return RankFormula(rank, (), sp.Integer(1), remark)
     matrix = closed_matrix(K, "rank")
     names = _in_names(K)
 
@@ -169,6 +222,7 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     Parameters
     ----------
     K : (n, n) matrix of SymPy expressions, or Derivation in closed form
+        In steps alone where there is no free motion.
 
     Returns
     -------
@@ -182,6 +236,8 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     >>> free_motion_formulas(K)[0].T
     Matrix([[-d, 0, 1]])
     """
+    if (rank := _general_rank(K)) is not None and rank == K.K.rows:
+        return ()
     matrix, names = closed_matrix(K, "free motions"), _in_names(K)
     if names is not None:
         if names.rank == names.matrix.rows:
@@ -255,6 +311,10 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     >>> decoupling_conditions(sp.Matrix([[k, 0, k * (R - r)], [0, k, 0], [k * (R - r), 0, k]]))
     (k, R - r)
     """
+    if isinstance(K, Derivation) and not K.is_closed:
+        t = Space.of_size(K.K.rows).translations
+        if not any(K.K[:t, t:]):
+            return (sp.Integer(0),)
     matrix, names = closed_matrix(K, "decoupling"), _in_names(K)
     if names is not None:
         found = _shared_zeros(names.matrix)

@@ -116,6 +116,9 @@ class RobotDerivation(Derivation):
         The same in names, where every leg holds by unit wrenches that share no energy.
     at_vector_level : VectorLevel
         Finds the same at vector level; see `vectors`.
+    general_rank : int or None
+        Rank of K in numbers, at the random parameters and poses at which the formula was compared
+        with them; None after `subs`.
     """
 
     legs: tuple[LegDerivation, ...] = ()
@@ -127,6 +130,7 @@ class RobotDerivation(Derivation):
     at_vector_level: VectorLevel = field(
         default_factory=lambda: VectorLevel(None), compare=False, repr=False
     )
+    general_rank: int | None = field(default=None, compare=False)
 
     @property
     def vectors(self) -> VectorForm | None:
@@ -146,6 +150,7 @@ class RobotDerivation(Derivation):
             self.remark,
             self.named,
             VectorLevel.of(self.vectors),
+            self.general_rank,
         )
         return RobotDerivation, (*own, *of_robot)
 
@@ -175,4 +180,5 @@ class RobotDerivation(Derivation):
             "following": tuple(name for name in self.following if name in left),
             "named": None,  # its names stand for what they were
             "at_vector_level": VectorLevel(None),
+            "general_rank": None,
         }

@@ -328,8 +328,7 @@ def _derivation(
         named=named,
         at_vector_level=VectorLevel(lambda: vector_form(placed)),
     )
-    check_robot(derivation, placed)
-    return derivation
+    return replace(derivation, general_rank=check_robot(derivation, placed))
 
 
 def _give_names(leg: RecordedLeg, number: int) -> None:

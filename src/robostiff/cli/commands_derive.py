@@ -138,22 +138,15 @@ class Questions:
         Raises
         ------
         InputError
-            When the formula is not in closed form.
+            When one of them needs a closed form, and the formula is in steps.
         """
-        if not derivation.is_closed:
-            raise InputError(
-                "questions about a formula",
-                got="named steps",
-                expected="a closed form",
-                hint="take the home pose, or write --closed",
-            )
         lines = [f"{derivation.name}, {derivation.where}"]
         if self.rank:
             lines += _rank(derivation, budget)
         if self.free_motions:
             lines += _free_motions(derivation)
         if self.eigenvalues:
-            lines += _eigenvalues(derivation.K)
+            lines += _eigenvalues(derivation)
         return text_of(lines) + "\n"
 
 
@@ -162,6 +155,8 @@ def _rank(derivation: RobotDerivation, budget: float) -> list[str]:
     line = f"rank {found.rank} of {derivation.K.rows}"
     if found.exceptions:
         line += f"; lower where one of these is zero: {_listed(found.exceptions)}"
+    if found.remark:
+        line += f"; {found.remark}"
     return [line]
 
 
@@ -178,7 +173,8 @@ def _free_motions(derivation: RobotDerivation) -> list[str]:
     return lines
 
 
-def _eigenvalues(K: sp.ImmutableMatrix) -> list[str]:
+def _eigenvalues(derivation: RobotDerivation) -> list[str]:
+    K = derivation.K if derivation.is_closed else derivation
     lines = []
     for part, unit in ((StiffnessPart.TRANSLATION, "N/m"), (StiffnessPart.ROTATION, "N m/rad")):
         found = eigenvalue_formulas(K, part)

@@ -1,0 +1,123 @@
+"""Questions about derivations in steps, series in a symbol, and the check of all robots."""
+
+import sys
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic import (
+    Definition,
+    Derivation,
+    Eigenvalues,
+    StiffnessPart,
+    decoupling_conditions,
+    eigenvalue_formulas,
+    free_motion_formulas,
+    rank_formula,
+)
+from tests.project.shown_output import ROOT
+
+sys.path.insert(0, str(ROOT / "benchmarks"))
+from derivations_of_robots import hidden_zeros, row_of_robot, wasted
+
+k, x, a = sp.symbols("k x a", positive=True)
+
+
+@pytest.fixture(scope="module")
+def planar():
+    return rs.derive("3-rpr", pose=rs.AtSymbols())
+
+
+@pytest.fixture(scope="module")
+def turned():
+    pose = rs.AtCoordinates({"gamma": sp.Symbol("g")})
+    return rs.derive("gough-stewart-a", symbols=("k",), pose=pose)
+
+
+def test_rank_in_steps_is_that_in_numbers(planar, turned):
+    found = rank_formula(planar)
+    assert (found.rank, found.exceptions) == (3, ())
+    assert "named steps" in found.remark
+    assert free_motion_formulas(planar) == ()
+    K = turned.lambdify()(**{s.name: 0.3 if s.name == "g" else 1.0 for s in turned.symbols})
+    assert rank_formula(turned).rank == np.linalg.matrix_rank(K, tol=1e-9)
+    with pytest.raises(rs.InputError, match="rank"):
+        rank_formula(planar.subs({"gamma": 0}))
+
+
+def test_eigenvalues_in_steps_are_those_of_the_entries(planar):
+    found = eigenvalue_formulas(planar, StiffnessPart.TRANSLATION)
+    assert isinstance(found, Eigenvalues)
+    assert found.is_complete
+    values = {"x": 0.01, "y": -0.02, "gamma": 0.1}
+    K = planar.lambdify()(**{s.name: values[s.name] for s in planar.symbols})
+    entries = {f"K{i + 1}{j + 1}": K[i, j] for i in range(3) for j in range(3)}
+    at = [
+        float(e.value.subs({s: entries[s.name] for s in e.value.free_symbols}))
+        for e in found.values
+    ]
+    assert np.allclose(sorted(at), np.linalg.eigvalsh(K[:2, :2]), rtol=1e-9)
+
+
+def test_what_is_decoupled_in_steps_is_found():
+    t = sp.Symbol("t")
+    steps = (Definition(t, k + x),)
+    K = sp.ImmutableMatrix(sp.diag(t, t, t**2))
+    assert decoupling_conditions(Derivation("K_C", K, (), K, steps)) == (0,)
+    coupled = sp.ImmutableMatrix([[t, 0, t], [0, t, 0], [t, 0, t**2]])
+    with pytest.raises(rs.InputError, match="decoupling"):
+        decoupling_conditions(Derivation("K_C", coupled, (), coupled, steps))
+
+
+def test_a_series_of_a_closed_form_is_that_of_sympy():
+    entry = k * sp.sqrt(x**2 + a**2) / (1 + x)
+    K = sp.ImmutableMatrix(sp.diag(entry, k, 0))
+    found = Derivation("K_C", K, (), K).series("x", 0, 4)
+    assert sp.expand(found.K[0, 0] - sp.series(entry, x, 0, 4).removeO()) == 0
+    assert found.K[1, 1] == k
+
+
+@pytest.mark.parametrize("terms", [1, 2, 3])
+def test_the_rest_of_a_series_in_steps_has_its_order(turned, terms):
+    series, rest = turned.series("g", 0, terms), []
+    for g in (0.04, 0.02):
+        values = {"g": g, "k": 1.0}
+        found = series.lambdify()(**{s.name: values[s.name] for s in series.symbols})
+        rest.append(np.max(np.abs(found - turned.lambdify()(**values))))
+    assert np.log2(rest[0] / rest[1]) == pytest.approx(terms, abs=0.2)
+
+
+def test_series_that_are_none_are_refused(turned):
+    with pytest.raises(rs.InputError, match="symbol of a series"):
+        turned.series("h")
+    with pytest.raises(rs.InputError, match="number of terms"):
+        turned.series("g", 0, 0)
+    parasitic = rs.derive("3-rps", symbols=("k",), pose=rs.AtSymbols())
+    with pytest.raises(rs.InputError, match="as the legs close"):
+        parasitic.series("z", 1)
+
+
+@pytest.mark.parametrize("name", ["3-rpr", "3-prs", "tripteron"])
+def test_formulas_at_a_symbolic_pose_have_no_waste(name):
+    row, derivation = row_of_robot(name, "symbolic", 6)
+    assert derivation is not None
+    assert row.defects == ()
+    assert row.error < 1e-11
+    assert row.sets == 6
+
+
+def test_waste_is_found():
+    names = sp.symbols("t_1 t_2 t_3 t_4")
+    expressions = (x * a, x + a - (a + x) * 1, -x * a + 0, sp.sin(x) ** 2 + sp.cos(x) ** 2 - 1)
+    definitions = [Definition(s, e) for s, e in zip(names, expressions, strict=True)]
+    values = {"x": np.array([0.3, 0.7]), "a": np.array([2.0, 5.0])}
+    assert wasted(definitions[::2], values) == ["t_3 is a copy of t_1"]
+    assert wasted(definitions[3:], values) == ["t_4 is zero"]
+    K = np.array([np.diag([1.0, 1.0, 0.0])] * 2)
+    formula = sp.ImmutableMatrix(3, 3, lambda i, j: x if i == j or (i, j) == (0, 1) else 0)
+    assert hidden_zeros(formula, K) == [
+        "K12 is zero, and is written x",
+        "K33 is zero, and is written x",
+    ]
