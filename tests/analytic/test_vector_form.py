@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps
+from robostiff.analytic.agreement import matrix_distance
 from robostiff.analytic.export import (
     derivation_html,
     derivation_latex,
@@ -17,6 +18,8 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
+from robostiff.analytic.export.text import TEXT
+from robostiff.analytic.export.vector_displays import written_vector
 from robostiff.analytic.leg_table import LegTable
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.vector_expressions import Cross, Stacked, Turned, Vector
@@ -87,9 +90,80 @@ def test_a_plane_robot_has_its_points_and_drives_in_the_table():
     assert np.allclose(form.stiffness({}), K, rtol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["two-link-arm", "delta", "3-rrr"])
+@pytest.mark.parametrize("name", ["two-link-arm", "agile-eye"])
 def test_other_robots_have_none(name):
     assert rs.derive(name, symbols=(), form=Steps()).vectors is None
+
+
+# Legs of rods on slides and on cranks, and lines that a person would write of them.
+RODS = {
+    "hexaglide": ("c_i = f_i**2/k + l/EA_1", "u_i = (d_i - q_i e_i)/l"),
+    "hexapod-pus": ("q_i = x_i - sqrt(l**2 - y_i**2)", "f_i = e_i . u_i"),
+    "3-puu": ("w_i_2 = [0; n_i]", "c_i_1 = f_i**2/k + l/EA_1"),
+    "3-rrr": ("x_i = (L_i**2 + l1**2 - l2**2)/(2*l1*y_i)", "u_i = (d_i - l1 v_i)/l2"),
+    "hexa": ("v_i = x_i (m_i x e_i) - sqrt(1 - x_i**2) m_i", "h_i = (e_i x v_i) . u_i"),
+    "delta": ("w_i_1 = [u_i; b_i x u_i] - o_i w_i_2", "w_i_2 = [0; g_i]"),
+}
+
+
+@pytest.fixture(scope="module")
+def forms():
+    """Robots of rods at a general pose."""
+    found = {}
+
+    def form(name):
+        if name not in found:
+            robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+            found[name] = robot, vector_form(place_robot(robot, AtSymbols()))
+        return found[name]
+
+    return form
+
+
+@pytest.mark.parametrize("name", RODS)
+def test_rods_on_slides_and_cranks_are_one_leg_at_a_general_pose(forms, name):
+    _, form = forms(name)
+    lines = [f"{e.name} = {written_vector(e.expression, TEXT)}" for e in form.leg]
+    assert set(RODS[name]) <= set(lines)
+
+
+@pytest.mark.parametrize("name", ["hexaglide", "hexa", "3-puu", "delta"])
+def test_rods_have_the_stiffness_of_the_robot_away_from_home(forms, name):
+    robot, form = forms(name)
+    random = np.random.default_rng(5)
+    home = robot.numeric.home
+    for _ in range(3):
+        values = {k: float(v) * random.uniform(0.99, 1.01) for k, v in robot.nominal.items()}
+        turning = 0.1 if name.startswith("hexa") else 0.0
+        angles = dict(zip("abc", turning * random.uniform(-1, 1, 3), strict=True))
+        p = np.array(home.p, dtype=float) + 0.03 * random.uniform(-1, 1, 3)
+        pose = RigidTransform.from_components(p, Rotation.from_euler("xyz", [*angles.values()]))
+        own = next(e.expression.entries for e in form.pose if e.name == "p")
+        known = dict(zip((str(x) for x in own), p, strict=True))
+        turns = [e.expression.turns for e in form.pose if hasattr(e.expression, "turns")]
+        for axis, symbol in turns[0] if turns else ():
+            known[str(symbol)] = angles["abc"["xyz".index(axis)]]
+        K = rs.stiffness(robot.substituted(values), pose)
+        if K.answered:
+            assert matrix_distance(form.stiffness({**values, **known}), K.K, 0.3) < 1e-9
+            break
+    else:
+        pytest.fail("no pose was reached")
+
+
+def test_carriages_ahead_and_behind_are_a_sign_in_the_table(forms):
+    _, form = forms("hexaglide")
+    assert form.columns["sigma_i"] == (-1, -1, 1, 1, -1, 1)
+    assert set(form.columns) == {"a_iy", "psi_i", "sigma_i"}
+
+
+def test_rails_that_lean_outwards_turn_with_their_points(forms):
+    _, form = forms("hexapod-pus")
+    tilt, phi = sp.Symbol("tilt", positive=True), sp.Symbol("phi_i", real=True)
+    (e,) = (e.expression.entries for e in form.leg if e.name == "e_i")
+    names = [str(x) for x in e]
+    assert names == [str(sp.sin(tilt) * sp.cos(phi)), str(sp.sin(phi) * sp.sin(tilt)), "cos(tilt)"]
+    assert form.turned == (("leg1", "leg3", "leg5"), ("leg2", "leg4", "leg6"))
 
 
 def test_angles_turn_with_the_parameters_of_a_robot():

@@ -99,18 +99,21 @@ class LegReader:
     ----------
     search : WrenchSearch
     read : NamedReading
+    kind : type
+        How contributions are written.
     """
 
     search: WrenchSearch
     read: NamedReading
+    kind: type[ContributionReader] = ContributionReader
     _named: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _shifts: list[tuple[np.ndarray, Any]] = field(default_factory=list)
     _blocks: dict[int, BlockSprings] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         search = self.search
-        self._contributions = ContributionReader(
-            search.record, search.length, self.read, BeamProducts(self.read), self._block
+        self.contributions = self.kind(
+            search.record, search.length, self.read, BeamProducts(self.read), self.block
         )
 
     def of(self, leg: PlacedLeg) -> tuple[HeldWrench, ...]:
@@ -126,7 +129,7 @@ class LegReader:
         units = basis.wrenches
 
         def shared(i: int, j: int) -> Any:
-            return summed(self._contributions.of(leg, units[i], units[j]))
+            return summed(self.contributions.of(leg, units[i], units[j]))
 
         shifts, met, compliances = self._conjugate(basis.compliance, shared)
         factors = [[self._factor(x) for x in row] for row in _inverse(shifts)]
@@ -199,7 +202,8 @@ class LegReader:
             return value
         return self._shift(value.sample, lambda: self.read(value))
 
-    def _block(self, block: PlacedBlock) -> BlockSprings:
+    def block(self, block: PlacedBlock) -> BlockSprings:
+        """Parallel branches as a spring."""
         if id(block) not in self._blocks:
             self._blocks[id(block)] = self._of_block(block)
         return self._blocks[id(block)]

@@ -16,6 +16,7 @@ from robostiff.errors import InputError
 _FULL_TURN = 1440  # quarters of a degree
 _SAME = 1e-9
 _WHOLE = 1e-6
+_SLOPE = 0.1  # in place of zero
 _STEP = 0.01  # of an angle, to see which points turn with it
 
 
@@ -115,8 +116,11 @@ class LegTable:
             if any(s in f.free_symbols for f in (x + sp.I * y).atoms(sp.sin, sp.cos))
         ]
 
+        # At a slope of zero, what slopes has no angle.
+        near = {s.name: self.nominal.get(s.name, 1.0) or _SLOPE for s in symbols}
+
         def angle(**other: float) -> float:
-            values = {s: self.nominal.get(s.name, 1.0) + other.get(s.name, 0.0) for s in symbols}
+            values = {s: near[s.name] + other.get(s.name, 0.0) for s in symbols}
             across, up = map(float, values_of([x, y], values))
             return float(np.arctan2(up, across))
 
@@ -126,16 +130,18 @@ class LegTable:
             return None
         slopes = {s: round(n) for s, n in slopes.items()}
         written = sum((n * s for s, n in slopes.items()), sp.Integer(0))
-        start = here - sum(n * self.nominal.get(s.name, 1.0) for s, n in slopes.items())
+        start = here - sum(n * near[s.name] for s, n in slopes.items())
         quarters = start / (2 * np.pi) * _FULL_TURN
         if abs(quarters - round(quarters)) > _SAME * _FULL_TURN:
             return None
         written += _wrapped(2 * sp.pi * sp.Rational(round(quarters), _FULL_TURN))
-        square = sp.expand(sp.expand_trig(x**2 + y**2))
-        radius = sp.sqrt(sp.factor(_canonical(square)))
-        if not _are_same((radius * sp.cos(written), radius * sp.sin(written)), (x, y)):
-            return None
-        return radius, written
+        square = sp.factor(_canonical(sp.expand(sp.expand_trig(x**2 + y**2))))
+        in_sines = square.replace(sp.cos, lambda t: sp.sqrt(1 - sp.sin(t) ** 2))
+        for form in dict.fromkeys((square, sp.factor(in_sines))):
+            radius = sp.sqrt(form).replace(sp.Abs, lambda size: size)
+            if _are_same((radius * sp.cos(written), radius * sp.sin(written)), (x, y)):
+                return radius, written
+        return None
 
 
 def _number(angle: Any) -> Any:

@@ -1,4 +1,7 @@
-"""Expressions of vectors as they are written by hand: p + R b - a, |d|, d/L, (R b) x u."""
+"""Expressions of vectors as they are written by hand: p + R b - a, |d|, d/L, (R b) x u.
+
+The equations of a generic leg with a table of what differs are a robot at vector level.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.derivation import Definition
 from robostiff.analytic.numeric_value import values_of
+from robostiff.spatial import Space
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,14 @@ class Over:
 
     vector: VectorExpression
     scalar: VectorExpression
+
+
+@dataclass(frozen=True)
+class Times:
+    """A scalar times a vector."""
+
+    scalar: sp.Expr
+    vector: VectorExpression
 
 
 @dataclass(frozen=True)
@@ -88,8 +101,94 @@ class Turns:
 
 
 VectorExpression = (
-    Vector | Coordinates | Sum | Turned | Over | Cross | Dot | Norm | Stacked | Turns | sp.Expr
+    Vector
+    | Coordinates
+    | Sum
+    | Turned
+    | Over
+    | Times
+    | Cross
+    | Dot
+    | Norm
+    | Stacked
+    | Turns
+    | sp.Expr
 )
+
+
+@dataclass(frozen=True)
+class Equation:
+    """``name = expression``; the name is that of a vector, a rotation or a scalar.
+
+    Attributes
+    ----------
+    name : str
+    expression : VectorExpression
+    is_vector : bool
+    """
+
+    name: str
+    expression: VectorExpression
+    is_vector: bool = True
+
+
+@dataclass(frozen=True)
+class VectorForm:
+    """A robot's stiffness at vector level.
+
+    Attributes
+    ----------
+    pose : tuple of Equation
+        Point and rotation of the platform.
+    names : tuple of Definition
+        Products of beams and the like, the same for all legs.
+    leg : tuple of Equation
+        Of one generic leg i, in the order in which they can be computed.
+    wrenches : tuple of (str, str)
+        Names of its wrenches and of their compliances.
+    columns : dict of names to tuples of SymPy expressions
+        What differs between the legs, one row a leg.
+    legs : tuple of str
+        Their names.
+    turned : tuple of tuples of str
+        Legs that are turns of one another about the vertical, where only angles differ.
+    space : Space
+    """
+
+    pose: tuple[Equation, ...]
+    names: tuple[Definition, ...]
+    leg: tuple[Equation, ...]
+    wrenches: tuple[tuple[str, str], ...]
+    columns: dict[str, tuple[Any, ...]]
+    legs: tuple[str, ...]
+    turned: tuple[tuple[str, ...], ...]
+    space: Space
+
+    def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
+        """K (n, n) in numbers, by the very equations that are printed.
+
+        Parameters
+        ----------
+        values : mapping of names to float
+            Of the given symbols.
+        """
+        known: dict[str, Any] = dict(values)
+        for definition in self.names:
+            given = {s: known[str(s)] for s in definition.expression.free_symbols}
+            known[definition.symbol.name] = values_of([definition.expression], given)[0]
+        for equation in self.pose:
+            known[equation.name] = vector_value(equation.expression, known)
+        rows = list(self.space.rows)
+        K = np.zeros((6, 6))
+        for number in range(len(self.legs)):
+            own = dict(known)
+            for name, column in self.columns.items():
+                own[name] = vector_value(column[number], known)
+            for equation in self.leg:
+                own[equation.name] = vector_value(equation.expression, own)
+            for w, c in self.wrenches:
+                K += np.outer(own[w], own[w]) / own[c]
+        return K[np.ix_(rows, rows)]
 
 
 def vector_value(expression: Any, known: Mapping[str, Any]) -> Any:
@@ -116,15 +215,16 @@ def vector_value(expression: Any, known: Mapping[str, Any]) -> Any:
         case Coordinates(entries):
             found = np.array([value(x) for x in entries])
         case Sum(terms):
-            found = sum((sign * value(term) for sign, term in terms), np.zeros(3))
+            found = sum(sign * value(term) for sign, term in terms)
         case Turned(rotation, vector):
             found = known[rotation] @ value(vector)
         case Over(vector, scalar):
             found = value(vector) / value(scalar)
-        case Cross(left, right):
-            found = np.cross(value(left), value(right))
-        case Dot(left, right):
-            found = float(value(left) @ value(right))
+        case Times(scalar, vector):
+            found = value(scalar) * value(vector)
+        case Cross(left, right) | Dot(left, right):
+            product = np.cross if isinstance(expression, Cross) else np.dot
+            found = product(value(left), value(right))
         case Norm(vector):
             found = float(np.linalg.norm(value(vector)))
         case Stacked(force, moment):

@@ -7,20 +7,19 @@ the first axis of its joints, and what is square to these.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from robostiff.analytic.agreement import AGREED, closed_places, matrix_distance
-from robostiff.analytic.contributions import BeamProducts, BlockOfSprings, summed
-from robostiff.analytic.derivation import Definition
+from robostiff.analytic.contributions import summed
+from robostiff.analytic.derivation import used_definitions
 from robostiff.analytic.known_reading import KnownContributions, KnownReading
-from robostiff.analytic.leg_springs import NotHeldByUnitWrenchesError
+from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.leg_table import LegTable
-from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot
@@ -30,96 +29,33 @@ from robostiff.analytic.vector_expressions import (
     Coordinates,
     Cross,
     Dot,
+    Equation,
     Norm,
     Over,
     Stacked,
     Sum,
+    Times,
     Turned,
     Turns,
     Vector,
     VectorExpression,
-    vector_value,
+    VectorForm,
+)
+from robostiff.analytic.vector_rods import (
+    Carrier,
+    Rod,
+    closure_of,
+    equations_of_felt,
+    felt_across,
+    felt_by_carrier,
+    rod_of,
+    varies,
 )
 from robostiff.errors import DisagreementError
-from robostiff.model import PlacedBlock
-from robostiff.spatial import Space
+from robostiff.model import PlacedLeg
 
 _SAME = 1e-9
-
-
-@dataclass(frozen=True)
-class Equation:
-    """``name = expression``; the name is that of a vector, a rotation or a scalar.
-
-    Attributes
-    ----------
-    name : str
-    expression : VectorExpression
-    is_vector : bool
-    """
-
-    name: str
-    expression: VectorExpression
-    is_vector: bool = True
-
-
-@dataclass(frozen=True)
-class VectorForm:
-    """A robot's stiffness at vector level.
-
-    Attributes
-    ----------
-    pose : tuple of Equation
-        Point and rotation of the platform.
-    names : tuple of Definition
-        Products of beams and the like, the same for all legs.
-    leg : tuple of Equation
-        Of one generic leg i, in the order in which they can be computed.
-    wrenches : tuple of (str, str)
-        Names of its wrenches and of their compliances.
-    columns : dict of names to tuples of SymPy expressions
-        What differs between the legs, one row a leg.
-    legs : tuple of str
-        Their names.
-    turned : tuple of tuples of str
-        Legs that are turns of one another about the vertical, where only angles differ.
-    space : Space
-    """
-
-    pose: tuple[Equation, ...]
-    names: tuple[Definition, ...]
-    leg: tuple[Equation, ...]
-    wrenches: tuple[tuple[str, str], ...]
-    columns: dict[str, tuple[Any, ...]]
-    legs: tuple[str, ...]
-    turned: tuple[tuple[str, ...], ...]
-    space: Space
-
-    def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
-        """K (n, n) in numbers, by the very equations that are printed.
-
-        Parameters
-        ----------
-        values : mapping of names to float
-            Of the given symbols.
-        """
-        known: dict[str, Any] = dict(values)
-        for definition in self.names:
-            given = {s: known[str(s)] for s in definition.expression.free_symbols}
-            known[definition.symbol.name] = values_of([definition.expression], given)[0]
-        for equation in self.pose:
-            known[equation.name] = vector_value(equation.expression, known)
-        rows = list(self.space.rows)
-        K = np.zeros((6, 6))
-        for number in range(len(self.legs)):
-            own = dict(known)
-            for name, column in self.columns.items():
-                own[name] = vector_value(column[number], known)
-            for equation in self.leg:
-                own[equation.name] = vector_value(equation.expression, own)
-            for w, c in self.wrenches:
-                K += np.outer(own[w], own[w]) / own[c]
-        return K[np.ix_(rows, rows)]
+_LONGEST = 80  # operations of a compliance that is printed for a generic leg
 
 
 def vector_form(placed: PlacedRobot) -> VectorForm | None:
@@ -134,7 +70,7 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
         return None
     try:
         found = _Recognition(placed).form()
-    except FormulaTooLargeError:
+    except (FormulaTooLargeError, NotHeldByUnitWrenchesError):
         return None
     if found is not None:
         check_vector_form(found, placed)
@@ -158,17 +94,19 @@ def check_vector_form(found: VectorForm, placed: PlacedRobot) -> None:
 
 @dataclass(frozen=True)
 class _Leg:
-    """A strut as it is written: its wrenches, and the compliance that each meets."""
+    """A strut as it is written: its wrenches, what each meets, and what the two share."""
 
     wrenches: tuple[VectorExpression, ...]
     compliances: tuple[Any, ...]
+    shared: Any
 
 
-_P, _A, _B, _D, _U, _E, _G, _N = map(Vector, ("p", "a_i", "b_i", "d_i", "u_i", "e_i", "g_i", "n_i"))
+_P, _A, _B, _U, _E, _J, _G, _N = map(Vector, ("p", "a_i", "b_i", "u_i", "e_i", "j_i", "g_i", "n_i"))
 _R0 = Vector("r_0")
 _LENGTH, _S, _T = (sp.Symbol(name, positive=True) for name in ("L_i", "s_i", "t_i"))
-_NAMES = {"p", "r_0", "L_i", "s_i", "t_i"}
-_NAMES |= {f"{letter}_i" for letter in "abduegncw"}
+_SHIFT = sp.Symbol("o_i", real=True)
+_SCALARS = {sp.Symbol(f"{x}_i", real=True) for x in "fhz"} | {_LENGTH, _S, _T}
+_NAMES = {"p", "r_0", "sigma_i", *(f"{letter}_i" for letter in "abcdefghjlmnoqstuvwxyzL")}
 
 
 class _Recognition:
@@ -181,9 +119,9 @@ class _Recognition:
         self.close = _SAME * placed.length
         self.plain = ClosedReading(placed.record, placed.symbols)
         self.read = KnownReading(placed.record, placed.symbols)
-        self.reader = KnownContributions(
-            placed.record, placed.length, self.read, BeamProducts(self.read), _no_block
-        )
+        space = placed.entries.space
+        self.search = WrenchSearch(self.record, placed.reference, space, placed.length)
+        self.reader = LegReader(self.search, self.read, KnownContributions).contributions
         self.R = sampled(placed.platform.R, self.count)
         self.p = sampled(placed.platform.p, self.count)
         self.r0 = sampled(placed.entries.reference_point, self.count)
@@ -198,72 +136,71 @@ class _Recognition:
         if _NAMES & set(placed.symbols):
             return None
         pose = self._pose()
-        space = placed.entries.space
-        search = WrenchSearch(self.record, placed.reference, space, placed.length)
-        bases = [_alone(search.basis(own.leg)) for own in placed.legs]
-        if pose is None or not all(bases) or any(own.leg.blocks for own in placed.legs):
+        found = [self.search.basis(own.leg) for own in placed.legs]
+        bases = [basis for basis in found if basis is not None and basis.wrenches]
+        if pose is None or len(bases) < len(found):
             return None
-        places = [self._ends(i) for i in range(len(bases))]
-        each = [
-            None if place is None else self._leg(i, basis, *place)
-            for i, (basis, place) in enumerate(zip(bases, places, strict=True))
-        ]
+        rods = [rod for i in range(len(bases)) if (rod := rod_of(placed, i)) is not None]
+        if len(rods) < len(bases) or len({rod.carrier for rod in rods}) > 1:
+            return None
+        each = [self._leg(i, basis, rods[i]) for i, basis in enumerate(bases)]
         legs = [own for own in each if own is not None]
         if len(legs) < len(each) or any(own.wrenches != legs[0].wrenches for own in legs):
             return None
-        return self._joined(pose, legs)
+        return self._joined(pose, rods, legs)
 
-    def _joined(self, pose: tuple[Equation, ...], legs: list[_Leg]) -> VectorForm | None:
+    def _joined(
+        self, pose: tuple[Equation, ...], rods: list[Rod], legs: list[_Leg]
+    ) -> VectorForm | None:
         placed, plain, first = self.placed, self.plain, legs[0]
         chains = placed.entries.legs
+        carrier = rods[0].carrier
 
         def of_all(letter: str, angle: str, each: list[Any]) -> Equation:
             read = [tuple(plain(x) for x in v) for v in each]
             return Equation(f"{letter}_i", Coordinates(self.table.vectors(letter, angle, read)))
 
-        a = of_all("a", "phi", [leg.base.p for leg in chains])
+        a = of_all("a", "phi", [rod.base for rod in rods])
         b = of_all("b", "psi", [leg.attachment.p for leg in chains])
         away = ((1, _P), (1, self._turned(_B)), (-1, _A))
-        equations = [
-            a,
-            b,
-            Equation("d_i", Sum(away)),
-            Equation("L_i", Norm(_D), is_vector=False),
-            Equation("u_i", Over(_D, _LENGTH)),
-        ]
         used = _vectors_of(first.wrenches)
-        scalars = set().union(*(c.free_symbols for leg in legs for c in leg.compliances))
-        if used & {_E, _G, _N}:
-            axes = [next(own.leg.freedoms).axis for own in placed.legs]
-            equations.append(of_all("e", "theta", axes))
+        all_met = [c for leg in legs for c in (*leg.compliances, leg.shared) if c is not None]
+        scalars = set().union(*(c.free_symbols for c in all_met))
+        axes = of_all("e", "theta", [rod.axis for rod in rods])
+        equations = [a, b]
+        if carrier is not Carrier.NOTHING:
+            equations.append(axes)
+        equations += [Equation("d_i", Sum(away)), *closure_of(rods, self.table, plain)]
+        joint = self._joint(rods[0])
+        if carrier is Carrier.NOTHING and used & {_E, _G, _N}:
+            equations.append(axes)
+        if joint == _J and used & {_J, _G, _N}:
+            equations.append(of_all("j", "chi", [rod.joint for rod in rods]))
         if used & {_G, _N}:
-            across = Cross(_E, _U)
+            across = Cross(joint, _U)
             equations.append(Equation("g_i", Over(across, Norm(across))))
         if _N in used:
-            equations.append(Equation("n_i", Cross(_G, _E)))
+            equations.append(Equation("n_i", Cross(_G, joint)))
+        equations += equations_of_felt(carrier, scalars)
         if _S in scalars:
-            equations.append(Equation("s_i", Dot(self._other(used), _U), is_vector=False))
+            equations.append(Equation("s_i", Dot(self._other(used, joint), _U), is_vector=False))
         if _T in scalars:
-            across = Norm(Cross(self._other(used), _U))
+            across = Norm(Cross(self._other(used, joint), _U))
             equations.append(Equation("t_i", across, is_vector=False))
-        names = []
-        for k, w in enumerate(first.wrenches):
-            own = f"_{k + 1}" if len(first.wrenches) > 1 else ""
-            met = self.table.scalar(f"c_i{own}", [leg.compliances[k] for leg in legs])
-            if any(
-                len({*x.free_symbols} & {_LENGTH, _S, _T})
-                for x in self.table.columns.get(f"c_i{own}", ())
-            ):
-                return None
-            equations.append(Equation(f"w_i{own}", w))
-            if met != sp.Symbol(f"c_i{own}", real=True):
-                equations.append(Equation(f"c_i{own}", met, is_vector=False))
-            names.append((f"w_i{own}", f"c_i{own}"))
+        named = self._of_wrenches(legs)
+        if named is None:
+            return None
+        equations += named
+        numbers = range(1, len(first.wrenches) + 1)
+        own = [f"_{k}" if len(numbers) > 1 else "" for k in numbers]
+        names = [(f"w_i{k}", f"c_i{k}") for k in own]
         turned = self.table.turns_of_one_another() or []
         labels = tuple(own.leg.name for own in placed.legs)
         return VectorForm(
             pose=pose,
-            names=tuple(d for d in self.read.definitions if d.symbol in scalars),
+            names=used_definitions(
+                self.read.definitions, [c for leg in legs for c in leg.compliances]
+            ),
             leg=tuple(equations),
             wrenches=tuple(names),
             columns={name: tuple(column) for name, column in self.table.columns.items()},
@@ -272,12 +209,37 @@ class _Recognition:
             space=placed.entries.space,
         )
 
+    def _of_wrenches(self, legs: list[_Leg]) -> list[Equation] | None:
+        """Wrenches and compliances; of two that share energy the force is moved by the couple."""
+        found: list[list[Equation]] = []
+        first = legs[0]
+        for k, w in enumerate(first.wrenches):
+            own = f"_{k + 1}" if len(first.wrenches) > 1 else ""
+            name = f"c_i{own}"
+            met = self.table.scalar(name, [leg.compliances[k] for leg in legs])
+            if any(x.free_symbols & _SCALARS for x in self.table.columns.get(name, ())):
+                return None
+            if first.shared is not None and k == 0:
+                moved = Sum(((1, w), (-1, Times(_SHIFT, Vector("w_i_2")))))
+                met -= _SHIFT**2 * sp.Symbol("c_i_2", real=True)
+                found.append([Equation(f"w_i{own}", moved)])
+            else:
+                found.append([Equation(f"w_i{own}", w)])
+            if met != sp.Symbol(name, real=True):
+                found[-1].append(Equation(name, met, is_vector=False))
+        if first.shared is None:
+            return [e for pair in found for e in pair]
+        if any(leg.shared != first.shared for leg in legs):
+            return None
+        shift = first.shared / sp.Symbol("c_i_2", real=True)
+        return [*found[1], Equation(_SHIFT.name, shift, is_vector=False), *found[0]]
+
     def _turned(self, vector: VectorExpression) -> VectorExpression:
         return Turned(self.rotation, vector) if self.turns else vector
 
-    def _other(self, used: set[Vector]) -> Vector:
-        """The direction beside the strut's own."""
-        return next(v for v in (_N, _G, _E) if v in used)
+    def _other(self, used: set[Vector], joint: Vector) -> Vector:
+        """The direction beside the strut's own, or what that is square to."""
+        return _N if _N in used else joint
 
     def _pose(self) -> tuple[Equation, ...] | None:
         """Point and rotation of the platform; None where the rotation is not written by turns."""
@@ -294,86 +256,97 @@ class _Recognition:
             found.append(Equation("r_0", r0))
         return tuple(found)
 
-    def _ends(self, number: int) -> tuple[np.ndarray, np.ndarray] | None:
-        """Where a strut begins and ends at the samples; None where no joint is there."""
-        chain, own = self.placed.entries.legs[number], self.placed.legs[number].leg
-        a = sampled(chain.base.p, self.count)
-        b = self.p + np.einsum("nij,nj->ni", self.R, sampled(chain.attachment.p, self.count))
-        points = [sampled(f.point, self.count) for f in own.freedoms if f.turns]
-        joints = all(any(np.max(np.abs(x - q)) < self.close for q in points) for x in (a, b))
-        return (a, b) if joints else None
+    def _joint(self, rod: Rod) -> Vector:
+        """The name of the axis of the first joint of a rod: that of its carrier, or its own."""
+        if rod.carrier is Carrier.NOTHING or rod.joint is None:
+            return _E
+        both = (sampled(x, self.count) for x in (rod.joint, rod.axis))
+        return _E if _are_alike(*both) else _J
 
-    def _leg(
-        self, number: int, basis: Sequence[UnitWrench], a: np.ndarray, b: np.ndarray
-    ) -> _Leg | None:
-        own = self.placed.legs[number].leg
-        d = b - a
-        L = np.linalg.norm(d, axis=1)
-        u = d / L[:, None]
-        e = sampled(next(own.freedoms).axis, self.count)
+    def _leg(self, number: int, basis: Basis, rod: Rod) -> _Leg | None:
+        own, a, b, u = self.placed.legs[number].leg, rod.start, rod.end, rod.unit
+        joint = self._joint(rod)
+        e = sampled(rod.axis if joint == _E else rod.joint, self.count)
         across = np.cross(e, u)
         size = np.linalg.norm(across, axis=1)
-        known: list[tuple[Vector, np.ndarray]] = [(_U, u), (_E, e)]
+        known: list[tuple[Vector, np.ndarray]] = [(_U, u), (joint, e)]
         if np.min(size) > _SAME:
             g = across / size[:, None]
             known += [(_G, g), (_N, np.cross(g, e))]
-        self.read.known = [(L, _LENGTH)]
-        wrenches, compliances = [], []
-        directions = []
-        for wrench in basis:
-            at = sampled(wrench.direction, self.count)
-            vector = next((v for v, x in known if _are_alike(x, at)), None)
-            if vector is None:
+        self.read.known = felt_by_carrier(rod, self.plain(rod.crank))
+        if rod.carrier is Carrier.NOTHING:
+            self.read.known.append((np.linalg.norm(b - a, axis=1), _LENGTH))
+        directions: list[tuple[Vector, np.ndarray]] = []
+        written: list[tuple[UnitWrench, VectorExpression]] = []
+        for found in basis.wrenches:
+            at = sampled(found.direction, self.count)
+            alike = next(((v, x) for v, x in known if _are_alike(x, at)), None)
+            if alike is None:
                 return None
+            vector, named = alike
+            # The sign matters where two wrenches share energy.
+            sign = 1 if np.max(np.abs(at - named)) < _SAME else -1
+            wrench, at = replace(found, direction=sign * found.direction), named
             if wrench.point is None:
-                wrenches.append(Stacked(None, vector))
+                written.append((wrench, Stacked(None, vector)))
             else:
-                arm = self._arm(sampled(wrench.point, self.count), at, a, b)
+                arm = self._arm(sampled(wrench.point, self.count), at, rod)
                 if arm is None:
                     return None
-                wrenches.append(Stacked(vector, Cross(arm, vector)))
+                written.append((wrench, Stacked(vector, Cross(arm, vector))))
             directions.append((vector, at))
-        others = {vector: at for vector, at in directions if vector != _U}
+        written.sort(key=lambda one: (one[0].point is None, one[1].force != _U))
+        # What lies across both is written by the axis of the joint, or by what is square to it.
+        across_both = [e] if any(v == _G for v, _ in directions) else []
+        others = [at for v, at in directions if v not in (_U, _G)] or across_both
         if len(others) > 1:
             return None
-        for at in others.values():
+        for at in others:
             s, t = np.einsum("ni,ni->n", at, u), np.linalg.norm(np.cross(at, u), axis=1)
-            self.read.known += [
-                (x, name)
-                for x, name in ((s, _S), (t, _T))
-                if np.max(np.abs(x - np.rint(x))) > _SAME
-            ]
-        for wrench in basis:
-            compliances.append(summed(self.reader.of(own, wrench, wrench)))
-        return _Leg(tuple(wrenches), tuple(compliances))
+            width = sampled(rod.width, self.count)
+            name = self.plain(rod.width)
+            self.read.known += felt_across(self.read.known, t, width, name)
+            self.read.known += [(x, name) for x, name in ((s, _S), (t, _T)) if varies(x)]
+        units = [unit for unit, _ in written]
+        met = [self._shared(own, x, x) for x in units]
+        shared = None
+        if _is_coupled(basis):
+            if len(units) != 2 or units[1].point is not None:
+                return None
+            shared = self._shared(own, *units)
+        return _Leg(tuple(w for _, w in written), tuple(met), shared)
 
-    def _arm(
-        self, point: np.ndarray, direction: np.ndarray, a: np.ndarray, b: np.ndarray
-    ) -> VectorExpression | None:
+    def _shared(self, own: PlacedLeg, a: UnitWrench, b: UnitWrench) -> Any:
+        shared = self._of_leg(summed(self.reader.of(own, a, b)))
+        if int(shared.count_ops()) > _LONGEST:
+            raise FormulaTooLargeError.beyond(_LONGEST)
+        return shared
+
+    def _of_leg(self, compliance: Any) -> Any:
+        """A compliance without names that stand for scalars of the leg."""
+        for d in reversed(self.read.definitions):
+            if compliance.has(d.symbol) and d.expression.free_symbols & _SCALARS:
+                compliance = compliance.xreplace({d.symbol: d.expression})
+        return compliance
+
+    def _arm(self, point: np.ndarray, direction: np.ndarray, rod: Rod) -> VectorExpression | None:
         """From the reference point to the line of a force."""
-        away = [float(np.max(np.abs(np.cross(x - point, direction)))) for x in (b, a)]
+        both = rod.end, rod.start
+        away = [float(np.max(np.abs(np.cross(x - point, direction)))) for x in both]
         if away[0] < self.close:
             arm = Sum(((1, _B), (-1, _R0))) if self.shifted else _B
             return self._turned(arm)
-        if away[1] < self.close:
+        if away[1] < self.close and rod.carrier is Carrier.NOTHING:
             terms: tuple[tuple[int, VectorExpression], ...] = ((1, _A), (-1, _P))
             return Sum((*terms, (-1, self._turned(_R0))) if self.shifted else terms)
         return None
 
 
-def _alone(basis: Basis | None) -> tuple[UnitWrench, ...]:
-    """The wrenches of a basis, forces first; none where some of them share energy."""
-    if basis is None:
-        return ()
+def _is_coupled(basis: Basis) -> bool:
+    """Whether wrenches share energy."""
     A = np.abs(basis.compliance)
     size = np.sqrt(np.einsum("nii,njj->nij", A, A))
-    if np.any(np.where(np.eye(A.shape[-1], dtype=bool), np.inf, _SAME * size) < A):
-        return ()
-    return tuple(sorted(basis.wrenches, key=lambda wrench: wrench.point is None))
-
-
-def _no_block(block: PlacedBlock) -> BlockOfSprings:
-    raise NotHeldByUnitWrenchesError(block.name)
+    return bool(np.any(np.where(np.eye(A.shape[-1], dtype=bool), np.inf, _SAME * size) < A))
 
 
 def _are_alike(own: np.ndarray, other: np.ndarray) -> bool:

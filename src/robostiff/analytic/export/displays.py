@@ -31,6 +31,7 @@ from robostiff.analytic.vector_expressions import (
     Over,
     Stacked,
     Sum,
+    Times,
     Turned,
     Turns,
     Vector,
@@ -44,12 +45,13 @@ def written_vector(expression: Any, language: MathLanguage) -> str:
     def write(part: Any) -> str:
         return written_vector(part, language)
 
+    def half(part: Any) -> str:
+        return language.number(0) if part is None else write(part)
+
     def factor(part: Any) -> str:
-        return f"({write(part)})" if isinstance(part, Sum | Turned | Cross) else write(part)
+        return f"({write(part)})" if isinstance(part, Sum | Turned | Times | Cross) else write(part)
 
     match expression:
-        case None:
-            found = language.number(0)
         case Vector(name):
             found = language.matrix_name(name)
         case Coordinates(entries):
@@ -61,6 +63,10 @@ def written_vector(expression: Any, language: MathLanguage) -> str:
             found = f"{language.matrix_name(rotation)} {factor(vector)}"
         case Over(vector, scalar):
             found = language.fraction(write(vector), write(scalar))
+        case Times(scalar, vector):
+            number = language.breaks.write(scalar)
+            number = f"({number})" if scalar.is_Add else number
+            found = f"{number} {factor(vector)}"
         case Cross(left, right):
             found = f"{factor(left)} {language.times} {factor(right)}"
         case Dot(left, right):
@@ -68,7 +74,7 @@ def written_vector(expression: Any, language: MathLanguage) -> str:
         case Norm(vector):
             found = language.norm(write(vector))
         case Stacked(force, moment):
-            found = language.matrix([[write(force)], [write(moment)]])
+            found = language.matrix([[half(force)], [half(moment)]])
         case Turns(turns):
             parts = [f"{language.matrix_name(f'R_{axis}')}({write(x)})" for axis, x in turns]
             found = " ".join(parts)

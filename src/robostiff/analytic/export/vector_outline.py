@@ -30,8 +30,31 @@ _MEANINGS = {
     "b_i": "its joint on the platform, in the platform's axes",
     "u_i": "unit vector along the leg",
     "e_i": "first axis of the joint on the base",
-    "g_i": "unit vector across this axis and the leg",
-    "n_i": "unit vector across both axes of the joint on the base",
+    "j_i": "first axis of the joint at the rod's foot",
+    "g_i": "unit vector across the first axis of the joint and the leg",
+    "n_i": "unit vector across both axes of the joint",
+}
+_OF_RODS = {
+    "b_i": "joint of its rod on the platform, in the platform's axes",
+    "u_i": "unit vector along its rod",
+}
+_OF_SLIDES = {
+    **_OF_RODS,
+    "a_i": "foot of the rod of leg i where its slide is at zero",
+    "e_i": "direction of the slide",
+    "q_i": "coordinate of the slide",
+    "f_i": "force along the slide, of a unit force in the rod",
+}
+_OF_CRANKS = {
+    **_OF_RODS,
+    "a_i": "point of the axis of leg i's crank, in the crank's plane",
+    "e_i": "axis of the crank",
+    "m_i": "unit vector across this axis and the platform joint",
+    "v_i": "unit vector along the crank",
+    "f_i": "force along the crank, of a unit force in the rod",
+    "h_i": "force across the crank",
+    "z_i": "force along the axis of the crank",
+    "o_i": "what of the couple comes with the force, so that both share no energy",
 }
 
 
@@ -80,8 +103,14 @@ def vector_blocks(
 
 def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...], str]]:
     """Names of the vector form and their meanings, for the nomenclature."""
-    written = {e.name for e in (*found.pose, *found.leg) if e.is_vector}
-    return [((MatrixName(name),), text) for name, text in _MEANINGS.items() if name in written]
+    names = {e.name: e.is_vector for e in (*found.pose, *found.leg)}
+    of_carrier = _OF_CRANKS if "v_i" in names else _OF_SLIDES if "q_i" in names else {}
+    listed = {**_MEANINGS, **of_carrier}
+    return [
+        ((MatrixName(name) if names[name] else name,), text)
+        for name, text in listed.items()
+        if name in names
+    ]
 
 
 def _in_known_names(

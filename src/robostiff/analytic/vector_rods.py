@@ -1,0 +1,279 @@
+"""What carries the wrenches of a leg: a strut between two joints, or a rod on a slide or a crank.
+
+The places of a rod follow from those of its joints by equations that are the same for all legs:
+
+* on a slide through a_i along e_i: ``|d_i - q_i e_i| = l``;
+* on a crank of length a about e_i, along v_i: ``|d_i - a v_i| = l``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.leg_table import LegTable
+from robostiff.analytic.robot_placement import PlacedRobot
+from robostiff.analytic.sampled_leg import sampled
+from robostiff.analytic.vector_expressions import (
+    Cross,
+    Dot,
+    Equation,
+    Norm,
+    Over,
+    Sum,
+    Times,
+    Vector,
+    VectorExpression,
+)
+from robostiff.kinematics.formula import place_leg_at_joints
+from robostiff.model import Leg, PlacedLeg, Telescope
+from robostiff.record import Entry, square_root
+
+_SAME = 1e-9
+_D, _E, _M, _U, _V = map(Vector, ("d_i", "e_i", "m_i", "u_i", "v_i"))
+_SINE = sp.Symbol("t_i", positive=True)
+_LENGTH, _OFF = (sp.Symbol(name, positive=True) for name in ("L_i", "y_i"))
+_ALONG, _SHIFT = (sp.Symbol(name, real=True) for name in ("x_i", "q_i"))
+_ALONG_CARRIER, _ACROSS, _SIDEWAYS = (sp.Symbol(name, real=True) for name in ("f_i", "h_i", "z_i"))
+
+
+class Carrier(Enum):
+    """What a rod stands on."""
+
+    NOTHING = "nothing: it is a strut"
+    SLIDE = "slide"
+    CRANK = "crank"
+
+
+@dataclass(frozen=True, eq=False)
+class Rod:
+    """The straight part of a leg between its outer joints.
+
+    Attributes
+    ----------
+    carrier : Carrier
+    base : (3,) array of entries
+        The joint of a strut, or a point of the slide or of the axis of the crank.
+    axis : (3,) array of entries
+        Of the slide or crank; of a strut that of its first joint.
+    joint : (3,) array of entries or None
+        Axis of the first passive joint of a rod, where it does not turn.
+    start, end : (count, 3) arrays
+        Its joints, at the samples.
+    arm : (count, 3) array
+        The crank, at the samples; zero without.
+    crank, length : entries or numbers
+        Of the crank and of the rod [m]; of a strut both are zero.
+    side : int
+        In which of its two ways it closes.
+    width : entry or number
+        Between two parallel rods [m], along the axis of their joints; zero of one rod.
+    """
+
+    carrier: Carrier
+    base: np.ndarray
+    axis: np.ndarray
+    joint: np.ndarray | None
+    start: np.ndarray
+    end: np.ndarray
+    arm: np.ndarray
+    crank: Any
+    length: Any
+    side: int
+    width: Any = 0
+
+    @property
+    def unit(self) -> np.ndarray:
+        """Unit vectors along it, at the samples (count, 3)."""
+        d = self.end - self.start
+        return d / np.linalg.norm(d, axis=1)[:, None]
+
+
+def rod_of(placed: PlacedRobot, number: int) -> Rod | None:
+    """The rod or strut of a leg; None where it has none."""
+    chain, own = placed.entries.legs[number], placed.legs[number].leg
+    count, close = placed.record.count, _SAME * placed.length
+    R, p = sampled(placed.platform.R, count), sampled(placed.platform.p, count)
+    end = p + np.einsum("nij,nj->ni", R, sampled(chain.attachment.p, count))
+    ends = _ends(own)
+    if ends is None or np.max(np.abs(end - sampled(ends[1], count))) > close:
+        return None
+    start, first = sampled(ends[0], count), next(own.freedoms)
+    drives = [f for f in own.freedoms if not f.is_passive]
+    at_base = np.max(np.abs(start - sampled(chain.base.p, count))) < close
+    if first.is_passive and at_base and not own.blocks:
+        nothing = Carrier.NOTHING, chain.base.p, first.axis, None
+        return Rod(*nothing, start, end, np.zeros_like(start), 0, 0, 1)
+    telescopes = any(isinstance(element, Telescope) for element, _ in chain.chain.moving)
+    if len(drives) != 1 or drives[0] is not first or telescopes:
+        return None
+    return _carried(chain, own, (start, end), placed)
+
+
+def _carried(
+    chain: Leg, own: PlacedLeg, ends: tuple[np.ndarray, np.ndarray], placed: PlacedRobot
+) -> Rod | None:
+    """A rod on a slide or a crank; None where this has another shape."""
+    (start, end), count, close = ends, placed.record.count, _SAME * placed.length
+    # Lengths and directions are read where all coordinates are zero: no closure is in them.
+    at_zero = place_leg_at_joints(chain, np.zeros(chain.chain.size, dtype=int).astype(object)).leg
+    begins, stops = _ends(at_zero) or ends
+    drive = next(at_zero.freedoms)
+    e = sampled(drive.axis, count)
+    joint, now = (next(f for f in leg.freedoms if f.is_passive).axis for leg in (at_zero, own))
+    kept = joint if _alike(sampled(joint, count), sampled(now, count)) else None
+    if drive.turns:
+        carrier, base = Carrier.CRANK, np.asarray(drive.point, dtype=object)
+        arm = start - sampled(base, count)
+        across = np.cross(e, end - sampled(base, count))
+        way, missed = np.sum(arm * across, axis=1), np.sum(arm * e, axis=1)
+        crank = _distance(base, begins, placed)
+    else:
+        carrier, base, arm, crank = Carrier.SLIDE, begins, np.zeros_like(start), 0
+        way = np.sum((end - start) * e, axis=1)
+        missed = np.cross(start - sampled(base, count), e)
+    sides = {int(x) for x in np.sign(way)}
+    if np.max(np.abs(missed)) > close or len(sides) > 1 or 0 in sides:
+        return None
+    return Rod(
+        carrier,
+        base,
+        drive.axis,
+        kept,
+        start,
+        end,
+        arm,
+        crank,
+        length=_distance(begins, stops, placed),
+        side=sides.pop(),
+        width=_width(at_zero, kept, placed),
+    )
+
+
+def closure_of(rods: list[Rod], table: LegTable, write: Callable[[Any], Any]) -> list[Equation]:
+    """Equations from d_i to u_i, the same for all legs but for what the table has."""
+    carrier = rods[0].carrier
+    if carrier is Carrier.NOTHING:
+        return [
+            Equation("L_i", Norm(_D), is_vector=False),
+            Equation("u_i", Over(_D, _LENGTH)),
+        ]
+    side = table.scalar("sigma_i", [sp.Integer(rod.side) for rod in rods])
+    length = table.scalar("l_i", [write(rod.length) for rod in rods])
+    found = [Equation("y_i", Norm(Cross(_E, _D)), is_vector=False)]
+    if carrier is Carrier.SLIDE:
+        shift = _ALONG - side * sp.sqrt(length**2 - _OFF**2)
+        found += [
+            Equation("x_i", Dot(_E, _D), is_vector=False),
+            Equation("q_i", shift, is_vector=False),
+        ]
+        carried: VectorExpression = Times(_SHIFT, _E)
+    else:
+        a = table.scalar("crank_i", [write(rod.crank) for rod in rods])
+        cosine = (_LENGTH**2 + a**2 - length**2) / (2 * a * _OFF)
+        across: Any = sp.sqrt(1 - _ALONG**2)
+        sign = int(side) if side.is_Integer else 1
+        across = across if side.is_Integer else side * across
+        turned = (1, Times(_ALONG, Cross(_M, _E))), (sign, Times(across, _M))
+        found += [
+            Equation("L_i", Norm(_D), is_vector=False),
+            Equation("m_i", Over(Cross(_E, _D), _OFF)),
+            Equation("x_i", cosine, is_vector=False),
+            Equation("v_i", Sum(turned)),
+        ]
+        carried = Times(a, _V)
+    return [*found, Equation("u_i", Over(Sum(((1, _D), (-1, carried))), length))]
+
+
+def felt_by_carrier(rod: Rod, crank: Any) -> list[tuple[np.ndarray, Any]]:
+    """What slides and cranks feel of a unit force along the rod: values at the samples, in names.
+
+    Along a slide f; along a crank f, across it h, and along its axis z.
+    """
+    if rod.carrier is Carrier.NOTHING:
+        return []
+    u, count = rod.unit, len(rod.start)
+    e = sampled(rod.axis, count)
+    if rod.carrier is Carrier.SLIDE:
+        f = np.einsum("ni,ni->n", e, u)
+        return [(f, _ALONG_CARRIER)] if varies(f) else []
+    a = np.linalg.norm(rod.arm, axis=1)
+    v = rod.arm / a[:, None]
+    f, h, z = (np.einsum("ni,ni->n", x, u) for x in (v, np.cross(e, v), e))
+    found = [(f, _ALONG_CARRIER), (h, _ACROSS), (a * h, crank * _ACROSS), (z, _SIDEWAYS)]
+    rest = np.sqrt(np.maximum(1 - f**2, 0)), sp.sqrt(1 - _ALONG_CARRIER**2)
+    return [(x, name) for x, name in (*found, rest) if varies(x)]
+
+
+def felt_across(
+    known: list[tuple[np.ndarray, Any]], t: np.ndarray, width: np.ndarray, name: Any
+) -> list[tuple[np.ndarray, Any]]:
+    """What cranks and parallel rods feel of a unit couple across their axis e and the rod.
+
+    Cosines and sines over t = |e x u|; in rods that are w apart the force 1/(w t).
+    """
+    if not varies(t):
+        return []
+    found = [(x / t, own / _SINE) for x, own in known if own in (_ALONG_CARRIER, _ACROSS)]
+    if np.min(width) > 0:
+        found.append((1 / (width * t), 1 / (name * _SINE)))
+        found.append((np.full_like(t, 0.5), sp.Rational(1, 2)))  # of a force, each rod has half
+    return found
+
+
+def equations_of_felt(carrier: Carrier, scalars: set[Any]) -> list[Equation]:
+    """Definitions of those of these names that are used."""
+    along = _E if carrier is Carrier.SLIDE else _V
+    written = (
+        (_ALONG_CARRIER, Dot(along, _U)),
+        (_ACROSS, Dot(Cross(_E, _V), _U)),
+        (_SIDEWAYS, Dot(_E, _U)),
+    )
+    return [Equation(s.name, x, is_vector=False) for s, x in written if s in scalars]
+
+
+def _ends(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:
+    """The outer passive joints of a leg; of parallel rods the middles of their joints."""
+    if len(leg.blocks) > 1:
+        return None
+    branches = leg.blocks[0].branches if leg.blocks else (leg,)
+    both = []
+    for branch in branches:
+        points = [f.point for f in branch.freedoms if f.is_passive and f.turns]
+        if not points:
+            return None
+        both.append((np.asarray(points[0], dtype=object), np.asarray(points[-1], dtype=object)))
+    share = sp.Rational(1, len(both))
+    if len(both) == 1:
+        return both[0]
+    return sum(a for a, _ in both) * share, sum(b for _, b in both) * share
+
+
+def _width(leg: PlacedLeg, axis: np.ndarray | None, placed: PlacedRobot) -> Any:
+    """How far two parallel rods are apart along an axis; zero where they are not."""
+    if not leg.blocks or len(leg.blocks[0].branches) != 2 or axis is None:
+        return 0
+    a, b = (np.asarray(next(x.freedoms).point, dtype=object) for x in leg.blocks[0].branches)
+    both = sampled(b - a, placed.record.count), sampled(axis, placed.record.count)
+    is_along = np.max(np.abs(np.cross(*both))) < _SAME * placed.length
+    return _distance(a, b, placed) if is_along else 0
+
+
+def _distance(a: np.ndarray, b: np.ndarray, placed: PlacedRobot) -> Any:
+    square = placed.record.simplified((b - a) @ (b - a))
+    length = square_root(square) if isinstance(square, Entry) else sp.sqrt(square)
+    return placed.record.simplified(length)
+
+
+def varies(values: np.ndarray) -> bool:
+    """Whether a scalar is no whole number at all samples, which needs no name."""
+    return bool(np.max(np.abs(values - np.rint(values))) > _SAME)
+
+
+def _alike(a: np.ndarray, b: np.ndarray) -> bool:
+    return bool(np.max(np.abs(a - b)) < _SAME)
