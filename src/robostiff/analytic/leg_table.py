@@ -135,10 +135,10 @@ class LegTable:
         if abs(quarters - round(quarters)) > _SAME * _FULL_TURN:
             return None
         written += _wrapped(2 * sp.pi * sp.Rational(round(quarters), _FULL_TURN))
-        square = sp.factor(_canonical(sp.expand(sp.expand_trig(x**2 + y**2))))
-        in_sines = square.replace(sp.cos, lambda t: sp.sqrt(1 - sp.sin(t) ** 2))
-        for form in dict.fromkeys((square, sp.factor(in_sines))):
-            radius = sp.sqrt(form).replace(sp.Abs, lambda size: size)
+        square = _canonical(sp.expand(sp.expand_trig(x**2 + y**2)))
+        in_sines = sp.expand(square.replace(sp.cos, lambda t: sp.sqrt(1 - sp.sin(t) ** 2)))
+        for form in dict.fromkeys((square, in_sines)):
+            radius = sp.sqrt(sp.factor(form)).replace(sp.Abs, lambda size: size)
             if _are_same((radius * sp.cos(written), radius * sp.sin(written)), (x, y)):
                 return radius, written
         return None
