@@ -1,0 +1,116 @@
+"""Kernels of linkages against their networks, and against the same robots with legs."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.elastostatics import Status
+from robostiff.model import Passive, prismatic
+from tests.linkage.robots_as_linkages import drives_at, five_bar, linkage_of
+
+FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
+ARRAYS = rs.Backend.ARRAYS
+
+
+def _agrees(fast, linkage, row, K, status, rank):
+    values = dict(zip(fast.inputs, row.tolist(), strict=True))
+    own = rs.stiffness(linkage.network_at(values))
+    assert int(own.status) == status
+    assert int(own.rank) == rank
+    size = np.sqrt(np.diag(own.matrix))
+    np.testing.assert_array_less(np.abs(K - own.matrix), 1e-9 * np.outer(size, size))
+
+
+@pytest.mark.parametrize(
+    ("source", "low", "high"), [("double-pantograph", -0.2, 0.05), (FOUR_BAR, -0.5, 0.5)]
+)
+def test_a_kernel_gives_what_the_network_gives(source, low, high):
+    linkage = rs.load_linkage(source)
+    fast = rs.compile(linkage, backend=ARRAYS)
+    assert fast.verified
+    rows = np.linspace(low, high, 7)[:, None]
+    answer = fast.attempt(rows)
+    assert answer.guarded_share < 0.5
+    for k in np.flatnonzero(~answer.guarded):
+        given = answer.values["K"][k], answer.status_codes[k], answer.rank[k]
+        _agrees(fast, linkage, rows[k], *given)
+
+
+CASES = {
+    "five-bar": (five_bar, [0.03, 0.52]),
+    "3-rrr": (lambda: rs.load("3-rrr"), [0.03, 0.02, 0.1]),
+    "gough-stewart-b": (lambda: rs.load("gough-stewart-b"), [0.05, -0.03, 0.83, 0.1, 0.05, 0.2]),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_robot_of_legs_is_as_stiff_as_a_linkage(name):
+    make, pose = CASES[name]
+    robot = make()
+    fast = rs.compile(linkage_of(robot), backend=ARRAYS)
+    answer = fast.attempt({name: q[None] for name, q in drives_at(robot, pose).items()})
+    assert not answer.guarded[0]
+    legs = rs.stiffness(robot, pose)
+    K = answer.values["K"][0][np.ix_(legs.space.rows, legs.space.rows)]
+    size = np.sqrt(np.diag(legs.K))
+    np.testing.assert_array_less(np.abs(K - legs.K), 1e-11 * np.outer(size, size))
+
+
+def test_out_of_reach_is_a_status():
+    """Bars of 500 mm end where the feet are 500 mm apart: no height is left, then no closure."""
+    fast = rs.compile(rs.load_linkage("double-pantograph"), backend=ARRAYS)
+    answer = fast.evaluate({"screw": np.array([0.0, 0.2])})
+    assert answer.guarded.tolist() == [False, True]
+    assert answer.status_codes.tolist() == [Status.OK, Status.UNREACHABLE]
+    assert answer.rank.tolist() == [6, -1]
+    assert np.isnan(answer.values["K"][1]).all()
+
+
+def test_free_motions_are_those_of_the_network():
+    given = rs.load_linkage("double-pantograph")
+    loose = prismatic([1, 0, 0], Passive(), name="screw")
+    connections = (replace(c, element=loose) if c.name == "screw" else c for c in given.connections)
+    linkage = replace(given, connections=tuple(connections))
+    fast = rs.compile(linkage, joints=("screw",), backend=ARRAYS)
+    answer = fast.evaluate({"screw": [-0.1, 0.03]})
+    assert (answer.rank == 5).all()
+    assert (answer.status_codes == Status.FREE_MOTIONS).all()
+    _agrees(fast, linkage, np.array([-0.1]), answer.values["K"][0], Status.FREE_MOTIONS, 5)
+
+
+def test_rates_by_a_drive_are_differences():
+    linkage = rs.load_linkage("double-pantograph")
+    outputs = [rs.StiffnessMatrix(), rs.Derivative(rs.StiffnessMatrix(), "screw")]
+    fast = rs.compile(linkage, outputs, backend=ARRAYS)
+    h = 1e-5
+    values = fast.attempt({"screw": [-0.05 - h, -0.05, -0.05 + h]}).values
+    rate = (values["K"][2] - values["K"][0]) / (2 * h)
+    size = np.sqrt(np.diag(values["K"][1]))
+    apart = np.abs(values["dK/dscrew"][1] - rate)
+    np.testing.assert_array_less(apart, 1e-5 * np.outer(size, size))
+
+
+def test_joints_that_cannot_be_driven_are_refused():
+    linkage = rs.load_linkage(FOUR_BAR)
+    with pytest.raises(rs.InputError, match="each once of"):
+        rs.compile(linkage, joints=("crank", "bell"))
+    with pytest.raises(rs.InputError, match="independently"):
+        rs.compile(linkage, joints=("crank", "knee"))
+    with pytest.raises(rs.InputError, match="none"):
+        rs.compile(linkage, parameters=("k",))
+    with pytest.raises(rs.InputError, match="takes poses"):
+        rs.compile(rs.load("hexapod"), joints=("a",))
+
+
+def test_values_that_do_not_fit_are_refused():
+    fast = rs.compile(rs.load_linkage(FOUR_BAR), backend=ARRAYS)
+    for values, complaint in (
+        (np.zeros((3, 2)), "one pose a row"),
+        ({"bell": [0.0]}, "one of crank"),
+        ({"crank": [[0.0, 1.0]]}, "numbers"),
+    ):
+        with pytest.raises(rs.InputError, match=complaint):
+            fast.evaluate(values)
