@@ -33,12 +33,11 @@ def linkage_of(robot: Robot) -> Linkage:
             if isinstance(element, Rigid):
                 before = before @ element.transform
                 continue
+            name, part = f"{leg.name}.{element.name}", element
             if isinstance(element, Joint):
                 home = tuple(q[..., places[id(element)]].ravel().tolist())
-                element = replace(element, home=home, name=f"{leg.name}.{element.name}")
-            name = getattr(element, "name", "")
-            name = name if isinstance(element, Joint) else f"{leg.name}.{name}"
-            own.append((name, before, element))
+                part = replace(element, home=home, name=name)
+            own.append((name, before, part))
             before = Frame.identity()
         for k, (name, start, element) in enumerate(own):
             last = k == len(own) - 1

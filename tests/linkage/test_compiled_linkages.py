@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
-from robostiff.model import Passive, prismatic
+from robostiff.model import Actuated, Passive, beam_link, prismatic, spherical
 from tests.linkage.robots_as_linkages import drives_at, five_bar, linkage_of
+from tests.linkage.test_robots_and_networks import _closed, _frame, _parallel
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
 ARRAYS = rs.Backend.ARRAYS
@@ -20,7 +22,8 @@ def _agrees(fast, linkage, row, K, status, rank):
     own = rs.stiffness(linkage.network_at(values))
     assert int(own.status) == status
     assert int(own.rank) == rank
-    size = np.sqrt(np.diag(own.matrix))
+    size = np.sqrt(np.maximum(np.diag(own.matrix), 0.0))
+    size = np.maximum(size, 1e-4 * size.max())  # free motions: zero but for rounding
     np.testing.assert_array_less(np.abs(K - own.matrix), 1e-9 * np.outer(size, size))
 
 
@@ -57,6 +60,40 @@ def test_a_robot_of_legs_is_as_stiff_as_a_linkage(name):
     K = answer.values["K"][0][np.ix_(legs.space.rows, legs.space.rows)]
     size = np.sqrt(np.diag(legs.K))
     np.testing.assert_array_less(np.abs(K - legs.K), 1e-11 * np.outer(size, size))
+
+
+def _bridged(seed):
+    """Two random legs and a rod on two balls between them: no body of the rod is base or platform.
+
+    One drive less than joints that resist: one of them follows.
+    """
+    rng = np.random.default_rng(seed)
+    linkage, frames = _parallel(rng, 2)
+    frames |= {"near": _frame(rng), "far": _frame(rng)}
+    near, far = (spherical(Passive(), name=name) for name in ("near ball", "far ball"))
+    rod = beam_link(rng.normal(size=3), material("steel"), circle(0.03), name="rod")
+    bridge = (
+        _closed("near ball", "0.2", "near", frames, near, rng),
+        _closed("rod", "near", "far", frames, rod, rng),
+        _closed("far ball", "far", "1.3", frames, far, rng),
+    )
+    return replace(linkage, connections=(*linkage.connections, *bridge))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("bridged", [False, True])
+def test_random_linkages_are_as_stiff_as_their_networks(seed, bridged):
+    linkage = _bridged(seed) if bridged else _parallel(np.random.default_rng(seed), 2)[0]
+    drives = [j.name for j in linkage.joints if isinstance(j.role, Actuated)]
+    fast = rs.compile(linkage, joints=drives[1:] if bridged else None, backend=ARRAYS)
+    assert fast.verified
+    home = fast.driven.at_home
+    rows = home + np.random.default_rng([seed, 1]).uniform(-0.1, 0.1, (3, len(home)))
+    answer = fast.attempt(rows)
+    assert not answer.guarded.all()
+    for k in np.flatnonzero(~answer.guarded):
+        given = answer.values["K"][k], answer.status_codes[k], answer.rank[k]
+        _agrees(fast, linkage, rows[k], *given)
 
 
 def test_out_of_reach_is_a_status():

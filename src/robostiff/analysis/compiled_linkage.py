@@ -38,6 +38,8 @@ from robostiff.spatial import as_floats
 #: Values of driven joints: one row a pose, or an array for each joint by its name.
 DriveValues = ArrayLike | Mapping[str, ArrayLike]
 _SUBJECT = "the record of a linkage and its network"
+# Of the largest size: what rounding of a network leaves of zero, with all its wrenches at once.
+_FREE = 1e-4
 _OTHER_SEED = 47
 _NEARER = 4  # how often samples are drawn nearer to home
 
@@ -203,7 +205,8 @@ def compile_linkage(
     """
     outputs = checked_outputs(outputs)
     driven = DrivenLinkage.of(linkage, joints)
-    recorded, samples, nearer = _recorded(driven)
+    found = _Recorded.of(driven)
+    recorded = found.recorded
     for output in outputs:
         if isinstance(output, Derivative) and isinstance(output.of, Derivative):
             raise InputError(
@@ -212,58 +215,79 @@ def compile_linkage(
                 expected="first derivatives",
             )
     kernel = kernel_of(recorded, outputs, backend)
-    verified = _is_trusted(driven, recorded, samples, nearer)
+    verified = found.is_trusted()
     return CompiledLinkage(driven, kernel, recorded.factors.rank, recorded.status, verified)
 
 
-def _recorded(driven: DrivenLinkage) -> tuple[RecordedRobot, list[Configuration], int]:
-    """The record, its samples, and how near to home they are."""
-    for nearer in range(_NEARER):
-        samples = driven.samples(nearer=nearer)
-        recorded = record_linkage(driven, samples)
-        if recorded is not None:
-            return recorded, samples, nearer
-    raise InputError(
-        f"linkage {driven.part.name!r} to compile",
-        got="a home where modes of assembly meet, or driven joints that leave others undetermined",
-        expected="a regular home, from which the driven joints decide the posture",
-        hint="give another home, other joints=(...), or use linkage.network_at pose by pose",
+@dataclass(frozen=True)
+class _Recorded:
+    """The record of a linkage, its samples, and how near to home they are."""
+
+    driven: DrivenLinkage
+    recorded: RecordedRobot
+    undetermined: tuple[str, ...]
+    samples: list[Configuration]
+    nearer: int
+
+    @classmethod
+    def of(cls, driven: DrivenLinkage) -> _Recorded:
+        """With samples as near as home's surroundings are regular."""
+        for nearer in range(_NEARER):
+            samples = driven.samples(nearer=nearer)
+            recorded, undetermined = record_linkage(driven, samples)
+            if recorded is not None:
+                return cls(driven, recorded, undetermined, samples, nearer)
+            if undetermined:
+                raise _undetermined(driven, undetermined)
+        raise InputError(
+            f"home of {driven.part.name!r}",
+            got="a configuration in which assembly modes meet",
+            expected="a regular home for a kernel",
+            hint="give another home, or use linkage.network_at pose by pose",
+        )
+
+    def is_trusted(self) -> bool:
+        """Whether it has been confirmed at generic poses, those of its own samples and others.
+
+        Raises
+        ------
+        DisagreementError
+            When record and network differ at a pose where both are well conditioned.
+        InputError
+            When K depends on joints that are left undetermined.
+        """
+        driven, recorded = self.driven, self.recorded
+        general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
+        kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
+        strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-8)
+        trusted = True
+        for own in (self.samples, driven.samples(_OTHER_SEED, self.nearer)):
+            rows = np.array([driven.given_in(one) for one in own])
+            rows = rows[closes(kernel, kernel.evaluate(rows.T))]
+            if not len(rows):
+                return False
+            answer = attempted(kernel, _as_inputs(rows), general, 1)
+            careful = linkage_stiffness(driven, rows, strict)
+            doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
+            trusted &= not doubtful.any()
+            K, rank, codes = answer.values["K"], answer.rank, answer.status_codes
+            for k, distance in differences(K, rank, codes, careful, free=_FREE):
+                if not (answer.guarded[k] or doubtful[k]):
+                    if self.undetermined:
+                        raise _undetermined(driven, self.undetermined)
+                    place = dict(zip(driven.inputs, rows[k].tolist(), strict=True))
+                    raise DisagreementError(_SUBJECT, distance, f"{driven.part.name!r} at {place}")
+                trusted = False
+        return trusted
+
+
+def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:
+    return InputError(
+        f"driven joints of {driven.part.name!r}",
+        got=f"{', '.join(driven.drives)}, which leave {', '.join(names)} undetermined",
+        expected="joints that decide the configuration",
+        hint="add them, joints=(...), or use linkage.network_at pose by pose",
     )
-
-
-def _is_trusted(
-    driven: DrivenLinkage,
-    recorded: RecordedRobot,
-    samples: Sequence[Configuration],
-    nearer: int,
-) -> bool:
-    """Whether the record has been confirmed at generic poses, those of its own and others.
-
-    Raises
-    ------
-    DisagreementError
-        When record and network differ at a pose where both are well conditioned.
-    """
-    general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
-    kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
-    strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-8)
-    trusted = True
-    for own in (samples, driven.samples(_OTHER_SEED, nearer)):
-        rows = np.array([driven.given_in(one) for one in own])
-        rows = rows[closes(kernel, kernel.evaluate(rows.T))]
-        if not len(rows):
-            return False
-        answer = attempted(kernel, _as_inputs(rows), general, 1)
-        careful = linkage_stiffness(driven, rows, strict)
-        doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
-        trusted &= not doubtful.any()
-        K, rank, codes = answer.values["K"], answer.rank, answer.status_codes
-        for k, distance in differences(K, rank, codes, careful):
-            if not (answer.guarded[k] or doubtful[k]):
-                place = f"{driven.part.name!r} at {dict(zip(driven.inputs, rows[k], strict=True))}"
-                raise DisagreementError(_SUBJECT, distance, place)
-            trusted = False
-    return trusted
 
 
 def _as_inputs(rows: np.ndarray) -> InputRows:

@@ -143,7 +143,12 @@ def _doubtful(result: RobotStiffness) -> np.ndarray:
 
 
 def differences(
-    K: np.ndarray, rank: np.ndarray, status_codes: np.ndarray, careful: RobotStiffness
+    K: np.ndarray,
+    rank: np.ndarray,
+    status_codes: np.ndarray,
+    careful: RobotStiffness,
+    *,
+    free: float = _FREE,
 ) -> Iterator[tuple[int, float | str]]:
     """Numbers of the poses at which a record differs from the careful form, and by how much.
 
@@ -155,6 +160,8 @@ def differences(
         Of the record.
     careful : RobotStiffness
         At the same poses, of any batch shape.
+    free : float
+        Of the largest size: what rounding leaves of zero.
 
     Yields
     ------
@@ -173,13 +180,15 @@ def differences(
         return
     own = careful.matrix.reshape(-1, *K.shape[1:])[rows]
     scale = scaling(careful.about_reference.length.reshape(-1)[rows], careful.space)
-    distance = distances(K[rows], own, scale)
+    distance = distances(K[rows], own, scale, free)
     for i in np.argsort(-distance).tolist():
         if not distance[i] <= _AGREEMENT:
             yield int(rows[i]), float(distance[i])
 
 
-def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray) -> np.ndarray:
+def distances(
+    K: np.ndarray, other: np.ndarray, scale: np.ndarray, free: float = _FREE
+) -> np.ndarray:
     """How far stiffness matrices are from others, (..., n, n) each; scale (..., n) of wrenches.
 
     Entries are judged by sqrt(K_ii K_jj) of the other, those of free motions not by zero. Where the
@@ -187,7 +196,7 @@ def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray) -> np.ndarray
     infinite.
     """
     size = np.sqrt(np.maximum(np.einsum("...ii->...i", other), 0.0)) / scale
-    size = np.maximum(size, _FREE * np.max(size, axis=-1, keepdims=True)) * scale
+    size = np.maximum(size, free * np.max(size, axis=-1, keepdims=True)) * scale
     each = size[..., :, None] * size[..., None, :]
     apart = np.abs(K - other)
     parts = np.where(apart == 0, 0.0, np.inf)

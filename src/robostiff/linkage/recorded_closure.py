@@ -27,7 +27,7 @@ from robostiff.recorded.newton_step import (
 
 def record_linkage_closure(
     driven: DrivenLinkage, samples: Sequence[Configuration]
-) -> RecordedClosure | None:
+) -> tuple[RecordedClosure | None, tuple[str, ...]]:
     """Record the closure of a linkage from coordinates of its drives.
 
     Parameters
@@ -38,8 +38,11 @@ def record_linkage_closure(
 
     Returns
     -------
-    RecordedClosure or None
+    closure : RecordedClosure or None
         None where home is singular, or joints that resist are left undetermined.
+    undetermined : tuple of str
+        Coordinates of passive joints that no loop determines, as of a rod that spins: they stay
+        where they are at home.
     """
     part, tree, length = driven.part, driven.tree, driven.home.length
     following = driven.following(samples)
@@ -67,12 +70,13 @@ def record_linkage_closure(
         return steps
 
     step = step_of_groups(groups, [], in_coordinates, length)
-    # Passive freedoms that no loop determines, as a rod that spins, stay where they are at home.
-    if step.undetermined and len(following) > len(driven.passive(following)):
-        return None
+    undetermined = tuple(step.undetermined)
+    passive = {name for c in driven.passive(following) for name in coordinate_names(c)}
+    if not passive.issuperset(undetermined):
+        return None, undetermined
     q = {name: record.input(name) for name in (*given, *state)}
     start = named(following, driven.home.coordinates)
-    return steps_from_home(record, tuple(given), start, step, q)
+    return steps_from_home(record, tuple(given), start, step, q), undetermined
 
 
 def coordinates(

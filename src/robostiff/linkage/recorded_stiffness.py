@@ -32,6 +32,7 @@ from robostiff.recorded.elimination import (
     Column,
     dot,
     made_conjugate,
+    most_size,
     transmitted_by,
     usual_size,
 )
@@ -49,6 +50,7 @@ from robostiff.spatial import Frame, Space
 _ROWS = Space.SPATIAL.rows
 # Part of its usual size that a compliance must never fall below for it not to be watched.
 _ENOUGH = 1e-4
+_ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,9 @@ class _Flow:
     carried: Carried
 
 
-def record_linkage(driven: DrivenLinkage, samples: Sequence[Configuration]) -> RecordedRobot | None:
+def record_linkage(
+    driven: DrivenLinkage, samples: Sequence[Configuration]
+) -> tuple[RecordedRobot | None, tuple[str, ...]]:
     """Record the stiffness of a linkage; the inputs are the coordinates of its drives.
 
     Parameters
@@ -71,8 +75,10 @@ def record_linkage(driven: DrivenLinkage, samples: Sequence[Configuration]) -> R
 
     Returns
     -------
-    RecordedRobot or None
-        Without legs, of which a linkage has none. None where its closure has no record.
+    recorded : RecordedRobot or None
+        All ways to hold the platform are those of one leg. None where the closure has no record.
+    undetermined : tuple of str
+        Coordinates that no loop determines.
 
     Raises
     ------
@@ -83,13 +89,13 @@ def record_linkage(driven: DrivenLinkage, samples: Sequence[Configuration]) -> R
     --------
     >>> from robostiff.robots.descriptions import load_linkage
     >>> driven = DrivenLinkage.of(load_linkage("double-pantograph"))
-    >>> recorded = record_linkage(driven, driven.samples())
-    >>> recorded.closure.inputs, recorded.factors.rank
-    (('screw',), 6)
+    >>> recorded, undetermined = record_linkage(driven, driven.samples())
+    >>> recorded.closure.inputs, recorded.factors.rank, undetermined
+    (('screw',), 6, ())
     """
-    closure = record_linkage_closure(driven, samples)
+    closure, undetermined = record_linkage_closure(driven, samples)
     if closure is None:
-        return None
+        return None, undetermined
     part = driven.part
     record = Record(sampled_coordinates(driven, samples))
     moving = [c for c in part.connections if c.name in _moved(driven, samples)]
@@ -99,7 +105,7 @@ def record_linkage(driven: DrivenLinkage, samples: Sequence[Configuration]) -> R
     length = network_of(part, driven.home).characteristic_length or driven.home.length
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
     leg = _Circulation(part, bodies, recorder).leg
-    return RecordedRobot(
+    recorded = RecordedRobot(
         name=part.name,
         record=record,
         space=Space.SPATIAL,
@@ -112,6 +118,7 @@ def record_linkage(driven: DrivenLinkage, samples: Sequence[Configuration]) -> R
         joints=closure.joints,
         closure=closure,
     )
+    return recorded, undetermined
 
 
 def _moved(driven: DrivenLinkage, samples: Sequence[Configuration]) -> set[str]:
@@ -164,7 +171,7 @@ class _Circulation:
         scale += [1.0 / wrench_size(w, scale) for w in all_wrenches]
         found = transmitted_by(conditions, columns, scale)
         energy = self._energy(flows, starts, inner, over, found.wrenches)
-        ways = [way[:6] for way in found.wrenches]
+        ways = [_without_rounding(way, scale) for way in found.wrenches]
         conjugate = made_conjugate(ways, energy, self.part.name)
         return RecordedLeg(
             name=self.part.name,
@@ -297,6 +304,18 @@ class _Circulation:
 
 
 _LOAD = "the load of the platform"
+
+
+def _without_rounding(way: Column, scale: Sequence[float]) -> Column:
+    """What a way holds the platform by; what vanishes at all samples is 0, as closed loops have it.
+
+    Free motions are no stiffness then, and internal stress holds nothing.
+    """
+    size = wrench_size(way, scale)
+    return [
+        0 if most_size(x) <= _ROUNDING * size * s else x
+        for x, s in zip(way[:6], scale[:6], strict=True)
+    ]
 
 
 def _upper(size: int) -> Iterator[tuple[int, int]]:

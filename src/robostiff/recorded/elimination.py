@@ -86,7 +86,7 @@ def transmitted_by(
         ]
         # A pivot is lost if it is small at all samples, safe if it is large at each of them.
         drives = [
-            0 if _most(drive) <= _LOST * own else drive
+            0 if most_size(drive) <= _LOST * own else drive
             for drive, own in zip(drives, sizes, strict=True)
         ]
         safety = [least_size(drive) / own for drive, own in zip(drives, sizes, strict=True)]
@@ -177,7 +177,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
 
 def _idle(wrench: Column) -> bool:
     """Whether a wrench is zero up to rounding."""
-    return all(_most(x) <= _RIGID for x in wrench)
+    return all(most_size(x) <= _RIGID for x in wrench)
 
 
 def dot(a: Sequence[Any] | np.ndarray, b: Sequence[Any] | np.ndarray) -> Any:
@@ -194,7 +194,7 @@ def usual_size(value: Entry) -> float:
     return float(np.mean(np.abs(value.sample)))
 
 
-def _most(value: Any) -> float:
+def most_size(value: Any) -> float:
     """Largest size of an entry over the samples, or the size of a number."""
     return float(np.max(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
 
