@@ -273,7 +273,7 @@ def _add_element(
         return
     reactions.append(JointReaction(leg, element.name, F_here, element.point))
     load = float(freedom_twist(element, origin) @ F_leg)
-    travel = 0.0 if element.stiffness is None else load / element.stiffness
+    travel = 0.0 if element.stiffness is None else float(load / element.stiffness)
     if element.stiffness is not None:
         parts.append((leg, element.name, 0.5 * load * travel))
     if isinstance(element.role, Actuated):

@@ -17,12 +17,14 @@ from robostiff.model import (
     JointKind,
     Link,
     ParallelBlock,
+    Passive,
     PlacedBlock,
     PlacedFreedom,
     PlacedLeg,
     PlacedSpring,
     Rigid,
     Role,
+    StiffnessLaw,
     Telescope,
     TelescopicBeam,
 )
@@ -215,12 +217,12 @@ class ChainWalk:
         """Place the freedoms of a joint."""
         if joint.kind is JointKind.SPHERICAL:
             for i, screw in enumerate(joint.freedoms):
-                self.freedom(f"{joint.name}[{i}]", screw, joint.role)
+                self.freedom(f"{joint.name}[{i}]", screw, joint.role, q[..., i])
             self.R = product(self.R, turn_by_vector(q))
             return
         for i, screw in enumerate(joint.freedoms):
             name = joint.name if joint.size == 1 else f"{joint.name}[{i}]"
-            e = self.freedom(name, screw, joint.role)
+            e = self.freedom(name, screw, joint.role, q[..., i])
             if screw.turns:
                 self.R = product(self.R, turn_about(screw.axis, q[..., i]))
             if screw.slides:
@@ -229,7 +231,7 @@ class ChainWalk:
     def telescope(self, telescope: Telescope, extension: np.ndarray) -> None:
         """Place the slide of a telescope and its beams."""
         (slide,) = telescope.freedoms
-        e = self.freedom(telescope.name, slide, telescope.role)
+        e = self.freedom(telescope.name, slide, telescope.role, extension)
         if not telescope.beams:
             self.p = self.p + e * extension[..., None]
         for i, beam in enumerate(telescope.beams):
@@ -247,10 +249,11 @@ class ChainWalk:
                 own = telescopic_elasticity(beam, length)
             self.spring(name, telescope.axes, own)
 
-    def freedom(self, name: str, screw: Screw, role: Role) -> np.ndarray:
+    def freedom(self, name: str, screw: Screw, role: Role, q: np.ndarray) -> np.ndarray:
         """Place one freedom; its axis in the world."""
         e = np.einsum("...ij,j->...i", self.R, screw.axis)
-        self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.prefix + name, role))
+        x = own_coordinate(role, q)
+        self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.prefix + name, role, x))
         return e
 
     def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
@@ -262,6 +265,13 @@ class ChainWalk:
             self.p = self.p + np.einsum("...ij,...j->...i", R_spring, deflection[..., :3])
             turn = turn_by_vector(np.einsum("...ij,...j->...i", R_spring, deflection[..., 3:]))
             self.R = product(turn, self.R)
+
+
+def own_coordinate(role: Role, q: Any) -> Any:
+    """The coordinate of a drive whose stiffness depends on it; None of others."""
+    if isinstance(role, Passive) or not isinstance(role.stiffness, StiffnessLaw):
+        return None
+    return q.item() if isinstance(q, np.ndarray) and q.dtype == object and q.ndim == 0 else q
 
 
 def telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticity:

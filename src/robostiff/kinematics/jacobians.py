@@ -90,7 +90,10 @@ def spring_jacobian(
             blocks.append(element.elasticity.compliance)
         elif element.stiffness is not None:
             columns.append(freedom_twist(element, at)[..., None])
-            blocks.append(np.array([[1.0 / element.stiffness]]))
+            k = element.stiffness  # of a batch, where it depends on the coordinate
+            blocks.append(
+                1.0 / k[..., None, None] if isinstance(k, np.ndarray) else np.array([[1.0 / k]])
+            )
     batch = np.broadcast_shapes(at.shape[:-1], *(c.shape[:-2] for c in columns + blocks))
     if not columns:
         return np.zeros((*batch, 6, 0)), np.zeros((*batch, 0, 0))
@@ -128,7 +131,9 @@ def leg_compliance(
             C = C + spring_compliance(element, at)
         elif element.stiffness is not None:
             column = freedom_twist(element, at)
-            C = C + column[..., :, None] * (column / element.stiffness)[..., None, :]
+            k = element.stiffness
+            k = k[..., None] if isinstance(k, np.ndarray) else k
+            C = C + column[..., :, None] * (column / k)[..., None, :]
     return np.broadcast_to(C, (*at.shape[:-1], 6, 6)) if C.ndim < at.ndim + 1 else C
 
 

@@ -11,8 +11,10 @@ import numpy as np
 from robostiff.model import (
     Actuated,
     Leg,
+    Passive,
     Robot,
     Snapshot,
+    StiffnessLaw,
     Telescope,
 )
 
@@ -113,13 +115,17 @@ class Posture:
 
     @cached_property
     def _long_enough(self) -> np.ndarray:
-        """Where no beam of a telescope has a negative length, or none at all (N, legs)."""
+        """Where no beam of a telescope, and no stiffness of a drive, is negative (N, legs)."""
         enough = np.ones(self.shift_gaps.shape, dtype=bool)
         for i, (leg, q) in enumerate(zip(self.robot.legs, self.coordinates, strict=True)):
             for element, where in leg.chain.moving:
                 if isinstance(element, Telescope):
                     for beam in element.beams:
                         enough[:, i] &= beam.fixed + beam.share * q[:, where.start] > 0
+            for k, role in enumerate(leg.chain.roles):
+                law = None if isinstance(role, Passive) else role.stiffness
+                if isinstance(law, StiffnessLaw):
+                    enough[:, i] &= law.at(q[:, k]) > 0
         return enough
 
     def _shortfall(self, leg: Leg, shift: float, turn: float) -> str:

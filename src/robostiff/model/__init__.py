@@ -43,6 +43,7 @@ from robostiff.model.snapshot import (
     PlacedSpring,
     Snapshot,
 )
+from robostiff.model.stiffness_law import StiffnessLaw
 
 __all__ = [
     "ALL_COORDINATES",
@@ -81,6 +82,7 @@ __all__ = [
     "Robot",
     "Role",
     "Snapshot",
+    "StiffnessLaw",
     "Telescope",
     "TelescopicBeam",
     "beam_axes",

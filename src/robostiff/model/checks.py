@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import as_floats, refuse_quantities
 from robostiff.spatial.formula import (
     Entries,
@@ -142,7 +143,7 @@ def coordinate_array(values: Sequence[Any]) -> np.ndarray:
 
 def checked_stiffness(subject: str, value: Any) -> None:
     """Raise unless the stiffness is a positive finite number, a formula, or None for rigid."""
-    if value is None:
+    if value is None or isinstance(value, StiffnessLaw):
         return
     refuse_quantities(subject, value, "a positive finite number [N/m or N m/rad]")
     if is_formula(value):

@@ -18,6 +18,7 @@ from robostiff.model.checks import (
     nonzero_length,
     unit_vector,
 )
+from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, full_turn, refuse_quantities
 from robostiff.spatial.formula import Entries
 
@@ -45,7 +46,7 @@ class Actuated:
 
     Attributes
     ----------
-    stiffness : float, SymPy expression or None
+    stiffness : float, SymPy expression, StiffnessLaw or None
         Of the drive [N/m or N m/rad]; None for a rigid one.
     limits : (float, float) or None
         Lowest and highest coordinate [m or rad].
@@ -63,6 +64,8 @@ class Actuated:
                 raise InputError(
                     "limits of the drive", got=self.limits, expected="lowest < highest"
                 )
+            if isinstance(self.stiffness, StiffnessLaw):
+                self.stiffness.check(self.limits)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from robostiff.elasticity import Elasticity
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
+from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, Space
 
 _ROUNDING = 1e-12  # of a coordinate: closer points are one
@@ -36,10 +37,13 @@ class PlacedFreedom(Screw):
     name : str
         Of the joint, with the number of the freedom where it has several.
     role : Passive, Actuated or Locked
+    coordinate : (...) array, formula or None
+        Of a drive whose stiffness depends on it [m or rad].
     """
 
     name: str
     role: Role
+    coordinate: Any = None
 
     @property
     def is_passive(self) -> bool:
@@ -49,7 +53,14 @@ class PlacedFreedom(Screw):
     @property
     def stiffness(self) -> Any:
         """Stiffness of its drive or lock [N/m or N m/rad]; None when passive or rigid."""
-        return None if isinstance(self.role, Passive) else self.role.stiffness
+        k = None if isinstance(self.role, Passive) else self.role.stiffness
+        if not isinstance(k, StiffnessLaw):
+            return k
+        k = k.at(self.coordinate)
+        if isinstance(k, np.ndarray) and k.dtype != object:
+            # Out of reach, it may be negative: a status reports it, and the other poses continue.
+            return np.maximum(k, np.finfo(float).tiny ** 0.25)
+        return k
 
 
 @dataclass(frozen=True)
@@ -313,7 +324,9 @@ def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFre
     point = _one(element.point, 1, index)
     if isinstance(element, PlacedFreedom):
         axis = _one(element.axis, 1, index)
-        return PlacedFreedom(axis, point, element.pitch, element.name, element.role)
+        x = element.coordinate
+        x = x[index] if isinstance(x, np.ndarray) and x.ndim else x
+        return PlacedFreedom(axis, point, element.pitch, element.name, element.role, x)
     rotation = _one(element.rotation, 2, index)
     return PlacedSpring(element.name, point, rotation, element.elasticity.one(index))
 

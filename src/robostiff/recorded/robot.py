@@ -187,7 +187,9 @@ def assembled(
         frames[shape] = leg.frame
         legs.append(leg)
     gaps = [_CLOSED - gap for own in placed for gap in own.gap]
-    lengths = [_as_part(x) for own in placed for x in own.lengths if isinstance(x, Entry)]
+    softest = [e.stiffness for own in placed for e in own.leg.freedoms if e.coordinate is not None]
+    positive = (*softest, *(x for own in placed for x in own.lengths))
+    lengths = [_as_part(x) for x in positive if isinstance(x, Entry)]
     K = stiffness_entries(legs, robot.space.size)
     return RecordedRobot(
         name=robot.name,
@@ -246,7 +248,7 @@ def _shape(leg: Any) -> tuple[Any, ...]:
 
 def _as_part(value: Entry) -> Any:
     """A positive entry against its mean over the samples."""
-    return value * (1 / float(np.mean(value.sample)))
+    return value * (1 / float(np.mean(np.abs(value.sample))))
 
 
 def _sum_of_squares(values: Sequence[Any]) -> Any:

@@ -11,12 +11,14 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model import (
+    Passive,
     PlacedBlock,
     PlacedFreedom,
     PlacedLeg,
     PlacedMass,
     PlacedSpring,
     Snapshot,
+    StiffnessLaw,
 )
 from robostiff.model.snapshot import PlacedElement
 from robostiff.spatial import as_floats
@@ -312,6 +314,8 @@ def _bends_freely(element: PlacedElement, along: list[float]) -> bool:
 
 def _joint(freedom: PlacedFreedom) -> FiniteJoint:
     k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
+    varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
+    law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
     return FiniteJoint(
         (freedom.name,),
         np.array(freedom.point, dtype=float)[None],
@@ -320,6 +324,7 @@ def _joint(freedom: PlacedFreedom) -> FiniteJoint:
         np.array([freedom.advance(1.0)]),
         np.array([k]),
         np.zeros(1),
+        () if law is None else (law,),
     )
 
 

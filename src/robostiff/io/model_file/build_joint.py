@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.io.model_file.build_laws import stiffness_law
 from robostiff.io.model_file.geometry import direction, vector
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_elements import (
@@ -85,8 +86,17 @@ def build_role(place: Place, written: WrittenDrive, dimensions: tuple[Dimension,
     _check_role(place, written, dimensions)
     stiffness = None
     if written.stiffness is not None:
-        dimension = _STIFFNESS_OF[dimensions[0]]
-        stiffness = (place / "stiffness").positive(written.stiffness, dimension)
+        here, dimension = place / "stiffness", _STIFFNESS_OF[dimensions[0]]
+        turns = dimensions[0] is Dimension.ANGLE
+        stiffness = stiffness_law(here, written.stiffness, turns)
+        if stiffness is None:
+            stiffness = here.positive(written.stiffness, dimension)
+        elif written.role != "actuated" or written.limits is None or dimensions[1:]:
+            raise here.error(
+                "stiffness by the coordinate q of its joint",
+                got=written.stiffness,
+                expected="an actuated joint of one coordinate with limits, between which it holds",
+            )
     if written.role == "passive":
         return Passive()
     if written.role == "locked":

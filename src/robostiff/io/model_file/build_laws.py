@@ -5,15 +5,49 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from typing import Any
 
 from robostiff.io.expression import exact_mathematics, parse
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_robot import WrittenLaw
 from robostiff.io.units import Dimension, make_quantity, make_unit, to_si
 from robostiff.kinematics import find_posture
-from robostiff.model import ForceLaw, PlacedFreedom, Robot
+from robostiff.model import ForceLaw, PlacedFreedom, Robot, StiffnessLaw
 
+#: What a joint is called in formulas of its force or stiffness.
 _MOTION = "q"
+
+
+def stiffness_law(place: Place, written: str | float, turns: bool) -> StiffnessLaw | None:
+    """Stiffness by the coordinate q of its joint; None where what is written does not depend on it.
+
+    A parameter of the name q is a number as any other.
+    """
+    if not isinstance(written, str) or _MOTION in place.names:
+        return None
+    with place.complaints():
+        expression = parse(written)
+        if _MOTION not in expression.names:
+            return None
+        import sympy as sp
+
+        k = _of_motion(
+            place,
+            written,
+            Dimension.ROTATIONAL_STIFFNESS if turns else Dimension.TRANSLATIONAL_STIFFNESS,
+            turns,
+        )
+        return StiffnessLaw.of(k, sp.Symbol(_MOTION, real=True), exact=place.is_exact)
+
+
+def _of_motion(place: Place, written: str, dimension: Dimension, turns: bool) -> Any:
+    """What is written of the motion q, in SI units."""
+    import sympy as sp
+
+    unit = make_unit({"rad": 1} if turns else {"m": 1})
+    names = {**place.names, _MOTION: make_quantity(sp.Symbol(_MOTION, real=True), unit)}
+    quantity = parse(written).evaluate(names, exact_mathematics())
+    return sp.sympify(to_si(quantity, dimension, got=written))
 
 
 def with_written_laws(place: Place, robot: Robot, written: Mapping[str, WrittenLaw]) -> Robot:
@@ -56,13 +90,8 @@ def _law(place: Place, written: WrittenLaw, joint: PlacedFreedom) -> ForceLaw:
     turns = joint.turns
     force = Dimension.MOMENT if turns else Dimension.FORCE
     if isinstance(written, str):
-        import sympy as sp
-
-        unit = make_unit({"rad": 1} if turns else {"m": 1})
-        names = {**place.names, _MOTION: make_quantity(sp.Symbol(_MOTION, real=True), unit)}
         with place.complaints():
-            quantity = parse(written).evaluate(names, exact_mathematics())
-            return ForceLaw(sp.sympify(to_si(quantity, force, got=written)))
+            return ForceLaw(_of_motion(place, written, force, turns))
     motion = Dimension.ANGLE if turns else Dimension.LENGTH
     table = [
         [(place / i / 0).number(q, motion), (place / i / 1).number(F, force)]

@@ -27,7 +27,7 @@ from robostiff.kinematics.formula.layout import Layout, Stretch
 from robostiff.kinematics.formula.placed import FormulaPose, PlacedFormula
 from robostiff.kinematics.formula.rod_ends import PlacedRod, RodEnds, placed_rod
 from robostiff.kinematics.frames import PlacedChain, place_chain
-from robostiff.model import Actuated, Chain, Leg, Passive, PlacedLeg, PlacedSpring
+from robostiff.model import Actuated, Chain, Leg, Passive, PlacedBlock, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, is_one, is_zero, square_root
 
 
@@ -212,12 +212,28 @@ class _Site:
         lengths = [x for x in layout.lengths(leg.chain, self.copies) if isinstance(x, Entry)]
         reaching = [x for x in rod.out_of_reach if not is_zero(x)]
         return PlacedFormula(
-            leg=PlacedLeg(leg.name, tuple(elements), end),
+            leg=self._with_coordinates(PlacedLeg(leg.name, tuple(elements), end), layout),
             gap=(*closing, *reaching),
             lengths=tuple(lengths),
             coordinate=lambda place: self._coordinate(layout, place),
             platform=self.pose,
         )
+
+    def _with_coordinates(self, placed: PlacedLeg, layout: Layout) -> PlacedLeg:
+        """Drives whose stiffness depends on their coordinate have it."""
+        places = {part.name: i for i, part in enumerate(self.whole.freedoms)}
+
+        def of(part: Any) -> Any:
+            if isinstance(part, PlacedBlock):
+                return replace(part, branches=tuple(map(along, part.branches)))
+            if getattr(part, "coordinate", None) is None:
+                return part
+            return replace(part, coordinate=self._coordinate(layout, places[part.name]))
+
+        def along(leg: PlacedLeg) -> PlacedLeg:
+            return replace(leg, elements=tuple(map(of, leg.elements)))
+
+        return along(placed)
 
     def _coordinate(self, layout: Layout, place: int) -> Any:
         """A coordinate of the leg on the turn of home, or within its limits."""

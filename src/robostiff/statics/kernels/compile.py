@@ -15,7 +15,7 @@ from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
-from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model import ALL_COORDINATES, Robot, StiffnessLaw
 from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, record_robot, sample_postures
 from robostiff.statics.beam_bowing import Beams, Bowing
@@ -104,6 +104,17 @@ def compile_loaded(
             got="a robot under its own gravity",
             expected="a wrench on the platform alone",
             hint="leave gravity out of the model, or use equilibrium, which has weights",
+        )
+    if robot.laws or any(
+        isinstance(getattr(role, "stiffness", None), StiffnessLaw)
+        for leg in robot.legs
+        for role in leg.chain.roles
+    ):
+        raise InputError(
+            f"kernel under load of {robot.name!r}",
+            got="drives with laws of force or stiffness",
+            expected="constant stiffnesses",
+            hint="equilibrium follows laws, pose by pose",
         )
     code = code_of(backend)
     taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
