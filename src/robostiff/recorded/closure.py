@@ -13,8 +13,8 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.assembly import middle_of_turn
+from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.kinematics.formula.body import tidied
 from robostiff.model import ALL_COORDINATES, Actuated, Robot
 from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, derivatives, least
 from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.kinematics.closure import gaps
-from robostiff.kinematics.formula.body import tidied, tidied_point
+from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.formula.placed import FormulaPose
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.jacobians import freedom_twist

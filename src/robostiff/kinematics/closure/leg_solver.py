@@ -25,7 +25,7 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
     pose_of_end,
 )
-from robostiff.kinematics.closure.rod import Rod, SlidingRod, recognise_rod, recognise_sliding_rod
+from robostiff.kinematics.closure.rod import Rod, recognise_rod, recognise_sliding_rod
 from robostiff.kinematics.closure.skeleton import skeleton_of
 from robostiff.kinematics.closure.strut import Strut, recognise_strut
 from robostiff.kinematics.frames import Loop, place_chain
@@ -33,7 +33,7 @@ from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
 from robostiff.model import Chain, Elbow, Leg
 from robostiff.spatial.batch import poses_side_by_side
 
-ClosedForm = Strut | Rod | SlidingRod
+ClosedForm = Strut | Rod
 _CLOSED = 1e-7
 _STARTS, _SEED = 32, 5  # of the search for other postures
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
@@ -46,7 +46,7 @@ class LegSolver:
     Attributes
     ----------
     leg : Leg
-    closed_form : Strut, Rod, SlidingRod or None
+    closed_form : Strut, Rod or None
         Of the main path of its chain.
     copies : (size,) array of int
         Places on the main path to which its coordinates are equal, where it has a closed form.
@@ -300,7 +300,7 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     """
     copies = copied_places(leg.chain)
     closed_form = None if copies is None else _recognised(leg.chain.main_path)
-    if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod | SlidingRod):
+    if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod):
         raise InputError(
             f"elbow of leg {leg.name!r}",
             got=leg.elbow.value,

@@ -1,4 +1,4 @@
-"""Legs in the world as formulas on recorded entries: closure and placement without angles."""
+"""Legs in the world as formulas on recorded entries: all elements on the bodies of a closed leg."""
 
 from robostiff.kinematics.formula.place import place_leg
 from robostiff.kinematics.formula.placed import FormulaPose, PlacedFormula, place_leg_at_joints

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.formula.body import LegBody, direction_across, size_of, tidied_point
+from robostiff.kinematics.closure.body import LegBody, direction_across, size_of, tidied_point
+from robostiff.kinematics.closure.closed_form import ClosedLeg
 from robostiff.kinematics.frames import Loop, PlacedChain, telescopic_elasticity
 from robostiff.kinematics.turn import Turn
 from robostiff.model import (
@@ -25,27 +26,8 @@ from robostiff.model import (
     PlacedSpring,
     Rigid,
     Telescope,
-    TelescopicBeam,
 )
-from robostiff.record import arc_tangent, greater, is_zero
-from robostiff.spatial import cross
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """Coordinate of a slide [m] from a recorded length: ``length + offset``."""
-
-    length: Any
-    offset: Any
-
-    @property
-    def coordinate(self) -> Any:
-        """The coordinate itself."""
-        return self.length + self.offset
-
-    def of(self, beam: TelescopicBeam) -> Any:
-        """Length of a beam of the telescope that slides."""
-        return self.length * beam.share + (beam.fixed + beam.share * self.offset)
+from robostiff.record import greater, is_zero
 
 
 @dataclass(frozen=True)
@@ -73,25 +55,9 @@ class _Tour:
 
 @dataclass(frozen=True)
 class Layout:
-    """Bodies of a leg in the world; joints and places are those of the main path of its chain.
+    """Elements of a leg in the world, carried by the bodies of the closed leg."""
 
-    Attributes
-    ----------
-    bodies : dict of int to LegBody
-        A body begins after that many elementary joints.
-    slides : dict of int to Stretch
-        By place in the coordinate vector.
-    ball_axes : dict of int to (3,) array
-        Axes of spherical joints, which may have any three.
-    """
-
-    bodies: dict[int, LegBody]
-    slides: dict[int, Stretch]
-    ball_axes: dict[int, np.ndarray]
-
-    def after(self, joints: int) -> LegBody:
-        """The body that follows so many elementary joints."""
-        return self.bodies[max(start for start in self.bodies if start <= joints)]
+    closed: ClosedLeg
 
     def elements(
         self, chain: Chain, zero: PlacedChain
@@ -119,7 +85,7 @@ class Layout:
                 yield self._block(element, next(left), joints, shift, tour)
                 joints += element.branches[0].chain.main_places.size
             elif isinstance(element, Link):
-                yield self._spring(next(left), self.after(joints), shift)
+                yield self._spring(next(left), self.closed.after(joints), shift)
             elif not isinstance(element, Rigid):
                 size = element.size if isinstance(element, Joint) else 1
                 for place in range(joints, joints + size):
@@ -131,8 +97,8 @@ class Layout:
     def _block(
         self, block: ParallelBlock, zero: PlacedBlock, joints: int, shift: _Shift, tour: _Tour
     ) -> PlacedBlock:
-        first, near = zero.branches[0], self.after(joints)
-        far = self.after(joints + block.branches[0].chain.main_places.size)
+        first, near = zero.branches[0], self.closed.after(joints)
+        far = self.closed.after(joints + block.branches[0].chain.main_places.size)
         legs = []
         for branch, own in zip(block.branches, zero.branches, strict=True):
             shifted = shift
@@ -157,10 +123,10 @@ class Layout:
             For each of its coordinates the place on the main path.
         """
         for element, where in chain.moving:
-            if isinstance(element, Telescope) and copies[where.start] in self.slides:
+            if isinstance(element, Telescope) and copies[where.start] in self.closed.slides:
                 for beam in element.beams:
                     if not is_zero(beam.share):
-                        yield self.slides[copies[where.start]].of(beam)
+                        yield self.closed.slides[copies[where.start]].of(beam)
 
     def coordinate(
         self,
@@ -187,22 +153,19 @@ class Layout:
         InputError
             For a spherical joint.
         """
-        if place in self.slides:
-            return self.slides[place].coordinate
+        if place in self.closed.slides:
+            return self.closed.slides[place].coordinate
         freedom = zero.freedoms[place]
-        if place in self.ball_axes:
+        if place in self.closed.ball_axes:
             raise InputError(
                 f"coordinate of {freedom.name!r}",
                 got="a spherical joint of a leg in closed form",
                 expected="a joint about one axis",
                 hint="give limits to the joints that are driven",
             )
-        near, far = self.after(place), self.after(place + 1)
         across = direction_across(freedom.axis)
         ahead = across if about == 0 else Turn.by(about).about(freedom.axis) @ across
-        before, after = near.direction(ahead), far.direction(across)
-        sine = near.direction(freedom.axis) @ cross(before, after)
-        q = arc_tangent(sine, before @ after)
+        q = self.closed.angle(place, freedom.axis, ahead, across)
         q = q if about == 0 else q + about
         if limits is None or (limits[0] >= about - math.pi and limits[1] <= about + math.pi):
             return q
@@ -212,8 +175,8 @@ class Layout:
         return q + (up - down) * turn
 
     def _freedom(self, freedom: PlacedFreedom, place: int, shift: _Shift) -> PlacedFreedom:
-        body = self.after(place)
-        axis = self.ball_axes.get(place)
+        body = self.closed.after(place)
+        axis = self.closed.ball_axes.get(place)
         axis = body.direction(freedom.axis) if axis is None else axis
         return replace(freedom, axis=axis, point=shift.point(body, freedom.point))
 
@@ -228,14 +191,14 @@ class Layout:
     def _beams(
         self, telescope: Telescope, springs: Iterator[PlacedSpring], place: int, shift: _Shift
     ) -> Iterator[PlacedSpring]:
-        near, far = self.after(place), self.after(place + 1)
+        near, far = self.closed.after(place), self.closed.after(place + 1)
         share: Any = 0
         for beam in telescope.beams:
             spring = next(springs)
-            if place not in self.slides:  # locked: its length is that at home
+            if place not in self.closed.slides:  # locked: its length is that at home
                 yield self._spring(spring, near, shift)
                 continue
-            stretch = self.slides[place]
+            stretch = self.closed.slides[place]
             share = share + beam.share
             if share == 1:
                 point = shift.point(far, spring.point)

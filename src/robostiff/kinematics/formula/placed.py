@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.kinematics.formula.body import tidied, tidied_point
+from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.turn import turn_by_vector_of_entries
 from robostiff.model import Leg, PlacedLeg, Telescope

@@ -1,4 +1,4 @@
-"""A slide or crank that carries the near end of a rod, recorded, and the universal joint there."""
+"""A slide or crank that carries the near end of a rod, and axes at given angles to directions."""
 
 from __future__ import annotations
 
@@ -7,10 +7,22 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.kinematics.closure.body import LegBody, Rest, tidied, tidied_point
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
-from robostiff.kinematics.formula.body import LegBody, tidied, tidied_point
+from robostiff.kinematics.closure.vectors import (
+    cross,
+    dot,
+    frame,
+    positive_part,
+    quotient,
+    root,
+)
 from robostiff.record import Entry, is_zero, least, square_root
-from robostiff.spatial import cross
+
+# Square of the sum of two unit vectors that counts as none.
+_OPPOSITE = 1e-12
+#: 1 or -1, for all poses or one by one.
+Sign = int | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -19,24 +31,23 @@ class Aim:
 
     Attributes
     ----------
-    level, across : (3,) arrays
-    normal : (3,) array
-        a x d.
+    level, across, normal : (3,) or (3, N) arrays
+        The last is a x d; the first is 0 where b is at right angles to both.
     square : Entry or number
         |a x d|^2.
     gap : Entry or number
         0 where such vectors exist, else of the size of the square of what is missing.
     """
 
-    level: np.ndarray
+    level: Any
     across: np.ndarray
     normal: np.ndarray
     square: Any
     gap: Any
 
-    def way(self, sign: int) -> np.ndarray:
+    def way(self, sign: Sign) -> np.ndarray:
         """That with ``b.(a x d)`` of a sign, 1 or -1."""
-        return self.level + (self.across if sign > 0 else -self.across)
+        return self.level + self.across * sign
 
 
 def aim(a: np.ndarray, d: np.ndarray, to_a: Any, to_d: Any) -> Aim:
@@ -56,19 +67,19 @@ def aim(a: np.ndarray, d: np.ndarray, to_a: Any, to_d: Any) -> Aim:
         Cosines.
     """
     normal = cross(a, d)
-    square = normal @ normal
+    square = dot(normal, normal)
     if is_zero(to_a) and is_zero(to_d):
-        return Aim(np.zeros(3, dtype=int), normal / square_root(square), normal, square, 0)
-    g = a @ d
-    x, y = (to_a - g * to_d) / square, (to_d - g * to_a) / square
+        return Aim(0, quotient(normal, root(square)), normal, square, 0)
+    g = dot(a, d)
+    x, y = quotient(to_a - g * to_d, square), quotient(to_d - g * to_a, square)
     left = 1 - x * to_a - y * to_d
-    across = normal * square_root(positive_part(left) / square)
-    return Aim(a * x + d * y, across, normal, square, -least(left, 0))
+    across = normal * root(quotient(positive_part(left), square))
+    return Aim(a * x + d * y, across, normal, square, lack_of(left))
 
 
-def positive_part(value: Any) -> Any:
-    """The larger one of a value and 0."""
-    return -least(-value, 0) if isinstance(value, Entry) else max(value, 0)
+def lack_of(value: Any) -> Any:
+    """What an entry lacks to be positive, at the samples and everywhere else; nothing of poses."""
+    return 0 if isinstance(value, np.ndarray) else -least(value, 0)
 
 
 def shortest_turn_of(
@@ -86,6 +97,14 @@ def shortest_turn_of(
         Perpendicular to `start`.
     """
     both = start + end
+    if both.ndim == 2:
+        m, square = sides[0], dot(both, both)
+        turned = m - both * quotient(2.0 * dot(m, end), square)
+        opposite = square < _OPPOSITE
+        if np.any(opposite):  # half a turn about the first side
+            still = m - end * dot(m, end)
+            turned = np.where(opposite, still / np.sqrt(dot(still, still)), turned)
+        return [turned, cross(end, turned)]
     part = 1 / (1 + start @ end)
     return [m - both * ((m @ end) * part) for m in sides]
 
@@ -136,7 +155,7 @@ class Driven:
 
 
 def driven_by_slide(
-    base: LegBody, slide: Slide, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
+    base: LegBody, slide: Slide, A: np.ndarray, B_now: np.ndarray, square: Any, sign: Sign
 ) -> Driven:
     """Slide with |B - A - s e| = l: s = e.(B - A) +- sqrt(l^2 - |across|^2).
 
@@ -156,17 +175,47 @@ def driven_by_slide(
     """
     e, start = base.direction(slide.axis), base.point(A)
     to_B = B_now - start
-    along = e @ to_B
+    along = dot(e, to_B)
     across = to_B - e * along
-    left = square - across @ across
-    root = square_root(positive_part(left)) * sign
-    s = along + root
+    left = square - dot(across, across)
+    half = root(positive_part(left)) * sign
+    s = along + half
     A_now = start + e * s
-    return Driven(base.at(A, A_now), A_now, across - e * root, s, -least(left, 0) / square, 0)
+    return Driven(base.at(A, A_now), A_now, across - e * half, s, lack_of(left) / square, 0)
+
+
+@dataclass(frozen=True)
+class Circle:
+    """The circle of the near end of a rod about the axis of its crank, at zero coordinates.
+
+    Attributes
+    ----------
+    rest : Rest
+        Its centre; axes along the arm, across it, and along that of the crank.
+    radius : Entry or number
+        [m].
+    """
+
+    rest: Rest
+    radius: Any
+
+
+def circle_of(crank: Cluster, A: np.ndarray) -> Circle:
+    """The circle on which a crank of one axis carries a point."""
+    e0 = crank.axes[0]
+    arm = A - crank.point
+    level = e0 * (e0 @ arm)
+    radius = square_root((arm - level) @ (arm - level))
+    m0 = tidied((arm - level) / radius)
+    R_zero = np.stack([m0, cross(e0, m0), e0], axis=-1)
+    hub = tidied_point(crank.point + level)
+    if e0.dtype != object:
+        R_zero, hub = R_zero.astype(float), hub.astype(float)
+    return Circle(Rest(R_zero, hub), radius)
 
 
 def driven_by_crank(
-    base: LegBody, crank: Cluster, A: np.ndarray, B_now: np.ndarray, square: Any, sign: int
+    base: LegBody, circle: Circle, B_now: np.ndarray, square: Any, sign: Sign
 ) -> Driven:
     """Crank with |B - A(s)| = l, from x cos s + y sin s = c, given by cosine and sine.
 
@@ -177,30 +226,30 @@ def driven_by_crank(
     ----------
     base : LegBody
         What carries the drive.
-    crank : Cluster
-        One axis.
-    A, B_now, square, sign
+    circle : Circle
+        Of the near end of the rod.
+    B_now, square, sign
         As for a slide.
     """
-    e0 = crank.axes[0]
-    arm = A - crank.point
-    level = e0 * (e0 @ arm)
-    radius = square_root((arm - level) @ (arm - level))
-    m0 = tidied((arm - level) / radius)
-    R_zero = np.stack([m0, cross(e0, m0), e0], axis=-1)
-    hub = tidied_point(crank.point + level)
-    m, n, e = (base.direction(axis) for axis in R_zero.T)
-    centre = base.point(hub)
+    rest, radius = circle.rest, circle.radius
+    m, n, e = (base.direction(axis) for axis in rest.R.T)
+    centre = base.point(rest.p)
     to_B = B_now - centre
-    x, y = to_B @ m, to_B @ n
-    (height,) = tidied_point(np.array([to_B @ e], dtype=object))
+    x, y = dot(to_B, m), dot(to_B, n)
+    height = dot(to_B, e)
+    if not base.is_at_poses:
+        (height,) = tidied_point(np.array([height], dtype=object))
     size = x * x + y * y
     c = (size + (height * height + (radius * radius - square))) / (2 * radius)
+    if base.is_at_poses:  # out of reach, as far as it goes
+        c = np.clip(c, -np.sqrt(size), np.sqrt(size))
     left = size - c * c
-    root = square_root(positive_part(left)) * sign
-    cosine, sine = (x * c - y * root) / size, (y * c + x * root) / size
+    half = root(positive_part(left)) * sign
+    cosine, sine = quotient(x * c - y * half, size), quotient(y * c + x * half, size)
     out = m * cosine + n * sine
     A_now = centre + out * radius
-    now = np.stack([out, n * cosine - m * sine, e], axis=-1)
-    carrier = LegBody(R_zero, hub, now, centre)
-    return Driven(carrier, A_now, B_now - A_now, None, -least(left, 0) / square, square / size)
+    now = frame(out, n * cosine - m * sine, e)
+    carrier = LegBody(rest, now, centre)
+    return Driven(
+        carrier, A_now, B_now - A_now, None, lack_of(left) / square, quotient(square, size)
+    )

@@ -1,0 +1,243 @@
+"""A rigid body of a leg: at coordinates zero, and where it is now; rounding removed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from robostiff.kinematics.closure.vectors import cross, dot, frame, times
+from robostiff.record import Entry, is_zero, square_root
+from robostiff.record.entry import is_exact
+
+#: Of a cosine: what a few operations leave of an exact zero.
+ROUNDING = 4e-15
+# Sine below which a direction is along an axis: nothing turns it about that.
+_ALONG = 1e-15
+
+
+def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
+    """The same entries, those that are 0 or +-1 up to rounding as integers.
+
+    Parameters
+    ----------
+    values : array of entries or numbers
+    scale : float
+        Size against which a number counts as zero.
+
+    Returns
+    -------
+    array of objects
+
+    Examples
+    --------
+    >>> tidied(np.array([6e-17, 1.0, 0.5]))
+    array([0, 1, 0.5], dtype=object)
+    """
+    out = np.empty(values.shape, dtype=object)
+    for place in np.ndindex(values.shape):
+        out[place] = _tidy(values[place], scale)
+    return out
+
+
+def tidied_point(p: np.ndarray) -> np.ndarray:
+    """The same point; components of the size of rounding beside the largest become 0.
+
+    Examples
+    --------
+    >>> tidied_point(np.array([0.3, 2e-17, 0.0]))
+    array([0.3, 0, 0], dtype=object)
+    """
+    return tidied(p, max(size_of(x) for x in p))
+
+
+def size_of(value: Any) -> float:
+    """Largest size of an entry at the samples, or the size of a number."""
+    return float(np.max(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
+
+
+def _tidy(value: Any, scale: float) -> Any:
+    if isinstance(value, Entry):
+        return value.record.simplified(value, scale)
+    if is_exact(value):
+        return value
+    if abs(value) <= ROUNDING * scale:
+        return 0
+    for unit in (1, -1):
+        if abs(value - unit) <= ROUNDING:
+            return unit
+    return float(value)
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A frame of a body while all coordinates are zero.
+
+    Attributes
+    ----------
+    R, p : (3, 3) and (3,) arrays
+        In the leg's base frame.
+    """
+
+    R: np.ndarray
+    p: np.ndarray
+    _directions: dict[bytes, np.ndarray] = field(default_factory=dict, compare=False, repr=False)
+    _points: dict[bytes, np.ndarray] = field(default_factory=dict, compare=False, repr=False)
+
+    def at(self, p: np.ndarray) -> Rest:
+        """Another frame with the same axes."""
+        return Rest(self.R, p, self._directions)
+
+    def direction(self, e: np.ndarray) -> np.ndarray:
+        """A direction, or several as columns, seen from the frame."""
+        return _once(self._directions, e, lambda: tidied(self.R.T @ e))
+
+    def point(self, x: np.ndarray) -> np.ndarray:
+        """A point seen from the frame."""
+        return _once(self._points, x, lambda: self._local(x))
+
+    def _local(self, x: np.ndarray) -> np.ndarray:
+        size = max(size_of(c) for c in (*x, *self.p))
+        return tidied(self.R.T @ (x - self.p), size)
+
+
+def _once(known: dict[bytes, np.ndarray], e: np.ndarray, found: Callable[[], np.ndarray]) -> Any:
+    """What is found for a vector of numbers, worked out once; entries are recorded each time."""
+    if e.dtype == object:
+        return found()
+    key = e.tobytes()
+    if key not in known:
+        known[key] = found()
+    return known[key]
+
+
+@dataclass(frozen=True)
+class LegBody:
+    """A frame of a body at zero coordinates and now; all else of the body moves along.
+
+    Attributes
+    ----------
+    rest : Rest
+        At zero coordinates.
+    R, p : (3, 3) and (3,) arrays of entries, or (3, 3, N) and (3, N) arrays
+        Now, in the world.
+    """
+
+    rest: Rest
+    R: np.ndarray
+    p: np.ndarray
+
+    @property
+    def is_at_poses(self) -> bool:
+        """Whether it is given by numbers at poses, not by recorded entries."""
+        return self.R.ndim == 3
+
+    def point(self, x: np.ndarray) -> np.ndarray:
+        """Where a point of the body is that was at x."""
+        return self.p + times(self.R, self.rest.point(x))
+
+    def direction(self, e: np.ndarray) -> np.ndarray:
+        """The present direction of the body that was e."""
+        return times(self.R, self.rest.direction(e))
+
+    def axes(self, R: np.ndarray) -> np.ndarray:
+        """The present axes of the body that were the columns of R."""
+        return self.R @ self.rest.direction(R)
+
+    def at(self, x: np.ndarray, p: np.ndarray) -> LegBody:
+        """A body of the same orientation, whose point x is at p."""
+        return LegBody(self.rest.at(x), self.R, p)
+
+    def turn_to(self, far: LegBody, own: np.ndarray) -> np.ndarray:
+        """Rotation (3, 3, N) to another body at poses, in axes `own` (3, 3) at zero coordinates."""
+        near_own, far_own = (body.rest.direction(own).astype(float) for body in (self, far))
+        turn = np.einsum("jin,jkn->ikn", self.R, far.R)
+        turn = np.einsum("ijn,jk->ikn", turn, far_own)
+        return np.einsum("ji,jkn->ikn", near_own, turn)
+
+
+def rest_of_directions(x: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[Rest, Any]:
+    """The frame at a point whose first axis is u and whose second is beside v, and u.v."""
+    c = constant_cosine(u, v)
+    return Rest(_axes(u, v, c), x), c
+
+
+def body_of_directions(
+    zero: tuple[np.ndarray, np.ndarray, np.ndarray],
+    now: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> LegBody:
+    """The body that carries a point and two directions u, v at a constant angle.
+
+    Parameters
+    ----------
+    zero : (point, u, v)
+        At zero coordinates.
+    now : (point, u, v)
+        In the world.
+    """
+    p, u, v = now
+    rest, c = rest_of_directions(*zero)
+    return LegBody(rest, _axes(u, v, c), p)
+
+
+def body_turned(
+    before: LegBody,
+    rest: Rest,
+    p: np.ndarray,
+    axis: np.ndarray,
+    target: np.ndarray,
+    end: np.ndarray,
+) -> LegBody:
+    """The body after a joint that brings a direction nearest to another, at poses.
+
+    Parameters
+    ----------
+    before : LegBody
+        What carries the joint; the turn is zero where neither of the directions leaves its axis.
+    rest : Rest
+        Frame of the body: axis, then the part of the direction across it.
+    p : (3, N) array
+        Origin of the frame [m].
+    axis, target : (3,) arrays
+        Axis, and direction of the body, at zero coordinates.
+    end : (3, N) array
+        Where the direction is wanted.
+    """
+    e = before.direction(axis)
+    across = end - e * dot(e, end)
+    size = np.sqrt(dot(across, across))
+    along = size < _ALONG
+    if along.any():
+        home = before.direction(target)
+        home = home - e * dot(e, home)
+        across = np.where(along, home, across)
+        size = np.where(along, np.sqrt(dot(home, home)), size)
+    v = across / size
+    return LegBody(rest, frame(e, v, cross(e, v)), p)
+
+
+def constant_cosine(u: np.ndarray, v: np.ndarray) -> Any:
+    """Cosine of the angle of two unit vectors that keep it, 0 where they are perpendicular."""
+    return tidied(np.array([u @ v], dtype=object))[0]
+
+
+def direction_across(axis: np.ndarray) -> np.ndarray:
+    """Some unit vector across an axis.
+
+    Examples
+    --------
+    >>> direction_across(np.array([0, 0, 1]))
+    array([1, 0, 0], dtype=object)
+    """
+    start = np.eye(3, dtype=int)[int(np.argmin([size_of(x) for x in axis]))]
+    v = start - axis * (start @ axis)
+    return tidied(v / square_root(v @ v))
+
+
+def _axes(u: np.ndarray, v: np.ndarray, c: Any) -> np.ndarray:
+    """Columns u, the part of v across u made unit, and their vector product."""
+    if not is_zero(c):
+        v = (v - u * c) / square_root(1 - c * c)
+    return frame(u, v, cross(u, v))

@@ -1,0 +1,218 @@
+"""A leg closed by directions of its bodies, and its coordinates read off at poses."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from robostiff.kinematics.closure.assembly import Mode
+from robostiff.kinematics.closure.body import LegBody, Rest, direction_across
+from robostiff.kinematics.closure.rod_ends import RodJoints
+from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
+from robostiff.kinematics.closure.vectors import angle_of, cross, dot
+from robostiff.kinematics.turn import vector_of_turn
+from robostiff.model import TelescopicBeam
+from robostiff.record import Entry
+from robostiff.spatial import cross as cross_of_entries
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Coordinate of a slide [m] from a length: ``length + offset``."""
+
+    length: Any
+    offset: Any
+
+    @property
+    def coordinate(self) -> Any:
+        """The coordinate itself."""
+        return self.length + self.offset
+
+    def of(self, beam: TelescopicBeam) -> Any:
+        """Length of a beam of the telescope that slides."""
+        return self.length * beam.share + (beam.fixed + beam.share * self.offset)
+
+
+@dataclass(frozen=True)
+class ClosedLeg:
+    """Bodies of a closed leg; joints and places are those of the main path of its chain.
+
+    Attributes
+    ----------
+    bodies : dict of int to LegBody
+        A body begins after that many elementary joints.
+    slides : dict of int to Stretch
+        By place in the coordinate vector.
+    ball_axes : dict of int to (3,) array
+        Axes of spherical joints, which may have any three.
+    misses : tuple of Entry or number
+        Squares that vanish when the leg closes. Of numbers at poses nothing is kept here: gaps of
+        the placed chain say more.
+    out_of_reach : tuple of Entry or number
+        Positive where the leg is too short or too long.
+    loss : Entry or number
+        Digits that the closure loses.
+    """
+
+    bodies: dict[int, LegBody]
+    slides: dict[int, Stretch]
+    ball_axes: dict[int, np.ndarray]
+    misses: tuple[Any, ...] = ()
+    out_of_reach: tuple[Any, ...] = ()
+    loss: Any = 0
+
+    def after(self, joints: int) -> LegBody:
+        """The body that follows so many elementary joints."""
+        return self.bodies[max(start for start in self.bodies if start <= joints)]
+
+    def angle(self, place: int, axis: np.ndarray, ahead: np.ndarray, across: np.ndarray) -> Any:
+        """Angle of the turn at a place about an axis, from one direction across it to another.
+
+        Parameters
+        ----------
+        place : int
+        axis, ahead, across : (3,) arrays
+            At zero coordinates: of the joint, of the body before it, and of the body after it.
+        """
+        near, far = self.after(place), self.after(place + 1)
+        before, after = near.direction(ahead), far.direction(across)
+        sine = dot(near.direction(axis), cross(before, after))
+        return angle_of(sine, dot(before, after))
+
+    def nearest_angle(self, place: int, axis: np.ndarray, across: np.ndarray) -> np.ndarray:
+        """As `angle`, also where the bodies do not agree on the axis: what leaves least between.
+
+        That is the angle of ``sin = e.vee(R) / 2, cos = (tr R - 1) / 2`` at poses.
+        """
+        near, far = self.after(place), self.after(place + 1)
+        triad = across, cross_of_entries(axis, across), axis
+        (x, y, z), (u, v, w) = ([body.direction(e) for e in triad] for body in (near, far))
+        return angle_of(dot(y, u) - dot(x, v), dot(x, u) + dot(y, v) + dot(z, w) - 1.0)
+
+
+@dataclass(frozen=True)
+class ClosedForm(ABC):
+    """A kind of leg that closes without iteration: one formula for records and for poses.
+
+    Attributes
+    ----------
+    skeleton : Skeleton
+    joints : RodJoints
+        The rod, and the joints at its ends.
+    mode : Mode
+    name : str, optional
+        Of the leg, where steps of a record are to be named.
+    """
+
+    skeleton: Skeleton
+    joints: RodJoints
+    mode: Mode = field(default_factory=Mode, kw_only=True)
+    name: str | None = field(default=None, kw_only=True)
+
+    @abstractmethod
+    def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
+        """The leg between its base and the platform."""
+
+    @property
+    @abstractmethod
+    def leading(self) -> int:
+        """Place of the coordinate that the first sign of a mode decides."""
+
+    @property
+    def signs(self) -> tuple[bool, bool, bool]:
+        """Which signs of a mode there are."""
+        return (True, *self.joints.two_ways)
+
+    @property
+    def turning(self) -> tuple[Cluster, ...]:
+        """Joints whose coordinates are angles."""
+        return (self.joints.A, self.joints.B)
+
+    def in_mode(self, mode: Mode) -> Self:
+        """The same leg in another assembly mode."""
+        return replace(self, mode=mode)
+
+    def leaves_drive_open(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Where the coordinate of the drive does not follow from the pose (N,)."""
+        return np.zeros(len(p), dtype=bool)
+
+    def solve(self, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Coordinates (N, size) that bring the end frame to (R, p) in the leg's base frame.
+
+        Where it is out of reach, those that bring it near.
+        """
+        closed = self.closed(self._at_rest[0], self.platform_at(R, p))
+        q = np.empty((self.skeleton.home.size, len(p)))
+        q[...] = self.skeleton.home[:, None]
+        for place, stretch in closed.slides.items():
+            q[place] = stretch.coordinate
+        last = self.joints.B.places[-1]  # which takes what is left
+        for place, axis, across in self._turns:
+            if place == last:
+                q[place] = closed.nearest_angle(place, axis, across)
+            else:
+                q[place] = closed.angle(place, axis, across, across)
+        for cluster, own in self._balls:
+            near, far = closed.after(cluster.places[0]), closed.after(cluster.places[-1] + 1)
+            turn = near.turn_to(far, own).transpose(2, 0, 1)
+            q[cluster.places[0] : cluster.places[-1] + 1] = vector_of_turn(turn).T
+        return q.T
+
+    def platform_at(self, R: np.ndarray, p: np.ndarray) -> LegBody:
+        """The end frame at poses (N, 3, 3) and (N, 3)."""
+        return LegBody(self._at_rest[1], R.transpose(1, 2, 0), p.T)
+
+    def named(self, value: Any, name: str) -> Any:
+        """The same entry, or vector of entries, with a name; components get _x, _y and _z."""
+        if self.name is None:
+            return value
+        parts = zip(value, ("_x", "_y", "_z"), strict=True) if isinstance(value, np.ndarray) else ()
+        for part, axis in parts or ((value, ""),):
+            if isinstance(part, Entry):
+                part.named(f"{name}_{self.name}{axis}")
+        return value
+
+    @cached_property
+    def _at_rest(self) -> tuple[LegBody, Rest]:
+        """The base, which stays where it is, and the end frame."""
+        base = LegBody(Rest(np.eye(3), np.zeros(3)), np.eye(3)[..., None], np.zeros((3, 1)))
+        return base, Rest(self.skeleton.R_end, self.skeleton.p_end)
+
+    @cached_property
+    def _turns(self) -> tuple[tuple[int, np.ndarray, np.ndarray], ...]:
+        """Place and axis of each turn, and a direction across it."""
+        found = list(self._single_turns())
+        return tuple((place, axis, direction_across(axis).astype(float)) for place, axis in found)
+
+    def _single_turns(self) -> Iterator[tuple[int, np.ndarray]]:
+        for cluster in self.turning:
+            if not cluster.is_ball:
+                yield from zip(cluster.places, cluster.axes, strict=True)
+        if self.joints.spin is not None:
+            yield self.joints.spin, self.joints.along
+
+    @cached_property
+    def _balls(self) -> tuple[tuple[Cluster, np.ndarray], ...]:
+        """Spherical joints, and their own axes at zero coordinates as columns."""
+        balls = (cluster for cluster in self.turning if cluster.is_ball)
+        return tuple((cluster, np.stack(cluster.axes, axis=-1)) for cluster in balls)
+
+
+def joints_of(
+    skeleton: Skeleton, A: Cluster, B: Cluster, along: np.ndarray, spin: int | None = None
+) -> RodJoints:
+    """The joints of a rod in numbers."""
+    side = direction_across(along).astype(float)
+    return RodJoints(A, B, along, spin, skeleton.home, side)
+
+
+def turns_along(turn: Cluster, slide: Slide) -> bool:
+    """Whether a joint turns about the slide itself, as a cylindrical joint does."""
+    if turn.is_ball or len(turn.axes) != 1:
+        return False
+    return float(np.linalg.norm(turn.axes[0] - slide.axis)) < 1e-9
