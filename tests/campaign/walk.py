@@ -27,6 +27,7 @@ from robostiff.model import (
 from robostiff.spatial import Frame
 
 _STEP = 1e-6
+_NEARLY_HALF_A_TURN = -0.9  # cosine of an angle of which the sine has few digits
 
 
 def frame_of(frame: Frame) -> np.ndarray:
@@ -39,7 +40,7 @@ def frame_of(frame: Frame) -> np.ndarray:
 def pose_matrix(six: np.ndarray) -> np.ndarray:
     """A pose (x, y, z, rotation vector) as a 4 x 4 matrix."""
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = Rotation.from_rotvec(six[3:]).as_matrix(), six[:3]
+    T[:3, :3], T[:3, 3] = _turn(six[3:]), six[:3]
     return T
 
 
@@ -89,7 +90,7 @@ def gap(T: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """What frames miss others by, shift and turn in the latter (m, 6)."""
     back = np.swapaxes(wanted[..., :3, :3], -1, -2)
     D = back @ T[..., :3, :3]
-    turn = Rotation.from_matrix(D).as_rotvec()
+    turn = _turn_of(D)
     shift = np.einsum("...ij,...j->...i", back, T[..., :3, 3] - wanted[..., :3, 3])
     return np.concatenate([shift, np.broadcast_to(turn, shift.shape)], axis=-1)
 
@@ -138,7 +139,6 @@ class Walker:
         if x is None:
             return Walked(self.home_q, pose, False)
         at, h, last = 0.0, 1.0 / steps, None
-        smooth = True
         while at < 1 - 1e-12:
             h = min(h, 1 - at)
             target = home_pose + (at + h) * (pose - home_pose)
@@ -148,14 +148,13 @@ class Walker:
             if new is None or iterations > 6 or jump > 0.35:
                 h /= 2
                 if h < 2e-4:
-                    smooth = False
-                    break
+                    return Walked(*self._unpacked(x, pose), False)
                 continue
-            smooth = smooth and now > 0.02 * strength
+            if now <= 0.02 * strength:
+                return Walked(*self._unpacked(new, pose), False)
             last, x, at = (new - x) / h, new, at + h
             h = min(2 * h, 1.0 / steps)
-        q, six = self._unpacked(x, pose)
-        return Walked(q, six, smooth)
+        return Walked(*self._unpacked(x, pose), True)
 
     def _packed(self, q: list[np.ndarray], pose: np.ndarray) -> np.ndarray:
         return np.concatenate(
@@ -236,12 +235,35 @@ def wanted_pose(robot: Robot, home_pose: np.ndarray, free: np.ndarray) -> np.nda
 
 
 def _rotation(v: np.ndarray) -> np.ndarray:
-    T = np.tile(np.eye(4), (len(v), 1, 1))
-    T[:, :3, :3] = Rotation.from_rotvec(v).as_matrix()
+    T = np.zeros((len(v), 4, 4))
+    T[:, :3, :3], T[:, 3, 3] = _turn(v), 1.0
     return T
 
 
 def _shift(p: np.ndarray) -> np.ndarray:
-    T = np.tile(np.eye(4), (len(p), 1, 1))
+    T = np.zeros((len(p), 4, 4))
+    T[:, range(4), range(4)] = 1.0
     T[:, :3, 3] = p
     return T
+
+
+def _turn(v: np.ndarray) -> np.ndarray:
+    """Matrices of rotation vectors (..., 3), after Rodrigues."""
+    angle = np.sqrt(np.einsum("...i,...i->...", v, v))[..., None, None]
+    S = np.zeros((*v.shape, 3))
+    S[..., 2, 1], S[..., 0, 2], S[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
+    S = S - np.swapaxes(S, -1, -2)
+    half = np.sinc(angle / (2 * np.pi))
+    return np.eye(3) + np.sinc(angle / np.pi) * S + 0.5 * half * half * (S @ S)
+
+
+def _turn_of(R: np.ndarray) -> np.ndarray:
+    """Rotation vectors of matrices (m, 3, 3)."""
+    sine = 0.5 * np.stack([R[:, 2, 1], R[:, 0, 2], R[:, 1, 0]], axis=-1)
+    sine -= 0.5 * np.stack([R[:, 1, 2], R[:, 2, 0], R[:, 0, 1]], axis=-1)
+    size = np.sqrt(np.einsum("...i,...i->...", sine, sine))
+    cosine = 0.5 * (R[:, 0, 0] + R[:, 1, 1] + R[:, 2, 2] - 1.0)
+    if np.any(cosine < _NEARLY_HALF_A_TURN):
+        return Rotation.from_matrix(R).as_rotvec()
+    angle = np.arctan2(size, cosine)
+    return sine * np.where(size > 0, angle / np.where(size > 0, size, 1.0), 1.0)[:, None]

@@ -95,6 +95,16 @@ def test_parallelograms_of_capaman_do_not_cross(size: float, seed: int) -> None:
         assert np.all(crossed[posture.elsewhere])
 
 
+def test_a_crossed_parallelogram_is_another_assembly_mode() -> None:
+    """It closes as well, and no smooth way leads there from home."""
+    posture = rs.find_posture(rs.load("capaman"), capaman_poses(8, 0.05, 2)[1:3])
+    np.testing.assert_array_equal(posture.reached, [True, False])
+    np.testing.assert_array_equal(posture.elsewhere, [False, True])
+    level, crossed = lean_of_couplers(posture).max(axis=1)
+    assert level < 1e-9
+    assert crossed > 1e-2
+
+
 def test_another_assembly_mode_is_no_answer() -> None:
     robot = rs.load("capaman")
     poses = capaman_poses(8, 0.05, 2)
