@@ -7,7 +7,7 @@ import robostiff as rs
 from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED
 from robostiff.plot.maps.isosurfaces import isosurface_picture
 from robostiff.plot.maps.percentile_bands import bands_picture
-from robostiff.plot.maps.slice import slice_picture
+from robostiff.plot.maps.slice import overview_picture, slice_picture
 from robostiff.plot.picture import Cover, Marks, Mesh
 from tests.plot.machines import robot, tripod_map
 
@@ -113,6 +113,40 @@ def test_planar_robots_are_full_at_rank_three():
     with pytest.raises(rs.InputError, match="full_rank=3"):
         slice_picture(vague, "worst_deflection", XY)
     assert not slice_picture(vague, "worst_deflection", XY, full_rank=3).regions
+
+
+@pytest.mark.parametrize("draw", [rs.plot.Matplotlib(), rs.plot.Plotly()])
+def test_ranks_and_statuses_have_names_and_no_scale(draw):
+    found = map_with(status=1, rank=5)
+    ranks = slice_picture(found, "rank", XY, {"z": 0.3})
+    assert [region.name for region in ranks.regions] == ["rank 6", "rank 5", "unreachable"]
+    assert names_at(ranks, 2, 2) == ["rank 5"]
+    statuses = slice_picture(found, "status", XY, {"z": 0.3})
+    assert {region.name for region in statuses.regions} == {"ok", "free-motions", "unreachable"}
+    assert names_at(statuses, 2, 2) == ["free-motions"]
+    for picture in (ranks, statuses):
+        assert picture.scale is None
+        assert np.all(np.sum([region.where for region in picture.regions], axis=0) == 1)
+        assert len({region.style(rs.plot.Theme.LIGHT.palette) for region in picture.regions}) == 3
+        draw.draw(picture)
+    kept = {region.name: region.order for region in statuses.regions}["unreachable"]
+    usual = slice_picture(found, "worst_deflection", XY, {"z": 0.3}).regions
+    assert kept == next(region.order for region in usual if region.name == "unreachable")
+
+
+def test_an_overview_chooses_what_is_left_open():
+    found = tripod_map()
+    picture = overview_picture(found)
+    assert picture.scale.label == "worst deflection [µm/N]"
+    assert picture.title == "3-puu: z = 0.3 m"
+    own = overview_picture(found, "translational_stiffness", {"x": 0.1})
+    assert own.title == "3-puu: x = 0.1 m, principal translation 1 of 3"
+    assert (own.x.label, own.y.label) == ("y [m]", "z [m]")
+    (line,) = {len(p.values) for p in overview_picture(found, None, {"x": 0, "y": 0}).percentiles}
+    assert line == 3
+    listed = rs.stiffness_map(robot("3-puu"), rs.PoseList(("x", "z"), [[0, 0.3], [0.1, 0.3]]))
+    with pytest.raises(rs.InputError, match="without a grid"):
+        rs.plot.map_overview(listed)
 
 
 def test_isolines_are_round_and_between_the_ends():

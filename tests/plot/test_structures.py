@@ -1,9 +1,15 @@
 """Cable robots, networks and arms in pictures."""
 
+import pathlib
+
 import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.kinematics import freedom_twist
+from robostiff.network import network_of_snapshot
+from robostiff.plot.energy_bars import energy_picture
+from robostiff.plot.geometry.displacement import motion_under, network_motion
 from robostiff.plot.picture import LineWeight, Marks, Path, Text
 from robostiff.plot.posed_robot import robot_picture
 from robostiff.plot.structures import cable_scene, network_scene
@@ -44,7 +50,110 @@ def test_they_are_drawn_as_robots_are(name):
     assert rs.plot.robot(robot(name), backend=rs.plot.Plotly()).data
 
 
-def test_a_deflection_of_them_is_refused():
-    bent = rs.deflection(robot("double-pantograph"), None, [1, 0, 0, 0, 0, 0])
-    with pytest.raises(rs.InputError, match="without load"):
-        rs.plot.robot(robot("double-pantograph"), deflection=bent)
+STAR = pathlib.Path(__file__).parents[2] / "docs" / "star-platform.yaml"
+
+
+def motion_between(motions, element, point) -> np.ndarray:
+    """Twist of the second body of an element against the first."""
+    return motions[element.b].twist_about(point) - motions[element.a].twist_about(point)
+
+
+@pytest.mark.parametrize("load", [(100, 0, 50, 0, 0, 0), (0, 20, -70, 3, -2, 1)])
+def test_bodies_of_a_network_move_as_its_springs_and_joints_let_them(load):
+    """The energy of the displacements of all springs is the work of the load; joints stay whole."""
+    network = robot("double-pantograph")
+    bent = rs.deflection(network, None, load)
+    motions = network_motion(network, bent)
+    tip = motions[network.platform].twist_about(network.reference_point)
+    np.testing.assert_allclose(tip, bent.twist, rtol=1e-8, atol=1e-12)
+    energy = 0.0
+    for spring in network.springs:
+        d, R = motion_between(motions, spring, spring.point), spring.rotation
+        own = np.concatenate([R.T @ d[:3], R.T @ d[3:]])
+        energy += 0.5 * own @ np.linalg.pinv(spring.elasticity.compliance, rcond=1e-13) @ own
+    for joint in network.joints:
+        point = joint.freedoms[0].point
+        moved = motion_between(motions, joint, point)
+        free = np.array([freedom_twist(freedom, point) for freedom in joint.freedoms]).T
+        q = np.linalg.lstsq(free, moved, rcond=None)[0]
+        assert np.abs(moved - free @ q).max() <= 1e-9 * np.abs(tip).max()
+        stiffness = np.array([freedom.stiffness or 0.0 for freedom in joint.freedoms])
+        energy += 0.5 * float(stiffness @ q**2)
+    assert energy == pytest.approx(bent.energy, rel=1e-6)
+
+
+def test_a_free_network_moves_as_its_deflection_says():
+    """A platform that may slide along x moves as its least displacement does."""
+    snapshot = rs.find_posture(robot("gough-stewart-a")).snapshot.one(0)
+    network = network_of_snapshot(snapshot)
+    bent = rs.deflection(network, None, [0, 0, -1000, 0, 0, 0])
+    assert bent.stiffness.free_motions
+    motions = network_motion(network, bent)
+    tip = motions[network.platform].twist_about(network.reference_point)
+    np.testing.assert_allclose(tip, bent.twist, rtol=1e-7, atol=1e-7 * np.abs(bent.twist).max())
+
+
+def test_a_flexible_platform_bends_and_keeps_the_legs_together():
+    star = rs.load(STAR)
+    bent = rs.deflection(star, None, [500, 0, -1000, 0, 0, 20])
+    snapshot = rs.find_posture(star).snapshot.one(0)
+    motion = motion_under(snapshot, bent)
+    placed = snapshot.platform
+    for leg, own, node in zip(snapshot.legs, motion.legs, placed.holds, strict=True):
+        end = motion.nodes[node].displacement(leg.end)
+        np.testing.assert_allclose(own.bodies[-1].displacement(leg.end), end, atol=1e-12)
+    energy = 0.0
+    for part in placed.platform.parts:
+        point, R = placed.in_world(part.point), placed.rotation @ part.axes
+        d = motion.nodes[part.b].twist_about(point) - motion.nodes[part.a].twist_about(point)
+        own = np.concatenate([R.T @ d[:3], R.T @ d[3:]])
+        energy += 0.5 * own @ np.linalg.solve(part.elasticity.compliance, own)
+    felt = sum(part.energy for part in bent.parts if part.leg == "platform")
+    assert energy == pytest.approx(felt, rel=1e-6)
+    picture = robot_picture(snapshot, bent)
+    paths = [one for one in picture.items if isinstance(one, Path)]
+    (arm,) = (one for one in paths if one.about.startswith("platform/arm1"))
+    assert len(arm.points) > 2
+    assert picture.notes == ("displacements × 1000",)
+
+
+def test_a_loaded_cable_robot_is_drawn_where_it_rests():
+    known = robot("cable-8")
+    found = rs.cable_response(known, None, [300, 0, 200, 0, 0, 0])
+    scene = cable_scene(found, exaggeration=1.0)
+    lines = [one for one in scene.items if isinstance(one, Path)]
+    drawn = {one.about.partition(":")[0]: one for one in lines if one.about}
+    for name, end in zip(found.after.cable_names, found.after.placed.attachments, strict=True):
+        np.testing.assert_allclose(drawn[name].points[1], end)
+        assert drawn[name].dashed == (name in found.slack)
+    assert sum(not one.about for one in lines) == 8  # the cables without load
+
+
+def test_a_linkage_is_drawn_where_its_joints_are():
+    linkage = rs.load_linkage("double-pantograph")
+    (name,) = linkage.held
+    home, moved = (rs.plot.robot(linkage, q).get_zlim()[1] for q in (None, {name: 0.01}))
+    assert abs(moved - home) > 1e-3
+
+
+@pytest.mark.parametrize(("name", "other"), [("cable-8", "hexapod"), ("hexapod", "3-rrr")])
+def test_a_deflection_of_another_robot_is_refused(name, other):
+    wrench = [1, 0, 0, 0, 0, 0][: robot(other).space.size]
+    bent = rs.deflection(robot(other), None, wrench)
+    with pytest.raises(rs.InputError, match="of this robot"):
+        rs.plot.robot(robot(name), deflection=bent)
+
+
+def test_energy_of_a_network_has_a_bar_a_part():
+    bent = rs.deflection(robot("double-pantograph"), None, [100, 0, 0, 0, 0, 0])
+    (panel,) = energy_picture(bent).panels
+    assert [group.name for group in panel.groups][:2] == [part.part for part in bent.parts[:2]]
+    assert panel.series[0].values.sum() == pytest.approx(100)
+
+
+@pytest.mark.parametrize("name", ["cable-4-planar", "cable-8", "double-pantograph"])
+def test_results_of_them_are_drawn(name):
+    result = rs.stiffness(robot(name))
+    assert rs.plot.matrix(result).get_title() == f"{name}: stiffness"
+    for drawn in (rs.plot.ellipsoid, rs.plot.free_motions):
+        assert drawn(result, within=robot(name)).get_title().startswith(f"{name}: ")

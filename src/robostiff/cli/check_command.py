@@ -26,7 +26,7 @@ PartsOption = Annotated[
 ]
 PlotOption = Annotated[
     str | None,
-    typer.Option("--plot", metavar="FILE", help="Draw the robot at home: .png, .svg or .pdf."),
+    typer.Option("--plot", metavar="FILE", help="Draw the robot: .png, .svg, .pdf or .html."),
 ]
 
 

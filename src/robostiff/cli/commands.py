@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.analysis.verification import Comparison, Verification, verify
 from robostiff.cli.failure import BAD_STATUS, slips
-from robostiff.cli.output import new_file, on_terminal, print_data, say, show
+from robostiff.cli.output import on_terminal, print_data, say, show
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -44,8 +43,6 @@ METHODS: dict[str, Form] = {
     form.name: form for form in (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
 }
 
-_PICTURES = (".png", ".svg", ".pdf")
-
 
 @dataclass(frozen=True)
 class Details:
@@ -66,7 +63,11 @@ def check_robot(
     """Print the parts of a robot; reading the file checks it."""
     from robostiff.cli import robot_facts as facts_of
 
-    picture = None if details.plot is None else _new_picture(details)
+    picture = None
+    if details.plot is not None:
+        from robostiff.cli.pictures import picture_file
+
+        picture = picture_file("--plot", details.plot, details.overwrite)
     doubts: list[str] = []
     with slips(doubts.append):
         robot = load(source, parameters_from(settings), **side.options)
@@ -87,10 +88,10 @@ def check_robot(
     if doubts:
         facts["warnings"] = doubts
     if picture is not None:
-        import robostiff as rs
+        from robostiff.cli.pictures import draw
+        from robostiff.plot.posed_robot import Colouring, picture_of_robot
 
-        drawn: Any = robot  # `_add_details` has refused what cannot be drawn
-        rs.plot.robot(drawn).get_figure(root=True).savefig(picture, bbox_inches="tight")
+        draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
         facts["picture"] = str(picture)
     if as_json:
         print_data(facts)
@@ -110,20 +111,12 @@ def _add_details(facts: dict[str, Any], robot: Any, source: str, details: Detail
             facts["mobility"] = mobility_at_home(robot)
         if details.parts:
             facts["parts"] = parts_at_home(robot)
-    elif details.parts or details.plot is not None:
-        option = "--parts" if details.parts else "--plot"
+    elif details.parts:
         raise InputError(
-            f"{option} of {source!r}",
+            f"--parts of {source!r}",
             got=Words(facts["kind"]),
             expected="a robot, or a snapshot of legs",
         )
-
-
-def _new_picture(details: Details) -> Path:
-    path = new_file("--plot", details.plot or "", details.overwrite)
-    if path.suffix.lower() not in _PICTURES:
-        raise InputError("--plot", got=str(path), expected=f"a file {', '.join(_PICTURES)}")
-    return path
 
 
 def print_stiffness(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from robostiff.cli.failure import BAD_STATUS
-from robostiff.cli.output import new_file, show
+from robostiff.cli.output import show
+from robostiff.cli.pictures import draw, picture_file
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -29,7 +29,6 @@ from robostiff.io.results.equilibrium import (
     modes_text,
 )
 from robostiff.io.units import Dimension, parse_quantities, to_si
-from robostiff.io.whole_file import whole_file
 from robostiff.model import Mass, Robot, Snapshot
 from robostiff.robots import load
 from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path, modes
@@ -83,7 +82,7 @@ def print_equilibrium(
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
-    picture = _picture_file(wanted.plot, overwrite=wanted.overwrite)
+    picture = None if wanted.plot is None else picture_file("--plot", wanted.plot, wanted.overwrite)
     options = _options(robot, place, written)
     pose = pose_from(robot, place)
     factors = None if wanted.factors is None else _factors(wanted.factors)
@@ -97,7 +96,7 @@ def print_equilibrium(
         from robostiff.plot.load_curve import load_curve_picture
         from robostiff.plot.loaded_robot import equilibrium_picture
 
-        _draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
+        draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
     text = equilibrium_text(result, critical)
     if curve is not None:
         text += f"\n\n{_curve_text(curve)}"
@@ -116,7 +115,7 @@ def print_modes(
 ) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
     shown = ShownModes() if shown is None else shown
-    picture = _picture_file(shown.plot, overwrite=shown.overwrite)
+    picture = None if shown.plot is None else picture_file("--plot", shown.plot, shown.overwrite)
     robot = _robot_of_legs(source, settings, side)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
@@ -129,7 +128,7 @@ def print_modes(
         from robostiff.plot.loaded_robot import mode_picture
 
         number = shown.number
-        _draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
+        draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
     show(modes_data(found) if shown.as_json else modes_text(found))
     return BAD_STATUS if found.status.is_bad else 0
 
@@ -157,38 +156,6 @@ def _options(
         "preload": dict(_named("--preload", text, _push) for text in written.preloads),
         "near": near_from(robot, place),
     }
-
-
-_PICTURES = (".svg", ".png", ".pdf")
-
-
-def _picture_file(name: str | None, *, overwrite: bool) -> Path | None:
-    if name is None:
-        return None
-    path = new_file("--plot", name, overwrite)
-    if path.suffix.lower() not in {*_PICTURES, ".html"}:
-        raise InputError(
-            "--plot", got=name, expected=f"a name that ends in {', '.join(_PICTURES)}, .html"
-        )
-    return path
-
-
-def _draw(picture: Any, path: Path, other: Any = None) -> None:
-    """Into a new file; on a page, moving to another picture and back."""
-    from robostiff import plot
-
-    with whole_file(path) as begun:
-        if path.suffix.lower() != ".html":
-            figure: Any = plot.Matplotlib().draw(picture).figure
-            figure.savefig(begun, format=path.suffix.lower()[1:], bbox_inches="tight")
-            return
-        drawn = plot.Plotly().draw(picture)
-        if other is None:
-            begun.write_text(drawn.to_html(), "utf-8")
-            return
-        from robostiff.plot.on_plotly.swinging import swinging_page
-
-        begun.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")
 
 
 def _curve_text(curve: Any) -> str:

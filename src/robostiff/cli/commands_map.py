@@ -38,6 +38,7 @@ from robostiff.analysis.maps.pose_columns import SIX, joint_columns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.cli.failure import BAD_STATUS, INTERRUPTED
 from robostiff.cli.output import new_file, print_data, say
+from robostiff.cli.pictures import draw, picture_file
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -196,6 +197,7 @@ class Run:
     scheduler: str | None
     batched: bool = False
     overwrite: bool = False
+    plot: str | None = None
 
 
 def make_map(
@@ -208,6 +210,7 @@ def make_map(
 ) -> int:
     """Compute a map, write it, and print a summary."""
     output = _checked_output(run)
+    picture = None if run.plot is None else picture_file("--plot", run.plot, run.overwrite)
     robot = load(source, parameters_from(settings), **side.options)
     if isinstance(robot, CableRobot):
         raise InputError(
@@ -249,6 +252,10 @@ def make_map(
                 typer.echo(line)
         elif (writer := _WRITERS[output.suffix]) is not None:
             writer(found, output)
+        if picture is not None:
+            from robostiff.plot.maps.slice import overview_picture
+
+            draw(overview_picture(found), picture)
     except KeyboardInterrupt:
         typer.echo(f"robostiff: interrupted; {_how_to_go_on(output)}", err=True)
         return INTERRUPTED

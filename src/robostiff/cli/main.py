@@ -13,6 +13,7 @@ from robostiff.cli.equilibrium_command import equilibrium, modes
 from robostiff.cli.failure import ready_streams, reported
 from robostiff.cli.file_formats import convert, new, schema
 from robostiff.cli.map_command import map_
+from robostiff.cli.plot_command import plot
 from robostiff.cli.report_command import report
 from robostiff.cli.response_command import response
 from robostiff.cli.shared_options import (
@@ -198,7 +199,8 @@ def verify(
     return print_verification(robot, place, set_ or [], json_, described)
 
 
-app.command()(report)
+for _command in (plot, report):
+    app.command()(_command)
 app.command("map")(map_)
 for _command in (derive, cables, view, schema, new, convert):
     app.command()(_command)

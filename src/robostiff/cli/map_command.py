@@ -121,6 +121,16 @@ BatchedOption = Annotated[
     ),
 ]
 
+PlotOption = Annotated[
+    str | None,
+    typer.Option(
+        "--plot",
+        metavar="FILE",
+        help="Draw the first quantity over the first two coordinates: .png, .svg, .pdf or .html; "
+        "'robostiff plot FILE.nc' draws others.",
+    ),
+]
+
 
 @reported
 def map_(
@@ -141,6 +151,7 @@ def map_(
     length: LengthOption = None,
     near: NearOption = None,
     resume: ResumeOption = False,
+    plot: PlotOption = None,
     overwrite: OverwriteOption = False,
     workers: WorkersOption = None,
     threads: ThreadsOption = None,
@@ -181,6 +192,6 @@ def map_(
         length,
         near,
     )
-    run = Run(output, resume, workers, threads, scheduler, batched, overwrite)
+    run = Run(output, resume, workers, threads, scheduler, batched, overwrite, plot)
     described = SideFile(side, allow_xacro)
     return make_map(robot, asked, run, set_ or [], json_, described)

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 
-def _robot_names(incomplete: str) -> list[str]:
+def robot_names(incomplete: str) -> list[str]:
     """Shipped robots whose names begin so; the shell itself completes files."""
     from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
 
@@ -21,7 +21,7 @@ RobotArgument = Annotated[
         metavar="ROBOT",
         help="A shipped robot (see 'robostiff robots'), a model file, a snapshot file, a robot "
         "description (URDF, xacro, MJCF), or - for standard input.",
-        autocompletion=_robot_names,
+        autocompletion=robot_names,
     ),
 ]
 PoseOption = Annotated[

@@ -10,7 +10,12 @@ from robostiff.network.elements import (
     beam_stiffness_12,
 )
 from robostiff.network.energy import energy_stiffness
-from robostiff.network.internal_loads import InternalLoads, internal_loads, loads_under
+from robostiff.network.internal_loads import (
+    InternalLoads,
+    internal_loads,
+    loads_under,
+    motions_under,
+)
 from robostiff.network.network import Network
 from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
@@ -36,6 +41,7 @@ __all__ = [
     "energy_stiffness",
     "internal_loads",
     "loads_under",
+    "motions_under",
     "network_of_snapshot",
     "network_response",
     "platform_flexibility",

@@ -17,7 +17,9 @@ from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import Redundancy, redundancy
 from robostiff.network.saddle_point import SaddlePointSystem, saddle_point_system
-from robostiff.spatial import move_wrench
+from robostiff.spatial import move_twist, move_wrench
+
+_MISSED = 1e-9  # of the displacement of the platform
 
 
 @dataclass(frozen=True)
@@ -68,12 +70,8 @@ def internal_loads(
     ('rod', 0.003299)
     """
     equations = equations_of(network, tolerance)
-    mobile = mobility(equations, platform_fixed=True)
-    dependent = redundancy(equations, platform_fixed=True)
-    system = saddle_point_system(equations, {*network.fixed, network.platform}, mobile, dependent)
-    moved = system.matrix[:, system.rows_of[network.platform]] @ (equations.scale * twist)
-    x, _ = system.solve(-moved[:, None])
-    return loads_of_parts(equations, system, x[:, 0], dependent)
+    system, x, dependent = _led(equations, equations.scale * twist)
+    return loads_of_parts(equations, system, x, dependent)
 
 
 def loads_under(
@@ -92,14 +90,88 @@ def loads_under(
     tolerance : Tolerance
     """
     equations = equations_of(network, tolerance)
-    mobile = mobility(equations, platform_fixed=False)
     dependent = redundancy(equations, platform_fixed=False)
+    system, x = _under(equations, wrench, dependent)
+    return loads_of_parts(equations, system, x, dependent)
+
+
+def motions_under(
+    network: Network,
+    wrench: np.ndarray,
+    twist: np.ndarray,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """How every body moves under a wrench on the platform.
+
+    Parameters
+    ----------
+    network : Network
+    wrench : (n,) array
+        About the reference point [N, N m].
+    twist : (n,) array
+        Of the platform under it, about the reference point [m, rad]. Where the platform is free it
+        says which of the possible displacements is meant; the bodies follow.
+    tolerance : Tolerance
+
+    Returns
+    -------
+    dict of str to ((6,) array, (3,) array)
+        Of each node: its twist [m, rad], and the point about which it is [m]. Mechanisms inside
+        the network, which the platform does not feel, are held somewhere.
+
+    Examples
+    --------
+    >>> from robostiff.elasticity import circle, material
+    >>> from robostiff.network import Node, beam_between
+    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
+    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
+    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
+    >>> t = np.array([1.5158e-9, 0, 0, 0, 0, 0])
+    >>> moved, _ = motions_under(network, np.array([1.0, 0, 0, 0, 0, 0]), t)["tip"]
+    >>> round(1e9 * float(moved[0]), 4)
+    1.5158
+    """
+    equations = equations_of(network, tolerance)
+    own = equations.points[network.platform]
+    to_own = (own - network.reference_point)[: network.space.translations]
+    dependent = redundancy(equations, platform_fixed=False)
+    system, x = _under(equations, move_wrench(wrench, to_own), dependent)
+    rows = system.rows_of[network.platform]
+    missing = equations.scale * move_twist(twist, to_own) - x[rows]
+    if np.linalg.norm(missing) > _MISSED * np.linalg.norm(x[rows] + missing):  # a free motion
+        x = x + _led(equations, missing)[1]
+    twists = {}
+    for node in network.nodes:
+        t = np.zeros(6)
+        t[list(network.space.rows)] = x[system.rows_of[node.name]] / equations.scale
+        twists[node.name] = (t, equations.points[node.name])
+    return twists
+
+
+def _under(
+    equations: Equations, wrench: np.ndarray, dependent: Redundancy
+) -> tuple[SaddlePointSystem, np.ndarray]:
+    """Displacements and wrenches, scaled, under a wrench about the platform's own point."""
+    network = equations.network
+    mobile = mobility(equations, platform_fixed=False)
     system = saddle_point_system(equations, set(network.fixed), mobile, dependent)
     right = np.zeros((system.size, 1))
-    if network.platform not in network.fixed:
-        right[system.rows_of[network.platform], 0] = wrench / equations.scale / equations.stiffness
-    x, _ = system.solve(right)
-    return loads_of_parts(equations, system, x[:, 0], dependent)
+    right[system.rows_of[network.platform], 0] = wrench / equations.scale / equations.stiffness
+    return system, system.solve(right)[0][:, 0]
+
+
+def _led(
+    equations: Equations, moved: np.ndarray
+) -> tuple[SaddlePointSystem, np.ndarray, Redundancy]:
+    """Displacements and wrenches, scaled, where the platform is displaced and nothing else acts."""
+    mobile = mobility(equations, platform_fixed=True)
+    dependent = redundancy(equations, platform_fixed=True)
+    network = equations.network
+    system = saddle_point_system(equations, {*network.fixed, network.platform}, mobile, dependent)
+    rows = system.rows_of[network.platform]
+    x = system.solve(-(system.matrix[:, rows] @ moved)[:, None])[0][:, 0]
+    x[rows] = moved
+    return system, x, dependent
 
 
 def loads_of_parts(

@@ -58,7 +58,7 @@ def network_of_snapshot(snapshot: Snapshot) -> Network:
     for number, leg in enumerate(snapshot.legs):
         end = _PLATFORM
         if snapshot.platform is not None:
-            end = _node_name(snapshot.platform, snapshot.platform.holds[number])
+            end = platform_node(snapshot.platform, snapshot.platform.holds[number])
         _add_chain(leg, f"{number + 1} {leg.name}", leg.name, (_GROUND, end), parts)
     return Network(
         snapshot.name,
@@ -116,13 +116,13 @@ def _add_platform(placed: PlacedPlatform, parts: _Parts) -> None:
     platform = placed.platform
     for node in platform.nodes:
         if node.name != platform.tool:
-            parts.nodes.append(Node(_node_name(placed, node.name), placed.in_world(node.at)))
+            parts.nodes.append(Node(platform_node(placed, node.name), placed.in_world(node.at)))
     for part in platform.parts:
         parts.springs.append(
             SpringElement(
                 f"{_PLATFORM}/{part.name}",
-                _node_name(placed, part.a),
-                _node_name(placed, part.b),
+                platform_node(placed, part.a),
+                platform_node(placed, part.b),
                 placed.in_world(part.point),
                 placed.rotation @ part.axes,
                 part.elasticity,
@@ -130,8 +130,8 @@ def _add_platform(placed: PlacedPlatform, parts: _Parts) -> None:
         )
 
 
-def _node_name(placed: PlacedPlatform, name: str) -> str:
-    """The tool is the platform of the network."""
+def platform_node(placed: PlacedPlatform, name: str) -> str:
+    """Name in the network of a node of a flexible platform; its tool is the platform."""
     return _PLATFORM if name == placed.platform.tool else f"{_PLATFORM}, {name}"
 
 

@@ -15,7 +15,7 @@ from robostiff.plot.load_curve import load_curve
 from robostiff.plot.loaded_robot import equilibrium, mode
 from robostiff.plot.maps.isosurfaces import map_isosurface
 from robostiff.plot.maps.percentile_bands import map_bands
-from robostiff.plot.maps.slice import map_slice
+from robostiff.plot.maps.slice import map_overview, map_slice
 from robostiff.plot.matrix_cells import Kind, Shade, matrix
 from robostiff.plot.on_matplotlib.backend import Matplotlib, Width
 from robostiff.plot.on_plotly.backend import Plotly
@@ -42,6 +42,7 @@ __all__ = [
     "load_curve",
     "map_bands",
     "map_isosurface",
+    "map_overview",
     "map_slice",
     "matrix",
     "mode",

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
-from robostiff.errors import InputError, NoAnswerError
-from robostiff.model import Robot, Snapshot
+from robostiff.errors import NoAnswerError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, principal_axes
-from robostiff.plot.geometry.legs import extent
+from robostiff.plot.geometry.ellipsoid import PrincipalAxes, Quality, Stiffness, principal_axes
 from robostiff.plot.geometry.surfaces import ellipsoid_mesh
 from robostiff.plot.picture import Category, Face, Item, LineWeight, Mesh, Path, Scene
-from robostiff.plot.posture import single_stiffness, snapshot_at
+from robostiff.plot.posture import (
+    Around,
+    Surroundings,
+    single_stiffness,
+    surroundings,
+)
 from robostiff.plot.prefix import prefixed, short
-from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane
 
 _IN_ROBOT = 0.22  # of the robot: the longest semi-axis
 _OPEN = 1.6  # of the longest finite semi-axis: length shown of a free direction
 
 
 def ellipsoid(
-    result: RobotStiffness,
+    result: Stiffness,
     quality: Quality = Quality.COMPLIANCE,
     *,
-    within: Robot | Snapshot | None = None,
+    within: Around | None = None,
     backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw an ellipsoid of stiffness or compliance about the reference point.
@@ -36,10 +37,10 @@ def ellipsoid(
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : RobotStiffness or CableStiffness
         At a single pose.
     quality : Quality
-    within : Robot or Snapshot, optional
+    within : Robot, Snapshot or Network, optional
         Draws it at the reference point of this robot, at the pose of the result. An arm that was
         posed by its joints is given as a snapshot: ``find_posture(arm, pose).snapshot.one(0)``.
     backend : Matplotlib or Plotly
@@ -64,14 +65,11 @@ def ellipsoid(
     'z [nm/N]'
     """
     single_stiffness(result, "an ellipsoid")
-    snapshot = None
-    if within is not None:
-        snapshot = snapshot_at(within, None if isinstance(within, Snapshot) else _pose(result))
-    return drawn_by(backend, ellipsoid_picture(result, quality, snapshot))
+    return drawn_by(backend, ellipsoid_picture(result, quality, surroundings(within, result)))
 
 
 def ellipsoid_picture(
-    result: RobotStiffness, quality: Quality, snapshot: Snapshot | None = None
+    result: Stiffness, quality: Quality, around: Surroundings | None = None
 ) -> Scene:
     """The picture of `ellipsoid`, as data."""
     axes = principal_axes(result, quality)
@@ -82,17 +80,16 @@ def ellipsoid_picture(
             "the platform is free in all directions"
         )
     times, unit = prefixed(float(bounded.max()), quality.unit)
-    if snapshot is None:
-        centre, factor, size, items = np.zeros(3), 1.0, times, []
+    if around is None:
+        centre, size, items = np.zeros(3), times, []
         labels = tuple(f"{axis} [{unit}]" for axis in ("x", "y", "z"))
     else:
-        factor, metre = drawing_unit(snapshot)
-        centre = factor * result.reference_point
-        size = factor * _IN_ROBOT * extent(snapshot) / float(bounded.max())
-        items = backdrop(snapshot, factor)
-        labels = tuple(f"{axis} [{metre}]" for axis in ("x", "y", "z"))
+        centre = around.factor * result.reference_point
+        size = around.factor * _IN_ROBOT * around.size / float(bounded.max())
+        items = list(around.items)
+        labels = tuple(f"{axis} [{around.unit}]" for axis in ("x", "y", "z"))
     items = [*items, *ellipsoid_items(axes, quality, centre, size, (times, unit))]
-    is_flat = len(axes.lengths) < 3 and (snapshot is None or is_plane(snapshot))
+    is_flat = len(axes.lengths) < 3 and (around is None or around.is_flat)
     x, y, z = labels
     return Scene(
         f"{result.name}: {quality.value}",
@@ -158,14 +155,3 @@ def _notes(axes: PrincipalAxes, quality: Quality) -> tuple[str, ...]:
     free = int(np.count_nonzero(axes.is_free))
     words = f"free in {free} direction{'s' if free > 1 else ''}"
     return (notes[quality], *((words,) if free else ()))
-
-
-def _pose(result: RobotStiffness) -> np.ndarray:
-    if result.pose is None:
-        raise InputError(
-            "robot around an ellipsoid",
-            got=f"the stiffness of snapshot {result.name!r}",
-            expected="the snapshot itself",
-            hint="write within=snapshot",
-        )
-    return result.pose

@@ -11,13 +11,14 @@ from robostiff.plot.picture import Bars, Category, Group, Panel, PlainColour, Se
 from robostiff.plot.prefix import prefixed, short
 
 _MOST = 7  # kinds of parts that colours distinguish
+_BARS = 15  # of parts of a network
 
 
 def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER) -> Drawn:
     """Draw the share of every leg in the elastic energy, part by part.
 
     Parts of one name in several legs have one colour; beyond seven names, those with the least
-    energy are added up.
+    energy are added up. A network has no legs: its parts with the most energy have a bar each.
 
     Parameters
     ----------
@@ -55,6 +56,8 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
 def energy_picture(deflection: Deflection) -> Bars:
     """The picture of `energy_shares`, as data."""
     _ = deflection.twist  # raises with the reason when there is none
+    if not deflection.leg_wrenches:
+        return _of_network(deflection)
     legs = list(dict.fromkeys(_legs_in_order(deflection)))
     totals: dict[str, float] = {}
     shares: dict[tuple[str, str], float] = {}
@@ -74,10 +77,27 @@ def energy_picture(deflection: Deflection) -> Bars:
         series.append(Series(f"{len(rest)} more parts", PlainColour.MUTED, np.array(added)))
     whole = np.sum([one.values for one in series], axis=0) if series else np.zeros(len(legs))
     groups = tuple(Group(leg, f"{share:.1f} %") for leg, share in zip(legs, whole, strict=True))
+    return _bars(deflection, groups, tuple(series))
+
+
+def _of_network(deflection: Deflection) -> Bars:
+    """A bar for each part, the rest in one."""
+    parts, rest = deflection.parts[:_BARS], deflection.parts[_BARS:]
+    names = [part.part if part.leg == "network" else f"{part.leg}/{part.part}" for part in parts]
+    values = [100 * part.share for part in parts]
+    if rest:
+        names.append(f"{len(rest)} more parts")
+        values.append(100 * sum(part.share for part in rest))
+    rows = zip(names, values, strict=True)
+    groups = tuple(Group(name, f"{value:.1f} %") for name, value in rows)
+    return _bars(deflection, groups, (Series("", Category(0), np.array(values)),))
+
+
+def _bars(deflection: Deflection, groups: tuple[Group, ...], series: tuple[Series, ...]) -> Bars:
     times, unit = prefixed(deflection.energy, "J")
     return Bars(
         f"{deflection.stiffness.name}: elastic energy",
-        (Panel("share of elastic energy [%]", groups, tuple(series)),),
+        (Panel("share of elastic energy [%]", groups, series),),
         is_stacked=True,
         notes=(f"elastic energy {short(times * deflection.energy)} {unit}",),
     )

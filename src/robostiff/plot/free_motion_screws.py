@@ -5,9 +5,8 @@ from __future__ import annotations
 from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
-from robostiff.model import Robot, Snapshot
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.legs import extent
+from robostiff.plot.geometry.ellipsoid import Stiffness, length_of
 from robostiff.plot.geometry.screw_line import screw_line
 from robostiff.plot.picture import (
     Arrow,
@@ -20,26 +19,31 @@ from robostiff.plot.picture import (
     Scene,
     Shape,
 )
-from robostiff.plot.posture import single_stiffness, snapshot_at
-from robostiff.plot.robot_parts import backdrop, drawing_unit, is_plane, turning_arrow
+from robostiff.plot.posture import (
+    Around,
+    Surroundings,
+    single_stiffness,
+    surroundings,
+)
+from robostiff.plot.robot_parts import turning_arrow, unit_of
 
 _ALONG = 1e-9
 _PART = 0.3  # of the robot: half an axis
 
 
 def free_motions(
-    result: RobotStiffness,
+    result: Stiffness,
     *,
-    within: Robot | Snapshot | None = None,
+    within: Around | None = None,
     backend: PlotBackend[Drawn] = PAPER,
 ) -> Drawn:
     """Draw the free motions of a platform: rotation axes, helices, arrows.
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : RobotStiffness or CableStiffness
         At a single pose.
-    within : Robot or Snapshot, optional
+    within : Robot, Snapshot or Network, optional
         Draws them in this robot, at the pose of the result. An arm that was
         posed by its joints is given as a snapshot: ``find_posture(arm, pose).snapshot.one(0)``.
     backend : Matplotlib or Plotly
@@ -64,25 +68,16 @@ def free_motions(
     'rotation about x through (0, 0, 2) m'
     """
     single_stiffness(result, "free motions")
-    snapshot = None
-    if within is not None:
-        pose = None if isinstance(within, Snapshot) else result.pose
-        snapshot = snapshot_at(within, pose)
-    return drawn_by(backend, free_motions_picture(result, snapshot))
+    return drawn_by(backend, free_motions_picture(result, surroundings(within, result)))
 
 
-def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = None) -> Scene:
+def free_motions_picture(result: Stiffness, around: Surroundings | None = None) -> Scene:
     """The picture of `free_motions`, as data."""
-    if Status.UNREACHABLE in result.status:
+    if isinstance(result, RobotStiffness) and Status.UNREACHABLE in result.status:
         raise NoAnswerError(f"no free motions of {result.name!r}: {'; '.join(result.advice)}")
-    if snapshot is None:
-        half = float(result.about_reference.length)
-        factor, unit = (1.0, "m") if half >= 1 else (1e3, "mm")
-        items: list[Item] = []
-    else:
-        half = _PART * extent(snapshot)
-        factor, unit = drawing_unit(snapshot)
-        items = backdrop(snapshot, factor)
+    half = length_of(result) if around is None else _PART * around.size
+    factor, unit = unit_of(half) if around is None else (around.factor, around.unit)
+    items = [] if around is None else list(around.items)
     items += free_motion_items(result, half, factor)
     point = result.reference_point
     items.append(Marks(factor * point[None], PlainColour.INK, Shape.CROSS, "reference point"))
@@ -93,12 +88,12 @@ def free_motions_picture(result: RobotStiffness, snapshot: Snapshot | None = Non
         f"{result.name}: {count}",
         (x, y, z),
         tuple(items),
-        is_flat=snapshot is not None and is_plane(snapshot) and _is_in_plane(result),
+        is_flat=around is not None and around.is_flat and _is_in_plane(result),
         notes=(f"rank {int(result.rank)} of {result.space.size}",),
     )
 
 
-def free_motion_items(result: RobotStiffness, half: float, factor: float) -> list[Item]:
+def free_motion_items(result: Stiffness, half: float, factor: float) -> list[Item]:
     """Axes of `half` a length [m], helices and arrows, in metres times `factor`."""
     items: list[Item] = []
     for i, motion in enumerate(result.free_motions):
@@ -113,7 +108,7 @@ def free_motion_items(result: RobotStiffness, half: float, factor: float) -> lis
     return items
 
 
-def _is_in_plane(result: RobotStiffness) -> bool:
+def _is_in_plane(result: Stiffness) -> bool:
     """Whether all free motions are planar: translations in the plane, rotations about z."""
     return all(
         abs(motion.screw.axis[2]) < _ALONG

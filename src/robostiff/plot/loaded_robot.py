@@ -29,11 +29,11 @@ from robostiff.plot.posed_robot import (
 from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import (
     Drawing,
-    drawing_unit,
     ghost,
     is_plane,
     robot_items,
-    wrench_items,
+    unit_of,
+    wrench_on_platform,
 )
 from robostiff.statics import Equilibrium, Modes
 
@@ -105,7 +105,7 @@ def equilibrium_picture(
     if scale is None:
         scale = chosen_exaggeration(snapshot, motion)
         scale = max(scale, 1.0) if scale else 0.0
-    factor, unit = drawing_unit(snapshot)
+    factor, unit = unit_of(extent(snapshot))
     drawing = Drawing(snapshot, motion, scale, factor)
     shares = energy_colours(result.shares, colouring)
     items = robot_items(drawing, shares, PlainColour.MUTED if shares else PlainColour.INK)
@@ -118,7 +118,7 @@ def equilibrium_picture(
     full[list(result.space.rows)] = moved
     is_flat = is_plane(snapshot) and not np.any(np.abs(F[flat]) > _ROUNDING)
     is_flat = is_flat and bool(np.abs(full[flat]).max() <= _ROUNDING * np.abs(full).max(initial=0))
-    items += wrench_items(drawing, F, result.problem.point, is_flat)
+    items += wrench_on_platform(drawing, F, result.problem.point, is_flat)
     items += _springs(result, snapshot, scale, factor)
     notes = (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
     if not result.stable:
@@ -180,7 +180,7 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
     if snapshot is None:
         raise TypeError("modes have their robot")
     motion = finite_motion(snapshot, own.motion)
-    factor, unit = drawing_unit(snapshot)
+    factor, unit = unit_of(extent(snapshot))
     scale = side * chosen_exaggeration(snapshot, motion)
     drawing = Drawing(snapshot, motion, scale, factor)
     shares = energy_colours(own.shares, Colouring.PARTS)

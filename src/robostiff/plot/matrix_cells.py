@@ -6,9 +6,9 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
 from robostiff.elastostatics import scaling
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
+from robostiff.plot.geometry.ellipsoid import Stiffness, length_of
 from robostiff.plot.picture import ColourScale, Matrix, QuarterUnit, Ramp
 from robostiff.plot.posture import single_stiffness
 from robostiff.plot.prefix import prefixed, short
@@ -40,7 +40,7 @@ class Shade(Enum):
 
 
 def matrix(
-    result: RobotStiffness,
+    result: Stiffness,
     kind: Kind = Kind.STIFFNESS,
     *,
     shade: Shade = Shade.SIZE,
@@ -52,7 +52,7 @@ def matrix(
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : RobotStiffness or CableStiffness
         At a single pose.
     kind : Kind
     shade : Shade
@@ -82,14 +82,14 @@ def matrix(
 
 
 def matrix_picture(
-    result: RobotStiffness, kind: Kind = Kind.STIFFNESS, shade: Shade = Shade.SIZE
+    result: Stiffness, kind: Kind = Kind.STIFFNESS, shade: Shade = Shade.SIZE
 ) -> Matrix:
     """The picture of `matrix`, as data."""
     space = result.space
     d, n = space.translations, space.size
     is_stiffness = kind is Kind.STIFFNESS
     A = result.K if is_stiffness else result.required_compliance()
-    s = scaling(np.asarray(result.about_reference.length), space)
+    s = scaling(np.asarray(length_of(result)), space)
     scaled = A / np.outer(s, s) if is_stiffness else A * np.outer(s, s)
     is_zero = np.abs(scaled) <= _ZERO * np.abs(scaled).max()
     quarters = (

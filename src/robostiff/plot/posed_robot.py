@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum
+from typing import Any, TypeVar
 
 import numpy as np
 
-from robostiff.analysis import Deflection, PartShare, cable_stiffness
+from robostiff.analysis import CableResponse, Deflection, PartShare, cable_stiffness
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -22,18 +24,18 @@ from robostiff.plot.prefix import short
 from robostiff.plot.robot_parts import (
     Drawing,
     colours_of_parts,
-    drawing_unit,
     ghost,
     is_plane,
     joint_names,
     load_items,
     part_names,
     robot_items,
+    round_factor,
+    unit_of,
 )
 from robostiff.plot.structures import cable_scene, network_scene
 from robostiff.spatial import Space
 
-_SEEN = 0.1  # of the robot: the largest displacement drawn with the default exaggeration
 _MISSED = 1e-4
 _ROUNDING = 1e-9
 
@@ -58,10 +60,10 @@ class Colouring(Enum):
 
 
 def robot(
-    robot: Robot | Snapshot | Network | CableRobot,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    pose: Pose | Mapping[str, float] = None,
     *,
-    deflection: Deflection | None = None,
+    deflection: Deflection | CableResponse | None = None,
     colouring: Colouring = Colouring.LEGS,
     exaggeration: float | None = None,
     backend: PlotBackend[Drawn] = PAPER,
@@ -70,11 +72,10 @@ def robot(
 
     Parameters
     ----------
-    robot : Robot, Snapshot, Network or CableRobot
-        Networks and cable robots are drawn without load.
-    pose : RigidTransform, array, JointCoordinates or None
-        One pose, as for `robostiff.stiffness`.
-    deflection : Deflection, optional
+    robot : Robot, Snapshot, Network, Linkage or CableRobot
+    pose : RigidTransform, array, JointCoordinates, mapping of str to float, or None
+        One pose, as for `robostiff.stiffness`; of a linkage the coordinates of joints by name.
+    deflection : Deflection or CableResponse, optional
         Of the same robot at the same pose: draws the deformed shape, and colours the legs by their
         share of the elastic energy.
     colouring : Colouring
@@ -82,8 +83,7 @@ def robot(
         and its joints are named.
     exaggeration : float, optional
         Factor of all displacements; 0 leaves the robot as it is. When left out, a round number that
-        draws the largest displacement as a tenth of the robot, or less. A robot with a flexible
-        platform is drawn as it is.
+        draws the largest displacement as a tenth of the robot, or less.
     backend : Matplotlib or Plotly
 
     Returns
@@ -106,27 +106,48 @@ def robot(
     >>> rs.plot.robot(hexapod, deflection=bent).get_title()
     'hexapod'
     """
-    if isinstance(robot, Network | CableRobot):
-        return drawn_by(backend, _structure(robot, pose, deflection))
-    picture = robot_picture(snapshot_at(robot, pose), deflection, colouring, exaggeration)
-    return drawn_by(backend, picture)
+    return drawn_by(backend, picture_of_robot(robot, pose, deflection, colouring, exaggeration))
 
 
-def _structure(robot: Network | CableRobot, pose: Pose, bent: Deflection | None) -> Scene:
-    """A network or a cable robot, as it is."""
-    if bent is not None:
+def picture_of_robot(
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    pose: Any = None,
+    bent: Deflection | CableResponse | None = None,
+    colouring: Colouring = Colouring.LEGS,
+    exaggeration: float | None = None,
+) -> Scene:
+    """The picture of `robot`, as data."""
+    check_exaggeration(exaggeration)
+    if isinstance(robot, CableRobot):
+        if bent is not None:
+            return cable_scene(_of_kind(robot, bent, CableResponse), exaggeration)
+        return cable_scene(cable_stiffness(robot, pose))
+    own = None if bent is None else _of_kind(robot, bent, Deflection)
+    if isinstance(robot, Linkage):
+        return network_scene(robot.network_at(pose), own, exaggeration)
+    if isinstance(robot, Network):
+        if pose is not None:
+            raise InputError(
+                f"pose of network {robot.name!r}", got=pose, expected="none: it has its own"
+            )
+        return network_scene(robot, own, exaggeration)
+    return robot_picture(snapshot_at(robot, pose), own, colouring, exaggeration)
+
+
+_Bent = TypeVar("_Bent", Deflection, CableResponse)
+
+
+def _of_kind(robot: Any, bent: Any, kind: type[_Bent]) -> _Bent:
+    """A deflection of the kind that this robot has, and of this robot."""
+    of = bent.before if isinstance(bent, CableResponse) else getattr(bent, "stiffness", None)
+    if not isinstance(bent, kind) or of is None or of.name != robot.name:
+        call = "rs.cable_response" if kind is CableResponse else "rs.deflection"
         raise InputError(
             f"deflection in a plot of {robot.name!r}",
             got=bent,
-            expected="none: networks and cable robots are drawn without load",
+            expected=f"a result of {call} of this robot",
         )
-    if isinstance(robot, CableRobot):
-        return cable_scene(cable_stiffness(robot, pose))
-    if pose is not None:
-        raise InputError(
-            f"pose of network {robot.name!r}", got=pose, expected="none: it has its own"
-        )
-    return network_scene(robot)
+    return bent
 
 
 def robot_picture(
@@ -135,15 +156,15 @@ def robot_picture(
     colouring: Colouring = Colouring.LEGS,
     exaggeration: float | None = None,
 ) -> Scene:
-    """The picture of `robot`, as data."""
-    factor, unit = drawing_unit(snapshot)
+    """The picture of a robot of legs."""
+    factor, unit = unit_of(extent(snapshot))
     is_arm = len(snapshot.legs) == 1
     if bent is None:
         drawing = Drawing(snapshot, at_rest(snapshot), 0.0, factor)
         named = is_arm or colouring is Colouring.NAMES
         colours = colours_of_parts(part_names(snapshot)) if named else {}
         items = robot_items(drawing, {}, PlainColour.INK, colours)
-        items += joint_names(drawing) if is_arm else []
+        items += joint_names(drawing) if named else []
         return robot_scene(snapshot, unit, items, is_plane(snapshot))
     motion, scale = displaced(snapshot, bent, exaggeration)
     if is_arm and colouring is Colouring.LEGS:
@@ -160,8 +181,6 @@ def robot_picture(
     is_flat = is_plane(snapshot) and _stays_in_plane(bent, motion)
     items += load_items(drawing, bent, is_flat)
     notes = (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
-    if snapshot.platform is not None:
-        notes = ("flexible platform: shape without load",)
     label = "share of elastic energy [%]"
     top = max(shares.values(), default=0.0)
     values = ColourScale(label, 0, top) if shares else None
@@ -173,15 +192,6 @@ def displaced(
 ) -> tuple[RobotMotion, float]:
     """Motions of the bodies, and the factor of their displacements."""
     check_exaggeration(exaggeration)
-    if snapshot.platform is not None:
-        if exaggeration:
-            raise InputError(
-                f"exaggeration in a plot of {snapshot.name!r}",
-                got=exaggeration,
-                expected="0: the deformed shape of a flexible platform is not drawn",
-            )
-        _ = bent.twist  # raises with the reason when there is no deflection
-        return at_rest(snapshot), 0.0
     if bent.work_of_loads is not None:
         raise InputError(
             f"deflection in a plot of {snapshot.name!r}",
@@ -216,18 +226,17 @@ def energy_colours(
 
 
 def chosen_exaggeration(snapshot: Snapshot, motion: RobotMotion) -> float:
-    """With which displacements are drawn: a round factor 1, 2 or 5 times a power of ten."""
-    points = [leg.end for leg in snapshot.legs] + [snapshot.reference_point]
-    moved = [np.linalg.norm(motion.platform.displacement(point)) for point in points]
+    """With which displacements are drawn: see `round_factor`."""
+    moved = [motion.platform.displacement(snapshot.reference_point)]
     for leg, own in zip(snapshot.legs, motion.legs, strict=True):
+        moved.append(own.bodies[-1].displacement(leg.end))
         for mark, body in zip(joint_marks(leg, own, 1.0), joint_marks(leg, own), strict=True):
-            moved.append(np.linalg.norm(mark.point - body.point))
-    largest = float(np.max(moved))
-    if largest == 0:
-        return 0.0
-    wanted = _SEEN * extent(snapshot) / largest
-    power = 10.0 ** np.floor(np.log10(wanted))
-    return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))
+            moved.append(mark.point - body.point)
+    placed = snapshot.platform
+    if placed is not None:
+        for name, body in motion.nodes.items():
+            moved.append(body.displacement(placed.in_world(placed.platform.point_of(name))))
+    return round_factor(np.array(moved), extent(snapshot))
 
 
 def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> None:
@@ -235,8 +244,13 @@ def _check_fit(snapshot: Snapshot, bent: Deflection, motion: RobotMotion) -> Non
     length = float(bent.stiffness.about_reference.length)
     s = np.repeat([1.0, length], 3)
     size = np.linalg.norm(motion.platform.twist * s)
+    ends = [motion.platform] * len(motion.legs)
+    if snapshot.platform is not None:
+        ends = [motion.nodes[name] for name in snapshot.platform.holds]
+    o = bent.stiffness.origin
     gaps = [
-        np.linalg.norm((leg.bodies[-1].twist - motion.platform.twist) * s) for leg in motion.legs
+        np.linalg.norm((leg.bodies[-1].twist - end.twist_about(o)) * s)
+        for leg, end in zip(motion.legs, ends, strict=True)
     ]
     if max(gaps) > _MISSED * size:
         raise InputError(

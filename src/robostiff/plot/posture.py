@@ -1,11 +1,32 @@
-"""The robot to be drawn: one snapshot at one pose that it can reach."""
+"""The robot to be drawn, at one pose that it can reach, and the robot around something else."""
 
 from __future__ import annotations
 
-from robostiff.analysis import RobotStiffness
+from dataclasses import dataclass
+
+import numpy as np
+
+from robostiff.analysis import CableStiffness, RobotStiffness, cable_stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose, find_posture
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
+from robostiff.plot.geometry.ellipsoid import Stiffness
+from robostiff.plot.geometry.legs import extent
+from robostiff.plot.picture import Item, PlainColour
+from robostiff.plot.robot_parts import backdrop, is_plane, unit_of
+from robostiff.plot.structures import (
+    NetworkDrawing,
+    cable_items,
+    cable_points,
+    is_level,
+    network_items,
+    network_points,
+    size_of,
+)
+
+Around = Robot | Snapshot | Network | CableRobot | CableStiffness
 
 
 def snapshot_at(robot: Robot | Snapshot, pose: Pose) -> Snapshot:
@@ -57,14 +78,83 @@ def _single(snapshot: Snapshot, pose: Pose) -> Snapshot:
     return snapshot
 
 
-def single_stiffness(result: object, what: str) -> RobotStiffness:
+@dataclass(frozen=True)
+class Surroundings:
+    """A robot of any kind in the background of something else.
+
+    Attributes
+    ----------
+    size : float
+        Of the robot [m].
+    factor, unit : float, str
+        From metres to the unit of the axes.
+    is_flat : bool
+    items : tuple of Item
+    """
+
+    size: float
+    factor: float
+    unit: str
+    is_flat: bool
+    items: tuple[Item, ...]
+
+
+def surroundings(robot: Around | None, result: Stiffness) -> Surroundings | None:
+    """The robot around a result, at its pose; a cable robot is always drawn.
+
+    Raises
+    ------
+    InputError
+        When `robot` is none that can be drawn at the pose of the result.
+    """
+    muted = PlainColour.MUTED
+    if isinstance(robot, CableRobot):
+        robot = cable_stiffness(robot, result.pose)
+    cables = robot if isinstance(robot, CableStiffness) else result
+    if isinstance(cables, CableStiffness):
+        points = cable_points(cables)
+        factor, unit = unit_of(size_of(points))
+        items = _without_point(cable_items(cables, factor, muted))
+        return Surroundings(size_of(points), factor, unit, is_level(points), items)
+    if robot is None or isinstance(robot, CableStiffness) or isinstance(result, CableStiffness):
+        return None
+    if isinstance(robot, Network):
+        points = network_points(robot)
+        factor, unit = unit_of(size_of(points))
+        drawing = NetworkDrawing(robot, factor, plain=muted, ink=muted)
+        items = _without_point(network_items(drawing))
+        return Surroundings(size_of(points), factor, unit, is_level(points), items)
+    pose = None if isinstance(robot, Snapshot) else _pose(result)
+    snapshot = snapshot_at(robot, pose)
+    factor, unit = unit_of(extent(snapshot))
+    items = tuple(backdrop(snapshot, factor))
+    return Surroundings(extent(snapshot), factor, unit, is_plane(snapshot), items)
+
+
+def _without_point(items: list[Item]) -> tuple[Item, ...]:
+    """Items without the reference point, which is drawn with what is in the robot."""
+    return tuple(item for item in items if item.label != "reference point")
+
+
+def _pose(result: RobotStiffness) -> np.ndarray:
+    if result.pose is None:
+        raise InputError(
+            "robot around a result",
+            got=f"the stiffness of {result.name!r}, which has no pose",
+            expected="the snapshot or the network itself",
+            hint="write within=snapshot",
+        )
+    return result.pose
+
+
+def single_stiffness(result: object, what: str) -> Stiffness:
     """The stiffness at one pose; other values and several poses are refused.
 
     Raises
     ------
     InputError
     """
-    if not isinstance(result, RobotStiffness):
+    if not isinstance(result, Stiffness):
         raise InputError(
             f"stiffness for {what}",
             got=result,

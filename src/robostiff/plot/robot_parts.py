@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from robostiff.plot.geometry.displacement import RobotMotion, at_rest
 from robostiff.plot.geometry.legs import (
     JointMark,
     MemberKind,
+    bent_line,
     extent,
     foot,
     joint_marks,
@@ -37,6 +39,7 @@ from robostiff.plot.prefix import prefixed, short
 from robostiff.spatial import Screw, Space
 
 _ARROW = 0.2  # of the robot
+_SEEN = 0.1  # of the robot: the largest displacement drawn with the default exaggeration
 _ONE_PLACE = 1e-6
 
 
@@ -50,9 +53,27 @@ class Drawing:
     factor: float  # from metres to the unit of the axes
 
 
-def drawing_unit(snapshot: Snapshot) -> tuple[float, str]:
-    """From metres to the unit in which a robot is drawn: m, or mm for a robot below one metre."""
-    return (1.0, "m") if extent(snapshot) >= 1 else (1e3, "mm")
+def unit_of(size: float) -> tuple[float, str]:
+    """From metres to the unit in which a robot is drawn: m, or mm for one below one metre."""
+    return (1.0, "m") if size >= 1 else (1e3, "mm")
+
+
+def round_factor(displacements: np.ndarray, size: float) -> float:
+    """How far displacements (n, 3) are exaggerated: 1, 2 or 5 times a power of ten; 0 for none.
+
+    The largest is then drawn as a tenth of the robot, or less.
+
+    Examples
+    --------
+    >>> round_factor(np.array([[0.0, 3e-5, 4e-5]]), 1.2)
+    2000.0
+    """
+    largest = float(np.linalg.norm(displacements, axis=-1).max(initial=0.0))
+    if largest == 0:
+        return 0.0
+    wanted = _SEEN * size / largest
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))
 
 
 def backdrop(snapshot: Snapshot, factor: float) -> list[Item]:
@@ -142,14 +163,17 @@ def _plates(d: Drawing, paint: PlainColour = PlainColour.PLATE) -> list[Item]:
 def _platform_parts(
     d: Drawing, shares: Mapping[tuple[str, str], float], plain: PlainColour
 ) -> list[Item]:
-    """The beams, springs and rigid members of a flexible platform, without load."""
+    """The beams, springs and rigid members of a flexible platform."""
     placed = d.snapshot.platform
     if placed is None:
         return []
     items: list[Item] = []
     for part in placed.platform.parts:
         share = shares.get(("platform", part.name), shares.get(("platform", "")))
-        ends = np.array([placed.in_world(placed.platform.point_of(n)) for n in (part.a, part.b)])
+        a, b = (placed.in_world(placed.platform.point_of(name)) for name in (part.a, part.b))
+        ends = np.array([a, b])
+        if d.scale and np.any(a != b):
+            ends = bent_line(a, b, d.motion.nodes[part.a], d.motion.nodes[part.b], d.scale)
         about = f"platform/{part.name}" + ("" if share is None else f": {share:.1f} %")
         paint: Paint = plain if share is None else share
         items.append(Path(d.factor * ends, paint, LineWeight.BOLD, about=about))
@@ -184,31 +208,54 @@ def _joints(
 
 
 def joint_names(d: Drawing) -> list[Item]:
-    """Names beside the joints; those of several joints in one point in one line.
-
-    The name of the leg is left out where there is only one.
-    """
-    places: list[tuple[np.ndarray, list[str]]] = []
-    near = _ONE_PLACE * extent(d.snapshot)
-    alone = len(d.snapshot.legs) == 1
+    """Names beside the joints; of legs whose joints have the same names, those of the first."""
+    places: list[tuple[np.ndarray, str]] = []
+    known: list[list[str]] = []
     for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
-        for mark in joint_marks(leg, motion, d.scale):
-            name = mark.freedom.name if alone else f"{leg.name}/{mark.freedom.name}"
-            for point, names in places:
-                if np.linalg.norm(point - mark.point) <= near:
-                    names.append(name)
-                    break
-            else:
-                places.append((mark.point, [name]))
-    return [
-        Text(d.factor * point, ", ".join(dict.fromkeys(names)), PlainColour.INK)
-        for point, names in places
-    ]
+        marks = list(joint_marks(leg, motion, d.scale))
+        own = [mark.freedom.name for mark in marks]
+        places += [] if own in known else [(mark.point, mark.freedom.name) for mark in marks]
+        known.append(own)
+    return words_at([(d.factor * p, name) for p, name in places], d.factor * extent(d.snapshot))
+
+
+_NUMBER = re.compile(r"\[\d+\]$")
+
+
+def words_at(places: Sequence[tuple[np.ndarray, str]], size: float) -> list[Item]:
+    """Names of joints beside their points (3,), those of one point in one line.
+
+    A joint of several freedoms is named once, and joints of the branches of a block by the first.
+    """
+    found: list[tuple[np.ndarray, list[str]]] = []
+    named: set[str] = set()
+    for place, name in places:
+        own = _NUMBER.sub("", name.rpartition("/")[2])
+        if own in named:
+            continue
+        named.add(own)
+        for point, names in found:
+            if np.linalg.norm(point - place) <= _ONE_PLACE * size:
+                names.append(own)
+                break
+        else:
+            found.append((place, [own]))
+    return [Text(point, ", ".join(dict.fromkeys(names)), PlainColour.INK) for point, names in found]
 
 
 def ghost(d: Drawing, label: str = "without load") -> list[Item]:
-    """The undeformed legs in dashed lines."""
+    """The undeformed legs, and the parts of a flexible platform, in dashed lines."""
     items: list[Item] = []
+    placed = d.snapshot.platform
+    if placed is not None:
+        ends = [
+            [placed.in_world(placed.platform.point_of(name)) for name in (part.a, part.b)]
+            for part in placed.platform.parts
+        ]
+        items += [
+            Path(d.factor * np.array(own), PlainColour.MUTED, LineWeight.THIN, dashed=True)
+            for own in ends
+        ]
     for leg, motion in zip(d.snapshot.legs, d.motion.legs, strict=True):
         for member in leg_members(leg, motion):
             points = d.factor * member.points
@@ -224,13 +271,18 @@ def load_items(d: Drawing, bent: Deflection, is_flat: bool) -> list[Item]:
     """
     F = np.zeros(6)
     F[list(bent.stiffness.space.rows)] = bent.wrench
-    return wrench_items(d, F, bent.stiffness.reference_point, is_flat)
+    return wrench_on_platform(d, F, bent.stiffness.reference_point, is_flat)
 
 
-def wrench_items(d: Drawing, F: np.ndarray, point: np.ndarray, is_flat: bool) -> list[Item]:
-    """Arrows of a wrench (6,) at a point (3,) of the platform, see `load_items`."""
-    point = d.factor * (point + d.scale * d.motion.platform.displacement(point))
-    length = _ARROW * d.factor * extent(d.snapshot)
+def wrench_on_platform(d: Drawing, F: np.ndarray, point: np.ndarray, is_flat: bool) -> list[Item]:
+    """Arrows of a wrench (6,) at a point (3,) of the platform, where it is without load [m]."""
+    moved = d.factor * (point + d.scale * d.motion.platform.displacement(point))
+    return wrench_items(moved, d.factor * extent(d.snapshot), F, is_flat)
+
+
+def wrench_items(point: np.ndarray, size: float, F: np.ndarray, is_flat: bool) -> list[Item]:
+    """Arrows of a wrench (6,) at a point (3,) of a robot of some size, both as drawn."""
+    length = _ARROW * size
     items: list[Item] = []
     for name, unit, row, vector in (
         ("force", "N", 1, F[:3]),

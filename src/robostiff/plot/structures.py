@@ -1,16 +1,22 @@
-"""Networks and cable robots as lines, faces and marks."""
+"""Networks and cable robots as lines, faces and marks, at rest and under a load."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 
-from robostiff.analysis import CableStiffness
+from robostiff.analysis import CableResponse, CableStiffness, Deflection
 from robostiff.model import Actuated
 from robostiff.network import Network
+from robostiff.plot.geometry.displacement import BodyMotion, network_motion
+from robostiff.plot.geometry.legs import bent_line, clamped_end
 from robostiff.plot.geometry.surfaces import plate
 from robostiff.plot.picture import (
+    Category,
+    ColourScale,
     Face,
     Item,
     LineWeight,
@@ -21,69 +27,210 @@ from robostiff.plot.picture import (
     Scene,
     Shape,
 )
-from robostiff.plot.robot_parts import colours_of_parts
+from robostiff.plot.prefix import short
+from robostiff.plot.robot_parts import (
+    colours_of_parts,
+    round_factor,
+    unit_of,
+    words_at,
+    wrench_items,
+)
 from robostiff.spatial import Space
 
 _IN_PLANE = 1e-3  # of the structure
 _SAME = 1e-9  # of the structure: closer points are one
+_SEEN = 1e-3  # of the structure: a line
+_COLOURS = 8  # that differ
+_NAMED = 24  # joints: more names would cover the picture
 
 
-def network_scene(network: Network) -> Scene:
-    """A network: its beams and springs part by part, its joints, and what ties them together."""
+@dataclass(frozen=True)
+class NetworkDrawing:
+    """How a network is drawn.
+
+    Attributes
+    ----------
+    network : Network
+    factor : float
+        From metres to the unit of the axes.
+    colours : dict of str to Paint
+        Of beams, by name; a number is a share of the elastic energy [%].
+    plain, ink : PlainColour
+        Of beams without a colour, and of all else.
+    motions : dict of str to BodyMotion
+        Of the bodies; at rest when left out.
+    scale : float
+        Of the displacements.
+    """
+
+    network: Network
+    factor: float
+    colours: Mapping[str, Paint] = field(default_factory=dict)
+    plain: PlainColour = PlainColour.INK
+    ink: PlainColour = PlainColour.INK
+    motions: Mapping[str, BodyMotion] = field(default_factory=dict)
+    scale: float = 0.0
+
+    def moved(self, body: str, points: np.ndarray) -> np.ndarray:
+        """Points (n, 3) of a body where they are drawn, in the unit of the axes."""
+        if not self.scale:
+            return self.factor * points
+        motion = self.motions[body]
+        return self.factor * np.array([p + self.scale * motion.displacement(p) for p in points])
+
+    def line(self, start: np.ndarray, end: np.ndarray, a: str, b: str) -> np.ndarray:
+        """Line (n, 3) of a beam between two bodies, bent as they move."""
+        if not self.scale:
+            return self.factor * np.array([start, end])
+        return self.factor * bent_line(start, end, self.motions[a], self.motions[b], self.scale)
+
+
+def network_scene(
+    network: Network, bent: Deflection | None = None, exaggeration: float | None = None
+) -> Scene:
+    """A network, coloured part by part; under a load deformed and coloured by elastic energy."""
     points = network_points(network)
-    factor, unit = _unit(points)
-    items = network_items(network, factor, colours_of_parts(beam.name for beam in network.beams))
-    is_flat = network.space is Space.PLANAR or _is_level(points)
-    return _scene(network.name, items, unit, is_flat)
+    factor, unit = unit_of(size_of(points))
+    is_flat = network.space is Space.PLANAR or is_level(points)
+    if bent is None:
+        colours = colours_of_network(network)
+        items = network_items(NetworkDrawing(network, factor, colours))
+        return _scene(network.name, items, unit, is_flat)
+    motions, scale = displaced_network(network, bent, exaggeration)
+    moved = motions[network.platform].displacement(bent.stiffness.reference_point)
+    is_flat = is_flat and abs(moved[2]) <= _SAME * float(np.linalg.norm(moved))
+    is_flat = is_flat and (network.space is Space.PLANAR or not np.any(bent.wrench[[2, 3, 4]]))
+    shares = energies_by_name(bent)
+    drawn = NetworkDrawing(network, factor, shares, PlainColour.MUTED, motions=motions, scale=scale)
+    items = [*network_ghost(NetworkDrawing(network, factor)), *network_items(drawn)]
+    items += network_load(drawn, bent, is_flat)
+    top = 100 * max((part.share for part in bent.parts), default=0.0)
+    known = ColourScale("share of elastic energy [%]", 0, top) if top else None
+    return _scene(network.name, items, unit, is_flat, known, _exaggerated(scale))
 
 
-def network_items(network: Network, factor: float, colours: dict[str, Paint]) -> list[Item]:
-    """The items of a network, in metres times `factor`."""
+def colours_of_network(network: Network) -> dict[str, Paint]:
+    """A colour for each beam and elastic part."""
+    elastic = [own for own in network.springs if np.any(own.elasticity.compliance)]
+    return colours_of_parts(part.name for part in (*network.beams, *elastic))
+
+
+def network_load(d: NetworkDrawing, bent: Deflection, is_flat: bool = False) -> list[Item]:
+    """Arrows of the load on the displaced platform."""
+    point, F = bent.stiffness.reference_point, np.zeros(6)
+    F[list(d.network.space.rows)] = bent.wrench
+    (moved,) = d.moved(d.network.platform, point[None])
+    return wrench_items(moved, d.factor * size_of(network_points(d.network)), F, is_flat)
+
+
+def displaced_network(
+    network: Network, bent: Deflection, exaggeration: float | None
+) -> tuple[dict[str, BodyMotion], float]:
+    """Motions of the bodies of a network under a load, and the factor of their displacements."""
+    motions = network_motion(network, bent)
+    bodies = zip(_names(network), _bodies(network), strict=True)
+    far = [motions[name].displacement(p) for name, points in bodies for p in points]
+    scale = round_factor(np.array(far), size_of(network_points(network)))
+    return motions, scale if exaggeration is None else float(exaggeration)
+
+
+def energies_by_name(bent: Deflection) -> dict[str, Paint]:
+    """Shares of the elastic energy [%] by the whole names of the parts of a network."""
+    shares: dict[str, Paint] = {}
+    for part in bent.parts:
+        for name in (f"{part.leg}/{part.part}", part.part):
+            shares.setdefault(name, 100 * part.share)
+    return shares
+
+
+def _exaggerated(scale: float) -> tuple[str, ...]:
+    return (f"displacements × {short(scale, 6)}",) if scale not in {0.0, 1.0} else ()
+
+
+def network_items(d: NetworkDrawing) -> list[Item]:
+    """Bodies, beams, springs and joints."""
+    network = d.network
     items: list[Item] = []
     fixed = set(network.fixed)
     for name, body in zip(_names(network), _bodies(network), strict=True):
-        outline = _outline(body)
         paint = PlainColour.FAINT if name in fixed else PlainColour.PLATE
-        if outline is not None:
+        corners = _face(body)
+        if corners is not None:
             label = "platform" if name == network.platform else ""
-            items.append(Face(factor * outline, paint, 0.35, label))
-        ink = PlainColour.MUTED if name in fixed else PlainColour.INK
-        middle = body.mean(axis=0)
-        ends = body if len(body) > 2 else body[:1]
-        ties = [np.array([middle if len(body) > 2 else body[-1], end]) for end in ends]
-        items += [Path(factor * tie, ink, LineWeight.THIN, about=name) for tie in ties]
+            items.append(Face(d.moved(name, corners), paint, 0.35, label))
+        ink = PlainColour.MUTED if name in fixed else d.ink
+        items += [Path(tie, ink, LineWeight.THIN, about=name) for tie in _ties(d, name, body)]
     for beam in network.beams:
-        line = factor * np.array([beam.start, beam.end])
-        paint = colours.get(beam.name, PlainColour.INK)
-        items.append(Path(line, paint, LineWeight.BOLD, about=beam.name))
-    items += _springs(network, factor) + _joints(network, factor)
-    point = factor * network.reference_point[None]
+        line = d.line(beam.start, beam.end, beam.a, beam.b)
+        paint = d.colours.get(beam.name, d.plain)
+        items.append(_part(line, beam.name, paint, d))
+    items += _springs(d) + _joints(d) + _joint_names(d)
+    point = d.moved(network.platform, network.reference_point[None])
     items.append(Marks(point, PlainColour.INK, Shape.CROSS, "reference point"))
     return items
 
 
-def _springs(network: Network, factor: float) -> list[Item]:
-    own = [spring for spring in network.springs if np.any(spring.elasticity.compliance)]
-    if not own:
-        return []
-    points = factor * np.array([spring.point for spring in own])
-    names = tuple(spring.name for spring in own)
-    return [Marks(points, PlainColour.INK, Shape.DIAMOND, "elastic part", names)]
+def network_ghost(d: NetworkDrawing, label: str = "without load") -> list[Item]:
+    """Beams and bodies without load, in dashed lines."""
+    lines = [d.line(beam.start, beam.end, beam.a, beam.b) for beam in d.network.beams]
+    for name, body in zip(_names(d.network), _bodies(d.network), strict=True):
+        if name not in d.network.fixed:
+            lines += _ties(d, name, body)
+    return [
+        Path(line, PlainColour.MUTED, LineWeight.THIN, True, "" if i else label)
+        for i, line in enumerate(lines)
+    ]
 
 
-def _joints(network: Network, factor: float) -> list[Item]:
+def _ties(d: NetworkDrawing, name: str, body: np.ndarray) -> list[np.ndarray]:
+    """Lines from the points of a body to its middle; of two points, from one to the other."""
+    middle = body.mean(axis=0) if len(body) > 2 else body[-1]
+    ends = body if len(body) > 2 else body[:-1]
+    return [d.moved(name, np.array([middle, end])) for end in ends]
+
+
+def _part(line: np.ndarray, name: str, paint: Paint, d: NetworkDrawing) -> Path:
+    """A beam or an elastic part, named in the legend where its colour is its own."""
+    label = name if isinstance(paint, Category) and len(d.colours) <= _COLOURS else ""
+    about = name + (f": {paint:.1f} %" if isinstance(paint, float) else "")
+    return Path(line, paint, LineWeight.BOLD, label=label, about=about)
+
+
+def _springs(d: NetworkDrawing) -> list[Item]:
+    """Elastic parts: a line along one that has a length, a mark where it has none."""
+    items: list[Item] = []
+    label = "elastic part"
+    size = size_of(network_points(d.network))
+    for spring in d.network.springs:
+        if not np.any(spring.elasticity.compliance):
+            continue
+        paint = d.colours.get(spring.name, d.plain)
+        start = clamped_end(spring)
+        if np.linalg.norm(start - spring.point) > _SEEN * size:
+            line = d.line(start, spring.point, spring.a, spring.b)
+            items.append(_part(line, spring.name, paint, d))
+            continue
+        about = spring.name + (f": {paint:.1f} %" if isinstance(paint, float) else "")
+        at = d.moved(spring.b, spring.point[None])
+        items.append(Marks(at, paint, Shape.DIAMOND, label, (about,)))
+        label = ""
+    return items
+
+
+def _joints(d: NetworkDrawing) -> list[Item]:
     kinds: dict[tuple[str, Shape], list[tuple[np.ndarray, str]]] = {}
-    for joint in network.joints:
+    for joint in d.network.joints:
         for freedom in joint.freedoms:
             driven = isinstance(freedom.role, Actuated)
             kind = ("actuator", Shape.SQUARE) if driven else ("passive joint", Shape.RING)
             if not driven and not freedom.is_passive:
                 kind = ("locked joint", Shape.DIAMOND)
-            kinds.setdefault(kind, []).append((freedom.point, f"{joint.name}/{freedom.name}"))
+            (at,) = d.moved(joint.a, freedom.point[None])
+            kinds.setdefault(kind, []).append((at, f"{joint.name}/{freedom.name}"))
     return [
         Marks(
-            factor * np.array([point for point, _ in own]),
-            PlainColour.INK,
+            np.array([point for point, _ in own]),
+            d.ink,
             shape,
             label,
             tuple(name for _, name in own),
@@ -92,7 +239,16 @@ def _joints(network: Network, factor: float) -> list[Item]:
     ]
 
 
-def _outline(points: np.ndarray) -> np.ndarray | None:
+def _joint_names(d: NetworkDrawing) -> list[Item]:
+    """Names beside the joints, where there are not too many."""
+    placed = [(own.name, own.a, own.freedoms[0].point) for own in d.network.joints if own.freedoms]
+    if d.ink is not PlainColour.INK or len(placed) > _NAMED:
+        return []
+    places = [(d.moved(body, p[None])[0], name) for name, body, p in placed]
+    return words_at(places, d.factor * size_of(network_points(d.network)))
+
+
+def _face(points: np.ndarray) -> np.ndarray | None:
     """Corners of the face through points in one plane (n, 3); None where they are not."""
     if len(points) < 3:
         return None
@@ -121,47 +277,92 @@ def _bodies(network: Network) -> list[np.ndarray]:
     return bodies
 
 
-def cable_scene(result: CableStiffness) -> Scene:
-    """A cable robot at a pose: its cables, slack ones dashed, and its platform."""
-    placed = result.placed
-    points = np.concatenate([placed.exit_points, placed.attachments])
-    factor, unit = _unit(points)
-    return _scene(
-        result.name,
-        cable_items(result, factor),
-        unit,
-        result.space is Space.PLANAR or _is_level(points),
-    )
+def cable_scene(result: CableStiffness | CableResponse, exaggeration: float | None = None) -> Scene:
+    """A cable robot at a pose, slack cables dashed; under a load displaced, with that load."""
+    if isinstance(result, CableStiffness):
+        points = cable_points(result)
+        factor, unit = unit_of(size_of(points))
+        is_flat = result.space is Space.PLANAR or is_level(points)
+        return _scene(result.name, cable_items(result, factor), unit, is_flat)
+    _ = result.tensions  # raises with the reason where the load is not carried
+    before, after = result.before, cast("CableStiffness", result.after)
+    points = cable_points(before)
+    factor, unit = unit_of(size_of(points))
+    moved = after.placed.attachments - before.placed.attachments
+    scale = round_factor(moved, size_of(points)) if exaggeration is None else float(exaggeration)
+    shift = (scale - 1.0) * moved
+    at = after.placed.reference_point
+    at = at + (scale - 1.0) * (at - before.placed.reference_point)
+    F = np.zeros(6)
+    F[list(before.space.rows)] = result.load
+    is_flat = before.space is Space.PLANAR
+    items = [
+        *cable_ghost(before, factor),
+        *cable_items(after, factor, shift=shift, point=at),
+        *wrench_items(factor * at, factor * size_of(points), F, is_flat),
+    ]
+    return _scene(before.name, items, unit, is_flat, notes=_exaggerated(scale))
+
+
+def cable_points(result: CableStiffness) -> np.ndarray:
+    """Ends of all cables (2 m, 3) [m]."""
+    return np.concatenate([result.placed.exit_points, result.placed.attachments])
+
+
+def cable_ghost(result: CableStiffness, factor: float) -> list[Item]:
+    """The cables without load in dashed lines."""
+    ends = zip(result.placed.exit_points, result.placed.attachments, strict=True)
+    return [
+        Path(
+            factor * np.array(line),
+            PlainColour.MUTED,
+            LineWeight.THIN,
+            True,
+            "" if i else "without load",
+        )
+        for i, line in enumerate(ends)
+    ]
 
 
 def cable_items(
     result: CableStiffness,
     factor: float,
-    paint_of: Callable[[int], Paint] = lambda _: PlainColour.INK,
+    plain: PlainColour = PlainColour.INK,
+    *,
+    shift: np.ndarray | float = 0.0,
+    point: np.ndarray | None = None,
 ) -> list[Item]:
-    """The items of a cable robot, in metres times `factor`; each cable in a paint of its own."""
+    """The items of a cable robot, in metres times `factor`.
+
+    The attachments are drawn a `shift` (m, 3) [m] from their place, and the reference point at
+    `point` (3,) [m], where it is given.
+    """
     placed = result.placed
+    attachments = placed.attachments + shift
     items: list[Item] = []
     for points, paint, label in (
         (placed.exit_points, PlainColour.FAINT, ""),
-        (placed.attachments, PlainColour.PLATE, "platform"),
+        (attachments, PlainColour.PLATE, "platform"),
     ):
-        outline = _outline(points)
-        if outline is not None:
-            items.append(Face(factor * outline, paint, 0.35, label))
+        corners = _face(points)
+        if corners is not None:
+            items.append(Face(factor * corners, paint, 0.35, label))
     names = zip(result.cable_names, result.tensions, strict=True)
+    slack = "slack cable"
     for i, (name, tension) in enumerate(names):
-        line = factor * np.array([placed.exit_points[i], placed.attachments[i]])
+        line = factor * np.array([placed.exit_points[i], attachments[i]])
         is_slack = bool(np.all(result.answered)) and result.axial[i] == 0
         about = f"{name}: {tension:.4g} N" if np.all(result.answered) else name
         weight = LineWeight.THIN if is_slack else LineWeight.LINE
-        items.append(Path(line, paint_of(i), weight, dashed=is_slack, about=about))
+        label = slack if is_slack else ""
+        slack = "" if is_slack else slack
+        items.append(Path(line, plain, weight, is_slack, label, about))
     exits = factor * placed.exit_points
     names_of = tuple(result.cable_names)
-    items.append(Marks(exits, PlainColour.INK, Shape.SQUARE, "winch", names_of))
-    items.append(Marks(factor * placed.attachments, PlainColour.INK, Shape.RING, "attachment"))
-    point = factor * placed.reference_point[None]
-    items.append(Marks(point, PlainColour.INK, Shape.CROSS, "reference point"))
+    items.append(Marks(exits, plain, Shape.SQUARE, "winch", names_of))
+    items.append(Marks(factor * attachments, plain, Shape.RING, "attachment"))
+    at = placed.reference_point if point is None else point
+    items.append(Marks(factor * at[None], PlainColour.INK, Shape.CROSS, "reference point"))
     return items
 
 
@@ -175,14 +376,18 @@ def network_points(network: Network) -> np.ndarray:
     return np.concatenate([network.reference_point[None], *_bodies(network)])
 
 
-def _unit(points: np.ndarray) -> tuple[float, str]:
-    return (1.0, "m") if size_of(points) >= 1 else (1e3, "mm")
-
-
-def _is_level(points: np.ndarray) -> bool:
+def is_level(points: np.ndarray) -> bool:
+    """Whether points (n, 3) lie in one plane z = constant."""
     return bool(np.ptp(points[:, 2]) <= _SAME * size_of(points))
 
 
-def _scene(name: str, items: list[Item], unit: str, is_flat: bool) -> Scene:
+def _scene(
+    name: str,
+    items: list[Item],
+    unit: str,
+    is_flat: bool,
+    scale: ColourScale | None = None,
+    notes: tuple[str, ...] = (),
+) -> Scene:
     x, y, z = (f"{axis} [{unit}]" for axis in "xyz")
-    return Scene(name, (x, y, z), tuple(items), is_flat=is_flat)
+    return Scene(name, (x, y, z), tuple(items), scale, is_flat, notes=notes)

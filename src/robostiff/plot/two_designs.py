@@ -7,10 +7,10 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis import Deflection, RobotStiffness
+from robostiff.analysis import Deflection
 from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.ellipsoid import Quality, principal_axes
+from robostiff.plot.geometry.ellipsoid import Quality, Stiffness, principal_axes
 from robostiff.plot.picture import Bars, Category, Group, Panel, Series
 from robostiff.plot.posture import single_stiffness
 from robostiff.plot.prefix import prefixed, short
@@ -41,8 +41,8 @@ class _Quantities:
 
 
 def comparison(
-    first: RobotStiffness | Deflection,
-    second: RobotStiffness | Deflection,
+    first: Stiffness | Deflection,
+    second: Stiffness | Deflection,
     measure: Measure = Measure.PRINCIPAL,
     *,
     names: tuple[str, str] | None = None,
@@ -82,8 +82,8 @@ def comparison(
 
 
 def comparison_picture(
-    first: RobotStiffness | Deflection,
-    second: RobotStiffness | Deflection,
+    first: Stiffness | Deflection,
+    second: Stiffness | Deflection,
     measure: Measure = Measure.PRINCIPAL,
     names: tuple[str, str] | None = None,
 ) -> Bars:
@@ -113,9 +113,7 @@ def _of_twists(first: Deflection, second: Deflection) -> list[_Quantities]:
     ]
 
 
-def _of_stiffness(
-    first: RobotStiffness, second: RobotStiffness, measure: Measure
-) -> list[_Quantities]:
+def _of_stiffness(first: Stiffness, second: Stiffness, measure: Measure) -> list[_Quantities]:
     space = first.space
     d = space.translations
     if measure is Measure.DIAGONAL:
@@ -156,13 +154,13 @@ def _panel(q: _Quantities, called: tuple[str, str]) -> Panel:
     return Panel(f"{q.label} [{unit}]", tuple(Group(name) for name in q.names), series)
 
 
-def _names(first: RobotStiffness, second: RobotStiffness) -> tuple[str, str]:
+def _names(first: Stiffness, second: Stiffness) -> tuple[str, str]:
     if first.name == second.name:
         return f"{first.name}, first", f"{second.name}, second"
     return first.name, second.name
 
 
-def _check_space(first: RobotStiffness, second: RobotStiffness) -> None:
+def _check_space(first: Stiffness, second: Stiffness) -> None:
     if first.space is not second.space:
         raise InputError(
             "comparison of two designs",

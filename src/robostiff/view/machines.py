@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -49,7 +50,17 @@ from robostiff.plot.robot_parts import (
     part_names,
     robot_items,
 )
-from robostiff.plot.structures import cable_items, network_items, network_points, size_of
+from robostiff.plot.structures import (
+    NetworkDrawing,
+    cable_items,
+    colours_of_network,
+    displaced_network,
+    network_ghost,
+    network_items,
+    network_load,
+    network_points,
+    size_of,
+)
 from robostiff.spatial import Space
 from robostiff.statics import deflection
 from robostiff.view.answer import (
@@ -196,13 +207,8 @@ class RobotMachine:
     ) -> tuple[dict[str, Sequence[Item]], tuple[str, ...]]:
         motion, scale, notes = at_rest(snapshot), 0.0, []
         if bent.has_answer and np.any(bent.wrench):
-            given = 0.0 if snapshot.platform is not None else look.exaggeration
-            motion, scale = displaced(snapshot, bent, given)
-            notes.append(
-                "flexible platform: shape without load"
-                if snapshot.platform is not None
-                else f"displacements × {short(scale, 6)}"
-            )
+            motion, scale = displaced(snapshot, bent, look.exaggeration)
+            notes.append(f"displacements × {short(scale, 6)}")
         drawing = Drawing(snapshot, motion, scale, 1.0)
         size = extent(snapshot)
         shapes, words = shapes_of(bent.stiffness, self._ellipsoids, size, look)
@@ -285,9 +291,19 @@ def network_answer(
     """What is shown of a network under a load (n,) on its platform."""
     bent = deflection(network, None, wrench)
     result = bent.stiffness
-    colours = colours_of_parts(beam.name for beam in network.beams)
+    colours = colours_of_network(network)
     shapes, words = shapes_of(result, ellipsoids, size, look)
-    layers = {"robot": network_items(network, 1.0, colours), **shapes}
+    drawn = NetworkDrawing(network, 1.0, colours)
+    layers = {"robot": network_items(drawn), **shapes}
+    if bent.has_answer and np.any(wrench):
+        motions, scale = displaced_network(network, bent, look.exaggeration)
+        moved = replace(drawn, motions=motions, scale=scale)
+        layers["robot"] = network_items(moved)
+        if "shape without load" in look.seen:
+            layers["shape without load"] = network_ghost(drawn)
+        if "load" in look.seen:
+            layers["load"] = network_load(moved, bent)
+        words.append(f"displacements × {short(scale, 6)}")
     load = load_html(bent, colours) if np.any(wrench) else ""
     return Answer(
         str(bent.status),

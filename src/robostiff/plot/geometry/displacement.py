@@ -11,6 +11,7 @@ between them, and the last of them is that of the platform.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,14 +25,12 @@ from robostiff.elastostatics import (
     scaling,
     solve_chain,
 )
-from robostiff.errors import InputError
-from robostiff.kinematics import (
-    freedom_twist,
-    spring_compliance,
-)
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.kinematics import freedom_twist, spring_compliance
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedPlatform, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedBlock
-from robostiff.spatial import Space, move_twist
+from robostiff.network import Network, motions_under, network_of_snapshot
+from robostiff.network.snapshot_network import platform_node
+from robostiff.spatial import Space, move_twist, move_wrench
 
 Element = PlacedFreedom | PlacedSpring | PlacedBlock
 
@@ -55,6 +54,10 @@ class BodyMotion:
                 shift_z + turn_x * y - turn_y * x,
             ]
         )
+
+    def twist_about(self, point: np.ndarray) -> np.ndarray:
+        """Its twist (6,) about another point (3,)."""
+        return move_twist(self.twist, point - self.about)
 
     @property
     def rotation(self) -> np.ndarray:
@@ -84,10 +87,20 @@ class LegMotion:
 
 @dataclass(frozen=True)
 class RobotMotion:
-    """Motions of the platform and of all bodies of the legs."""
+    """Motions of the platform and of all bodies of the legs.
+
+    Attributes
+    ----------
+    platform : BodyMotion
+        Of a flexible platform, that of its tool.
+    legs : tuple of LegMotion
+    nodes : dict of str to BodyMotion
+        Of the nodes of a flexible platform.
+    """
 
     platform: BodyMotion
     legs: tuple[LegMotion, ...]
+    nodes: Mapping[str, BodyMotion] = field(default_factory=dict)
 
 
 def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
@@ -103,8 +116,6 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     ------
     NoAnswerError
         When there is no deflection.
-    InputError
-        When the platform is flexible: it has no one motion.
 
     Examples
     --------
@@ -115,10 +126,6 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     >>> bool(np.allclose(motion.legs[0].bodies[-1].twist, motion.platform.twist))
     True
     """
-    if snapshot.platform is not None:
-        raise InputError(
-            f"platform of {snapshot.name!r}", got="a flexible one", expected="a rigid platform"
-        )
     answer = bent.stiffness
     rows = list(answer.space.rows)
     to_origin = answer.origin - answer.reference_point
@@ -126,18 +133,48 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
     t = move_twist(bent.twist, to_origin)
     held = answer.about_reference
     solver = _LegSolver(answer.origin, answer.space, held.length, held.tolerance)
-    platform = _spatial(t, rows)
+    platform = BodyMotion(_spatial(t, rows), answer.origin)
+    ends, nodes = [platform] * len(snapshot.legs), {}
+    if snapshot.platform is not None:
+        nodes = _nodes_of_platform(snapshot, snapshot.platform, bent)
+        ends = [nodes[name] for name in snapshot.platform.holds]
     legs = tuple(
-        solver.motion(leg, np.zeros(6), platform, _spatial(F, rows))
-        for leg, F in zip(snapshot.legs, bent.leg_wrenches, strict=True)
+        solver.motion(leg, np.zeros(6), end.twist_about(answer.origin), _spatial(F, rows))
+        for leg, end, F in zip(snapshot.legs, ends, bent.leg_wrenches, strict=True)
     )
-    return RobotMotion(BodyMotion(platform, answer.origin), legs)
+    return RobotMotion(platform, legs, nodes)
+
+
+def _nodes_of_platform(
+    snapshot: Snapshot, placed: PlacedPlatform, bent: Deflection
+) -> dict[str, BodyMotion]:
+    """Motions of the nodes of a flexible platform, by their own names."""
+    moved = network_motion(network_of_snapshot(snapshot), bent)
+    return {node.name: moved[platform_node(placed, node.name)] for node in placed.platform.nodes}
+
+
+def network_motion(network: Network, bent: Deflection) -> dict[str, BodyMotion]:
+    """Motions of the bodies of a network under the load of a deflection, by name.
+
+    Raises
+    ------
+    NoAnswerError
+        When there is no deflection.
+    """
+    tolerance = bent.stiffness.about_reference.tolerance
+    v = network.reference_point - bent.stiffness.reference_point
+    v = v[: network.space.translations]
+    F, t = move_wrench(bent.wrench, v), move_twist(bent.twist, v)
+    moved = motions_under(network, F, t, tolerance)
+    return {name: BodyMotion(*own) for name, own in moved.items()}
 
 
 def at_rest(snapshot: Snapshot) -> RobotMotion:
     """Zero motion."""
     still = BodyMotion(np.zeros(6), np.zeros(3))
-    return RobotMotion(still, tuple(_leg_at_rest(leg, still) for leg in snapshot.legs))
+    placed = snapshot.platform
+    nodes = {} if placed is None else {node.name: still for node in placed.platform.nodes}
+    return RobotMotion(still, tuple(_leg_at_rest(leg, still) for leg in snapshot.legs), nodes)
 
 
 def _leg_at_rest(leg: PlacedLeg, still: BodyMotion) -> LegMotion:

@@ -7,8 +7,11 @@ from enum import Enum
 
 import numpy as np
 
-from robostiff.analysis import RobotStiffness
+from robostiff.analysis import CableStiffness, RobotStiffness
 from robostiff.elastostatics import scaling
+from robostiff.errors import NoAnswerError
+
+Stiffness = RobotStiffness | CableStiffness
 
 _SMALL = 1e-7  # as for descriptions of free motions: a smaller part of a twist is zero
 
@@ -68,7 +71,7 @@ class PrincipalAxes:
         return np.isinf(self.lengths) | (self.lengths == 0)
 
 
-def principal_axes(result: RobotStiffness, quality: Quality) -> PrincipalAxes:
+def principal_axes(result: Stiffness, quality: Quality) -> PrincipalAxes:
     """Principal axes of one block of the stiffness or the compliance at a single pose.
 
     Where free motions F t = 0 remain, the compliance is that of the wrenches which do no work on
@@ -76,13 +79,13 @@ def principal_axes(result: RobotStiffness, quality: Quality) -> PrincipalAxes:
 
     Parameters
     ----------
-    result : RobotStiffness
+    result : RobotStiffness or CableStiffness
     quality : Quality
 
     Raises
     ------
     NoAnswerError
-        When there is no stiffness matrix.
+        When there is no stiffness matrix, or a cable robot is unstable.
 
     Examples
     --------
@@ -113,7 +116,7 @@ def _of_block(block: np.ndarray, free: np.ndarray, at_free: float) -> tuple[np.n
     return lengths[order], directions[order]
 
 
-def _free_twists(result: RobotStiffness) -> np.ndarray:
+def _free_twists(result: Stiffness) -> np.ndarray:
     """Orthonormal free twists (k, n) about the reference point, rotations times length."""
     twists = np.array([motion.twist for motion in result.free_motions])
     if not len(twists):
@@ -121,13 +124,13 @@ def _free_twists(result: RobotStiffness) -> np.ndarray:
     return np.linalg.qr((twists * _scaling(result)).T)[0].T
 
 
-def _covered(result: RobotStiffness, own: np.ndarray) -> np.ndarray:
+def _covered(result: Stiffness, own: np.ndarray) -> np.ndarray:
     """Orthonormal directions (k, d) in which free motions move some coordinates."""
     _, values, directions = np.linalg.svd(_free_twists(result)[:, own], full_matrices=False)
     return directions[values > _SMALL]
 
 
-def _alone(result: RobotStiffness, own: np.ndarray) -> np.ndarray:
+def _alone(result: Stiffness, own: np.ndarray) -> np.ndarray:
     """Orthonormal directions (k, d) of free motions that move no other coordinates."""
     free = _free_twists(result)
     U, values, _ = np.linalg.svd(free[:, ~own])
@@ -135,12 +138,15 @@ def _alone(result: RobotStiffness, own: np.ndarray) -> np.ndarray:
     return np.linalg.qr((U.T @ free)[moved:, own].T)[0].T
 
 
-def _held_compliance(result: RobotStiffness) -> np.ndarray:
+def _held_compliance(result: Stiffness) -> np.ndarray:
     """Compliance on the wrenches that do no work on the free motions."""
     C = result.compliance
     if C is not None:
         return C
-    if not result.about_reference.invertible:
+    if isinstance(result, CableStiffness):
+        if result.unstable_motions:
+            raise NoAnswerError(f"no compliance of {result.name!r}: the platform does not stay")
+    elif not result.about_reference.invertible:
         return result.required_compliance()  # raises with the reason if there is none
     free, s = _free_twists(result), _scaling(result)
     held = np.linalg.svd(free)[2][len(free) :].T
@@ -148,5 +154,12 @@ def _held_compliance(result: RobotStiffness) -> np.ndarray:
     return held @ np.linalg.solve(held.T @ K @ held, held.T) / np.outer(s, s)
 
 
-def _scaling(result: RobotStiffness) -> np.ndarray:
-    return scaling(np.asarray(result.about_reference.length), result.space)
+def _scaling(result: Stiffness) -> np.ndarray:
+    return scaling(np.asarray(length_of(result)), result.space)
+
+
+def length_of(result: Stiffness) -> float:
+    """The length by which rotations are compared with displacements [m]."""
+    if isinstance(result, CableStiffness):
+        return float(result.placed.characteristic_length)
+    return float(result.about_reference.length)

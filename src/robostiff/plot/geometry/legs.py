@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.model.snapshot import PlacedBlock
+from robostiff.network import SpringElement
 from robostiff.plot.geometry.displacement import BodyMotion, LegMotion
 
 _BENDS = 17  # points along a bent part
@@ -91,10 +92,10 @@ def foot(leg: PlacedLeg) -> np.ndarray:
     first = leg.elements[0]
     if isinstance(first, PlacedBlock):
         return np.mean([foot(branch) for branch in first.branches], axis=0)
-    return first.point if isinstance(first, PlacedFreedom) else _clamped_end(first)
+    return first.point if isinstance(first, PlacedFreedom) else clamped_end(first)
 
 
-def _clamped_end(spring: PlacedSpring) -> np.ndarray:
+def clamped_end(spring: PlacedSpring | SpringElement) -> np.ndarray:
     """Start (3,) of an elastic part of which only the far end is given.
 
     Its centre of compliance, where a force alone does not turn it, lies half-way: exact for a
@@ -144,7 +145,7 @@ class _LegWalk:
         here = [] if start is None else [start]
         first = leg.elements[0]
         if isinstance(first, PlacedSpring):
-            clamped = _Place(_clamped_end(first), motion.bodies[0])
+            clamped = _Place(clamped_end(first), motion.bodies[0])
             for place in here:
                 yield from self._line(place, clamped, "", MemberKind.RIGID)
             here = [clamped]

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis.maps.variables import status_flags
+from robostiff.analysis.maps.variables import status_flags, status_words
 from robostiff.errors import InputError, needs_extra
-from robostiff.plot.picture import Cover, PlotAxis, Region
+from robostiff.plot.picture import Category, Cover, PlotAxis, Region
 from robostiff.plot.prefix import prefixed, short
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ _INSTEAD = (
     "unbalanced",
 )
 _OVER = ("ill-conditioned", "beyond-limits")
+_FULL = 6.0  # the largest rank
 _NAMES = (*_INSTEAD, RANK_DEFICIENT, NO_VALUE, *_OVER)
 
 
@@ -68,6 +69,36 @@ def regions(found: xarray.Dataset, values: np.ndarray, full_rank: int) -> tuple[
     marked |= ~np.isfinite(values)
     for name in _OVER:
         add(name, ((status & flags[name]) != 0) & ~marked, Cover.OVER)
+    return tuple(parts)
+
+
+CLASSES = ("rank", "status")
+"""Variables whose values are names rather than numbers."""
+
+
+def classes(found: xarray.Dataset, variable: str) -> tuple[Region, ...]:
+    """A region for every rank, or for every status, that a part of a map has.
+
+    Poses without a rank are named by their status. A status has the look that it has in other
+    maps, where it has one.
+    """
+    status, rank = found["status"].values, found["rank"].values
+    named: dict[str, np.ndarray] = {}
+    by_rank = (rank >= 0) & (variable == "rank")
+    for value in np.unique(rank[by_rank])[::-1]:
+        named[f"rank {value}"] = by_rank & (rank == value)
+    for code in np.unique(status[~by_rank]):
+        named[status_words(int(code))] = ~by_rank & (status == code)
+    parts, others = [], 0
+    for name, where in named.items():
+        first, _, value = name.partition(" ")
+        if name in _INSTEAD:
+            parts.append(Region(name, where, Cover.INSTEAD, _NAMES.index(name)))
+        elif first == "rank":
+            parts.append(Region(name, where, Cover.INSTEAD, paint=int(value) / _FULL))
+        else:
+            parts.append(Region(name, where, Cover.INSTEAD, paint=Category(others)))
+            others += 1
     return tuple(parts)
 
 
@@ -119,6 +150,7 @@ def select(
     at: At,
     full_rank: int | None,
     others: bool = False,
+    with_classes: bool = False,
 ) -> Selection:
     """Values of a variable of a map over coordinates `along`, in this order.
 
@@ -135,15 +167,18 @@ def select(
         Number of rows of the stiffness matrix when left out.
     others : bool
         Whether the coordinates that are not named follow as further axes.
+    with_classes : bool
+        Whether rank and status may be shown, as a region for each.
 
     Raises
     ------
     InputError
         When a name is not in the map, or something remains to be chosen.
     """
-    _check_map(found)
-    if variable not in found.data_vars or variable in {"rank", "status"}:
-        names = [str(name) for name in found.data_vars if name not in {"rank", "status"}]
+    check_map(found)
+    refused = () if with_classes else CLASSES
+    if variable not in found.data_vars or variable in refused:
+        names = [str(name) for name in found.data_vars if name not in refused]
         raise InputError("quantity of a map", got=variable, expected=" or ".join(names))
     array = found[variable]
     pose_dims = [str(dim) for dim in found["status"].dims]
@@ -177,14 +212,16 @@ def select(
     order = [*along, *(dim for dim in own["status"].dims if dim not in along)]
     own = own.transpose(*order)
     values = np.asarray(part.transpose(*order).values, dtype=float)
-    rank = full_rank if full_rank is not None else matrix_size(found)
-    parts = regions(own, values, rank)
+    if variable in CLASSES:
+        parts, values = classes(own, variable), np.full(values.shape, np.nan)
+    else:
+        parts = regions(own, values, matrix_size(found) if full_rank is None else full_rank)
     shown = shown_values(values, parts)
     largest = float(np.nanmax(np.abs(shown))) if np.any(np.isfinite(shown)) else 0.0
     times, unit = prefixed(largest, str(array.attrs.get("units", "")))
     label = variable.replace("_", " ")
     axes = tuple(coordinate_axis(found, name) for name in along)
-    title = f"{label} [{unit}]" if unit else label
+    title = f"{label} [{unit}]" if unit and unit != "1" else label
     return Selection(
         name=str(found.attrs.get("robot", "")),
         label=title,
@@ -204,7 +241,8 @@ def coordinate_axis(found: xarray.Dataset, name: str) -> PlotAxis:
     )
 
 
-def _check_map(found: Any) -> None:
+def check_map(found: Any) -> None:
+    """Raise an InputError unless it is a map."""
     with needs_extra("plots", "plot"):
         import xarray
     if not isinstance(found, xarray.Dataset) or not {"rank", "status"} <= set(found.data_vars):

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.maps.selection import At, select
-from robostiff.plot.picture import ColourScale, Field
+from robostiff.plot.maps.percentile_bands import bands_picture
+from robostiff.plot.maps.selection import CLASSES, At, check_map, select
+from robostiff.plot.picture import Bands, ColourScale, Field
 
 if TYPE_CHECKING:
     import xarray
@@ -38,7 +39,7 @@ def map_slice(
     found : Dataset
         What ``rs.stiffness_map`` returns over a grid.
     variable : str
-        Such as ``"worst_deflection"``.
+        Such as ``"worst_deflection"``; ``"rank"`` and ``"status"`` have a colour for each value.
     x, y : str
         Coordinates of the map.
     at : mapping of str to float, str or int, optional
@@ -81,19 +82,22 @@ def slice_picture(
     full_rank: int | None = None,
 ) -> Field:
     """The picture of `map_slice`, as data."""
-    part = select(found, variable, along[::-1], at or {}, full_rank)
+    part = select(found, variable, along[::-1], at or {}, full_rank, with_classes=True)
     y, x = part.axes
     for name, axis in zip(along, (x, y), strict=True):
         if len(axis.values) < 2:
             raise InputError(
                 f"coordinate {name!r} of a slice", got="one value", expected="two or more"
             )
+    title = part.name if not part.where else f"{part.name}: {part.where}"
+    if variable in CLASSES:
+        return Field(f"{title}, {variable}", x, y, part.values, None, part.regions)
     finite = part.values[np.isfinite(part.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     answered = len(finite) / part.values.size
     notes = () if answered == 1 else (f"{100 * answered:.0f} % of the poses have a value",)
     return Field(
-        part.name if not part.where else f"{part.name}: {part.where}",
+        title,
         x,
         y,
         part.values,
@@ -102,6 +106,97 @@ def slice_picture(
         _levels(isolines, low, high, part.factor) if len(finite) else (),
         notes,
     )
+
+
+OVERVIEW: Mapping[str, Mapping[str, int]] = {
+    "worst_deflection": {},
+    "translational_stiffness": {"principal_translation": 0},
+    "rotational_stiffness": {"principal_rotation": 0},
+}
+"""Quantities that are shown first, and which of their values: the smallest."""
+
+
+def map_overview(
+    found: xarray.Dataset,
+    variable: str | None = None,
+    *,
+    at: At | None = None,
+    full_rank: int | None = None,
+    backend: PlotBackend[Drawn] = PAPER,
+) -> Drawn:
+    """Draw a quantity of a map over its first two coordinates, or along its only one.
+
+    Parameters
+    ----------
+    found : Dataset
+        What ``rs.stiffness_map`` returns over a grid.
+    variable : str, optional
+        Such as ``"worst_deflection"``, ``"rank"`` or ``"status"``; the first that there is when
+        left out.
+    at : mapping of str to float, str or int, optional
+        As for `map_slice`; other coordinates are cut in the middle, and of several values the
+        first is shown, which is the smallest of principal ones.
+    full_rank : int, optional
+        As for `map_slice`.
+    backend : Matplotlib or Plotly
+
+    Returns
+    -------
+    Axes or Figure
+        Of the backend.
+
+    Raises
+    ------
+    InputError
+        When a name is not in the map, or it is over no grid.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> grid = rs.Grid(x=rs.Axis(-0.3, 0.3, 5), y=rs.Axis(-0.3, 0.3, 5))
+    >>> rs.plot.map_overview(rs.stiffness_map(rs.load("3-puu"), grid), "rank").get_title()
+    '3-puu, rank'
+    """
+    return drawn_by(backend, overview_picture(found, variable, at, full_rank))
+
+
+def overview_picture(
+    found: xarray.Dataset,
+    variable: str | None = None,
+    at: At | None = None,
+    full_rank: int | None = None,
+) -> Field | Bands:
+    """The picture of `map_overview`, as data."""
+    check_map(found)
+    if variable is None:
+        others = [str(name) for name in found.data_vars if name not in CLASSES]
+        first = [name for name in OVERVIEW if name in found]
+        variable = next(iter([*first, *others, "rank"]))
+    poses = [str(dim) for dim in found["status"].dims]
+    chosen = dict(at or {})
+    axes = [
+        name
+        for name in poses
+        if name in found.coords and found.sizes[name] > 1 and name not in chosen
+    ]
+    if not axes:
+        raise InputError(
+            "map of a plot",
+            got="poses without a grid, or all of them cut",
+            expected="a map over a coordinate or two",
+            hint='map over a grid: --x "-0.1 0.1 21" --y "-0.1 0.1 21"',
+        )
+    for name in axes[2:]:
+        values = found[name].values
+        chosen[name] = float(values[len(values) // 2])
+    array = found.get(variable)
+    for dim in () if array is None else array.dims:
+        if dim not in poses and dim not in chosen:
+            own = found[dim].values if dim in found.coords else [0]
+            chosen[str(dim)] = str(own[0]) if isinstance(own[0], str) else 0
+    if len(axes) == 1:
+        return bands_picture(found, variable, axes[0], chosen, full_rank=full_rank)
+    return slice_picture(found, variable, (axes[0], axes[1]), chosen, full_rank=full_rank)
 
 
 def _levels(

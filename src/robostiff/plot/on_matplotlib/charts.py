@@ -30,9 +30,10 @@ def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
     ax = canvas.axes(0.9 + 0.19 * sum(rows) + 0.5 * len(rows))
     panels = [ax] if len(picture.panels) == 1 else _stacked_axes(ax, rows, canvas.room)
     handles, labels = [], []
+    named = any(series.name for panel in picture.panels for series in panel.series)
     for panel, own in zip(picture.panels, panels, strict=True):
         handles = (_stacked if picture.is_stacked else _grouped)(own, panel, canvas)
-        labels = [series.name for series in panel.series]
+        labels = [series.name for series in panel.series] if named else []
         own.set_xlabel(panel.label)
         own.set_yticks(range(len(panel.groups)), [group.name for group in panel.groups])
         own.invert_yaxis()
@@ -42,7 +43,7 @@ def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
         own.set_axisbelow(True)
     ax.set_title(picture.title)
     last = panels[-1]
-    legend_below(last, canvas, handles, labels, picture.notes, 0.42)
+    legend_below(last, canvas, handles if named else [], labels, picture.notes, 0.42)
     return ax
 
 
@@ -207,14 +208,16 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
     palette = canvas.palette
     x_edges, y_edges = cell_edges(picture.x.values), cell_edges(picture.y.values)
     values = np.ma.masked_invalid(picture.values)
-    shown = ax.pcolormesh(
-        x_edges,
-        y_edges,
-        values,
-        cmap=colour_map(picture.scale, palette),
-        norm=norm(picture.scale),
-        rasterized=True,
-    )
+    if picture.scale is not None:
+        shown = ax.pcolormesh(
+            x_edges,
+            y_edges,
+            values,
+            cmap=colour_map(picture.scale, palette),
+            norm=norm(picture.scale),
+            rasterized=True,
+        )
+        colour_bar(ax, shown, picture.scale)
     handles, labels = [], []
     for region in picture.regions:
         style = region.style(palette)
@@ -244,7 +247,6 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
     ax.set_xlabel(picture.x.label)
     ax.set_ylabel(picture.y.label)
     ax.set_title(picture.title)
-    colour_bar(ax, shown, picture.scale)
     legend_below(ax, canvas, handles, labels, picture.notes, 0.45)
     return ax
 

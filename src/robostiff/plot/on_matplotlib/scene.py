@@ -91,7 +91,7 @@ class _MatplotlibPencil:
             handle = self._arrow(item, colour)
         elif isinstance(item, Text):
             place = tuple(self._places(item.point[None])[:, 0])
-            handle = self.ax.text(*place, f" {item.words}", color=colour, fontsize="x-small")
+            handle = self.ax.text(*place, f"  {item.words}", color=colour, fontsize="x-small")
         else:
             handle = self._faces(item, colour)
         if item.label:
@@ -105,6 +105,8 @@ class _MatplotlibPencil:
     def _marks(self, item: Marks, colour: str) -> Line2D:
         marker, size = _MARKERS[item.shape]
         inside = self.palette.ground if item.shape is Shape.RING else colour
+        if isinstance(item.paint, float):  # a value, as wide as the line of a part
+            size, inside, colour = 1.8 * size, colour, self.palette.ink
         return self.ax.plot(
             *self._places(item.points),
             linestyle="none",

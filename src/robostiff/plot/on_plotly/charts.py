@@ -172,8 +172,9 @@ def draw_field(picture: Field, palette: Palette) -> go.Figure:
     """Draw values over a plane."""
     x, y = picture.x.values, picture.y.values
     scale = picture.scale
-    traces: list[Any] = [
-        go.Heatmap(
+    traces: list[Any] = []
+    if scale is not None:
+        values = go.Heatmap(
             x=x,
             y=y,
             z=picture.values,
@@ -186,7 +187,7 @@ def draw_field(picture: Field, palette: Palette) -> go.Figure:
             "%{z:.4g}<extra></extra>",
             showlegend=False,
         )
-    ]
+        traces.append(values)
     for region in picture.regions:
         traces += _region(region, x, y, palette)
     traces += [_isoline(picture, level) for level in picture.isolines]

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.errors import printable
-from robostiff.plot.picture.paint import Category, ColourScale, Paint, PlotAxis
+from robostiff.plot.picture.paint import Category, ColourScale, Paint, PlotAxis, colour_of
 from robostiff.plot.theme import Palette
 
 
@@ -114,15 +114,25 @@ class Region:
     cover : Cover
     order : int
         Its own colour and hatching, the same in all pictures.
+    paint : Category, float or None
+        A plain colour in place of them: of a category, or at a place from 0 to 1 among values.
     """
 
     name: str
     where: np.ndarray
     cover: Cover
-    order: int
+    order: int = 0
+    paint: Category | float | None = None
 
     def style(self, palette: Palette) -> RegionStyle:
         """Its look: the same for the same reason, in every picture."""
+        if self.paint is not None:
+            fill = (
+                palette.along(palette.values, self.paint)
+                if isinstance(self.paint, float)
+                else colour_of(self.paint, palette)
+            )
+            return RegionStyle(fill, "", fill)
         hatch = _HATCHES[self.order]
         if self.cover is Cover.OVER:
             return RegionStyle(None, hatch, palette.ground)
@@ -144,7 +154,8 @@ class Field:
     x, y : PlotAxis
     values : (y, x) array
         NaN where a region stands instead.
-    scale : ColourScale
+    scale : ColourScale or None
+        None where regions alone are shown.
     regions : tuple of Region
     isolines : tuple of float
         Values along which lines are drawn.
@@ -155,7 +166,7 @@ class Field:
     x: PlotAxis
     y: PlotAxis
     values: np.ndarray
-    scale: ColourScale
+    scale: ColourScale | None
     regions: tuple[Region, ...] = ()
     isolines: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()

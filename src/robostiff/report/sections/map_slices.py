@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.markup import Paragraph, number
-from robostiff.plot.maps.slice import slice_picture
+from robostiff.plot.maps.selection import CLASSES
+from robostiff.plot.maps.slice import OVERVIEW, slice_picture
 from robostiff.plot.picture import Field
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure, Level
@@ -19,12 +20,6 @@ from robostiff.report.section import Section, section
 if TYPE_CHECKING:
     import xarray
 
-# Quantities that are drawn as slices, in this order, and the component shown of each.
-_SHOWN: Mapping[str, Mapping[str, int]] = {
-    "worst_deflection": {},
-    "translational_stiffness": {"principal_translation": 0},
-    "rotational_stiffness": {"principal_rotation": 0},
-}
 _MOST_LEVELS = 25
 
 
@@ -38,7 +33,10 @@ def map_section(contents: ReportContents) -> Section | None:
     if len(axes) < 2 or any(name not in found.coords for name in axes):
         why = "The map has no grid over two coordinates, so there is no slice to draw."
         return section("map", title, [Paragraph(why)])
-    figures = [figure for name in _SHOWN if (figure := _slices(contents, name, axes)) is not None]
+    # ranks and statuses where there is more than one of them
+    several = [name for name in CLASSES if len(np.unique(found[name].values)) > 1]
+    names = (*OVERVIEW, *several)
+    figures = [figure for name in names if (figure := _slices(contents, name, axes)) is not None]
     poses = int(np.prod([found.sizes[name] for name in axes]))
     words = f"{poses} poses over {', '.join(axes)}."
     return section("map", title, [Paragraph(words), *figures])
@@ -54,7 +52,7 @@ def _slices(contents: ReportContents, variable: str, axes: list[str]) -> Figure 
     rank = contents.stiffness.space.size
     pictures = []
     for value in levels:
-        at = dict(_SHOWN[variable]) | fixed
+        at = dict(OVERVIEW.get(variable, {})) | fixed
         if value is not None:
             at[others[0]] = value
         pictures.append(slice_picture(found, variable, (x, y), at, full_rank=rank))
@@ -86,18 +84,25 @@ def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
 
 def _on_one_scale(pictures: list[Field]) -> list[Field]:
     """The same colours for the same values at all levels."""
-    known = [picture.scale for picture in pictures if np.isfinite(picture.values).any()]
+    known = [
+        picture.scale
+        for picture in pictures
+        if picture.scale is not None and np.isfinite(picture.values).any()
+    ]
     if not known:
         return pictures
     low, high = min(scale.low for scale in known), max(scale.high for scale in known)
     return [
-        replace(picture, scale=replace(picture.scale, low=low, high=high)) for picture in pictures
+        picture
+        if picture.scale is None
+        else replace(picture, scale=replace(picture.scale, low=low, high=high))
+        for picture in pictures
     ]
 
 
 def _caption(found: xarray.Dataset, variable: str, fixed: Mapping[str, float]) -> str:
     what = str(found[variable].attrs.get("long_name", variable))
-    if _SHOWN[variable]:
+    if OVERVIEW.get(variable, {}):
         what = f"The smallest of the {what.partition(';')[0]}"  # which are in ascending order
     what = what[0].upper() + what[1:]
     if not fixed:

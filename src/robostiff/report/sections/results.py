@@ -21,6 +21,7 @@ from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.free_motion_screws import free_motions_picture
 from robostiff.plot.posed_robot import robot_picture
+from robostiff.plot.posture import surroundings
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import one_figure
 from robostiff.report.section import Folded, Part, Section, SideBySide, section
@@ -47,7 +48,7 @@ def matrices_section(contents: ReportContents) -> Section:
     parts.append(free_motion_table(result))
     if result.free_motions and contents.snapshot is not None:
         caption = "Free motions of the platform."
-        picture = free_motions_picture(result, contents.snapshot)
+        picture = free_motions_picture(result, surroundings(contents.snapshot, result))
         parts.append(one_figure("free-motions", caption, picture))
     lost = tuple(f"redundant passive joint: {name}" for name in result.redundant_joints)
     parts.append(Bullets(lost) if lost else None)
@@ -78,7 +79,9 @@ def weakest_section(contents: ReportContents) -> Section | None:
         Table(["", "value"], list(_ratios(found))),
     ]
     if found.result.space.translations == 3 and found.result.about_reference.invertible:
-        picture = ellipsoid_picture(found.result, Quality.COMPLIANCE, contents.snapshot)
+        picture = ellipsoid_picture(
+            found.result, Quality.COMPLIANCE, surroundings(contents.snapshot, found.result)
+        )
         caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
         parts.append(one_figure("ellipsoid", caption, picture))
     return section("weakest", "Where it is soft", parts)

@@ -1,0 +1,181 @@
+"""The command ``plot``, after parsing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.analysis import cable_response, cable_stiffness, stiffness
+from robostiff.cli.output import print_data, say
+from robostiff.cli.pictures import draw, picture_file
+from robostiff.cli.plot_command import WHAT
+from robostiff.cli.written_arguments import (
+    PoseArguments,
+    SideFile,
+    near_from,
+    parameters_from,
+    point_from,
+    pose_from,
+    wrench_from,
+)
+from robostiff.errors import InputError
+from robostiff.io.suggest import did_you_mean
+from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.plot.ellipsoids import ellipsoid_picture
+from robostiff.plot.energy_bars import energy_picture
+from robostiff.plot.free_motion_screws import free_motions_picture
+from robostiff.plot.geometry.ellipsoid import Quality
+from robostiff.plot.loaded_robot import mode_picture
+from robostiff.plot.maps.slice import overview_picture
+from robostiff.plot.matrix_cells import matrix_picture
+from robostiff.plot.posed_robot import Colouring, picture_of_robot
+from robostiff.plot.posture import surroundings
+from robostiff.robots import load
+from robostiff.statics import deflection, modes
+
+if TYPE_CHECKING:
+    from robostiff.plot.picture import Picture
+
+_MAPS = (".zarr", ".nc")
+_OF_LOADS = ("deflection", "energy")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A picture as asked for on the command line."""
+
+    what: str | None
+    wrench: str | None
+    quality: str
+    mode: int
+    quantity: str | None
+    cuts: Sequence[str]
+    output: str
+    overwrite: bool
+    as_json: bool
+
+
+def make_plot(
+    subject: str, place: PoseArguments, asked: Asked, settings: Sequence[str], side: SideFile
+) -> int:
+    """Draw into a file and print its path; 0."""
+    path = picture_file("--output", asked.output, asked.overwrite)
+    what = _what(subject, asked)
+    if what == "map":
+        pictures = (_of_map(subject, asked),)
+    else:
+        pictures = _of_robot(
+            what, load(subject, parameters_from(settings), **side.options), place, asked
+        )
+    draw(pictures[0], path, *pictures[1:])
+    if asked.as_json:
+        print_data({"file": str(path), "what": what})
+    else:
+        say(str(path))
+    return 0
+
+
+def _what(subject: str, asked: Asked) -> str:
+    """What is drawn: as written, or what the subject and the load suggest."""
+    is_map = Path(subject).suffix in _MAPS
+    what = asked.what
+    if what is None:
+        what = "map" if is_map else "robot" if asked.wrench is None else "deflection"
+    if what not in WHAT:
+        raise InputError(
+            "--what", got=what, expected=", ".join(WHAT), hint=did_you_mean(what, WHAT)
+        )
+    if is_map != (what == "map"):
+        raise InputError(
+            f"--what {what} of {subject!r}",
+            expected="a map, FILE.zarr or FILE.nc, with --what map; a robot with all else",
+            hint=None if is_map else f"robostiff map {subject} ... --plot FILE draws a new one",
+        )
+    for option, given, of in (
+        ("--wrench", asked.wrench, _OF_LOADS),
+        ("--quantity", asked.quantity, ("map",)),
+        ("--cut", asked.cuts or None, ("map",)),
+    ):
+        if given is not None and what not in of:
+            raise InputError(option, got=given, expected=f"--what {' or '.join(of)} beside it")
+    if asked.wrench is None and what in _OF_LOADS:
+        raise InputError(f"--what {what}", expected='--wrench beside it, such as "500 N 0 0 0 0 0"')
+    return what
+
+
+def _of_robot(what: str, robot: Any, place: PoseArguments, asked: Asked) -> tuple[Picture, ...]:
+    """The picture, and of a mode the other end of the vibration."""
+    pose = pose_from(robot, place)
+    if what == "robot":
+        return (picture_of_robot(robot, pose, colouring=Colouring.NAMES),)
+    if isinstance(robot, CableRobot):
+        return (_of_cables(what, robot, pose, place, asked),)
+    options: dict[str, Any] = {"at": point_from(place)}
+    if isinstance(robot, Robot | Snapshot):
+        options["near"] = near_from(robot, place)
+    if what in _OF_LOADS:
+        bent = deflection(robot, pose, wrench_from(asked.wrench or "", robot.space), **options)
+        if what == "energy":
+            return (energy_picture(bent),)
+        return (picture_of_robot(robot, pose, bent, Colouring.PARTS),)
+    if what == "modes":
+        if not isinstance(robot, Robot | Snapshot):
+            raise _no_picture(what, robot, "a robot or a snapshot of legs")
+        found = modes(robot, pose, **options)
+        return (mode_picture(found, asked.mode), mode_picture(found, asked.mode, -1.0))
+    return (_of_stiffness(what, robot, stiffness(robot, pose, **options), asked),)
+
+
+def _of_cables(
+    what: str, robot: CableRobot, pose: Any, place: PoseArguments, asked: Asked
+) -> Picture:
+    if what in {"energy", "modes"}:
+        raise _no_picture(what, robot, "a robot with legs")
+    if what == "deflection":
+        bent = cable_response(robot, pose, wrench_from(asked.wrench or "", robot.space))
+        return picture_of_robot(robot, pose, bent)
+    result, at = cable_stiffness(robot, pose), point_from(place)
+    return _of_stiffness(what, robot, result if at is None else result.about(np.array(at)), asked)
+
+
+def _no_picture(what: str, robot: Any, expected: str) -> InputError:
+    return InputError(f"--what {what}", got=robot, expected=expected)
+
+
+def _of_stiffness(what: str, robot: Any, result: Any, asked: Asked) -> Picture:
+    if what == "matrix":
+        return matrix_picture(result)
+    around = surroundings(robot, result)
+    if what == "free-motions":
+        return free_motions_picture(result, around)
+    return ellipsoid_picture(result, _quality(asked.quality), around)
+
+
+def _quality(name: str) -> Quality:
+    known = {quality.name.lower().replace("_", "-"): quality for quality in Quality}
+    if name not in known:
+        raise InputError(
+            "--quality", got=name, expected=", ".join(known), hint=did_you_mean(name, tuple(known))
+        )
+    return known[name]
+
+
+def _of_map(path: str, asked: Asked) -> Picture:
+    from robostiff.io.map_files.read_map import read_map
+
+    at: dict[str, Any] = {}
+    for text in asked.cuts:
+        name, equals, value = text.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise InputError("--cut", got=text, expected="NAME=VALUE, such as z=0.3")
+        at[name.strip()] = value.strip()
+        with suppress(ValueError):
+            at[name.strip()] = float(value)
+    quantity = None if asked.quantity is None else asked.quantity.replace("-", "_")
+    return overview_picture(read_map(path), quantity, at)

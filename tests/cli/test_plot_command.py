@@ -1,0 +1,119 @@
+"""`robostiff plot`: pictures of anything, into files of several kinds."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import robostiff as rs
+from robostiff.cli.main import app
+
+STAR = str(Path(__file__).parents[2] / "docs" / "star-platform.yaml")
+LOAD = ("--wrench", "100 N 0 -50 0 0 0")
+PLANE = ("--wrench", "100 N 0 0")
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["plot", *arguments])
+
+
+@pytest.mark.parametrize(
+    ("subject", "options", "ending", "written"),
+    [
+        ("hexapod", (), "svg", "strut.beam1"),
+        ("hexapod", ("--what", "free-motions"), "svg", "no free motion"),
+        ("hexapod", ("--what", "ellipsoids", "--quality", "stiffness"), "html", "rotations held"),
+        ("hexapod", ("--what", "matrix", "--pose", "50 mm 0 0.9 0 0 0"), "svg", "relative size"),
+        ("3-rrr", ("--what", "energy", *PLANE), "html", "elastic energy"),
+        ("six-joint-arm", ("--what", "modes"), "svg", "mode 1"),
+        ("double-pantograph", LOAD, "svg", "displacements"),
+        ("double-pantograph", ("--what", "energy", *LOAD), "html", "elastic energy"),
+        ("double-pantograph", ("--what", "ellipsoids"), "svg", "compliance"),
+        ("cable-4-planar", PLANE, "svg", "without load"),
+        ("cable-8", ("--what", "matrix"), "html", "cable-8"),
+        (STAR, LOAD, "svg", "displacements"),
+    ],
+)
+def test_anything_is_drawn(tmp_path, subject, options, ending, written):
+    file = tmp_path / f"picture.{ending}"
+    outcome = run(subject, *options, "-o", str(file))
+    assert (outcome.exit_code, outcome.stdout) == (0, f"{file}\n"), outcome.stderr
+    text = file.read_text(encoding="utf-8")
+    if ending == "svg":  # texts are comments before the paths that draw them
+        text = " ".join(line for line in text.splitlines() if "<!--" in line)
+    assert written in text
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf"])
+def test_files_for_paper(tmp_path, ending):
+    file = tmp_path / f"picture.{ending}"
+    outcome = run("3-rrr", "-o", str(file), "--json")
+    assert json.loads(outcome.stdout)["what"] == "robot"
+    assert file.read_bytes()[:4] in {b"\x89PNG", b"%PDF"}
+
+
+def test_no_file_is_replaced_unasked(tmp_path):
+    file = tmp_path / "picture.svg"
+    file.write_text("mine")
+    refused = run("3-rrr", "-o", str(file))
+    assert refused.exit_code == 2
+    assert "write --overwrite to replace it" in refused.stderr
+    assert file.read_text() == "mine"
+    assert run("3-rrr", "-o", str(file), "--overwrite").exit_code == 0
+    assert file.read_text() != "mine"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("hexapod", "--what", "ellipsoid"), "did you mean ellipsoids?"),
+        (("hexapod", "--what", "energy"), "expected --wrench beside it"),
+        (("hexapod", "--what", "matrix", *LOAD), "expected --what deflection or energy"),
+        (("hexapod", "--what", "map"), "robostiff map hexapod"),
+        (("hexapod", "--quantity", "rank"), "expected --what map beside it"),
+        (("hexapod", "--what", "ellipsoids", "--quality", "stif"), "rotational-stiffness"),
+        (("cable-8", "--what", "energy", *LOAD), "expected a robot with legs"),
+        (("double-pantograph", "--what", "modes"), "expected a robot or a snapshot of legs"),
+        (("map.nc", "--what", "robot"), "with --what map"),
+        (("map.nc",), "expected a file or store that is there"),
+        (("map.nc", "--cut", "z"), "expected NAME=VALUE"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(tmp_path, arguments, message):
+    file = tmp_path / "picture.svg"
+    outcome = run(*arguments, "-o", str(file))
+    assert outcome.exit_code == 2
+    assert message in outcome.stderr
+    assert not file.exists()
+
+
+def test_other_endings_are_refused(tmp_path):
+    outcome = run("hexapod", "-o", str(tmp_path / "picture.jpeg"))
+    assert outcome.exit_code == 2
+    assert "a name that ends in .png, .svg, .pdf, .html" in outcome.stderr
+
+
+def test_a_map_is_drawn_with_and_after_its_computation(tmp_path):
+    store, first = tmp_path / "map.nc", tmp_path / "first.svg"
+    axes = ("--x", "-0.4 0.4 5", "--y", "-0.4 0.4 4", "--z", "0.2 0.4 3")
+    words = ["map", "3-puu", *axes, "-o", str(store), "--plot", str(first)]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    assert "<!-- 3-puu: z = 0.3 m, principal translation 1 of 3 -->" in first.read_text()
+    page = tmp_path / "status.svg"
+    outcome = run(str(store), "--quantity", "status", "--cut", "z=0.2", "-o", str(page))
+    assert outcome.exit_code == 0, outcome.stderr
+    assert "<!-- 3-puu: z = 0.2 m, status -->" in page.read_text()
+    assert "<!-- unreachable -->" in page.read_text()
+    refused = run(str(store), "--quantity", "worst-deflection", "-o", str(tmp_path / "no.svg"))
+    assert refused.exit_code == 2
+    assert "expected translational_stiffness" in refused.stderr
+
+
+def test_the_picture_of_the_command_is_that_of_python(tmp_path):
+    file, own = tmp_path / "command.png", tmp_path / "python.png"
+    assert run("3-rrr", "--what", "ellipsoids", "-o", str(file)).exit_code == 0
+    known = rs.load("3-rrr")
+    axes = rs.plot.ellipsoid(rs.stiffness(known), within=known)
+    axes.get_figure(root=True).savefig(own, dpi=200, bbox_inches="tight")
+    assert file.read_bytes() == own.read_bytes()
