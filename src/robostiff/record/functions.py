@@ -12,6 +12,8 @@ import numpy as np
 from robostiff.record.entry import Entry, is_exact, reciprocal_of, step_of
 from robostiff.record.record import OPERATORS, Operation
 
+_LONGEST = 40  # characters of an exact root
+
 
 def _entry_by_entry(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     @wraps(function)
@@ -31,7 +33,7 @@ def square_root(x: Any) -> Any:
     """Square root of an entry, a number, or each entry of an array."""
     if isinstance(x, Entry):
         return _root_of_product(x)
-    return x ** _half() if is_exact(x) else math.sqrt(x)
+    return _short_number(x ** _half()) if is_exact(x) else math.sqrt(x)
 
 
 @_entry_by_entry
@@ -133,6 +135,18 @@ def _half() -> Any:
     import sympy as sp
 
     return sp.Rational(1, 2)
+
+
+def _short_number(number: Any) -> Any:
+    """An exact number, or the decimal of its float where a person would write that.
+
+    Roots of long fractions under further roots grow beyond what can be computed with.
+    """
+    if not number.is_number or len(str(number)) <= _LONGEST:
+        return number
+    import sympy as sp
+
+    return sp.Rational(repr(float(number)))
 
 
 def _exact(name: str, x: Any) -> Any:
