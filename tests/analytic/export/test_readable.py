@@ -6,8 +6,10 @@ import pytest
 import sympy as sp
 from hypothesis import given
 
+import robostiff as rs
+from robostiff.analytic.export import derivation_text
 from robostiff.analytic.export.broken_lines import Breaks, broken_lines
-from robostiff.analytic.export.readable import factored_matrix, readable
+from robostiff.analytic.export.readable import factored_matrix, in_decimals, readable
 from robostiff.analytic.export.wrapping import wrapped_formula
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
@@ -104,3 +106,18 @@ def test_wrapped_formula_says_the_same(expression):
         lines = wrapped_formula(text, width, "K = ")
         assert "".join("".join(lines).split()) == "".join(f"K = {text}".split())
         assert all(line.startswith("    ") for line in lines[1:])
+
+
+def test_numbers_of_many_digits_are_decimals_in_print_alone():
+    long = sp.Rational(10**20 + 1, 3 * 10**20)
+    shown = readable(long * k + sp.sqrt(2) * long * R / 2)
+    assert shown.has(sp.Float)
+    assert abs(value(shown - long * k - sp.sqrt(2) * long * R / 2)) < 1e-11
+    assert in_decimals(sp.Rational(3, 10) * k + sp.sqrt(3)) == 3 * k / 10 + sp.sqrt(3)
+
+
+def test_a_robot_of_numbers_is_printed_in_numbers_that_a_person_reads():
+    derivation = rs.derive("3-rpr-beams")
+    text = derivation_text(derivation)
+    assert max(map(len, re.findall(r"\d+", text))) <= 14
+    assert not derivation.K.has(sp.Float)

@@ -10,14 +10,18 @@ import sympy as sp
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
 from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
-from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
+from robostiff.analytic.export.readable import (
+    factored_matrix,
+    in_decimals,
+    readable,
+    readable_matrix,
+)
 from robostiff.analytic.vector_form import Equation
 from robostiff.errors import printable
 from robostiff.spatial import Space
 
 #: A stiffness between two joints with more operations than this is not written out.
 LONGEST_STAGE = 1500
-_DIGITS = 12  # of a number that is printed as it is
 
 
 @dataclass(frozen=True)
@@ -266,17 +270,7 @@ def matrix_equation(
 
 def equations(definitions: Iterable[Definition]) -> ScalarEquations:
     """Definitions as equations."""
-    return ScalarEquations(tuple((d.symbol.name, _value(d.expression)) for d in definitions))
-
-
-def _value(expression: sp.Expr) -> sp.Expr:
-    """A number of many digits, such as a product of a material and a section, as a decimal."""
-    is_long = expression.is_number and any(
-        len(str(x)) > _DIGITS
-        for number in expression.atoms(sp.Rational)
-        for x in (number.p, number.q)
-    )
-    return sp.Float(expression.evalf(_DIGITS), _DIGITS) if is_long else expression
+    return ScalarEquations(tuple((d.symbol.name, in_decimals(d.expression)) for d in definitions))
 
 
 def _unstaged(derivation: Derivation) -> tuple[list[Definition], list[Definition]]:

@@ -12,10 +12,40 @@ from robostiff.analytic.factors import bound_of_terms, factored
 from robostiff.analytic.field import ExactField
 from robostiff.errors import InputError
 
+#: Of a decimal in print.
+DIGITS = 12
+
 # No search for factors where it would take seconds.
 _MOST_OPERATIONS = 600
 _MOST_OPERATIONS_OF_AN_ENTRY = 60
 _MOST_TERMS = 500
+
+
+def in_decimals(expression: Any) -> Any:
+    """The same expression with numbers of many digits as decimals, as people write them.
+
+    Such are products of a material and a section, or lengths between given points. The exact number
+    stays in the formula, and in what is exported to be computed.
+
+    Examples
+    --------
+    >>> k = sp.Symbol("k")
+    >>> in_decimals(sp.Rational(3, 10) * k + sp.sqrt(2) * sp.Rational(10**20 + 1, 3 * 10**20))
+    3*k/10 + 0.471404520791
+    """
+    if not any(_is_long(number) for number in expression.atoms(sp.Rational)):
+        return expression
+    if expression.is_number:
+        return sp.Float(expression.evalf(DIGITS + 3), DIGITS)
+    if expression.is_Add or expression.is_Mul:
+        numbers = [part for part in expression.args if part.is_number]
+        others = [in_decimals(part) for part in expression.args if not part.is_number]
+        return expression.func(in_decimals(expression.func(*numbers)), *others)
+    return expression.func(*map(in_decimals, expression.args))
+
+
+def _is_long(number: Any) -> bool:
+    return any(len(str(abs(x))) > DIGITS for x in (number.p, number.q))
 
 
 def readable(expression: Any) -> Any:
@@ -29,6 +59,7 @@ def readable(expression: Any) -> Any:
     >>> readable(R**2 + r)
     R**2 + r
     """
+    expression = in_decimals(expression)
     before = int(expression.count_ops())
     if not 1 < before <= _MOST_OPERATIONS_OF_AN_ENTRY or not _is_manageable([expression]):
         return expression
@@ -58,6 +89,7 @@ def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]
     [1,    d],
     [d, d**2]]))
     """
+    K = K.applyfunc(in_decimals)
     whole = readable_matrix(K)
     if operations(K) > _MOST_OPERATIONS or not _is_manageable(entries(K)):
         return sp.Integer(1), whole
