@@ -99,6 +99,7 @@ bench: $(STAMP)-bench
 	$(BIN)/python benchmarks/map_rate.py
 	$(BIN)/python benchmarks/kernels.py
 	$(BIN)/python benchmarks/closed_by_steps.py
+	$(BIN)/python benchmarks/linkages.py
 	$(BIN)/python benchmarks/map_workers.py
 	$(BIN)/python benchmarks/under_load.py
 

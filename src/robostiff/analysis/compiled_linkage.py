@@ -259,7 +259,7 @@ class _Recorded:
         driven, recorded = self.driven, self.recorded
         general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
         kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
-        strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-8)
+        strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-9)
         trusted = True
         for own in (self.samples, driven.samples(_OTHER_SEED, self.nearer)):
             rows = np.array([driven.given_in(one) for one in own])

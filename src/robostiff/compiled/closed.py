@@ -180,7 +180,8 @@ class ClosedCode:
         there = np.flatnonzero(gone >= 1.0)
         if there.size:
             results = np.empty((self.rows, there.size))
-            last.evaluate(np.concatenate([given[:, there], x[:, there]]), results)
+            rows = np.ascontiguousarray(np.concatenate([given, x])[:, there])
+            last.evaluate(rows, results)
             outputs[:, far[there]] = results
 
     def _loop(

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.elastostatics import scaling
 from robostiff.linkage.bodies import Bodies
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import DrivenLinkage
@@ -36,7 +37,9 @@ from robostiff.recorded.elimination import (
     transmitted_by,
     usual_size,
 )
+from robostiff.recorded.factor import factors_of
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
+from robostiff.recorded.rigidity import at_samples
 from robostiff.recorded.robot import RecordedRobot
 from robostiff.recorded.working_frame import (
     LocalLeg,
@@ -50,6 +53,9 @@ from robostiff.spatial import Frame, Space
 _ROWS = Space.SPATIAL.rows
 # Part of its usual size that a compliance must never fall below for it not to be watched.
 _ENOUGH = 1e-4
+# A smallest stiffness below this part of the largest is watched the more closely, so that a loss of
+# 1e4 stays above the ratio of 1e-10 at which `Tolerance` doubts.
+_SOFT = 1e-6
 _ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
 
 
@@ -105,20 +111,40 @@ def record_linkage(
     length = network_of(part, driven.home).characteristic_length or driven.home.length
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
     leg = _Circulation(part, bodies, recorder).leg
+    K = stiffness_entries([leg], 6)
     recorded = RecordedRobot(
         name=part.name,
         record=record,
         space=Space.SPATIAL,
         length=length,
         legs=(leg,),
-        K=stiffness_entries([leg], 6),
+        K=K,
         reach=(),
-        closure_losses=(),
+        closure_losses=tuple(_near_softness(K, length, record.count)),
         limits=(),
         joints=closure.joints,
         closure=closure,
     )
     return recorded, undetermined
+
+
+def _near_softness(K: dict[tuple[int, int], Any], length: float, count: int) -> list[Any]:
+    """By how much K is nearer to a free motion than at the samples, where it is near there."""
+    factors = factors_of(K, 6)
+    upper = at_samples([K[i, j] for i, j in _upper(6)], count)
+    unit = np.zeros((count, 6, 6))
+    for place, (i, j) in enumerate(_upper(6)):
+        unit[:, i, j] = unit[:, j, i] = upper[:, place]
+    scale = scaling(np.array(length), Space.SPATIAL)
+    unit /= np.outer(scale, scale)
+    size = np.sqrt(np.einsum("sii->si", unit))
+    size = np.maximum(size, _ROUNDING * np.max(size, axis=1, keepdims=True))
+    unit /= size[:, :, None] * size[:, None, :]
+    # As the network decides: the smallest eigenvalue that is held, at a unit diagonal.
+    ratio = float(np.min(np.linalg.eigvalsh(unit)[:, 6 - factors.rank])) if factors.rank else 1.0
+    if not 0 < ratio < _SOFT:
+        return []
+    return [_SOFT / ratio * usual_size(d) / d for d in factors.d if isinstance(d, Entry)]
 
 
 def _moved(driven: DrivenLinkage, samples: Sequence[Configuration]) -> set[str]:

@@ -34,19 +34,25 @@ def lower_bound(record: Record, step: int) -> float:
     >>> lower_bound(record, (x * x * 2 + 1).step), lower_bound(record, x.step)
     (1.0, -inf)
     """
-    operation, a, b = record.operations[step]
+    bounds: dict[int, float] = {}
+    for own in record.needed([step]):  # each step once: many share their arguments
+        bounds[own] = _bound(record.operations[own], bounds)
+    return bounds[step]
+
+
+def _bound(written: tuple[Operation, Any, Any], bounds: dict[int, float]) -> float:
+    operation, a, b = written
     match operation:
         case Operation.NUMBER:
             return float(a)
         case Operation.SQUARE_ROOT:
             return 0.0
         case Operation.ADD:
-            return lower_bound(record, a) + lower_bound(record, b)
+            return bounds[a] + bounds[b]
         case Operation.MULTIPLY if a == b:
             return 0.0
-        case Operation.MULTIPLY:
-            bounds = lower_bound(record, a), lower_bound(record, b)
-            return bounds[0] * bounds[1] if min(bounds) >= 0 else -math.inf
+        case Operation.MULTIPLY if min(bounds[a], bounds[b]) >= 0:
+            return bounds[a] * bounds[b]
         case _:
             return -math.inf
 
