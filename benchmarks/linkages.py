@@ -2,6 +2,7 @@
 
 "Network": the loops are closed and the network is solved, configuration by configuration. "Kernel":
 recorded once, `rs.compile(linkage)`, by NumPy and as machine code. Both must give the same K_C.
+Times are those of the processor.
 
     python benchmarks/linkages.py [number of configurations]
 """
@@ -72,9 +73,9 @@ def distance(K: np.ndarray, other: np.ndarray) -> float:
 
 
 def seconds(work: Callable[..., Any], *arguments: Any) -> float:
-    start = time.perf_counter()
+    start = time.process_time()
     work(*arguments)
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 if __name__ == "__main__":
