@@ -103,7 +103,7 @@ def shortest_turn_of(
         opposite = square < _OPPOSITE
         if np.any(opposite):  # half a turn about the first side
             still = m - end * dot(m, end)
-            turned = np.where(opposite, still / np.sqrt(dot(still, still)), turned)
+            turned = np.where(opposite, quotient(still, np.sqrt(dot(still, still))), turned)
         return [turned, cross(end, turned)]
     part = 1 / (1 + start @ end)
     return [m - both * ((m @ end) * part) for m in sides]
@@ -246,6 +246,8 @@ def driven_by_crank(
     left = size - c * c
     half = root(positive_part(left)) * sign
     cosine, sine = quotient(x * c - y * half, size), quotient(y * c + x * half, size)
+    if base.is_at_poses:  # about the far end of its rod it may turn, and stays
+        cosine = np.where(size == 0, 1.0, cosine)
     out = m * cosine + n * sine
     A_now = centre + out * radius
     now = frame(out, n * cosine - m * sine, e)
