@@ -1,4 +1,4 @@
-"""A leg closed by directions of its bodies, and its coordinates read off at poses."""
+"""Legs in closed form: what kinds of them share, and their coordinates at poses."""
 
 from __future__ import annotations
 
@@ -12,92 +12,16 @@ import numpy as np
 
 from robostiff.kinematics.closure.assembly import Mode
 from robostiff.kinematics.closure.body import LegBody, Rest, direction_across
+from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.closure.rod_ends import RodJoints
-from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
-from robostiff.kinematics.closure.vectors import angle_of, cross, dot
+from robostiff.kinematics.closure.skeleton import Cluster, Skeleton
 from robostiff.kinematics.turn import vector_of_turn
-from robostiff.model import TelescopicBeam
 from robostiff.record import Entry
-from robostiff.spatial import cross as cross_of_entries
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Coordinate of a slide [m] from a length: ``length + offset``."""
-
-    length: Any
-    offset: Any
-
-    @property
-    def coordinate(self) -> Any:
-        """The coordinate itself."""
-        return self.length + self.offset
-
-    def of(self, beam: TelescopicBeam) -> Any:
-        """Length of a beam of the telescope that slides."""
-        return self.length * beam.share + (beam.fixed + beam.share * self.offset)
-
-
-@dataclass(frozen=True)
-class ClosedLeg:
-    """Bodies of a closed leg; joints and places are those of the main path of its chain.
-
-    Attributes
-    ----------
-    bodies : dict of int to LegBody
-        A body begins after that many elementary joints.
-    slides : dict of int to Stretch
-        By place in the coordinate vector.
-    ball_axes : dict of int to (3,) array
-        Axes of spherical joints, which may have any three.
-    misses : tuple of Entry or number
-        Squares that vanish when the leg closes. Of numbers at poses nothing is kept here: gaps of
-        the placed chain say more.
-    out_of_reach : tuple of Entry or number
-        Positive where the leg is too short or too long.
-    loss : Entry or number
-        Digits that the closure loses.
-    """
-
-    bodies: dict[int, LegBody]
-    slides: dict[int, Stretch]
-    ball_axes: dict[int, np.ndarray]
-    misses: tuple[Any, ...] = ()
-    out_of_reach: tuple[Any, ...] = ()
-    loss: Any = 0
-
-    def after(self, joints: int) -> LegBody:
-        """The body that follows so many elementary joints."""
-        return self.bodies[max(start for start in self.bodies if start <= joints)]
-
-    def angle(self, place: int, axis: np.ndarray, ahead: np.ndarray, across: np.ndarray) -> Any:
-        """Angle of the turn at a place about an axis, from one direction across it to another.
-
-        Parameters
-        ----------
-        place : int
-        axis, ahead, across : (3,) arrays
-            At zero coordinates: of the joint, of the body before it, and of the body after it.
-        """
-        near, far = self.after(place), self.after(place + 1)
-        before, after = near.direction(ahead), far.direction(across)
-        sine = dot(near.direction(axis), cross(before, after))
-        return angle_of(sine, dot(before, after))
-
-    def nearest_angle(self, place: int, axis: np.ndarray, across: np.ndarray) -> np.ndarray:
-        """As `angle`, also where the bodies do not agree on the axis: what leaves least between.
-
-        That is the angle of ``sin = e.vee(R) / 2, cos = (tr R - 1) / 2`` at poses.
-        """
-        near, far = self.after(place), self.after(place + 1)
-        triad = across, cross_of_entries(axis, across), axis
-        (x, y, z), (u, v, w) = ([body.direction(e) for e in triad] for body in (near, far))
-        return angle_of(dot(y, u) - dot(x, v), dot(x, u) + dot(y, v) + dot(z, w) - 1.0)
-
-
-@dataclass(frozen=True)
-class ClosedForm(ABC):
-    """A kind of leg that closes without iteration: one formula for records and for poses.
+class LegForm(ABC):
+    """A leg of a kind that closes without iteration: one formula for records and for poses.
 
     Attributes
     ----------
@@ -209,10 +133,3 @@ def joints_of(
     """The joints of a rod in numbers."""
     side = direction_across(along).astype(float)
     return RodJoints(A, B, along, spin, skeleton.home, side)
-
-
-def turns_along(turn: Cluster, slide: Slide) -> bool:
-    """Whether a joint turns about the slide itself, as a cylindrical joint does."""
-    if turn.is_ball or len(turn.axes) != 1:
-        return False
-    return float(np.linalg.norm(turn.axes[0] - slide.axis)) < 1e-9

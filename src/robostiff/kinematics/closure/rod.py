@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.kinematics.closure.body import LegBody, tidied
-from robostiff.kinematics.closure.closed_form import ClosedForm, ClosedLeg, Stretch, joints_of
+from robostiff.kinematics.closure.closed_form import LegForm, joints_of
+from robostiff.kinematics.closure.closed_leg import ClosedLeg, Stretch
 from robostiff.kinematics.closure.drive import Circle, circle_of, driven_by_crank, driven_by_slide
 from robostiff.kinematics.closure.rod_ends import RodEnds, fits, placed_rod
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
@@ -21,7 +22,7 @@ _PARALLEL = 1e-9
 
 
 @dataclass(frozen=True)
-class Rod(ClosedForm):
+class Rod(LegForm):
     """A slide or crank that carries joint A, and a rod from A to joint B.
 
     Attributes
@@ -72,13 +73,12 @@ class Rod(ClosedForm):
         d = self.named(quotient(drive.A_to_B, size), "d")
         ends = RodEnds(self.joints, drive.carrier, platform, d, drive.A_now, B_now, self.mode)
         rod = placed_rod(ends)
-        return ClosedLeg(
-            {**bodies, **rod.bodies},
-            slides,
-            rod.ball_axes,
-            tuple(rod.misses),
-            (*rod.out_of_reach, drive.out_of_reach),
-            drive.loss,
+        return replace(
+            rod,
+            bodies={**bodies, **rod.bodies},
+            slides=slides,
+            out_of_reach=[*rod.out_of_reach, drive.out_of_reach],
+            loss=drive.loss,
         )
 
     @cached_property

@@ -18,6 +18,7 @@ from robostiff.kinematics.closure.body import (
     rest_of_directions,
     tidied,
 )
+from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.closure.drive import (
     aim,
     coordinate_axis_along,
@@ -143,28 +144,7 @@ class RodEnds:
     mode: Mode
 
 
-@dataclass(frozen=True)
-class PlacedRod:
-    """Bodies along a rod, and what keeps its joints from closing.
-
-    Attributes
-    ----------
-    bodies : dict of int to LegBody
-        A body begins after that many elementary joints.
-    ball_axes : dict of int to (3,) array
-    misses : list of Entry or number
-        Squares that vanish when the leg closes.
-    out_of_reach : list of Entry or number
-        Positive where the axes cannot reach the directions.
-    """
-
-    bodies: dict[int, LegBody]
-    ball_axes: dict[int, np.ndarray]
-    misses: list[Any]
-    out_of_reach: list[Any]
-
-
-def placed_rod(ends: RodEnds) -> PlacedRod:
+def placed_rod(ends: RodEnds) -> ClosedLeg:
     """Turn a rod so that it points from A to B and its joints meet the platform."""
     joints = ends.joints
     A, B, spin = joints.A, joints.B, joints.spin
@@ -198,7 +178,7 @@ def placed_rod(ends: RodEnds) -> PlacedRod:
     for cluster, body in ((A, rod), (B, far)):
         if cluster.is_ball:
             ball_axes |= {p: body.R[:, i] for i, p in enumerate(cluster.places)}
-    return PlacedRod(bodies, ball_axes, misses + more_misses, lacks + more_lacks)
+    return ClosedLeg(bodies, ball_axes, misses + more_misses, lacks + more_lacks)
 
 
 Pair = tuple[np.ndarray, np.ndarray]

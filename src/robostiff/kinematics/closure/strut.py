@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robostiff.kinematics.closure.body import LegBody, tidied_point
-from robostiff.kinematics.closure.closed_form import (
-    ClosedForm,
-    ClosedLeg,
-    Stretch,
-    joints_of,
-    turns_along,
-)
+from robostiff.kinematics.closure.closed_form import LegForm, joints_of
+from robostiff.kinematics.closure.closed_leg import ClosedLeg, Stretch
 from robostiff.kinematics.closure.rod_ends import RodEnds, fits, placed_rod
 from robostiff.kinematics.closure.skeleton import Cluster, Skeleton, Slide
 from robostiff.kinematics.closure.vectors import dot, quotient, root
 
 
 @dataclass(frozen=True)
-class Strut(ClosedForm):
+class Strut(LegForm):
     """A slide along the line from joint A to joint B, perhaps with a turn about it.
 
     Its length, the fixed one and the slide's coordinate, has the sign that its mode says.
@@ -44,13 +39,8 @@ class Strut(ClosedForm):
         rod = placed_rod(RodEnds(joints, base, platform, d, A_now, B_now, self.mode))
         (fixed,) = tidied_point(np.array([joints.along @ (B.point - A.point)], dtype=object))
         carried = rod.bodies[A.places[-1] + 1].at(B.point, B_now)
-        return ClosedLeg(
-            {0: base, place + 1: carried, **rod.bodies},
-            {place: Stretch(length, -fixed)},
-            rod.ball_axes,
-            tuple(rod.misses),
-            tuple(rod.out_of_reach),
-        )
+        bodies = {0: base, place + 1: carried, **rod.bodies}
+        return replace(rod, bodies=bodies, slides={place: Stretch(length, -fixed)})
 
 
 def recognise_strut(skeleton: Skeleton) -> Strut | None:
@@ -60,7 +50,7 @@ def recognise_strut(skeleton: Skeleton) -> Strut | None:
         case (Cluster() as A, Slide() as slide, Cluster() as B):
             pass
         case (Cluster() as A, Slide() as slide, Cluster() as turn, Cluster() as B):
-            if not turns_along(turn, slide):
+            if not _turns_along(turn, slide):
                 return None
             spin = turn.places[0]
         case _:
@@ -71,3 +61,10 @@ def recognise_strut(skeleton: Skeleton) -> Strut | None:
     if np.linalg.norm(np.cross(along, A_to_B)) > size or not fits(A, B, along):
         return None
     return Strut(skeleton, joints_of(skeleton, A, B, along, spin), slide)
+
+
+def _turns_along(turn: Cluster, slide: Slide) -> bool:
+    """Whether a joint turns about the slide itself, as a cylindrical joint does."""
+    if turn.is_ball or len(turn.axes) != 1:
+        return False
+    return float(np.linalg.norm(turn.axes[0] - slide.axis)) < 1e-9

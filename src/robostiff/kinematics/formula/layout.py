@@ -11,7 +11,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import LegBody, direction_across, size_of, tidied_point
-from robostiff.kinematics.closure.closed_form import ClosedLeg
+from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.frames import Loop, PlacedChain, telescopic_elasticity
 from robostiff.kinematics.turn import Turn
 from robostiff.model import (

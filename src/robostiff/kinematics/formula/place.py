@@ -19,7 +19,7 @@ from robostiff.kinematics.closure.body import (
     tidied,
     tidied_point,
 )
-from robostiff.kinematics.closure.closed_form import ClosedLeg
+from robostiff.kinematics.closure.closed_leg import ClosedLeg
 from robostiff.kinematics.closure.leg_solver import ClosedForm, LegSolver
 from robostiff.kinematics.closure.rod_ends import RodJoints
 from robostiff.kinematics.closure.skeleton import Cluster, Slide
