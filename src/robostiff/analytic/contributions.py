@@ -16,7 +16,7 @@ import sympy as sp
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.unit_wrenches import UnitWrench
-from robostiff.model import PlacedBlock, PlacedLeg, PlacedSpring
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
 
 _SAME = 1e-11
@@ -113,15 +113,15 @@ class ContributionReader:
         Characteristic length [m].
     read : NamedReading
     products : BeamProducts
-    of_block : callable
-        A parallel block as a spring.
+    of_block : callable or None
+        A parallel block as a spring; None where there are none.
     """
 
     record: Record
     length: float
     read: NamedReading
     products: BeamProducts
-    of_block: Callable[[PlacedBlock], BlockOfSprings]
+    of_block: Callable[[PlacedBlock], BlockOfSprings] | None = None
 
     def of(self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench) -> tuple[Contribution, ...]:
         """What the springs and drives of a leg add to a^T C b, base to platform."""
@@ -133,22 +133,31 @@ class ContributionReader:
             if isinstance(part, PlacedSpring):
                 both = [w.felt_by(part, self.record, self.length) for w in (a, b)]
                 beam = beams[id(part)]
-                found += (
-                    self._of_beam(part.name, both, *beam) if beam else self._of_matrix(part, both)
-                )
-            elif isinstance(part, PlacedBlock):
+                found += self.of_spring(part.name, both, beam, part.elasticity.compliance)
+            elif isinstance(part, PlacedBlock) and self.of_block:
                 block = self.of_block(part)
                 shares = [block.shares(w) for w in (a, b)]
                 for x, y, c in zip(*shares, block.compliances, strict=True):
                     found.append(Contribution(part.name, self._sum((x, y)), c))
-            elif part.stiffness is not None:
+            elif isinstance(part, PlacedFreedom) and part.stiffness is not None:
                 work = [w.work_on(part, self.record, self.length) for w in (a, b)]
-                felt = self._sum((work[0], work[1]))
-                found.append(Contribution(part.name, felt, 1 / self.read(part.stiffness)))
+                found.append(self.of_drive(part.name, work, part.stiffness))
         return tuple(x for x in found if x.felt != 0)
 
+    def of_spring(
+        self, name: str, both: Sequence[list[Any]], beam: Any, compliance: Any
+    ) -> list[Contribution]:
+        """What an elastic part adds by what it feels of two wrenches."""
+        if beam:
+            return self._of_beam(name, both, *beam)
+        return self._of_matrix(name, both, compliance)
+
+    def of_drive(self, name: str, work: Sequence[Any], stiffness: Any) -> Contribution:
+        """What a drive adds by the work of two wrenches on it."""
+        return Contribution(name, self._sum((work[0], work[1])), 1 / self.read(stiffness))
+
     def _of_beam(
-        self, name: str, both: list[list[Any]], along: Any, products: dict[str, Any]
+        self, name: str, both: Sequence[list[Any]], along: Any, products: dict[str, Any]
     ) -> list[Contribution]:
         (fx, fy, fz, mx, my, mz), (gx, gy, gz, nx, ny, nz) = both
         L = self.read.length(along)
@@ -169,16 +178,15 @@ class ContributionReader:
             if felt != 0
         ]
 
-    def _of_matrix(self, spring: PlacedSpring, both: list[list[Any]]) -> list[Contribution]:
+    def _of_matrix(self, name: str, both: Sequence[list[Any]], C: Any) -> list[Contribution]:
         """Contributions of any elastic part: what its compliance couples comes together."""
-        C: Any = spring.elasticity.compliance
         w, v = both
         found = []
         for block in ([0, 1, 2], [3, 4, 5]):
             if _is_isotropic(C, block, self.record):
                 felt = self._sum(*((w[i], v[i]) for i in block))
                 compliance = self.read(C[block[0], block[0]])
-                found.append(Contribution(spring.name, felt, compliance))
+                found.append(Contribution(name, felt, compliance))
                 continue
             for group in _coupled(C, block):
                 terms = [
@@ -186,7 +194,7 @@ class ContributionReader:
                     for i in group
                     for j in group
                 ]
-                found.append(Contribution(spring.name, sp.Add(*terms), sp.Integer(1)))
+                found.append(Contribution(name, sp.Add(*terms), sp.Integer(1)))
         return found
 
     def _sum(self, *pairs: tuple[Any, Any]) -> Any:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.contributions import BeamProducts, recognised_beam
+from robostiff.analytic.contributions import (
+    BeamProducts,
+    ContributionReader,
+    recognised_beam,
+    summed,
+)
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.record_reading import StepReading
 from robostiff.analytic.robot_placement import PlacedRobot
@@ -105,26 +109,29 @@ class LegGeometry:
         """C in names: for each entry what each spring and drive contributes, nothing combined."""
         rows = self.placed.entries.space.rows
         n = len(rows)
-        products = BeamProducts(read)
+        record, length = self.placed.record, self.placed.length
+        reader = ContributionReader(record, length, read, BeamProducts(read))
         for beam in filter(None, self.beams):
             read.length(beam[0])  # named before anything is written with it
         C: list[list[Any]] = [[sp.Integer(0)] * n for _ in range(n)]
-        parts = zip(self.local.springs, self.beams, self.felt, strict=True)
-        for spring, beam, entries in parts:
-            if beam:
-                inner = _beam_compliance(*beam, read, products)
-            else:
-                inner = sp.Matrix(6, 6, [read(x) for x in spring.compliance.flat])
-            felt = [sp.Matrix([_in_lengths(read(x), read) for x in w]) for w in entries]
-            given = [inner * f for f in felt]
-            for i in range(n):
-                for j in range(n):
-                    C[i][j] += sp.expand(given[i].dot(felt[j]))
-        for twist, stiffness in self.local.drives:
-            work = [read(twist[row]) for row in rows]
-            for i in range(n):
-                for j in range(n):
-                    C[i][j] += work[i] * work[j] / read(stiffness)
+        for i in range(n):
+            for j in range(i, n):
+                found = [
+                    one
+                    for k, spring in enumerate(self.own.springs)
+                    for one in reader.of_spring(
+                        spring.name,
+                        (self.felt[k][i], self.felt[k][j]),
+                        self.beams[k],
+                        self.local.springs[k].compliance,
+                    )
+                ]
+                for twist, stiffness in self.local.drives:
+                    rows = self.placed.entries.space.rows
+                    found.append(
+                        reader.of_drive("drive", (twist[rows[i]], twist[rows[j]]), stiffness)
+                    )
+                C[i][j] = C[j][i] = summed([x for x in found if x.felt != 0])
         return C
 
 
@@ -148,6 +155,10 @@ class LegInSteps:
     def __call__(self, value: Any) -> Any:
         """The expression of an entry."""
         return self._read(value)
+
+    def fraction(self, expression: Any) -> Any:
+        """An expression of what was read, as it is."""
+        return expression
 
     def length(self, value: Any) -> Any:
         """A length; it has a name where it is used twice."""
@@ -201,14 +212,6 @@ def _simplest(own: PlacedLeg, placed: PlacedRobot) -> tuple[WorkingFrame, LocalL
     return best[1], best[2]
 
 
-def _in_lengths(expression: Any, read: Any) -> Any:
-    """An expression with the names of lengths that are sums or differences."""
-    for d in read.definitions:
-        if d.expression in (expression, -expression):
-            return d.symbol if d.expression == expression else -d.symbol
-    return expression
-
-
 def _unturned(spring: LocalSpring, count: int) -> LocalSpring:
     """A spring that is alike in all directions, in the axes of the leg."""
     C = sampled(spring.compliance, count)
@@ -227,23 +230,3 @@ def _sampled_leg(local: LocalLeg, placed: PlacedRobot) -> tuple[np.ndarray, np.n
     J = J.reshape(count, len(local.twists), len(rows)) * scale
     energy = energy_of(local, np.eye(len(rows), dtype=int).tolist(), rows)
     return J, sampled(energy, count) / scale[:, None] / scale
-
-
-def _beam_compliance(
-    along: Any, products: dict[str, Any], read: Any, named: BeamProducts
-) -> sp.Matrix:
-    """A uniform slender beam about its far end, in its own axes."""
-    L = read.length(along)
-    stiff = {letter: named.value(name) for letter, name in named.of(products).items()}
-    entries: Sequence[Any] = (
-        L / stiff["EA"],
-        L**3 / (3 * stiff["EI_z"]),
-        L**3 / (3 * stiff["EI_y"]),
-        L / stiff["GJ"],
-        L / stiff["EI_y"],
-        L / stiff["EI_z"],
-    )
-    C = sp.diag(*entries)
-    C[1, 5] = C[5, 1] = L**2 / (2 * stiff["EI_z"])
-    C[2, 4] = C[4, 2] = -(L**2) / (2 * stiff["EI_y"])
-    return C

@@ -17,6 +17,7 @@ import sympy as sp
 
 from robostiff.analytic.contributions import BeamProducts, ContributionReader, summed
 from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.sampled_leg import SampledLeg, sampled
 from robostiff.analytic.unit_wrenches import IDLE, UnitWrench, WrenchSearch
 from robostiff.model import PlacedBlock, PlacedLeg
@@ -122,11 +123,15 @@ class LegReader:
         Raises
         ------
         NotHeldByUnitWrenchesError
+        FormulaTooLargeError
+            When more pairs of them share energy than there are wrenches.
         """
         basis = self.search.basis(leg)
         if basis is None:
             raise NotHeldByUnitWrenchesError
         units = basis.wrenches
+        if basis.couplings > len(units):
+            raise FormulaTooLargeError.beyond(len(units))
 
         def shared(i: int, j: int) -> Any:
             return summed(self.contributions.of(leg, units[i], units[j]))

@@ -49,8 +49,30 @@ class LegDerivation:
     definitions: tuple[Definition, ...] = ()
 
 
+@dataclass(frozen=True)
+class InSeries:
+    """The compliance of a serial arm in axes of its own, a sum over its springs.
+
+    Attributes
+    ----------
+    C : sympy.ImmutableMatrix
+        (n x n), in names; the stiffness in these axes is its inverse.
+    axes : sympy.ImmutableMatrix
+        Columns: its axes in the world (3 x 3).
+    arm : sympy.ImmutableMatrix
+        From the reference point to the origin of these axes (3 x 1) [m], world axes.
+    definitions : tuple of Definition
+        What the names stand for.
+    """
+
+    C: sp.ImmutableMatrix
+    axes: sp.ImmutableMatrix
+    arm: sp.ImmutableMatrix
+    definitions: tuple[Definition, ...]
+
+
 class VectorLevel:
-    """A vector form that is found when it is first looked at.
+    """A vector form, or springs in series, found when it is first looked at.
 
     Parameters
     ----------
@@ -58,19 +80,19 @@ class VectorLevel:
         Returns the form; None where there is none.
     """
 
-    def __init__(self, find: Callable[[], VectorForm | None] | None) -> None:
+    def __init__(self, find: Callable[[], VectorForm | InSeries | None] | None) -> None:
         self._find = find
-        self._form: VectorForm | None = None
+        self._form: VectorForm | InSeries | None = None
 
     @classmethod
-    def of(cls, form: VectorForm | None) -> VectorLevel:
+    def of(cls, form: VectorForm | InSeries | None) -> VectorLevel:
         """One that is known."""
         own = cls(None)
         own._form = form
         return own
 
     @property
-    def form(self) -> VectorForm | None:
+    def form(self) -> VectorForm | InSeries | None:
         """The form."""
         if self._find is not None:
             self._form, self._find = self._find(), None
@@ -138,7 +160,17 @@ class RobotDerivation(Derivation):
 
         Found when first looked at, and compared with the numerical form.
         """
-        return self.at_vector_level.form
+        form = self.at_vector_level.form
+        return None if isinstance(form, InSeries) else form
+
+    @property
+    def in_series(self) -> InSeries | None:
+        """The compliance of a serial arm, a sum over its springs; None of others.
+
+        Found when first looked at, and compared with the numerical form.
+        """
+        form = self.at_vector_level.form
+        return form if isinstance(form, InSeries) else None
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
@@ -149,7 +181,7 @@ class RobotDerivation(Derivation):
             self.following,
             self.remark,
             self.named,
-            VectorLevel.of(self.vectors),
+            VectorLevel.of(self.at_vector_level.form),
             self.general_rank,
         )
         return RobotDerivation, (*own, *of_robot)

@@ -26,6 +26,7 @@ from robostiff.analytic.robot_derivation import (
 )
 from robostiff.analytic.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
+from robostiff.analytic.series_form import series_form
 from robostiff.analytic.sum_of_springs import sum_of_springs
 from robostiff.analytic.vector_form import vector_form
 from robostiff.errors import InputError
@@ -326,7 +327,7 @@ def _derivation(
         following=placed.following,
         conditions=conditions_of(placed),
         named=named,
-        at_vector_level=VectorLevel(lambda: vector_form(placed)),
+        at_vector_level=VectorLevel(lambda: vector_form(placed) or series_form(placed)),
     )
     return replace(derivation, general_rank=check_robot(derivation, placed))
 

@@ -133,7 +133,9 @@ class _Group:
 
 
 def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumOfSprings | None:
-    """Derive a placed robot leg by leg; None where a leg has no basis of unit wrenches.
+    """Derive a placed robot leg by leg.
+
+    None where a leg has no basis of unit wrenches, and where a sum sign is shorter than the sum.
 
     In short steps, every intermediate of some length has a name.
 
@@ -166,6 +168,8 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
     for group in groups.values():
         group.find_orbits(search, read)
     K = _matrix(list(groups.values()), search, read)
+    if K is None:
+        return None
     taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
     recurring = name_combinations(K, taken)
     K = shortest_trigonometry(recurring.matrix)
@@ -200,10 +204,14 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
     return SumOfSprings(K, tuple(in_names), used)
 
 
-def _matrix(groups: list[_Group], search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
+def _matrix(
+    groups: list[_Group], search: WrenchSearch, read: NamedReading
+) -> sp.ImmutableMatrix | None:
+    """The sum of all groups; None where that is long, as of many legs that are all different."""
     rows = list(search.space.rows)
     n = len(rows)
     total: dict[tuple[int, int], list[Any]] = {}
+    operations = 0
     for group in groups:
         entries = _entries(group.wrenches, group.orbits)
         known: dict[Any, Any] = {}
@@ -213,6 +221,9 @@ def _matrix(groups: list[_Group], search: WrenchSearch, read: NamedReading) -> s
                 term = _written(entries[place], place, search, read)
                 if term not in known:
                     known[term] = term / group.compliance
+                    operations += _operations(known[term])
+                    if operations > _PRINTED:
+                        return None
                 total.setdefault((i, j), []).append(known[term])
     return sp.ImmutableMatrix(n, n, lambda i, j: sp.Add(*total.get((min(i, j), max(i, j)), ())))
 

@@ -86,6 +86,14 @@ class Basis:
     wrenches: tuple[UnitWrench, ...]
     compliance: np.ndarray
 
+    @property
+    def couplings(self) -> int:
+        """How many pairs of its wrenches share energy."""
+        A = np.abs(self.compliance)
+        sizes = np.sqrt(np.einsum("naa,nbb->nab", A, A))
+        shared = np.max(A / np.where(sizes > 0, sizes, 1), axis=0) > IDLE
+        return int(np.sum(np.triu(shared, 1)))
+
 
 @dataclass(frozen=True)
 class WrenchSearch(Surroundings):

@@ -310,7 +310,7 @@ class _Recognition:
         units = [unit for unit, _ in written]
         met = [self._shared(own, x, x) for x in units]
         shared = None
-        if _is_coupled(basis):
+        if basis.couplings:
             if len(units) != 2 or units[1].point is not None:
                 return None
             shared = self._shared(own, *units)
@@ -340,13 +340,6 @@ class _Recognition:
             terms: tuple[tuple[int, VectorExpression], ...] = ((1, _A), (-1, _P))
             return Sum((*terms, (-1, self._turned(_R0))) if self.shifted else terms)
         return None
-
-
-def _is_coupled(basis: Basis) -> bool:
-    """Whether wrenches share energy."""
-    A = np.abs(basis.compliance)
-    size = np.sqrt(np.einsum("nii,njj->nij", A, A))
-    return bool(np.any(np.where(np.eye(A.shape[-1], dtype=bool), np.inf, _SAME * size) < A))
 
 
 def _are_alike(own: np.ndarray, other: np.ndarray) -> bool:

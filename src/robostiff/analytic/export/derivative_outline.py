@@ -30,7 +30,11 @@ from robostiff.analytic.export.outline import (
     title_of,
 )
 from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
-from robostiff.analytic.export.vector_outline import vector_blocks, vector_meanings
+from robostiff.analytic.export.vector_outline import (
+    series_blocks,
+    vector_blocks,
+    vector_meanings,
+)
 from robostiff.analytic.leg_elimination import LegElimination
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.errors import InputError
@@ -67,13 +71,15 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     named = _named(derivation, names)
     definitions = list(named.definitions)
     form = derivation.vectors
+    taken = {*names.given, *(d.symbol.name for d in derivation.definitions)}
     if form is not None:
-        taken = {*names.given, *(d.symbol.name for d in derivation.definitions)}
         section, defined = vector_blocks(form, names.result, definitions, taken)
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
     if definitions:
         blocks += [OutlineHeading("Names for recurring expressions"), equations(definitions)]
+    if derivation.in_series is not None:
+        blocks += series_blocks(derivation.in_series, names, definitions, taken)
     words = [_in_words(leg) for leg in derivation.legs]
     alike = len(words) > 1 and len(set(words)) == 1
     if alike:

@@ -9,16 +9,21 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.export.entries import MatrixName
+from robostiff.analytic.export.entries import EntryNames, MatrixName
 from robostiff.analytic.export.outline import (
     Block,
+    Inverse,
     LegSum,
     OutlineHeading,
     OutlineText,
     Table,
+    Transport,
     VectorEquations,
     equations,
+    matrix_equation,
 )
+from robostiff.analytic.export.readable import readable_matrix
+from robostiff.analytic.robot_derivation import InSeries
 from robostiff.analytic.vector_form import VectorForm
 
 _MEANINGS = {
@@ -75,7 +80,7 @@ def vector_blocks(
     taken : set of str
         Names that stand for something else.
     """
-    renamed, names = _in_known_names(found, known, taken)
+    renamed, names = _in_known_names(found.names, known, taken)
     leg = [_renamed(e, renamed) for e in found.leg]
     first = [e for e in leg if not e.name.startswith(("w_", "c_"))]
     rest = [e for e in leg if e.name.startswith(("w_", "c_"))]
@@ -101,6 +106,33 @@ def vector_blocks(
     return (*blocks, LegSum(result, found.wrenches)), {d.symbol for d in names}
 
 
+def series_blocks(
+    found: InSeries, names: EntryNames, known: Sequence[Definition], taken: set[str]
+) -> list[Block]:
+    """The compliance of a serial arm, its inverse, and where that is moved to."""
+    renamed, new = _in_known_names(found.definitions, known, taken)
+    own = [d for d in new if d not in known]
+
+    def written(matrix: Any) -> Any:
+        return matrix.xreplace(renamed)
+
+    C, axes, arm, in_axes = map(MatrixName, ("C", "R_0", "v_0", "K_0"))
+    return [
+        OutlineHeading("Compliance: a sum over the springs"),
+        OutlineText(
+            "Springs in series add their compliances. These are in axes of the arm, in which they "
+            "are simplest: columns of R_0, in world axes, with their origin at v_0 from the "
+            "reference point."
+        ),
+        *([equations(own)] if own else []),
+        matrix_equation(axes, readable_matrix(written(found.axes)), names.entries_of(axes)),
+        matrix_equation(arm, readable_matrix(written(found.arm)).T, lambda _, j: f"v_0_{j + 1}"),
+        matrix_equation(C, written(found.C), names.entries_of(C)),
+        Inverse(in_axes, C),
+        Transport(names.result, in_axes, axes, arm),
+    ]
+
+
 def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...], str]]:
     """Names of the vector form and their meanings, for the nomenclature."""
     names = {e.name: e.is_vector for e in (*found.pose, *found.leg)}
@@ -114,14 +146,14 @@ def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...
 
 
 def _in_known_names(
-    found: VectorForm, known: Sequence[Definition], taken: set[str]
+    names: Sequence[Definition], known: Sequence[Definition], taken: set[str]
 ) -> tuple[dict[Any, Any], tuple[Definition, ...]]:
     """Names that the rest of the derivation has for the same formulas, otherwise free ones."""
     by_formula = {d.expression: d.symbol for d in known}
     used = taken | {d.symbol.name for d in known}
     renamed: dict[Any, Any] = {}
     new = []
-    for definition in found.names:
+    for definition in names:
         own = by_formula.get(definition.expression)
         if own is None:
             name = definition.symbol.name
@@ -129,7 +161,7 @@ def _in_known_names(
                 letter, _, number = name.partition("_")
                 name = f"{letter}'_{number}"
             own = sp.Symbol(name, positive=True)
-        new.append(Definition(own, definition.expression))
+        new.append(Definition(own, definition.expression.xreplace(renamed)))
         renamed[definition.symbol] = own
     return renamed, tuple(new)
 

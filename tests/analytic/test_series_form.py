@@ -1,0 +1,64 @@
+"""Serial arms as a textbook has them: compliance as a sum over the springs, K its inverse."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic.agreement import matrix_distance
+from robostiff.analytic.derivation import Definition
+from robostiff.analytic.export import derivation_latex, derivation_text
+from robostiff.analytic.robot_derivation import InSeries
+from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.robot_pose import AtHome
+from robostiff.analytic.series_form import check_series, series_form, stiffness_of
+from robostiff.errors import DisagreementError
+
+
+@pytest.fixture(scope="module")
+def placed():
+    return place_robot(rs.load("two-link-arm", symbols=rs.ALL_PARAMETERS), AtHome())
+
+
+@pytest.fixture(scope="module")
+def arm(placed):
+    return series_form(placed)
+
+
+def test_springs_in_series_add_their_compliances(arm):
+    turned = str(arm.C[5, 5])
+    assert turned == "3/200000 + l1/EI_z_1 + l2/EI_2"  # 1/2e5 + 1/1e5 of the drives
+    assert str(arm.C[2, 2]) == "l1**3/(3*EI_y_1) + l2**3/(3*EI_2)"
+    assert arm.C[0, 2] == arm.C[2, 5] == 0
+    assert arm.C == arm.C.T
+
+
+def test_its_inverse_is_the_stiffness_of_the_arm(placed, arm):
+    random = np.random.default_rng(3)
+    for _ in range(3):
+        values = {k: v * random.uniform(0.9, 1.1) for k, v in placed.robot.nominal.items()}
+        K = stiffness_of(arm, {placed.symbols[k]: v for k, v in values.items()}, placed)
+        wanted = rs.stiffness(placed.robot.substituted(values)).K
+        assert matrix_distance(K, wanted, 0.5) < 1e-10
+
+
+def test_a_wrong_compliance_is_found(placed, arm):
+    C = sp.Matrix(arm.C)
+    C[5, 5] *= sp.Rational(1001, 1000)
+    with pytest.raises(DisagreementError, match="springs in series"):
+        check_series(InSeries(sp.ImmutableMatrix(C), arm.axes, arm.arm, arm.definitions), placed)
+
+
+def test_exports_begin_with_the_compliance():
+    derivation = rs.derive("two-link-arm", symbols=("l1", "l2"))
+    assert derivation.vectors is None
+    assert isinstance(derivation.in_series, InSeries)
+    assert all(isinstance(d, Definition) for d in derivation.in_series.definitions)
+    text = derivation_text(derivation)
+    assert "Compliance: a sum over the springs" in text
+    assert "K_0 = C^-1" in text.splitlines()
+    assert r"\mathbf{C}^{-1}" in derivation_latex(derivation)
+
+
+def test_a_leg_with_passive_joints_is_no_arm():
+    assert series_form(place_robot(rs.load("planar-link", symbols=("L",)), AtHome())) is None
