@@ -64,7 +64,7 @@ def equilibrium(
     Parameters
     ----------
     robot : Robot or Snapshot
-        Legs with parallel blocks to any depth, on a rigid platform.
+        Legs with parallel blocks to any depth, on a rigid or a flexible platform.
     pose : RigidTransform, array, JointCoordinates or None
         The unloaded posture, as for `stiffness`; a batch (N, 6) asks for an answer at each.
     wrench : (6,) array, or (3,) for a planar robot
@@ -106,7 +106,7 @@ def equilibrium(
     ------
     InputError
         When a load does not fit, both wrench and displacement are given, or the robot has what is
-        not covered: a flexible platform, cables, a network.
+        not covered: cables, a network.
 
     Examples
     --------
@@ -234,7 +234,6 @@ class Postures:
 def postures_of(robot: Any, pose: Pose, near: Near) -> Postures:
     """The unloaded postures of a robot at poses, or of a snapshot."""
     if isinstance(robot, Robot):
-        robot.check_platform_is_rigid("equilibrium")
         posture = find_posture(robot, pose, near=near)
         return Postures(robot, posture, posture.batch)
     if not isinstance(robot, Snapshot):
@@ -249,12 +248,6 @@ def postures_of(robot: Any, pose: Pose, near: Near) -> Postures:
             f"pose of snapshot {robot.name!r}",
             got=pose if pose is not None else near,
             expected="none: a snapshot is frozen at its own pose",
-        )
-    if robot.platform is not None:
-        raise InputError(
-            f"equilibrium of {robot.name!r}",
-            got="a flexible platform",
-            expected="a rigid one: how a platform bends under finite loads is not covered yet",
         )
     if robot.reference_point.ndim > 1:
         raise InputError(

@@ -25,6 +25,7 @@ from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.chain import BodyLoad, FiniteChain
 from robostiff.statics.element import Element, FiniteJoint
+from robostiff.statics.flexible_platform import on_flexible_platform
 from robostiff.statics.held_springs import HeldSprings
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.lumped_mass import lumped
@@ -137,7 +138,10 @@ def legs_of(
         )
         is_held = held.group_of(k) >= 0
         groups.setdefault((k if is_held else None, one.signature), []).append(one)
-    return held.joined([LegGroup.stacked(legs) for legs in groups.values()])
+    joined = held.joined([LegGroup.stacked(legs) for legs in groups.values()])
+    if snapshot.platform is None:
+        return joined
+    return (on_flexible_platform(joined[0], snapshot.platform, springs, beams),)
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,8 @@ class HeldSprings:
         InputError
             When a spring names no body.
         """
-        groups: list[set[int]] = []
+        # a flexible platform holds all legs together
+        groups = [] if snapshot.platform is None else [set(range(len(snapshot.legs)))]
         for spring in snapshot.springs:
             legs = set()
             for name in spring.bodies:

@@ -164,6 +164,7 @@ class Equilibrium:
     @property
     def leg_K(self) -> tuple[np.ndarray, ...]:
         """K of each leg (r, r); with what springs on the platform add, they add up to K."""
+        self._require_legs("stiffness")
         problem, known = self._require()[0], self._known_stiffness
         pairs = zip(problem.groups, known.leg_K, strict=True)
         own = {k: K for group, all_K in pairs for k, K in zip(group.indices, all_K, strict=True)}
@@ -172,6 +173,7 @@ class Equilibrium:
     @property
     def leg_wrenches(self) -> tuple[np.ndarray, ...]:
         """What the platform exerts on each leg about `point`, world axes (r,) [N, N m]."""
+        self._require_legs("wrench")
         problem, found = self._require()
         own: dict[int, np.ndarray] = {}
         for group, state in zip(problem.groups, found.state.legs, strict=True):
@@ -254,6 +256,13 @@ class Equilibrium:
                 f"{self.status.advice[0]}; its compliance is there"
             )
         return known
+
+    def _require_legs(self, what: str) -> None:
+        if self.snapshot is not None and self.snapshot.platform is not None:
+            raise NoAnswerError(
+                f"no {what} of a leg of {self.name!r} about the tool: legs share what they carry "
+                "through a flexible platform; parts and reactions are there"
+            )
 
     def _require(self) -> tuple[EquilibriumProblem, FoundEquilibrium]:
         if self.problem is None or self.found is None:

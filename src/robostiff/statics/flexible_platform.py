@@ -1,0 +1,89 @@
+"""Flexible platforms under load: nodes that hold legs, and the elastic parts between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring
+from robostiff.statics.beam_bowing import Beams, Bowing, uniform_beam
+from robostiff.statics.chain import FiniteChain
+from robostiff.statics.legs import LegGroup
+from robostiff.statics.spring_elements import SpringElements
+
+#: What its parts belong to, as the parts of a leg do to their leg.
+_PLATFORM = "platform"
+
+
+def on_flexible_platform(
+    legs: LegGroup, placed: PlacedPlatform, elements: SpringElements, beams: Beams
+) -> LegGroup:
+    """Legs that end at nodes: the tool is the platform, all other nodes are bodies between chains.
+
+    Parameters
+    ----------
+    legs : LegGroup
+        All of the robot, together; those that end on the platform have one such chain or more.
+    placed : PlacedPlatform
+    elements : SpringElements
+    beams : Bowing or Linear
+    """
+    platform = placed.platform
+    body = _bodies(platform)
+    names = [name for name in dict.fromkeys(body.values()) if name != platform.tool]
+    first = len(legs.points)
+    numbers: dict[str, int | None] = {name: first + i for i, name in enumerate(names)}
+    numbers[platform.tool] = None
+    owners = legs.owners or (0,) * len(legs.chains)
+    chains = [
+        chain if chain.end is not None else replace(chain, end=numbers[body[placed.holds[leg]]])
+        for chain, leg in zip(legs.chains, owners, strict=True)
+    ]
+    cut = 1 if isinstance(beams, Bowing) else 0
+    if isinstance(beams, Bowing) and beams.elements is not None:
+        cut = beams.elements
+    for part in platform.parts:
+        start, end = numbers[body[part.a]], numbers[body[part.b]]
+        if start == end:
+            continue
+        spring = PlacedSpring(
+            part.name, placed.in_world(part.point), placed.rotation @ part.axes, part.elasticity
+        )
+        if start is None:  # chains lead to the tool
+            start, end, spring = end, start, _from_its_end(spring)
+        chains.append(FiniteChain(start, end, tuple(elements.of(spring, lambda: cut))))
+    points = [np.asarray(placed.in_world(platform.point_of(name)), dtype=float) for name in names]
+    number = len(legs.indices)
+    return replace(
+        legs,
+        indices=(*legs.indices, number),
+        names=(*legs.names, _PLATFORM),
+        chains=tuple(chains),
+        points=(*legs.points, *(point[None] for point in points)),
+        owners=(*owners, *(number,) * (len(chains) - len(legs.chains))),
+    )
+
+
+def _bodies(platform: FlexiblePlatform) -> Mapping[str, str]:
+    """For each node one of the nodes that rigid members hold together with it, the tool if any."""
+    found = {node.name: node.name for node in platform.nodes}
+    for part in platform.parts:
+        if np.any(part.elasticity.compliance) or part.elasticity.freedoms.size:
+            continue
+        a, b = found[part.a], found[part.b]
+        kept = platform.tool if platform.tool in (a, b) else a
+        found = {name: kept if own in (a, b) else own for name, own in found.items()}
+    return found
+
+
+def _from_its_end(spring: PlacedSpring) -> PlacedSpring:
+    """The same part from its other end: of a beam, along its axis turned round about its own z."""
+    C = spring.elasticity.compliance
+    beam = None if spring.elasticity.freedoms.size else uniform_beam(C)
+    if beam is None:
+        return spring
+    x = spring.rotation[:, 0]
+    turned = spring.rotation * np.array([-1.0, -1.0, 1.0])
+    return PlacedSpring(spring.name, spring.point - beam.length * x, turned, spring.elasticity)

@@ -1,0 +1,134 @@
+"""Flexible platforms under load: as chains that are the same, and as their own derivatives."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.elasticity import circle, material
+from robostiff.model import (
+    FlexiblePlatform,
+    PlacedLeg,
+    PlacedPlatform,
+    PlacedSpring,
+    PlatformNode,
+    Snapshot,
+    platform_beam,
+    rigid_member,
+)
+from tests.statics.robots_under_load import joint, loaded
+
+STAR = Path(__file__).parents[2] / "docs/star-platform.yaml"
+F = np.array([2e4, 1e4, -1e5, 1e3, 0, 2e3])
+HUB, RIM = PlatformNode("hub", np.zeros(3)), PlatformNode("rim", np.array([-0.3, 0.1, 0]))
+ARM = platform_beam(RIM, HUB, material("steel"), circle(0.03), name="arm")
+BACK = platform_beam(HUB, RIM, material("steel"), circle(0.03), name="arm")
+TIP = np.array([0.2, 0.4, 0.9])
+
+
+def arm_with(platform: FlexiblePlatform | None) -> Snapshot:
+    """A chain of six elastic joints to the rim; its hub is the tool."""
+    at = TIP + RIM.at
+    elements = [
+        joint(f"{kind}{i}", [0.1 * i, 0, 0.2], axis, kind, 4e4 if kind == "R" else 3e6)
+        for i, axis in enumerate(np.eye(3))
+        for kind in "RP"
+    ]
+    if platform is None:
+        elements.append(PlacedSpring("arm", TIP, ARM.axes, ARM.elasticity))  # type: ignore[arg-type]
+        return Snapshot("chain", (PlacedLeg("leg", tuple(elements), TIP),), TIP)
+    placed = PlacedPlatform(platform, ("rim",), np.eye(3), TIP)
+    return Snapshot("arm", (PlacedLeg("leg", tuple(elements), at),), TIP, platform=placed)
+
+
+def test_a_platform_of_one_beam_is_one_more_link():
+    """Exactly so; from its other end, as far as one element of a beam is exact."""
+    wrench = np.array([800, -1500, -2500, 100, -200, 150])
+    chain = loaded(arm_with(None), wrench=wrench)
+    same = loaded(arm_with(FlexiblePlatform((HUB, RIM), (ARM,), "hub")), wrench=wrench)
+    assert np.abs(chain.displacement).max() > 0.01
+    assert np.allclose(same.displacement, chain.displacement, rtol=1e-10, atol=1e-13)
+    assert np.allclose(same.K, chain.K, rtol=0, atol=1e-11 * np.abs(chain.K).max())
+    assert np.isclose(same.energy, chain.energy, rtol=1e-10)
+    back = loaded(arm_with(FlexiblePlatform((HUB, RIM), (BACK,), "hub")), wrench=wrench)
+    assert np.allclose(back.displacement, chain.displacement, rtol=0, atol=1e-5)
+    assert 0 < np.abs(back.K - chain.K).max() < 1e-3 * np.abs(chain.K).max()
+
+
+def test_two_halves_of_a_beam_and_rigid_members():
+    """A node between two halves changes nothing; a rigid member makes two nodes one body."""
+    wrench = np.array([800, -1500, -2500, 100, -200, 150])
+    one = FlexiblePlatform((HUB, RIM), (ARM,), "hub")
+    middle = PlatformNode("middle", 0.5 * RIM.at)
+    halves = FlexiblePlatform(
+        (HUB, middle, RIM, PlatformNode("sensor", np.array([0.5, 0, 0]))),
+        (
+            platform_beam(RIM, middle, material("steel"), circle(0.03), name="first"),
+            platform_beam(middle, HUB, material("steel"), circle(0.03), name="second"),
+            rigid_member(HUB, PlatformNode("sensor", np.array([0.5, 0, 0])), name="bracket"),
+        ),
+        "hub",
+    )
+    whole = loaded(arm_with(one), wrench=wrench, beams=rs.Bowing(elements=2))
+    cut = loaded(arm_with(halves), wrench=wrench, beams=rs.Bowing(elements=1))
+    assert np.allclose(cut.displacement, whole.displacement, rtol=1e-9, atol=1e-12)
+    assert np.allclose(cut.K, whole.K, rtol=0, atol=1e-9 * np.abs(whole.K).max())
+
+
+@pytest.fixture(scope="module")
+def star() -> rs.Robot:
+    return rs.load(str(STAR))
+
+
+def test_small_loads_have_the_linear_stiffness(star: rs.Robot):
+    for pose in (None, [0.05, -0.04, 0.85, 0.1, 0.05, -0.1]):
+        K = rs.stiffness(star, pose).K
+        assert np.allclose(loaded(star, pose=pose).K, K, rtol=0, atol=1e-10 * np.abs(K).max())
+
+
+def test_stiffness_is_that_of_differences_and_forces_balance(star: rs.Robot):
+    answer = loaded(star, wrench=F)
+    assert answer.status == 0
+    assert np.allclose(np.sum(answer.reactions, axis=0), F, rtol=0, atol=1e-6)
+    h = 20.0
+    for i in range(3):
+        d = h * np.eye(6)[i]
+        ends = [loaded(star, wrench=F + s * d).displacement for s in (1, -1)]
+        rate = (ends[0] - ends[1])[:3] / (2 * h)
+        size = np.abs(answer.compliance[:3, :3]).max()
+        assert np.allclose(answer.compliance[:3, i], rate, rtol=0, atol=1e-7 * size)
+    assert {part.part for part in answer.parts if part.leg == "platform"} == {
+        "arm1",
+        "arm2",
+        "arm3",
+    }
+    with pytest.raises(rs.NoAnswerError, match="through a flexible platform"):
+        _ = answer.leg_K
+
+
+def test_weights_springs_modes_and_buckling_go_through_it(star: rs.Robot):
+    """A force on a strut, a spring from base to tool; rigid members are a rigid platform."""
+    load = {"leg1/tube.beam": [0, 0, -500.0]}
+    sunk = loaded(star, loads=load)
+    assert np.allclose(np.sum(sunk.reactions, axis=0)[:3], [0, 0, -500], atol=1e-8)
+    ends = rs.BodyPoint("base", [0, 0, 0]), rs.BodyPoint("platform", [0, 0, 0])
+    held = loaded(star.with_springs([rs.BodySpring("rope", ends, 5e6, free_length=0.8)]))
+    K = loaded(star).K
+    assert np.isclose(held.K[2, 2] - K[2, 2], 5e6, rtol=1e-6)
+    heavy = rs.modes(star, masses={"platform": 1e7}).frequencies[:3]
+    exact = np.sqrt(1 / np.linalg.eigvalsh(np.linalg.inv(K)[:3, :3])[::-1] / 1e7) / (2 * np.pi)
+    assert np.allclose(heavy, exact, rtol=1e-4)
+    found = rs.critical_load(star, wrench=[0, 0, -1e5, 0, 0, 0], up_to=100)
+    assert "tube.beam" in found.mode
+    posture = rs.find_posture(star)
+    snapshot = posture.snapshot.one(0)
+    placed = snapshot.platform
+    assert placed is not None
+    nodes = {node.name: node for node in placed.platform.nodes}
+    parts = tuple(rigid_member(nodes[p.a], nodes[p.b], p.name) for p in placed.platform.parts)
+    stiff = replace(placed, platform=replace(placed.platform, parts=parts))
+    rigid = loaded(replace(snapshot, platform=stiff), wrench=F)
+    plain = loaded(replace(snapshot, platform=None), wrench=F)
+    assert np.allclose(rigid.K, plain.K, rtol=0, atol=1e-11 * np.abs(plain.K).max())
