@@ -120,3 +120,10 @@ def uniform_beam(C: np.ndarray) -> UniformBeam | None:
     beam = UniformBeam(float(L), L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)
     scale = np.sqrt(np.outer(diagonal, diagonal))
     return beam if np.all(np.abs(C - beam.compliance(1)) <= _ALIKE * scale) else None
+
+
+def elements_of(beams: Beams) -> int:
+    """Into how many elements a beam between two bodies is cut; 0 for a linear spring."""
+    if not isinstance(beams, Bowing):
+        return 0
+    return 1 if beams.elements is None else beams.elements

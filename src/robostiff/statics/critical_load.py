@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.kinematics import Near, Pose
+from robostiff.kinematics import Near
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
 from robostiff.spatial import as_float
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
@@ -105,8 +107,8 @@ class CriticalLoad:
 
 
 def critical_load(
-    robot: Robot | Snapshot,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Any = None,
     wrench: ArrayLike = (),
     *,
     at: ArrayLike | None = None,

@@ -11,12 +11,16 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.result import require_one_pose
 from robostiff.errors import InputError
-from robostiff.kinematics import Near, Pose, Posture, find_posture, with_body_springs, with_masses
+from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
+from robostiff.linkage import Linkage
+from robostiff.linkage.network_at import network_at
 from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
+from robostiff.statics.from_network import group_of
 from robostiff.statics.from_snapshot import legs_of
 from robostiff.statics.given_loads import (
     Gravity,
@@ -42,8 +46,8 @@ _FREE = 1e-9
 
 
 def equilibrium(
-    robot: Robot | Snapshot,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Any = None,
     wrench: ArrayLike | None = None,
     *,
     displacement: ArrayLike | None = None,
@@ -63,10 +67,12 @@ def equilibrium(
 
     Parameters
     ----------
-    robot : Robot or Snapshot
-        Legs with parallel blocks to any depth, on a rigid or a flexible platform.
+    robot : Robot, Snapshot, Network or Linkage
+        Legs with parallel blocks to any depth, on a rigid or a flexible platform; or bodies, joints
+        and elastic parts in any arrangement.
     pose : RigidTransform, array, JointCoordinates or None
         The unloaded posture, as for `stiffness`; a batch (N, 6) asks for an answer at each.
+        Of a linkage the coordinates of its joints, by name.
     wrench : (6,) array, or (3,) for a planar robot
         Force [N] and moment [N m] of the environment on the platform about `at`, in world axes,
         which keep their directions while the platform moves; none when left out. A batch (N, 6)
@@ -106,7 +112,7 @@ def equilibrium(
     ------
     InputError
         When a load does not fit, both wrench and displacement are given, or the robot has what is
-        not covered: cables, a network.
+        not covered: cables.
 
     Examples
     --------
@@ -122,7 +128,7 @@ def equilibrium(
             expected="one of them: the other follows",
         )
     postures = postures_of(robot, pose, near)
-    space = robot.space
+    space = postures.robot.space
     given = wrenches_of(
         "displacement" if displacement is not None else "wrench",
         wrench if displacement is None else displacement,
@@ -145,8 +151,8 @@ def equilibrium(
 
 
 def one_question(
-    robot: Robot | Snapshot,
-    pose: Pose,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Any,
     wrench: ArrayLike | None,
     at: ArrayLike | None,
     loads: Loads | None,
@@ -159,7 +165,7 @@ def one_question(
 ) -> tuple[Question, np.ndarray]:
     """A robot at one posture, and one wrench (r,); its `masses` are there also without gravity."""
     postures = postures_of(robot, pose, near)
-    given = wrenches_of("wrench", wrench, robot.space)
+    given = wrenches_of("wrench", wrench, postures.robot.space)
     require_one_pose("a robot under load", postures.batch)
     if given.ndim > 1:
         raise InputError("wrench", got=wrench, expected="one wrench")
@@ -205,18 +211,10 @@ class Postures:
             if own.undetermined[k]:
                 status |= EquilibriumStatus.ILL_CONDITIONED
             frame = (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3])
-        point = np.asarray(snapshot.reference_point, dtype=float)
-        if at is not None:
-            point = as_floats("at", at, "three numbers [m]", "m")
-            if point.shape != (3,):
-                raise InputError("at", got=at, expected="three numbers [m]: one point")
+        point = _point_at(at, snapshot.reference_point)
         forces = given_forces(loads, pull, snapshot.space, frame)
         on_platform = [*forces.pop("platform", ()), *platform_weights(self.robot, pull, frame)]
-        pushes = {
-            name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
-            for name, value in (preload or {}).items()
-        }
-        groups = legs_of(snapshot, point, beams, forces, pushes, pull)
+        groups = legs_of(snapshot, point, beams, forces, _pushes(preload), pull)
         length = float(snapshot.characteristic_length)
         problem = EquilibriumProblem(
             groups,
@@ -231,23 +229,68 @@ class Postures:
         return Question(snapshot.name, problem, snapshot.space, frame, status, snapshot, own_laws)
 
 
-def postures_of(robot: Any, pose: Pose, near: Near) -> Postures:
+@dataclass(frozen=True)
+class PosedNetwork:
+    """A network, or a linkage at joint coordinates, as it is without load."""
+
+    robot: Network
+    batch: tuple[int, ...] = ()
+
+    def question(
+        self,
+        i: int,
+        at: ArrayLike | None,
+        loads: Loads | None,
+        preload: Mapping[str, Any] | None,
+        beams: Beams,
+        gravity: Gravity = None,
+        *,
+        masses: bool = False,
+    ) -> Question:
+        """What is asked of it; masses it has none."""
+        network = self.robot
+        point = _point_at(at, network.reference_point)
+        frame = (np.eye(3), np.asarray(network.reference_point, dtype=float))
+        pull = acting_gravity(network, gravity)
+        forces = given_forces(loads, pull, network.space, frame)
+        on_platform = [
+            *forces.pop("platform", ()),
+            *(forces.pop(network.platform, ()) if network.platform != "platform" else ()),
+        ]
+        group = group_of(network, point, beams, forces, _pushes(preload))
+        length = network.characteristic_length
+        problem = EquilibriumProblem(
+            (group,),
+            network.space.rows,
+            point,
+            length if length > 0 else 1.0,
+            *arms_and_forces(on_platform, point),
+        )
+        status = EquilibriumStatus.OK
+        return Question(network.name, problem, network.space, frame, status, None)
+
+
+def postures_of(robot: Any, pose: Any, near: Near) -> Postures | PosedNetwork:
     """The unloaded postures of a robot at poses, or of a snapshot."""
+    if isinstance(robot, Linkage):
+        robot, pose = network_at(robot, pose), None
+    if isinstance(robot, Network) and pose is None and near is None:
+        return PosedNetwork(robot)
     if isinstance(robot, Robot):
         posture = find_posture(robot, pose, near=near)
         return Postures(robot, posture, posture.batch)
-    if not isinstance(robot, Snapshot):
-        raise InputError(
-            "robot of an equilibrium",
-            got=robot,
-            expected="a Robot or a Snapshot of legs",
-            hint="cable_response answers for cables; networks and linkages are not covered yet",
-        )
-    if pose is not None or near is not None:
+    if isinstance(robot, Snapshot | Network) and (pose is not None or near is not None):
         raise InputError(
             f"pose of snapshot {robot.name!r}",
             got=pose if pose is not None else near,
             expected="none: a snapshot is frozen at its own pose",
+        )
+    if not isinstance(robot, Snapshot):
+        raise InputError(
+            "robot of an equilibrium",
+            got=robot,
+            expected="a Robot, a Snapshot, a Network or a Linkage",
+            hint="cable_response answers for cables",
         )
     if robot.reference_point.ndim > 1:
         raise InputError(
@@ -256,6 +299,23 @@ def postures_of(robot: Any, pose: Pose, near: Near) -> Postures:
             expected="one pose: snapshot.one(i)",
         )
     return Postures(robot, None, ())
+
+
+def _point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
+    """The point of the platform about which wrenches are (3,) [m]."""
+    if at is None:
+        return np.asarray(reference, dtype=float)
+    point = as_floats("at", at, "three numbers [m]", "m")
+    if point.shape != (3,):
+        raise InputError("at", got=at, expected="three numbers [m]: one point")
+    return point
+
+
+def _pushes(preload: Mapping[str, Any] | None) -> dict[str, float]:
+    return {
+        name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
+        for name, value in (preload or {}).items()
+    }
 
 
 def solved(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring
-from robostiff.statics.beam_bowing import Beams, Bowing, uniform_beam
+from robostiff.statics.beam_bowing import Beams, elements_of, uniform_beam
 from robostiff.statics.chain import FiniteChain
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.spring_elements import SpringElements
@@ -41,9 +41,6 @@ def on_flexible_platform(
         chain if chain.end is not None else replace(chain, end=numbers[body[placed.holds[leg]]])
         for chain, leg in zip(legs.chains, owners, strict=True)
     ]
-    cut = 1 if isinstance(beams, Bowing) else 0
-    if isinstance(beams, Bowing) and beams.elements is not None:
-        cut = beams.elements
     for part in platform.parts:
         start, end = numbers[body[part.a]], numbers[body[part.b]]
         if start == end:
@@ -52,8 +49,10 @@ def on_flexible_platform(
             part.name, placed.in_world(part.point), placed.rotation @ part.axes, part.elasticity
         )
         if start is None:  # chains lead to the tool
-            start, end, spring = end, start, _from_its_end(spring)
-        chains.append(FiniteChain(start, end, tuple(elements.of(spring, lambda: cut))))
+            start, end, spring = end, start, from_its_end(spring)
+        chains.append(
+            FiniteChain(start, end, tuple(elements.of(spring, lambda: elements_of(beams))))
+        )
     points = [np.asarray(placed.in_world(platform.point_of(name)), dtype=float) for name in names]
     number = len(legs.indices)
     return replace(
@@ -78,7 +77,7 @@ def _bodies(platform: FlexiblePlatform) -> Mapping[str, str]:
     return found
 
 
-def _from_its_end(spring: PlacedSpring) -> PlacedSpring:
+def from_its_end(spring: PlacedSpring) -> PlacedSpring:
     """The same part from its other end: of a beam, along its axis turned round about its own z."""
     C = spring.elasticity.compliance
     beam = None if spring.elasticity.freedoms.size else uniform_beam(C)

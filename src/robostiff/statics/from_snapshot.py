@@ -210,7 +210,7 @@ class _Walk:
             if not isinstance(element, PlacedBlock):
                 run.append(element)
                 continue
-            moving = [e for e in run if _moves(e)]
+            moving = [e for e in run if moves(e)]
             if moving:
                 body = self.body(moving[-1].point)
                 behind += self.chain(run, start, body)
@@ -218,7 +218,7 @@ class _Walk:
             else:
                 behind += [behind[-1]] * len(run)
             run = []
-            goes_on = any(_moves(later) for later in elements[i + 1 :])
+            goes_on = any(moves(later) for later in elements[i + 1 :])
             target = self.body(element.branches[0].end) if goes_on else end
             for branch in element.branches:
                 self.along(branch, start, target)
@@ -268,9 +268,9 @@ class _Walk:
             drive = None
             if isinstance(element, PlacedSpring):
                 own += self.springs.of(element, lambda i=i: self._parts(run, i))
-            elif _moves(element):
+            elif moves(element):
                 drive = len(own)
-                own.append(_joint(element))
+                own.append(finite_joint(element))
             point = np.asarray(element.point, float)
             behind.append(_Behind(end, len(self.chains), len(own), point))
             part = _Part(len(self.chains), len(own), point, drive)
@@ -290,7 +290,7 @@ class _Walk:
         spring = run[i]
         if not isinstance(spring, PlacedSpring):
             return 0
-        moving = [e for e in run if _moves(e) or e is spring]
+        moving = [e for e in run if moves(e) or e is spring]
         at = next(k for k, e in enumerate(moving) if e is spring)
         alone = not any(
             isinstance(e, PlacedSpring) for e in (*moving[at - 1 : at], *moving[at + 1 :][:1])
@@ -302,7 +302,8 @@ class _Walk:
         return 2 if all(any(_bends_freely(e, along) for e in side) for side in sides) else 1
 
 
-def _moves(element: PlacedElement) -> bool:
+def moves(element: PlacedElement) -> bool:
+    """Whether it is no joint that is held rigidly."""
     if isinstance(element, PlacedFreedom):
         return element.is_passive or element.stiffness is not None
     return True
@@ -316,7 +317,8 @@ def _bends_freely(element: PlacedElement, along: list[float]) -> bool:
     return math.hypot(b * z - c * y, c * x - a * z, a * y - b * x) > _ACROSS
 
 
-def _joint(freedom: PlacedFreedom) -> FiniteJoint:
+def finite_joint(freedom: PlacedFreedom) -> FiniteJoint:
+    """A joint in finite motion."""
     k = 0.0 if freedom.stiffness is None else float(freedom.stiffness)
     varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
     law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None

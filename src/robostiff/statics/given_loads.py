@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.linkage import Linkage
 from robostiff.model import Mass, Robot, Snapshot, gravity_vector
 from robostiff.model.cable import Weight
+from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.from_snapshot import DeadForce, load_vector
 
@@ -20,7 +22,7 @@ Frame = tuple[np.ndarray, np.ndarray]
 _NONE = np.zeros(3)
 
 
-def acting_gravity(robot: Robot | Snapshot, gravity: Gravity) -> np.ndarray:
+def acting_gravity(robot: Robot | Snapshot | Network, gravity: Gravity) -> np.ndarray:
     """Acceleration of free fall (3,) [m/s^2]: as given, or as the robot has it, or none.
 
     Raises
@@ -42,7 +44,7 @@ def acting_gravity(robot: Robot | Snapshot, gravity: Gravity) -> np.ndarray:
     return pull
 
 
-def has_masses(robot: Robot | Snapshot) -> bool:
+def has_masses(robot: Robot | Snapshot | Network | Linkage) -> bool:
     """Whether any part of a robot has a mass.
 
     Examples
@@ -51,6 +53,8 @@ def has_masses(robot: Robot | Snapshot) -> bool:
     >>> has_masses(load("hexapod")), has_masses(load("gough-stewart-b"))
     (True, False)
     """
+    if isinstance(robot, Network | Linkage):
+        return False
     if isinstance(robot, Snapshot):
         return any(_carries(leg) for leg in robot.legs)
     return bool(robot.platform_masses) or any(_carries(leg.chain) for leg in robot.legs)

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, needs_extra
-from robostiff.kinematics import Near, Pose
+from robostiff.kinematics import Near
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
 from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import least_margin, refined
@@ -36,8 +38,8 @@ _BOWING = Bowing()
 
 
 def load_path(
-    robot: Robot | Snapshot,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Any = None,
     wrench: ArrayLike = (),
     factors: ArrayLike = (),
     *,

@@ -169,6 +169,10 @@ def modes(
     >>> len(found), found.frequencies[:2].round(1)
     (72, array([48.7, 48.7]))
     """
+    if not isinstance(robot, Robot | Snapshot):
+        raise InputError(
+            "robot whose modes are asked for", got=robot, expected="a Robot or a Snapshot of legs"
+        )
     own = has_masses(robot)
     if not (masses or own):
         raise InputError(
@@ -187,6 +191,8 @@ def modes(
     if known is None or state is None:
         return Modes(question.name, question.space, status)
     on_platform = platform_weights(robot, _UNIT, question.frame)
+    if question.snapshot is None:
+        raise TypeError("a robot of legs has a snapshot")
     weights = _weights(question.snapshot, problem, masses or {}, on_platform, beams)
     each = _vibrating(problem, weights, known, state)
     return Modes(question.name, question.space, status, each, question.snapshot)

@@ -26,8 +26,8 @@ class Question:
         Axes and origin of the platform frame at the unloaded posture [m].
     status : EquilibriumStatus
         What is to be said of the posture.
-    snapshot : Snapshot
-        At that posture.
+    snapshot : Snapshot or None
+        At that posture; None of a network.
     laws : Laws
         That the robot has.
     """
@@ -37,7 +37,7 @@ class Question:
     space: Space
     frame: tuple[np.ndarray, np.ndarray]
     status: EquilibriumStatus
-    snapshot: Snapshot
+    snapshot: Snapshot | None
     laws: Laws = field(default_factory=dict)
 
     def under(self, laws: Laws | None) -> Question:

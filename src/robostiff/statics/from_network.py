@@ -1,0 +1,183 @@
+"""Bodies and elements in any arrangement, ready to be loaded: networks, and linkages at a pose.
+
+Every body but base and platform is one between chains, and every beam, spring or joint a chain of
+its own; rigid connections make one body of two. Loops need no tree: each chain closes by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robostiff.elasticity import Elasticity
+from robostiff.errors import InputError
+from robostiff.model import PlacedFreedom, PlacedSpring
+from robostiff.network import BeamElement, JointElement, Network, SpringElement
+from robostiff.statics.beam_bowing import Beams, elements_of
+from robostiff.statics.chain import BodyLoad, FiniteChain
+from robostiff.statics.element import Element
+from robostiff.statics.flexible_platform import from_its_end
+from robostiff.statics.from_snapshot import DeadForce, finite_joint, load_vector, moves
+from robostiff.statics.legs import LegGroup
+from robostiff.statics.spring_elements import SpringElements
+
+
+def group_of(
+    network: Network,
+    platform_point: np.ndarray,
+    beams: Beams,
+    loads: Mapping[str, Sequence[DeadForce]],
+    preload: Mapping[str, float],
+) -> LegGroup:
+    """A network as one leg from its fixed bodies to its platform.
+
+    Parameters
+    ----------
+    network : Network
+    platform_point : (3,) array
+        Point of the platform about which wrenches are [m].
+    beams : Bowing or Linear
+    loads : mapping of str to sequence of DeadForce
+        By the name of a body.
+    preload : mapping of str to float
+        By the name of a joint [N or N m].
+
+    Raises
+    ------
+    InputError
+        When a load is on no body that moves, or a preload at no joint of one coordinate.
+    """
+    bodies = _Bodies.of(network)
+    elements = SpringElements(network.space)
+    chains: list[FiniteChain] = []
+    left = dict(preload)
+    for element in network.elements:
+        a, b = bodies.of_node[element.a], bodies.of_node[element.b]
+        if a == b:
+            continue
+        parts = _parts(element)
+        if a == network.platform or b in network.fixed:  # chains lead from base to platform
+            a, b, parts = b, a, [_reversed(part) for part in reversed(parts)]
+        own: list[Element] = []
+        for part in parts:
+            if isinstance(part, PlacedFreedom):
+                joint = finite_joint(part)
+                push = left.pop(part.name, 0.0)
+                own.append(replace(joint, preload=joint.preload + push))
+            else:
+                own += elements.of(part, lambda: elements_of(beams))
+        chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own)))
+    for name in left:
+        raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
+    for name, forces in loads.items():
+        chains = _loaded(chains, bodies, name, forces)
+    return LegGroup(
+        (0,),
+        (network.name,),
+        tuple(chains),
+        tuple(bodies.points[name][None] for name in bodies.between),
+        platform_point,
+        network.space.rows,
+    )
+
+
+@dataclass(frozen=True)
+class _Bodies:
+    """Which nodes are one body.
+
+    Attributes
+    ----------
+    network : Network
+    of_node : mapping of str to str
+        The node that stands for the body of each: a fixed one, the platform, or any.
+    between : tuple of str
+        Bodies that are neither.
+    points : mapping of str to (3,) arrays
+        Of all nodes [m].
+    """
+
+    network: Network
+    of_node: Mapping[str, str]
+    between: tuple[str, ...]
+    points: Mapping[str, np.ndarray]
+
+    @staticmethod
+    def of(network: Network) -> _Bodies:
+        base = network.fixed[0]
+        own = {n.name: base if n.name in network.fixed else n.name for n in network.nodes}
+        for element in network.elements:
+            if _is_rigid(element):
+                a, b = own[element.a], own[element.b]
+                kept = next((name for name in (base, network.platform) if name in (a, b)), a)
+                own = {name: kept if body in (a, b) else body for name, body in own.items()}
+        if own[network.platform] == base:
+            raise InputError(
+                f"platform of {network.name!r}",
+                got="one that rigid parts hold",
+                expected="one that moves against the fixed bodies",
+            )
+        bodies = tuple(n for n in dict.fromkeys(own.values()) if n not in (base, network.platform))
+        points = {node.name: np.asarray(node.point, dtype=float) for node in network.nodes}
+        return _Bodies(network, own, bodies, points)
+
+    def number(self, body: str) -> int | None:
+        """Of a body between chains; None for base and platform."""
+        return self.between.index(body) if body in self.between else None
+
+
+def _parts(
+    element: BeamElement | SpringElement | JointElement,
+) -> list[PlacedSpring | PlacedFreedom]:
+    """An element as parts of a chain from its first node to its second."""
+    if isinstance(element, BeamElement):
+        elasticity = Elasticity(element.tip_compliance)
+        return [PlacedSpring(element.name, element.end, element.rotation, elasticity)]
+    if isinstance(element, SpringElement):
+        return [PlacedSpring(element.name, element.point, element.rotation, element.elasticity)]
+    several = len(element.freedoms) > 1
+    return [
+        replace(freedom, name=f"{element.name}[{i}]" if several else element.name)
+        for i, freedom in enumerate(element.freedoms)
+        if moves(freedom)
+    ]
+
+
+def _reversed(part: PlacedSpring | PlacedFreedom) -> PlacedSpring | PlacedFreedom:
+    if isinstance(part, PlacedFreedom):
+        return replace(part, axis=-np.asarray(part.axis, dtype=float))
+    return from_its_end(part)
+
+
+def _is_rigid(element: BeamElement | SpringElement | JointElement) -> bool:
+    if isinstance(element, BeamElement):
+        return False
+    if isinstance(element, SpringElement):
+        own = element.elasticity
+        return not (np.any(own.compliance) or own.freedoms.size)
+    return not any(map(moves, element.freedoms))
+
+
+def _loaded(
+    chains: Sequence[FiniteChain], bodies: _Bodies, name: str, forces: Sequence[DeadForce]
+) -> list[FiniteChain]:
+    """The chains, one of them with forces on a body at one of its ends."""
+    number = bodies.number(bodies.of_node[name]) if name in bodies.of_node else None
+    if number is None:
+        raise InputError(
+            "loads",
+            got=name,
+            expected="the name of a body that moves, or platform: " + ", ".join(bodies.between[:5]),
+        )
+    c = next(i for i, own in enumerate(chains) if number in (own.start, own.end))
+    chain = chains[c]
+    after = len(chain.elements) if chain.end == number else 0
+    more = []
+    for force in forces:
+        point = bodies.points[name]
+        point = point if force.point is None else load_vector("point", name, force.point)
+        more.append(BodyLoad(after, point[None], load_vector("force", name, force.force)[None]))
+    found = list(chains)
+    found[c] = replace(chain, loads=(*chain.loads, *more))
+    return found

@@ -1,0 +1,149 @@
+"""Networks and linkages under load: as robots of legs are, and a four-bar linkage on paper."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+import robostiff as rs
+from robostiff.linkage import Connection, Linkage
+from robostiff.model import Actuated, Passive, PlacedFreedom, revolute
+from robostiff.network import JointElement, Network, Node
+from robostiff.network.snapshot_network import network_of_snapshot
+from robostiff.spatial import Frame
+from tests.statics.robots_under_load import loaded, root
+
+ONE = rs.Bowing(elements=1)
+
+
+@pytest.mark.parametrize("name", ["six-joint-arm", "3-puu"])
+def test_a_robot_and_its_network_are_the_same_far_from_rest(name: str):
+    """Legs as chains, and every part between bodies of its own."""
+    snapshot = rs.find_posture(rs.load(name)).snapshot.one(0)
+    F = np.array([80, -40, -160, 5, 10, 5.0])
+    legs = loaded(snapshot, wrench=F, beams=ONE)
+    network = rs.equilibrium(network_of_snapshot(snapshot), wrench=F, beams=ONE)
+    assert np.abs(legs.displacement).max() > 1e-4
+    assert np.allclose(network.displacement, legs.displacement, rtol=1e-9, atol=1e-13)
+    assert np.allclose(network.K, legs.K, rtol=0, atol=1e-10 * np.abs(legs.K).max())
+    assert np.isclose(network.energy, legs.energy, rtol=1e-9)
+    assert np.isclose(network.margin, legs.margin, rtol=1e-6)
+
+
+def test_a_shipped_network_has_its_linear_stiffness_at_rest():
+    network = rs.load("double-pantograph")
+    K = rs.stiffness(network).K
+    assert np.allclose(rs.equilibrium(network).K, K, rtol=0, atol=1e-10 * np.abs(K).max())
+    force = rs.DeadForce([0, 0, -20.0])
+    on_body = rs.equilibrium(network, loads={"platform": force})
+    same = rs.equilibrium(network, wrench=[0, 0, -20, 0, 0, 0], at=network.reference_point)
+    assert np.allclose(on_body.displacement, same.displacement, rtol=1e-9, atol=1e-14)
+
+
+A, B, D = 0.3, 0.5, 0.4
+O, PIN = np.zeros(3), np.array([0.0, A, 0])
+KNEE = np.array([D, B * 0.8, 0])
+ROCKER = np.array([D, 0, 0])
+
+
+def four_bar(k: float, turned: bool = False) -> Network:
+    """Rigid bars in a plane, a spring at the crank; the coupler is the platform."""
+
+    def pin(name: str, a: str, b: str, at: np.ndarray, own: float | None = None) -> JointElement:
+        role = Passive() if own is None else Actuated(own)
+        a, b = (b, a) if turned else (a, b)
+        return JointElement(
+            name, a, b, (PlacedFreedom(np.array([0, 0, 1.0]), at, 0.0, name, role),)
+        )
+
+    joints = (
+        pin("drive", "ground", "crank", O, k),
+        pin("pin", "crank", "coupler", PIN),
+        pin("knee", "coupler", "rocker", KNEE),
+        pin("foot", "rocker", "ground", ROCKER),
+    )
+    points = {"ground": O, "crank": PIN, "coupler": PIN, "rocker": KNEE}
+    nodes = tuple(Node(name, point) for name, point in points.items())
+    return Network("four-bar", nodes, ("ground",), "coupler", PIN, joints=joints)
+
+
+def coupler(q: float) -> tuple[np.ndarray, float]:
+    """Where the pin is when the crank has turned by q, and how far the coupler has turned."""
+    pin = A * np.array([-np.sin(q), np.cos(q)])
+    c, r = np.linalg.norm(KNEE[:2] - PIN[:2]), np.linalg.norm(KNEE - ROCKER)
+    to = ROCKER[:2] - pin
+    d = np.linalg.norm(to)
+    along = (c * c - r * r + d * d) / (2 * d)
+    up = np.sqrt(c * c - along * along)
+    u = to / d
+    knee = pin + along * u + up * np.array([-u[1], u[0]])
+    rest = np.arctan2(*(KNEE - PIN)[[1, 0]])
+    return pin, float(np.arctan2(*(knee - pin)[::-1]) - rest)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_four_bar_linkage_of_rigid_bars(turned: bool):
+    """One freedom, three closures more than there are freedoms: ``k q^2 / 2 - F x - M phi``."""
+    k, F = 20.0, np.array([15.0, 5.0, 2.0])
+
+    def potential(q: float) -> float:
+        pin, phi = coupler(q)
+        return 0.5 * k * q * q - F[:2] @ (pin - PIN[:2]) - F[2] * phi
+
+    h = 1e-5
+    q = root(lambda q: potential(q + h) - potential(q - h), -0.9, 0.4)
+    assert np.isclose(
+        q, minimize_scalar(potential, bounds=(-0.9, 0.4), method="bounded").x, atol=1e-4
+    )
+    pin, phi = coupler(q)
+    answer = rs.equilibrium(four_bar(k, turned), wrench=[*F[:2], 0, 0, 0, F[2]])
+    assert str(answer.status) == "rigid-direction"
+    assert answer.stable
+    assert abs(q) > 0.2
+    moved = [*(pin - PIN[:2]), 0, 0, 0, phi]
+    assert np.allclose(answer.displacement, moved, rtol=0, atol=1e-8)
+    curvature = (potential(q + 1e-4) - 2 * potential(q) + potential(q - 1e-4)) / 1e-8
+    rate = [
+        (b - a) / (2 * h)
+        for a, b in zip(*(np.append(*coupler(q + s)) for s in (-h, h)), strict=True)
+    ]
+    C = np.outer(rate, rate) / curvature
+    own = answer.compliance[np.ix_([0, 1, 5], [0, 1, 5])]
+    assert np.allclose(own, C, rtol=0, atol=1e-5 * np.abs(C).max())
+
+
+def test_a_linkage_from_joint_coordinates():
+    """A parallelogram of cranks of 1 m: ``k q = F cos(q0 + q)``, from where it is given."""
+    here, right = Frame.identity(), Frame(np.eye(3), np.array([2.0, 0, 0]))
+    up = Frame(np.eye(3), np.array([0, 0, 1.0]))
+    drive = revolute([0, 1, 0], Actuated(30.0), name="left")
+    hinges = [revolute([0, 1, 0], Passive(), name=name) for name in ("knee", "right", "loop")]
+    connections = (
+        Connection("left", "ground", "crank", here, drive, here),
+        Connection("knee", "crank", "coupler", up, hinges[0], here),
+        Connection("right", "ground", "rocker", right, hinges[1], here),
+        Connection("loop", "coupler", "rocker", right, hinges[2], up.inverse),
+    )
+    linkage = Linkage("four bar", connections, "ground", "coupler", np.zeros(3), frozenset())
+    q = root(lambda q: 30.0 * q - 12.0 * np.cos(0.3 + q), 0, 1)
+    answer = rs.equilibrium(linkage, {"left": 0.3}, wrench=[12.0, 0, 0, 0, 0, 0])
+    moved = np.array([np.sin(0.3 + q) - np.sin(0.3), 0, np.cos(0.3 + q) - np.cos(0.3)])
+    assert np.allclose(answer.displacement, [*moved, 0, 0, 0], rtol=0, atol=1e-9)
+
+
+def test_loads_on_bodies_and_preload():
+    """A moment in the drive turns the crank; a force on the rocker's end is one on the knee."""
+    robot = four_bar(20.0)
+    pushed = rs.equilibrium(robot, preload={"drive": 3.0})
+    parts = {part.part: part for part in pushed.parts}
+    assert np.isclose(float(parts["drive"].motion[0]), 3.0 / 20.0, rtol=1e-9)
+    at_knee = rs.equilibrium(robot, loads={"rocker": [8.0, 0, 0]})
+    same = rs.equilibrium(robot, loads={"coupler": rs.DeadForce([8.0, 0, 0], KNEE)})
+    assert np.allclose(at_knee.displacement, same.displacement, rtol=0, atol=1e-10)
+    with pytest.raises(rs.InputError, match="a body that moves"):
+        rs.equilibrium(robot, loads={"ground": [1.0, 0, 0]})
+    with pytest.raises(rs.InputError, match="one coordinate"):
+        rs.equilibrium(robot, preload={"hinge": 3.0})
+    with pytest.raises(rs.InputError, match="a Robot or a Snapshot"):
+        rs.modes(robot, masses={"platform": 2})
+    with pytest.raises(rs.InputError, match="without masses"):
+        rs.equilibrium(robot, gravity="-z")
