@@ -154,7 +154,7 @@ def number(value: float | None) -> float:
     return value
 
 
-def loaded(robot: rs.Snapshot | rs.Robot, **options: Any) -> rs.Equilibrium:
+def loaded(robot: Any, **options: Any) -> rs.Equilibrium:
     """One equilibrium."""
     answer = rs.equilibrium(robot, **options)
     assert isinstance(answer, rs.Equilibrium)

@@ -98,7 +98,11 @@ def equilibrium_picture(
     moved = result.displacement  # raises with the reason when there is none
     snapshot = result.snapshot
     if snapshot is None or result.problem is None:
-        raise TypeError("an equilibrium has its robot")
+        raise InputError(
+            f"picture of {result.name!r} under load",
+            got="a network or a linkage",
+            expected="a robot of legs, or a snapshot of one",
+        )
     check_exaggeration(exaggeration)
     motion = finite_motion(snapshot, result.places)
     scale = exaggeration
