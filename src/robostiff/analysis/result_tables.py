@@ -24,17 +24,19 @@ from robostiff.markup import (
 )
 
 if TYPE_CHECKING:
+    from robostiff.analysis.cable_result import CableStiffness
     from robostiff.analysis.deflection_under_load import Deflection
     from robostiff.analysis.result import RobotStiffness
+    from robostiff.spatial import Space
 
 
-def stiffness_matrix(result: RobotStiffness) -> LabelledMatrix:
+def stiffness_matrix(result: RobotStiffness | CableStiffness) -> LabelledMatrix:
     """K_C."""
     space = result.space
     return LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
 
 
-def compliance_matrix(result: RobotStiffness) -> LabelledMatrix | None:
+def compliance_matrix(result: RobotStiffness | CableStiffness) -> LabelledMatrix | None:
     """The compliance; None where there is none."""
     C = result.compliance
     if C is None:
@@ -43,7 +45,7 @@ def compliance_matrix(result: RobotStiffness) -> LabelledMatrix | None:
     return LabelledMatrix("C", C, space.twist_order, space.wrench_order, COMPLIANCE_UNITS)
 
 
-def free_motion_table(result: RobotStiffness) -> Table | None:
+def free_motion_table(result: RobotStiffness | CableStiffness) -> Table | None:
     """Free motions in words, with their twists; None where there are none."""
     motions = result.free_motions
     if not motions:
@@ -54,9 +56,13 @@ def free_motion_table(result: RobotStiffness) -> Table | None:
 
 def displacement_table(result: Deflection) -> Table:
     """Load and displacement, axis by axis."""
-    space = result.stiffness.space
-    twist = shown_vector(result.twist, space.translations)
-    names = zip(space.wrench_order, result.wrench, space.twist_order, twist, strict=True)
+    return load_table(result.stiffness.space, result.wrench, result.twist)
+
+
+def load_table(space: Space, wrench: np.ndarray, moved: np.ndarray) -> Table:
+    """A wrench (n,) [N, N m] and a twist (n,) [m, rad], axis by axis."""
+    twist = shown_vector(moved, space.translations)
+    names = zip(space.wrench_order, wrench, space.twist_order, twist, strict=True)
     rows = [
         [
             force,

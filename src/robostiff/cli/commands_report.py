@@ -63,19 +63,12 @@ def make_report(
     for path in paths:
         new_file("--output", path, pages.overwrite)
     robot = load(source, parameters_from(settings), **side.options)
-    if not isinstance(robot, Robot | Snapshot):
-        raise InputError(
-            f"report on {source!r}",
-            got=type(robot).__name__,
-            expected="a robot or a snapshot of legs",
-            hint="write robostiff cables for cable robots, robostiff verify for networks",
-        )
     contents = report_contents(
         robot,
         pose_from(robot, place),
         wrench=None if pages.wrench is None else wrench_from(pages.wrench, robot.space),
         at=point_from(place),
-        near=near_from(robot, place),
+        near=near_from(robot, place) if isinstance(robot, Robot | Snapshot) else None,
         found=None if pages.map_file is None else read_map(pages.map_file),
         symbolic=_with_symbols(source, settings),
         finite=pages.finite,

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from robostiff.analysis import CableResponse, Deflection, PartShare, cable_stiffness
+from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare, cable_stiffness
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
 from robostiff.linkage import Linkage
@@ -132,6 +132,17 @@ def picture_of_robot(
             )
         return network_scene(robot, own, exaggeration)
     return robot_picture(snapshot_at(robot, pose), own, colouring, exaggeration)
+
+
+def picture_of_posed(
+    posed: Snapshot | Network | CableStiffness,
+    bent: Deflection | CableResponse | None = None,
+    colouring: Colouring = Colouring.LEGS,
+) -> Scene:
+    """The picture of what has been placed at a pose."""
+    if isinstance(posed, CableStiffness):
+        return cable_scene(bent if isinstance(bent, CableResponse) else posed)
+    return picture_of_robot(posed, None, bent, colouring)
 
 
 _Bent = TypeVar("_Bent", Deflection, CableResponse)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
@@ -9,15 +10,29 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import Deflection, RobotStiffness, deflection, stiffness
+from robostiff.analysis import (
+    CableResponse,
+    CableStiffness,
+    Deflection,
+    RobotStiffness,
+    cable_response,
+    cable_stiffness,
+    deflection,
+    stiffness,
+)
 from robostiff.analysis.indices import StiffnessIndices, indices
 from robostiff.analysis.result import require_one_pose
 from robostiff.analytic import AtHome, FormulaTooLargeError, RobotDerivation, Steps
+from robostiff.cables import CableStatus
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
 from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
+from robostiff.spatial import as_floats
 from robostiff.statics import (
     CriticalLoad,
     Equilibrium,
@@ -32,6 +47,7 @@ from robostiff.statics import (
 if TYPE_CHECKING:
     import xarray
 
+Reported = Robot | Snapshot | Network | CableRobot
 
 _FACTORS = np.linspace(0.0, 2.0, 9)
 
@@ -89,13 +105,13 @@ class ReportContents:
 
     Attributes
     ----------
-    robot : Robot or Snapshot
-    snapshot : Snapshot or None
+    robot : Robot, Snapshot, Network or CableRobot
+    posed : Snapshot, Network, CableStiffness or None
         The robot at the pose; None where the legs do not reach it.
-    stiffness : RobotStiffness
+    stiffness : RobotStiffness or CableStiffness
     indices : StiffnessIndices or None
-        None where there is no matrix.
-    deflection : Deflection or None
+        None where there is no matrix, and of cable robots.
+    deflection : Deflection, CableResponse or None
         Under the load, where one is given.
     derivation : RobotDerivation or None
         The formula in the home configuration; None where the robot has none.
@@ -114,11 +130,11 @@ class ReportContents:
     compared : OtherDesign or None
     """
 
-    robot: Robot | Snapshot
-    snapshot: Snapshot | None
-    stiffness: RobotStiffness
+    robot: Reported
+    posed: Snapshot | Network | CableStiffness | None
+    stiffness: RobotStiffness | CableStiffness
     indices: StiffnessIndices | None
-    deflection: Deflection | None
+    deflection: Deflection | CableResponse | None
     derivation: RobotDerivation | None
     no_derivation: str
     found: xarray.Dataset | None
@@ -129,14 +145,14 @@ class ReportContents:
     compared: OtherDesign | None = None
 
     @property
-    def status(self) -> Status:
+    def status(self) -> Status | CableStatus:
         """Status of the stiffness and, under a load, of the deflection."""
-        bent = self.deflection
-        return self.stiffness.status if bent is None else self.stiffness.status | bent.status
+        own: Any = self.stiffness.status
+        return own if self.deflection is None else own | self.deflection.status
 
 
 def report_contents(
-    robot: Robot | Snapshot,
+    robot: Reported | Linkage,
     pose: Pose = None,
     *,
     wrench: ArrayLike | None = None,
@@ -147,14 +163,15 @@ def report_contents(
     finite: bool = False,
     title_block: TitleBlock = NO_TITLE_BLOCK,
     described_by: DescribedBy | None = None,
-    other: Robot | Snapshot | None = None,
+    other: Robot | Snapshot | Network | None = None,
 ) -> ReportContents:
     """Compute the results of a report.
 
     Parameters
     ----------
-    robot : Robot or Snapshot
-        Symbols have their nominal values in all but the derivation.
+    robot : Robot, Snapshot, Network, Linkage or CableRobot
+        Of a linkage, its home configuration. Symbols have their nominal values in all but the
+        derivation.
     pose : RigidTransform, array, JointCoordinates or None
         One pose, as for `robostiff.stiffness`.
     wrench : (6,) array, or (3,) for a planar robot, optional
@@ -181,30 +198,30 @@ def report_contents(
     InputError
         When an argument does not fit, several poses are given, or the map is of another robot.
     """
-    if not isinstance(robot, Robot | Snapshot):
+    if isinstance(robot, Linkage):
+        robot = robot.network_at()
+    if not isinstance(robot, Robot | Snapshot | Network | CableRobot):
         raise InputError(
             "robot of a report",
             got=type(robot).__name__,
-            expected="a Robot or a Snapshot",
-            hint="a network or a cable robot has no legs to report on",
+            expected="a Robot, Snapshot, Network, Linkage or CableRobot",
         )
     _check_map(robot, found)
     if finite and (wrench is None or not np.any(np.asarray(wrench, dtype=float))):
         raise InputError(
             "finite loads of a report", got="no wrench", expected="a wrench other than zero"
         )
+    own: Any = {"title_block": title_block, "described_by": described_by}
+    if isinstance(robot, CableRobot):
+        given = {"near": near, "finite": finite, "other": other}
+        return _of_cables(robot, pose, wrench, at, given, found, own)
     numeric = robot.numeric if isinstance(robot, Robot) else robot
     result = stiffness(numeric, pose, at=at, near=near)
     hint = "make a map of many poses, and give it to the report"
     require_one_pose("a report", result.batch_shape, hint)
-    reached = Status.UNREACHABLE not in result.status
-    snapshot = None
-    if reached:
-        snapshot = (
-            numeric
-            if isinstance(numeric, Snapshot)
-            else find_posture(numeric, pose, near=near).snapshot.one(0)
-        )
+    posed: Snapshot | Network | None = numeric if not isinstance(numeric, Robot) else None
+    if isinstance(numeric, Robot) and Status.UNREACHABLE not in result.status:
+        posed = find_posture(numeric, pose, near=near).snapshot.one(0)
     of_pose = None
     if np.all(result.answered):
         with suppress(NoAnswerError):
@@ -215,7 +232,7 @@ def report_contents(
     derivation, why_not = _derivation(robot if symbolic is None else symbolic)
     return ReportContents(
         robot=robot,
-        snapshot=snapshot,
+        posed=posed,
         stiffness=result,
         indices=of_pose,
         deflection=bent,
@@ -224,21 +241,56 @@ def report_contents(
         found=found,
         under_load=_under_load(numeric, pose, wrench, at, near) if finite else None,
         modes=_modes(numeric, pose, near),
-        title_block=title_block,
-        described_by=described_by,
         compared=None if other is None else _other_design(other, result, pose, wrench, at),
+        **own,
+    )
+
+
+def _of_cables(
+    robot: CableRobot,
+    pose: Pose,
+    wrench: ArrayLike | None,
+    at: ArrayLike | None,
+    given: Mapping[str, Any],
+    found: xarray.Dataset | None,
+    own: Mapping[str, Any],
+) -> ReportContents:
+    """Tensions and stiffness of a cable robot, and its rest under the load."""
+    refused = {**given, "at": at if wrench is not None else None}
+    for name, value in refused.items():
+        if value is not None and value is not False:
+            hint = "the load of a cable robot acts at its reference point" if name == "at" else None
+            raise InputError(
+                f"{name} in a report on cable robot {robot.name!r}",
+                got=value,
+                expected="none",
+                hint=hint,
+            )
+    result = cable_stiffness(robot, pose)
+    require_one_pose("a report", result.batch_shape, "write one pose")
+    bent = None if wrench is None else cable_response(robot, pose, wrench)
+    return ReportContents(
+        robot=robot,
+        posed=result,
+        stiffness=result if at is None else result.about(as_floats("point 'at'", at, "x y z [m]")),
+        indices=None,
+        deflection=bent,
+        derivation=None,
+        no_derivation="",
+        found=found,
+        **own,
     )
 
 
 def _other_design(
-    other: Robot | Snapshot,
+    other: Robot | Snapshot | Network,
     result: RobotStiffness,
     pose: Pose,
     wrench: ArrayLike | None,
     at: ArrayLike | None,
 ) -> OtherDesign:
     """Another design at the same pose, and under the same load."""
-    if not isinstance(other, Robot | Snapshot) or other.space is not result.space:
+    if not isinstance(other, Robot | Snapshot | Network) or other.space is not result.space:
         raise InputError(
             "design that is compared",
             got=getattr(other, "name", other),
@@ -252,8 +304,16 @@ def _other_design(
 
 
 def _under_load(
-    robot: Robot | Snapshot, pose: Pose, wrench: Any, at: ArrayLike | None, near: Near
+    robot: Robot | Snapshot | Network,
+    pose: Pose,
+    wrench: Any,
+    at: ArrayLike | None,
+    near: Near,
 ) -> UnderLoad:
+    if isinstance(robot, Network):
+        raise InputError(
+            f"finite loads of network {robot.name!r}", expected="a robot or a snapshot of legs"
+        )
     options: dict[str, Any] = {"at": at, "near": near}
     found = equilibrium(robot, pose, wrench, **options)
     require_one_pose("a report", () if isinstance(found, Equilibrium) else (len(found),))
@@ -264,15 +324,15 @@ def _under_load(
     )
 
 
-def _modes(robot: Robot | Snapshot, pose: Pose, near: Near) -> Modes | None:
+def _modes(robot: Robot | Snapshot | Network, pose: Pose, near: Near) -> Modes | None:
     """Of the masses of the model; none of a robot without, or with a flexible platform."""
-    if robot.platform is not None or not has_masses(robot):
+    if isinstance(robot, Network) or robot.platform is not None or not has_masses(robot):
         return None
     found = modes(robot, pose, near=near, gravity=np.zeros(3))
     return found if found.each else None
 
 
-def _check_map(robot: Robot | Snapshot, found: xarray.Dataset | None) -> None:
+def _check_map(robot: Reported, found: xarray.Dataset | None) -> None:
     if found is None:
         return
     of = found.attrs.get("robot")
@@ -286,12 +346,12 @@ def _check_map(robot: Robot | Snapshot, found: xarray.Dataset | None) -> None:
         raise InputError("robot of the map", got=str(of), expected=repr(robot.name))
 
 
-def _derivation(robot: Robot | Snapshot) -> tuple[RobotDerivation | None, str]:
+def _derivation(robot: Robot | Snapshot | Network) -> tuple[RobotDerivation | None, str]:
     """The formula at home; in steps where the closed form would be too long to read."""
     from robostiff.analytic import derive_robot
 
-    if isinstance(robot, Snapshot):
-        return None, "a snapshot has no symbols"
+    if not isinstance(robot, Robot):
+        return None, "a snapshot has no symbols" if isinstance(robot, Snapshot) else ""
     if not robot.symbols:
         # without symbols a formula adds nothing to the matrix, and exact roots can take hours
         return None, "all dimensions are numbers; rs.load(..., symbols=...) keeps them as symbols"

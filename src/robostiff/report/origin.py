@@ -97,9 +97,15 @@ def described_by(path: str | Path, changed: Mapping[str, Any] | None = None) -> 
         When there is no such file.
     """
     from robostiff.io.document import parse_document
-    from robostiff.robots import robot_file, shipped_robots
+    from robostiff.robots import (
+        robot_file,
+        shipped_cable_robots,
+        shipped_linkages,
+        shipped_robots,
+    )
 
-    file = robot_file(str(path)) if str(path) in shipped_robots() else Path(path)
+    shipped = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
+    file = robot_file(str(path)) if str(path) in shipped else Path(path)
     if not file.is_file():
         raise InputError("file of a report", got=str(path), expected="a file that is there")
     try:

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from robostiff.analysis import CableStiffness
 from robostiff.analytic import RobotDerivation
+from robostiff.cables import CableStatus
 from robostiff.elastostatics import Status
 from robostiff.markup import Block, row
 from robostiff.model import Robot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure
 
@@ -80,7 +84,7 @@ class Verdict:
     ----------
     place : str
         The pose, or that there is none.
-    status : Status
+    status : Status or CableStatus
     kind : str
         ok, note or bad.
     rank : str
@@ -89,7 +93,7 @@ class Verdict:
     """
 
     place: str
-    status: Status
+    status: Status | CableStatus
     kind: str
     rank: str
     advice: tuple[str, ...]
@@ -98,7 +102,7 @@ class Verdict:
 def report_title(contents: ReportContents) -> str:
     """Name and title of the robot."""
     robot = contents.robot
-    words = robot.title if isinstance(robot, Robot) else robot.description
+    words = robot.title if isinstance(robot, Robot | CableRobot) else robot.description
     return f"{robot.name}: {words}" if words else robot.name
 
 
@@ -107,9 +111,11 @@ def verdict_of(contents: ReportContents) -> Verdict:
     result, bent = contents.stiffness, contents.deflection
     status = contents.status
     advice = [*result.advice, *(() if bent is None else bent.advice)]
-    reached = Status.UNREACHABLE not in result.status
+    is_placed = isinstance(result, CableStiffness) or Status.UNREACHABLE not in result.status
+    reached = is_placed and int(result.rank) >= 0
+    kind = "network" if isinstance(contents.robot, Network) else "snapshot"
     place = (
-        "At the pose of the snapshot"
+        f"At the pose of the {kind}"
         if result.pose is None
         else f"At the pose [{row(result.pose)}] (m, rad)"
     )

@@ -10,8 +10,10 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError
 from robostiff.io.whole_file import whole_file
 from robostiff.kinematics import Near, Pose
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
-from robostiff.report.contents import ReportContents, report_contents
+from robostiff.network import Network
+from robostiff.report.contents import ReportContents, Reported, report_contents
 from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
 from robostiff.report.page import report_html
 from robostiff.report.paper import report_pdf
@@ -23,7 +25,7 @@ _PAGES, _PAPER = (".html", ".htm"), ".pdf"
 
 
 def write_report(
-    robot: Robot | Snapshot,
+    robot: Reported | Linkage,
     path: str | Path,
     pose: Pose = None,
     *,
@@ -34,13 +36,13 @@ def write_report(
     finite: bool = False,
     title_block: TitleBlock = NO_TITLE_BLOCK,
     described_by: DescribedBy | None = None,
-    other: Robot | Snapshot | None = None,
+    other: Robot | Snapshot | Network | None = None,
 ) -> None:
     """Write a report about a robot at a pose: an HTML page or a PDF.
 
     Parameters
     ----------
-    robot : Robot or Snapshot
+    robot : Robot, Snapshot, Network, Linkage or CableRobot
     path : str or Path
         The file to write: ``.html`` opens in any browser without a network and has figures to turn
         and sliders; ``.pdf`` is for paper. A file of that name is replaced once all is written.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from robostiff.analysis import Deflection
 from robostiff.markup import (
     STIFFNESS_UNITS,
     Bullets,
@@ -67,7 +68,7 @@ def _displacements(known: UnderLoad, contents: ReportContents) -> Table:
     """Displacement under the finite load beside that of small loads."""
     result, bent = known.equilibrium, contents.deflection
     rows: list[list[Cell]] = []
-    small = bent.twist if bent is not None and bent.has_answer else None
+    small = bent.twist if isinstance(bent, Deflection) and bent.has_answer else None
     moved = _without_rounding(result.displacement, result.space)
     small = None if small is None else _without_rounding(small, result.space)
     for i, name in enumerate(result.space.twist_order):

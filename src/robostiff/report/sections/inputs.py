@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from robostiff.analysis.parts_at_home import parts_at_home
-from robostiff.markup import Cell, Heading, Number, Paragraph, Table, Tone, row
-from robostiff.model import Robot
+from robostiff.markup import Cell, Heading, Number, Paragraph, Table, Tone, number, row
+from robostiff.model import Actuated, PlacedFreedom, Robot
+from robostiff.model.cable import CableRobot
+from robostiff.network import Network, SpringElement
 from robostiff.report.contents import ReportContents
 from robostiff.report.section import Folded, Part, Section, Verbatim, section
 
@@ -21,13 +25,19 @@ def inputs_section(contents: ReportContents) -> Section:
     if known is not None and known.parameters:
         parts += [Heading("Parameters"), _parameters(known.parameters, known.changed)]
     numeric = robot.numeric if isinstance(robot, Robot) else robot
-    legs = parts_at_home(numeric)
-    words = "Joints and elastic parts of every leg in the home configuration, in world axes [m]"
-    tables: list[Any] = []
-    for leg, found in legs.items():
-        tables += [Heading(leg), *_parts_of(found)]
-    parts.append(Folded(words, tuple(tables)))
-    parts.append(Paragraph("Parts that are not listed as elastic are rigid.", Tone.QUIET))
+    if isinstance(numeric, CableRobot):
+        parts += _cables(numeric)
+    elif isinstance(numeric, Network):
+        words = "Beams, elastic parts and joints, in world axes [m]"
+        parts.append(Folded(words, tuple(_network(numeric))))
+    else:
+        words = "Joints and elastic parts of every leg in the home configuration, in world axes [m]"
+        tables: list[Any] = []
+        for leg, found in parts_at_home(numeric).items():
+            tables += [Heading(leg), *_parts_of(found)]
+        parts.append(Folded(words, tuple(tables)))
+    if not isinstance(numeric, CableRobot):
+        parts.append(Paragraph("Parts that are not listed as elastic are rigid.", Tone.QUIET))
     if known is not None:
         parts.append(Paragraph(f"File {known.name}, SHA-256 {known.digest}.", Tone.QUIET))
         parts.append(Folded(f"The file {known.name}", (Verbatim(known.text),)))
@@ -57,6 +67,72 @@ def _parts_of(found: list[dict[str, Any]]) -> Iterator[Table]:
             ["elastic part", "end", "length", "forces x y z [N/m]", "moments x y z [N m/rad]"],
             [_elastic(part) for part in elastic],
         )
+
+
+def _network(network: Network) -> Iterator[Table]:
+    if network.beams:
+        rows: list[list[Cell]] = [
+            [
+                beam.name,
+                f"{beam.a}, {beam.b}",
+                f"({row(beam.start)})",
+                f"({row(beam.end)})",
+                Number(float(np.linalg.norm(beam.end - beam.start)), "m"),
+            ]
+            for beam in network.beams
+        ]
+        yield Table(["beam", "between", "start", "end", "length"], rows)
+    elastic = [spring for spring in network.springs if np.any(spring.elasticity.compliance)]
+    if elastic:
+        rows = [
+            [spring.name, f"{spring.a}, {spring.b}", f"({row(spring.point)})", _softness(spring)]
+            for spring in elastic
+        ]
+        yield Table(["elastic part", "between", "end", "compliance along its axes"], rows)
+    rows = []
+    for joint in network.joints:
+        for freedom in joint.freedoms:
+            stiffness: Cell = "" if freedom.is_passive else "rigid"
+            if freedom.stiffness is not None:
+                stiffness = Number(float(freedom.stiffness), _UNITS[bool(freedom.turns)])
+            place = [f"({row(np.asarray(own))})" for own in (freedom.point, freedom.axis)]
+            name = f"{joint.name}/{freedom.name}" if freedom.name != joint.name else joint.name
+            motion = f"{'turns' if freedom.turns else 'slides'}, {_role(freedom)}"
+            rows.append([name, f"{joint.a}, {joint.b}", motion, *place, stiffness])
+    if rows:
+        yield Table(["joint", "between", "motion", "point", "axis", "stiffness"], rows)
+
+
+def _role(freedom: PlacedFreedom) -> str:
+    """passive, actuated or locked."""
+    if freedom.is_passive:
+        return "passive"
+    return "actuated" if isinstance(freedom.role, Actuated) else "locked"
+
+
+def _softness(spring: SpringElement) -> str:
+    """Compliance of each direction alone, in its own axes."""
+    C = np.diag(spring.elasticity.compliance)
+    return f"{row(C[:3])} m/N; {row(C[3:])} rad/(N m)"
+
+
+def _cables(robot: CableRobot) -> Iterator[Part]:
+    rows: list[list[Cell]] = [
+        [
+            cable.name,
+            f"({row(cable.exit_point)})",
+            f"({row(cable.attachment)})",
+            "rigid" if cable.EA is None else Number(float(cable.EA), "N"),
+            "rigid" if cable.winch_stiffness is None else Number(cable.winch_stiffness, "N/m"),
+            f"{number(cable.least_tension)} to {number(cable.greatest_tension)}",
+        ]
+        for cable in robot.cables
+    ]
+    heads = ["cable", "exit point [m]", "attachment on the platform [m]", "EA", "winch"]
+    yield Table([*heads, "tension limits [N]"], rows)
+    if robot.weight is not None:
+        force, point = row(robot.weight.force), row(robot.weight.point)
+        yield Paragraph(f"Weight ({force}) N at ({point}) m of the platform.")
 
 
 def _joint(part: dict[str, Any]) -> list[Cell]:

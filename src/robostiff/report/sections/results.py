@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 
+from robostiff.analysis import CableResponse, CableStiffness
 from robostiff.analysis.indices import StiffnessIndices
 from robostiff.analysis.result_tables import (
     actuator_table,
@@ -13,17 +15,19 @@ from robostiff.analysis.result_tables import (
     displacement_table,
     energy_table,
     free_motion_table,
+    load_table,
     stiffness_matrix,
 )
 from robostiff.elastostatics import Status
+from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Cell, Heading, Number, Paragraph, Table, Tone, number, row
 from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.free_motion_screws import free_motions_picture
-from robostiff.plot.posed_robot import robot_picture
+from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.posture import surroundings
 from robostiff.report.contents import ReportContents
-from robostiff.report.figures import one_figure
+from robostiff.report.figures import Figure, one_figure
 from robostiff.report.section import Folded, Part, Section, SideBySide, section
 
 _TITLE = "Stiffness and compliance"
@@ -40,20 +44,46 @@ def matrices_section(contents: ReportContents) -> Section:
             parts.append(Paragraph("K is singular: there is no compliance matrix."))
     else:
         parts.append(Paragraph(f"There is no stiffness matrix: status {result.status}."))
-    if Status.UNREACHABLE in result.status:
+    if int(result.rank) < 0:
         return section("stiffness", _TITLE, parts)
     parts.append(
         Paragraph(f"Rank {int(result.rank)} of {result.space.size}: {_meaning(contents)}.")
     )
     parts.append(free_motion_table(result))
-    if result.free_motions and contents.snapshot is not None:
+    if result.free_motions and contents.posed is not None:
         caption = "Free motions of the platform."
-        picture = free_motions_picture(result, surroundings(contents.snapshot, result))
+        picture = free_motions_picture(result, surroundings(contents.posed, result))
         parts.append(one_figure("free-motions", caption, picture))
+    if isinstance(result, CableStiffness):
+        return section("stiffness", _TITLE, [*parts, _ellipsoid(contents), _tensions(result)])
     lost = tuple(f"redundant passive joint: {name}" for name in result.redundant_joints)
     parts.append(Bullets(lost) if lost else None)
     parts.append(Paragraph(f"Rank decided by {result.decision}.", Tone.QUIET))
     return section("stiffness", _TITLE, parts)
+
+
+def _ellipsoid(contents: ReportContents) -> Figure | None:
+    """The ellipsoid of displacements; nothing where there is none."""
+    result = contents.stiffness
+    if result.space.translations < 3 or result.compliance is None:
+        return None
+    with suppress(NoAnswerError):
+        around = surroundings(contents.posed, result)
+        picture = ellipsoid_picture(result, Quality.COMPLIANCE, around)
+        caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
+        return one_figure("ellipsoid", caption, picture)
+    return None
+
+
+def _tensions(result: CableStiffness) -> Table:
+    """Tension and stiffness of every cable."""
+    rows: list[list[Cell]] = [
+        [name, Number(float(tension), "N"), Number(float(axial), "N/m")]
+        for name, tension, axial in zip(
+            result.cable_names, result.tensions, result.axial, strict=True
+        )
+    ]
+    return Table(["cable", "tension", "stiffness"], rows)
 
 
 def _meaning(contents: ReportContents) -> str:
@@ -78,12 +108,7 @@ def weakest_section(contents: ReportContents) -> Section | None:
         Table(["load", "stiffness", "direction"], list(_principal(found))),
         Table(["", "value"], list(_ratios(found))),
     ]
-    if found.result.space.translations == 3 and found.result.about_reference.invertible:
-        picture = ellipsoid_picture(
-            found.result, Quality.COMPLIANCE, surroundings(contents.snapshot, found.result)
-        )
-        caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
-        parts.append(one_figure("ellipsoid", caption, picture))
+    parts.append(_ellipsoid(contents))
     return section("weakest", "Where it is soft", parts)
 
 
@@ -132,14 +157,17 @@ def bending_section(contents: ReportContents) -> Section | None:
     bent = contents.deflection
     if bent is None:
         return None
+    if isinstance(bent, CableResponse):
+        return section("load", _LOAD, list(_cables_bent(contents, bent)))
     if not bent.has_answer:
         words = Paragraph(f"There is no deflection: status {bent.status}.")
         return section("load", _LOAD, [words, Bullets(tuple(bent.advice), Tone.WARNING)])
     parts: list[Part | None] = [displacement_table(bent)]
-    if bent.energy > 0 and contents.snapshot is not None:
-        caption = "The robot under the load; colours show the elastic energy of each leg."
-        parts.append(one_figure("deformed", caption, robot_picture(contents.snapshot, bent)))
-        caption = "Elastic energy of each leg, part by part."
+    if bent.energy > 0 and contents.posed is not None:
+        caption = "The robot under the load; colours show shares of the elastic energy."
+        parts.append(one_figure("deformed", caption, picture_of_posed(contents.posed, bent)))
+        of = "each leg, part by part" if bent.leg_wrenches else "each part"
+        caption = f"Elastic energy of {of}."
         parts.append(one_figure("energy", caption, energy_picture(bent)))
         every = energy_table(bent, most=len(bent.parts))
         parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))
@@ -147,3 +175,26 @@ def bending_section(contents: ReportContents) -> Section | None:
     if actuators is not None:
         parts += [Heading("Actuators"), actuators]
     return section("load", _LOAD, parts)
+
+
+def _cables_bent(contents: ReportContents, bent: CableResponse) -> Iterator[Part]:
+    """Displacement, the robot where it rests, tensions, and when the first cable is slack."""
+    before, after = bent.before, bent.after
+    if after is None or bent.displacement is None or contents.posed is None:
+        part = f"{100 * bent.carried:.4g} % of it are carried"
+        yield Paragraph(f"The load is not carried: status {bent.status}; {part}.")
+        yield Bullets(tuple(bent.advice), Tone.WARNING)
+        return
+    space = before.space
+    yield load_table(space, bent.load, bent.displacement)
+    caption = "The robot where it rests under the load, and without it in dashed lines."
+    yield one_figure("deformed", caption, picture_of_posed(contents.posed, bent))
+    pairs = zip(before.cable_names, before.tensions, after.tensions, strict=True)
+    rows: list[list[Cell]] = [
+        [name, Number(float(t), "N"), Number(float(now), "N") if now else "slack"]
+        for name, t, now in pairs
+    ]
+    yield Table(["cable", "without the load", "under the load"], rows)
+    if bent.first_slack is not None:
+        at = number(bent.first_slack.factor)
+        yield Paragraph(f"First slack cable: {bent.first_slack.cable}, at {at} times the load.")

@@ -5,35 +5,46 @@ from __future__ import annotations
 import platform
 from importlib.metadata import version
 
+from robostiff.analysis import CableStiffness
 from robostiff.markup import Facts, Paragraph, Table, row
 from robostiff.model import Robot
+from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
-from robostiff.plot.posed_robot import robot_picture
-from robostiff.report.contents import ReportContents
+from robostiff.network import Network
+from robostiff.plot.posed_robot import Colouring, picture_of_posed
+from robostiff.report.contents import ReportContents, Reported
 from robostiff.report.figures import one_figure
 from robostiff.report.section import Folded, FormulaBlock, Part, Section, section
 from robostiff.version import __version__
 
 
 def robot_section(contents: ReportContents) -> Section:
-    """Source, legs, and a picture of the robot at the pose."""
-    robot, snapshot = contents.robot, contents.snapshot
+    """Source, legs or cables, and a picture of the robot at the pose."""
+    robot, posed = contents.robot, contents.posed
     parts: list[Part | None] = []
-    if isinstance(robot, Robot):
+    if isinstance(robot, Robot | CableRobot):
         if robot.source:
             parts.append(Paragraph(f"Source: {robot.source}"))
         free = ", ".join(coordinate.value for coordinate in robot.coordinates)
         if free:
             parts.append(Paragraph(f"Free coordinates of the platform: {free}."))
+    if posed is not None:
+        picture = picture_of_posed(posed, colouring=Colouring.NAMES)
+        parts.append(one_figure("robot", "The robot at this pose.", picture))
+    parts.append(_legs(robot))
+    return section("robot", "The robot", parts)
+
+
+def _legs(robot: Reported) -> Part | None:
+    """The legs, element by element; a network and a cable robot have none."""
+    if isinstance(robot, Network | CableRobot):
+        return None
+    if isinstance(robot, Robot):
         legs = [(leg.name, ", ".join(elements_in_words(leg.chain))) for leg in robot.legs]
     else:
         legs = [(leg.name, ", ".join(placed_in_words(leg))) for leg in robot.legs]
-    if snapshot is not None:
-        parts.append(one_figure("robot", "The robot at this pose.", robot_picture(snapshot)))
     whole = Table(["leg", "from base to platform"], legs)
-    several = Folded(f"{len(legs)} legs, element by element", (whole,))
-    parts.append(whole if len(legs) == 1 else several)
-    return section("robot", "The robot", parts)
+    return whole if len(legs) == 1 else Folded(f"{len(legs)} legs, element by element", (whole,))
 
 
 _PACKAGES = ("numpy", "scipy", "sympy")
@@ -45,7 +56,11 @@ def method_section(contents: ReportContents) -> Section:
     pose = "its own" if result.pose is None else f"[{row(result.pose)}] (m, rad)"
     packages = ", ".join(f"{name} {version(name)}" for name in _PACKAGES)
     facts = {
-        "method": f"{result.method.name}: {result.method.equation}",
+        "method": (
+            f"elastic and geometric stiffness of the cables; tensions by the rule {result.rule}"
+            if isinstance(result, CableStiffness)
+            else f"{result.method.name}: {result.method.equation}"
+        ),
         "pose": f"{pose}: x, y, z and rotation vector of the platform",
         "reference point": f"({row(result.reference_point)}) m",
         "conventions": "F = K t in world axes; twist: displacement of the reference point, then "
@@ -61,8 +76,10 @@ def method_section(contents: ReportContents) -> Section:
     return section("method", "How it was computed", [Facts(tuple(facts.items()))])
 
 
-def formula_section(contents: ReportContents) -> Section:
-    """The derivation step by step, or why there is none."""
+def formula_section(contents: ReportContents) -> Section | None:
+    """The derivation step by step, or why there is none; nothing of a network or of cables."""
+    if isinstance(contents.robot, Network | CableRobot):
+        return None
     derivation = contents.derivation
     title = "The formula"
     if derivation is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from robostiff.analysis import Deflection
 from robostiff.analysis.result_tables import stiffness_matrix
 from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Cell, Number, Paragraph, Table, Tone, shown_vector
@@ -47,7 +48,7 @@ def comparison_section(contents: ReportContents) -> Section | None:
 def _displacements(contents: ReportContents, names: tuple[str, str]) -> Table:
     """Displacements of both under the load, and the second over the first."""
     one, other = contents.deflection, contents.compared
-    if one is None or other is None or other.deflection is None:
+    if not isinstance(one, Deflection) or other is None or other.deflection is None:
         raise ValueError("there are two deflections where they are compared")
     rows: list[list[Cell]] = []
     space = one.stiffness.space

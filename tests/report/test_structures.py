@@ -1,0 +1,67 @@
+"""Reports on cable robots, networks and flexible platforms: what applies, and nothing empty."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.markup import Table
+from robostiff.report import described_by, report_contents, report_typst
+from robostiff.report.sections import report_sections
+
+STAR = Path(__file__).parents[2] / "docs" / "star-platform.yaml"
+SIX = [100, 0, -200, 0, 0, 5]
+COMMON = ["robot", "stiffness", "load", "inputs", "method"]
+
+
+def sections_of(robot, wrench, **options):
+    found = report_contents(robot, wrench=wrench, **options)
+    sections = {section.anchor: section for section in report_sections(found)}
+    assert all(section.parts for section in sections.values())
+    return found, sections
+
+
+def figures_in(sections) -> set[str]:
+    return {figure.name for section in sections.values() for figure in section.figures}
+
+
+def test_a_cable_robot():
+    found, sections = sections_of(rs.load("cable-8"), SIX, described_by=described_by("cable-8"))
+    assert list(sections) == COMMON
+    assert figures_in(sections) == {"robot", "ellipsoid", "deformed"}
+    tables = [part for part in sections["load"].parts if isinstance(part, Table)]
+    assert [row[0] for row in tables[1].rows] == list(found.stiffness.cable_names)
+    np.testing.assert_array_equal(found.stiffness.K, rs.stiffness(rs.load("cable-8")).K)
+
+
+def test_a_load_that_cables_do_not_carry_is_said_so():
+    _, sections = sections_of(rs.load("cable-8-suspended"), [0, 0, 1e5, 0, 0, 0])
+    text = " ".join(str(part) for part in sections["load"].parts)
+    assert "The load is not carried" in text
+
+
+@pytest.mark.parametrize("as_linkage", [False, True])
+def test_a_network_and_a_linkage(as_linkage):
+    name = "double-pantograph"
+    robot = rs.load_linkage(name) if as_linkage else rs.load(name)
+    found, sections = sections_of(robot, SIX)
+    assert list(sections) == ["robot", "stiffness", "weakest", "load", "inputs", "method"]
+    assert figures_in(sections) == {"robot", "ellipsoid", "deformed", "energy"}
+    assert all(joint.name in report_typst(found) for joint in rs.load(name).joints)
+
+
+def test_a_flexible_platform_is_drawn_deformed():
+    _, sections = sections_of(rs.load(STAR), SIX)
+    (deformed,) = (one for one in sections["load"].figures if one.name == "deformed")
+    assert deformed.levels[0].picture.notes[0].startswith("displacements × ")
+
+
+@pytest.mark.parametrize(
+    "options", [{"near": [0.0]}, {"finite": True}, {"other": "hexapod"}, {"at": [0, 0, 1]}]
+)
+def test_what_a_cable_robot_has_not_is_refused(options):
+    if "other" in options:
+        options = {"other": rs.load(options["other"])}
+    with pytest.raises(rs.InputError, match="report on cable robot"):
+        report_contents(rs.load("cable-8"), wrench=SIX, **options)
