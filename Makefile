@@ -6,7 +6,7 @@
 # PYTHON names the interpreter that creates .venv; PYTEST_ARGS is handed to pytest.
 
 PYTHON ?= python3
-PYTEST_ARGS ?= -n 2
+PYTEST_ARGS ?= -n 2 --dist loadfile
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed

@@ -1,7 +1,9 @@
 """Settings that all tests share."""
 
+import gc
 from pathlib import Path
 
+import jaxtyping
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -27,6 +29,8 @@ settings.register_profile(
 )
 settings.load_profile("repeatable")
 
+# Modules and tests stay to the end: looking through them for garbage again and again takes long.
+gc.disable()
 _SLOW = frozenset((Path(__file__).parent / "slow_tests.txt").read_text().splitlines())
 
 
@@ -38,3 +42,24 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.nodeid in _SLOW:
             item.add_marker("slow")
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage in what the tests leave alone."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
+
+
+# Where formulas and robots are tested by themselves; what is built on them calls them with the
+# same shapes thousands of times, at a third of the time of its tests. All slow tests check them.
+_SHAPES_CHECKED = {"cases", "compiled", "elastostatics", "kinematics", "laws"}
+_SHAPES_CHECKED |= {"network", "paper", "project", "recorded", "robots"}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Check the shapes in the signatures of the formulas in some folders alone."""
+    folder = item.nodeid.split("/")[1]
+    is_checked = folder in _SHAPES_CHECKED or item.get_closest_marker("slow") is not None
+    jaxtyping.config.update("jaxtyping_disable", not is_checked)

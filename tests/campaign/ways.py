@@ -245,7 +245,7 @@ WAYS = (
     Way("batch", _batch, 2),
     Way("bad company", _bad_company, 2),
     Way("compliance in bad company", _bad_compliance, 8),
-    Way("network", _network, 2),
+    Way("network", _network, 4),
     Way("energy", _energy, 4),
     Way("file", _file, 4),
     Way("frame", _turned, 4),

@@ -17,10 +17,14 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import chdir
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
+from runpy import run_path
+from unittest.mock import patch
 
+import numpy as np
 from typer.testing import CliRunner
 
 from robostiff.cli.main import app
@@ -37,10 +41,6 @@ _SCRIPT = re.compile(
     re.MULTILINE | re.DOTALL,
 )
 _PLAIN = {"COLUMNS": "100", "NO_COLOR": "1"}
-_PROGRAMS = {
-    "python": [sys.executable],
-    "robostiff": [str(Path(sys.executable).with_name("robostiff"))],
-}
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 
 
@@ -82,13 +82,15 @@ def shown_outputs(document: Path) -> Iterator[Shown]:
 def produced_output(shown: Shown) -> str:
     """What it prints now, to standard output and standard error."""
     program, *arguments = shown.command
-    in_process = program == "robostiff" and "--help" not in arguments
-    if in_process:  # documents have dozens of commands, and each process would import all again
+    # Documents have dozens of commands, and each process would import all again.
+    if program == "python":
+        printed = _of_script(arguments)
+    elif "--help" not in arguments:
         with chdir(ROOT):
             printed = CliRunner().invoke(app, arguments, prog_name=program, env=_PLAIN).output
     else:
         printed = subprocess.run(
-            [*_PROGRAMS[program], *arguments],
+            [str(Path(sys.executable).with_name(program)), *arguments],
             cwd=ROOT,
             env={**os.environ, **_PLAIN},
             stdin=subprocess.DEVNULL,
@@ -98,6 +100,28 @@ def produced_output(shown: Shown) -> str:
             check=False,
         ).stdout
     return "".join(f"{line.rstrip()}\n" for line in printed.splitlines())
+
+
+def _of_script(arguments: list[str]) -> str:
+    """What `python -c SCRIPT` or `python FILE` prints, run in this process as if it were new."""
+    printed, before = StringIO(), sys.argv
+    with (
+        chdir(ROOT),
+        patch.dict(os.environ, _PLAIN),
+        redirect_stdout(printed),
+        redirect_stderr(printed),
+        np.printoptions(),
+    ):
+        try:
+            if arguments[0] == "-c":
+                sys.argv = ["-c", *arguments[2:]]
+                exec(arguments[1], {"__name__": "__main__"})  # noqa: S102
+            else:
+                sys.argv = list(arguments)
+                run_path(arguments[0], run_name="__main__")
+        finally:
+            sys.argv = before
+    return printed.getvalue()
 
 
 def first_difference(shown: str, produced: str) -> str | None:
