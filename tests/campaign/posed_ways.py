@@ -371,7 +371,7 @@ WAYS = (
     PosedWay("walk", _walk, 3),
     PosedWay("frozen", _frozen, 3),
     PosedWay("model file", _file, 12),
-    PosedWay("kernel", _kernel(rs.Backend.BEST, "kernel"), 8),
+    PosedWay("kernel", _kernel(rs.Backend.BEST, "kernel"), 12),
     PosedWay("kernel in NumPy", _kernel(rs.Backend.ARRAYS, "kernel in NumPy"), 12),
     PosedWay("kernel of the compliance", _kernel_compliance, 24),
     PosedWay("formula in steps", formula(True), 150),

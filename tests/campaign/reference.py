@@ -358,6 +358,8 @@ def _extent(snapshot: Snapshot) -> float:
             C = C + np.reshape(spring.elasticity.compliance, (6, 6))
     shift, turn = np.trace(C[:3, :3]), np.trace(C[3:, 3:])
     own = float(np.sqrt(shift / turn)) if shift > 0 and turn > 0 else 0.0
+    parts = [part for leg in snapshot.legs for part in leg.parts]
+    own = max([own, *(abs(part.pitch or 0.0) for part in parts if isinstance(part, PlacedFreedom))])
     # Points nearer than rounding are one, and so are those of which no spring feels the distance.
     if size > 1e-12 * float(np.max(np.abs(points))) and size > 1e-9 * own:
         return size

@@ -37,8 +37,9 @@ def is_regular(robot: Robot, home: np.ndarray, q: np.ndarray) -> bool:
     ranks = {_rank(J, _NEAR) for J in ways}
     if len(ranks) > 1:
         return False
-    if ranks != {ways[0].shape[1]}:
-        return True  # joints move alone all the way
+    size = ways[0].shape[1]
+    if ranks != {size}:  # joints move alone all the way, or nearly so, where modes are near
+        return all(_rank(J, _FINE) < size for J in ways)
     return all(np.linalg.det(J.T @ after) > 0 for J, after in itertools.pairwise(ways))
 
 

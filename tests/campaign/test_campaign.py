@@ -61,3 +61,10 @@ def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(numb
     tally = run_part(20261122, [number], None)
     assert tally.kinds["linkage"] == 1
     assert not tally.failures, tally.details
+
+
+def test_a_home_that_is_nearly_singular_has_ways_through_the_singularity():
+    """Two postures of an arm then lie side by side; a way across is no way to the other."""
+    tally = run_part(20261122, [11867], None)
+    assert tally.kinds["driven arm"] == 1
+    assert not tally.failures, tally.details

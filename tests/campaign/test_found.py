@@ -32,6 +32,7 @@ ROBOTS = {
     "rigid-but-for-rounding": ("compliance",),
     "saddle-point-digits": ("saddle-point",),
     "saddle-point-singular": ("saddle-point", "block", "recursive"),
+    "screw-in-one-point": ("network",),
     "small-entries-of-energy": ("energy",),
     "thin-8-compliance": ("compliance",),
     "thin-88-network": ("network", "energy"),
