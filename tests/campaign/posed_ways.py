@@ -365,10 +365,10 @@ class PosedWay:
 
 WAYS = (
     PosedWay("alone", _alone, 1),
-    PosedWay("bad poses beside", _bad_poses, 2),
+    PosedWay("bad poses beside", _bad_poses, 4),
     PosedWay("many poses", _many, 16),
     PosedWay("planted coordinates", _posture, 1),
-    PosedWay("walk", _walk, 3),
+    PosedWay("walk", _walk, 4),
     PosedWay("frozen", _frozen, 3),
     PosedWay("model file", _file, 12),
     PosedWay("kernel", _kernel(rs.Backend.BEST, "kernel"), 12),
