@@ -1,5 +1,6 @@
 """Kernels of linkages against their networks, and against the same robots with legs."""
 
+import pickle
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -45,6 +46,8 @@ def test_a_kernel_gives_what_the_network_gives(source, low, high):
     rows = np.linspace(low, high, 7)[:, None]
     answer = fast.attempt(rows)
     assert answer.guarded_share < 0.5
+    again = pickle.loads(pickle.dumps(fast)).attempt(rows)  # noqa: S301
+    assert np.array_equal(again.values["K"], answer.values["K"], equal_nan=True)
     for k in np.flatnonzero(~answer.guarded):
         given = answer.values["K"][k], answer.status_codes[k], answer.rank[k]
         _agrees(fast, linkage, rows[k], *given)

@@ -43,6 +43,10 @@ class ArrayCode:
 
     program: Program
 
+    def __getstate__(self) -> dict[str, Any]:
+        # What is worked out at the first use has functions that cannot be pickled.
+        return {"program": self.program}
+
     @property
     def operations(self) -> int:
         """Number of operations a pose takes."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,7 @@ from robostiff.recorded.working_frame import (
 from robostiff.spatial import Frame, Space
 
 _ROWS = Space.SPATIAL.rows
+_LOAD = "the load of the platform"  # closes one more loop, as a connection of base and platform
 # Part of its usual size that a compliance must never fall below for it not to be watched.
 _ENOUGH = 1e-4
 # A smallest stiffness below this part of the largest is watched the more closely, so that a loss of
@@ -162,7 +164,7 @@ class _Circulation:
     @property
     def leg(self) -> RecordedLeg:
         """All ways to hold the platform, as those of one leg from base to platform."""
-        placed = {name: self._placed(name, own) for name, own in self._chains.items()}
+        placed = {name: self._placed(name, own) for name, (_, _, own) in self._chains.items()}
         tree = spanning_tree(self._graph(placed))
         # A load leads from the base to the platform, along the first edge of the tree.
         flows = [self._flow(placed[cut.name]) for cut in tree.cuts]
@@ -173,7 +175,7 @@ class _Circulation:
         for flow, sign in zip(flows, signs, strict=True):
             for w in flow.wrenches:
                 # What the loop carries over the load's edge is the opposite of the load.
-                load = [-x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * 6
+                load = [x * int(-sign[_LOAD]) for x in w] if _LOAD in sign else [0] * 6
                 own = [int(len(columns) == i) for i in range(starts[-1])]
                 columns.append([*load, *own])
         inner = {
@@ -185,7 +187,7 @@ class _Circulation:
         over: dict[str, list[Column]] = {}
         for name in inner:
             over[name] = [
-                [x * int(-sign[name]) for x in w] if name in sign else [0] * 6
+                [x * int(sign[name]) for x in w] if name in sign else [0] * 6
                 for flow, sign in zip(flows, signs, strict=True)
                 for w in flow.wrenches
             ]
@@ -215,16 +217,16 @@ class _Circulation:
             energy=energy,
         )
 
-    @property
-    def _chains(self) -> dict[str, list[Connection]]:
-        """Connections between bodies at which the linkage branches, by the name of the first."""
+    @cached_property
+    def _chains(self) -> dict[str, tuple[str, str, list[Connection]]]:
+        """From and to bodies at which the linkage branches; by the name of the first connection."""
         at: dict[str, list[Connection]] = {}
         for c in self.part.connections:
             at.setdefault(c.a, []).append(c)
             at.setdefault(c.b, []).append(c)
         ends = {self.part.base, self.part.platform}
         branching = {body for body, own in at.items() if len(own) != 2} | ends
-        found: dict[str, list[Connection]] = {}
+        found: dict[str, tuple[str, str, list[Connection]]] = {}
         seen: set[str] = set()
         for start in (body for body in at if body in branching):
             for first in at[start]:
@@ -238,17 +240,8 @@ class _Circulation:
                     (step,) = (c for c in at[body] if c is not step)
                     chain.append(step)
                 seen |= {c.name for c in chain}
-                found[first.name] = chain
+                found[first.name] = start, body, chain
         return found
-
-    def _ends(self, chain: Sequence[Connection]) -> tuple[str, str]:
-        if len(chain) == 1:
-            return chain[0].a, chain[0].b
-        ends = []
-        for one, other in ((chain[0], chain[1]), (chain[-1], chain[-2])):
-            shared = {one.a, one.b} & {other.a, other.b}
-            ends.append(one.b if one.a in shared and one.b not in shared else one.a)
-        return ends[0], ends[1]
 
     def _placed(self, name: str, chain: Sequence[Connection]) -> PlacedLeg:
         elements: list[PlacedFreedom | PlacedSpring] = []
@@ -276,7 +269,8 @@ class _Circulation:
         order = sorted(placed, key=lambda name: sum(f.is_passive for f in placed[name].freedoms))
         edges = [Connection(_LOAD, self.part.base, self.part.platform, I, None, I)]
         for name in order:
-            edges.append(Connection(name, *self._ends(self._chains[name]), I, None, I))
+            a, b, _ = self._chains[name]
+            edges.append(Connection(name, a, b, I, None, I))
         return replace(self.part, connections=tuple(edges), held=frozenset())
 
     @property
@@ -329,9 +323,6 @@ class _Circulation:
         ]
 
 
-_LOAD = "the load of the platform"
-
-
 def _without_rounding(way: Column, scale: Sequence[float]) -> Column:
     """What a way holds the platform by; what vanishes at all samples is 0, as closed loops have it.
 
@@ -346,6 +337,3 @@ def _without_rounding(way: Column, scale: Sequence[float]) -> Column:
 
 def _upper(size: int) -> Iterator[tuple[int, int]]:
     return ((i, j) for i in range(size) for j in range(i, size))
-
-
-__all__ = ["record_linkage"]
