@@ -1,26 +1,18 @@
 """`robostiff check`: freedoms of the platform, parts at home, and a picture."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-def run(*arguments: str):
-    return CliRunner().invoke(app, ["check", *arguments])
-
-
-def facts(*arguments: str) -> dict:
-    outcome = run(*arguments, "--json")
-    assert outcome.exit_code == 0, outcome.stderr
-    return json.loads(outcome.stdout)
+run = Running("check")
+facts = run.answer
 
 
 def test_joints_of_an_arm_at_home():

@@ -7,23 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
 from robostiff.robots import robot_file, shipped_cable_robots, shipped_linkages, shipped_robots
+from tests.cli.running import Running
 
 CASES = Path(__file__).parent.parent / "cases" / "data"
 
 
-def run(*arguments: str, stdin: str | None = None):
-    return CliRunner().invoke(app, list(arguments), input=stdin)
-
-
-def answer(*arguments: str, stdin: str | None = None, status: int = 0) -> dict:
-    outcome = run(*arguments, "--json", stdin=stdin)
-    assert outcome.exit_code == status, outcome.stderr
-    return json.loads(outcome.stdout)
+run = Running()
+answer = run.answer
 
 
 @pytest.mark.parametrize("case", sorted(CASES.glob("*.json")), ids=lambda path: path.stem)

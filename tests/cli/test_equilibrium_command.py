@@ -1,24 +1,15 @@
 """``robostiff equilibrium`` as a user types it."""
 
 # pyright: reportArgumentType=false
-import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 
-
-def run(*arguments: str):
-    return CliRunner().invoke(app, ["equilibrium", *arguments])
-
-
-def answer(*arguments: str, status: int = 0) -> dict:
-    outcome = run(*arguments, "--json")
-    assert outcome.exit_code == status, outcome.stderr
-    return json.loads(outcome.stdout)
+run = Running("equilibrium")
+answer = run.answer
 
 
 def test_json_is_the_answer_of_python():
@@ -136,13 +127,13 @@ def test_plot_of_the_loaded_shape(tmp_path):
 
 def test_plot_of_a_mode_moves(tmp_path):
     path = tmp_path / "mode.html"
-    words = ("modes", "3-rrr", "--mass", "platform=5 kg", "--plot", str(path), "--mode", "2")
-    outcome = CliRunner().invoke(app, words)
+    words = ("3-rrr", "--mass", "platform=5 kg", "--plot", str(path), "--mode", "2")
+    outcome = Running("modes")(*words)
     assert outcome.exit_code == 0, outcome.stderr
     page = path.read_text(encoding="utf-8")
     assert "mode 2" in page
     assert "swing(document.getElementById(" in page
-    wrong = CliRunner().invoke(app, (*words[:-1], "100", "--overwrite"))
+    wrong = Running("modes")(*words[:-1], "100", "--overwrite")
     assert wrong.exit_code == 2
     assert "number of a mode" in wrong.stderr
 
@@ -150,7 +141,7 @@ def test_plot_of_a_mode_moves(tmp_path):
 def test_report_on_finite_loads(tmp_path):
     path = tmp_path / "report.html"
     words = ("gough-stewart-b", "--wrench", "0 0 -5e7 0 0 0", "--finite-load", "-o", str(path))
-    outcome = CliRunner().invoke(app, ["report", *words])
+    outcome = Running("report")(*words)
     assert outcome.exit_code == 0, outcome.stderr
     page = path.read_text(encoding="utf-8")
     assert "Under finite load" in page
@@ -158,6 +149,6 @@ def test_report_on_finite_loads(tmp_path):
     assert "K under load" in page
     assert "plot-load-curve" in page
     assert "The robot stays there" in page
-    less = CliRunner().invoke(app, ["report", *words[:1], *words[3:], "--overwrite"])
+    less = Running("report")(*words[:1], *words[3:], "--overwrite")
     assert less.exit_code == 2
     assert "no wrench" in less.stderr

@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 from scipy.io import loadmat
-from typer.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.commands_files import templates
-from robostiff.cli.main import app
 from robostiff.io.document import parse_document, read_document
 from robostiff.io.model_file.schema import _MEANINGS, model_file_schema
 from robostiff.io.snapshot import network_schema, snapshot_schema
 from robostiff.robots import robot_file
+from tests.cli.running import Running
 
 ROOT = Path(__file__).parents[2]
 MODELS = [
@@ -34,8 +33,7 @@ def in_a_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def run(*arguments: str):
-    return CliRunner().invoke(app, list(arguments))
+run = Running()
 
 
 def refused(*arguments: str, status: int = 2) -> str:
@@ -161,11 +159,8 @@ def test_what_cannot_be_converted():
 def test_results_for_matlab(tmp_path):
     path = tmp_path / "hexapod.mat"
     pose = "0 0 850 mm 0 0 10 deg"
-    outcome = CliRunner().invoke(
-        app, ["convert", "hexapod", "--pose", pose, "--to", "matlab", "-o", str(path), "--json"]
-    )
-    assert outcome.exit_code == 0, outcome.output
-    assert json.loads(outcome.stdout)["files"] == [str(path)]
+    options = ("--pose", pose, "--to", "matlab", "-o", str(path))
+    assert run.answer("convert", "hexapod", *options)["files"] == [str(path)]
     found, expected = (
         loadmat(path),
         rs.stiffness(rs.load("hexapod"), [0, 0, 0.85, 0, 0, np.pi / 18]),
@@ -179,9 +174,9 @@ def test_results_for_matlab(tmp_path):
 
 def test_results_for_matlab_need_a_file_and_a_pose_in_reach(tmp_path):
     for options in (["--to", "matlab"], ["--to", "matlab", "-o", str(tmp_path / "a.json")]):
-        outcome = CliRunner().invoke(app, ["convert", "hexapod", *options])
+        outcome = run("convert", "hexapod", *options)
         assert outcome.exit_code == 2
         assert ".mat" in outcome.output or "-o FILE" in outcome.output
     far = ["--pose", "1 0 0.3", "--to", "matlab", "-o", str(tmp_path / "far.mat")]
-    assert CliRunner().invoke(app, ["convert", "3-puu", *far]).exit_code == 1
+    assert run("convert", "3-puu", *far).exit_code == 1
     assert not (tmp_path / "far.mat").exists()

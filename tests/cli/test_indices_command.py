@@ -1,23 +1,13 @@
 """``robostiff indices`` as a user types it."""
 
-import json
-
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 
-
-def run(*arguments: str):
-    return CliRunner().invoke(app, ["indices", *arguments])
-
-
-def answer(*arguments: str, status: int = 0) -> dict:
-    outcome = run(*arguments, "--json")
-    assert outcome.exit_code == status, outcome.stderr
-    return json.loads(outcome.stdout)
+run = Running("indices")
+answer = run.answer
 
 
 def test_json_has_every_index_with_its_unit_and_status():

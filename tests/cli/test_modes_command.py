@@ -3,14 +3,11 @@
 import json
 
 import numpy as np
-from typer.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 
-
-def run(*arguments: str):
-    return CliRunner().invoke(app, ["modes", *arguments])
+run = Running("modes")
 
 
 def test_json_is_the_answer_of_python():

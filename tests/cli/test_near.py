@@ -1,39 +1,31 @@
 """--near chooses a posture on the command line."""
 
-import json
-
 import numpy as np
-from typer.testing import CliRunner
 
 import robostiff as rs
 from robostiff.analysis.maps.dataset import open_map
-from robostiff.cli.main import app
+from tests.cli.running import Running
+
+run = Running()
+printed = run.answer
 
 
 def test_near_chooses_the_other_posture():
     robot, pose = rs.load("3-rrr"), [0.02, 0.01, 0.1]
     other = [own[-1].coordinates for own in rs.postures(robot, pose).values()]
     words = " ".join(f"{value:.17g}" for q in other for value in q)
-    command = ["stiffness", "3-rrr", "--pose", "0.02 0.01 0.1", "--json"]
-    home = CliRunner().invoke(app, command)
-    near = CliRunner().invoke(app, [*command, "--near", words])
-    assert home.exit_code == near.exit_code == 0
+    command = ["stiffness", "3-rrr", "--pose", "0.02 0.01 0.1"]
+    home, near = printed(*command), printed(*command, "--near", words)
     expected = rs.stiffness(robot, pose, near=other).K
-    K = np.array(json.loads(near.stdout)["stiffness"])
+    K = np.array(near["stiffness"])
     assert np.allclose(K, expected, rtol=1e-9)
-    apart = K - np.array(json.loads(home.stdout)["stiffness"])
+    apart = K - np.array(home["stiffness"])
     assert np.abs(apart).max() > 1e-3 * np.abs(K).max()
 
 
 def test_near_of_a_wrong_count():
-    result = CliRunner().invoke(app, ["stiffness", "3-rrr", "--near", "1 2"])
+    result = run("stiffness", "3-rrr", "--near", "1 2")
     assert result.exit_code == 2
-
-
-def printed(*command: str) -> dict:
-    result = CliRunner().invoke(app, [*command, "--json"])
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
 
 
 def test_joints_of_a_parallel_robot_are_those_of_its_actuators():
@@ -56,10 +48,10 @@ def test_tip_and_axis_as_a_pose():
 
 def test_joints_that_do_not_fit():
     for joints in ("1 2", "leg1/strot=1", "leg1/strut=1, leg1/strut=2"):
-        result = CliRunner().invoke(app, ["stiffness", "hexapod", "--joints", joints])
+        result = run("stiffness", "hexapod", "--joints", joints)
         assert result.exit_code == 2
         assert "leg1/strut" in result.output
-    result = CliRunner().invoke(app, ["stiffness", "hexapod", "--pose", "tip 0 0 1"])
+    result = run("stiffness", "hexapod", "--pose", "tip 0 0 1")
     assert result.exit_code == 2
 
 
@@ -70,17 +62,17 @@ def test_near_of_a_map(tmp_path):
     command = ["map", "3-rrr", "--x", "-0.02 0.02 2", "--rz", "0.05 0.1 2", "--near"]
     ending = ["--quantity", "stiffness", "-o"]
     found = tmp_path / "near.zarr"
-    result = CliRunner().invoke(app, [*command, words, *ending, str(found)])
+    result = run(*command, words, *ending, str(found))
     assert result.exit_code == 0, result.output
     expected = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS], near=other)
     with open_map(found) as stored:
         assert np.allclose(stored.K, expected.K, rtol=1e-9)
     home = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS])
     assert np.abs(expected.K - home.K).max() > 1e-3 * np.abs(home.K).max()
-    wrong = CliRunner().invoke(app, [*command, "1 2", *ending, str(tmp_path / "other.zarr")])
+    wrong = run(*command, "1 2", *ending, str(tmp_path / "other.zarr"))
     assert wrong.exit_code == 2
     assert not (tmp_path / "other.zarr").exists()
     arm = ["map", "scara", "--joint", "elbow 0.5 1 2", "--near", "0 0 0 0", "-o"]
-    posed = CliRunner().invoke(app, [*arm, str(tmp_path / "arm.csv")])
+    posed = run(*arm, str(tmp_path / "arm.csv"))
     assert posed.exit_code == 2
     assert "joint coordinates pose this arm" in posed.output

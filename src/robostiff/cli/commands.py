@@ -1,4 +1,4 @@
-"""The commands ``check``, ``stiffness``, ``deflection``, ``indices`` and ``verify``, parsed."""
+"""The commands ``check``, ``stiffness``, ``deflection`` and ``indices``, after parsing."""
 
 from __future__ import annotations
 
@@ -6,14 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from robostiff.analysis.indices import indices
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.analysis.verification import Comparison, Verification, verify
 from robostiff.cli.failure import BAD_STATUS, slips
-from robostiff.cli.output import on_terminal, print_data, say, show
+from robostiff.cli.output import on_terminal, print_data, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -27,17 +23,12 @@ from robostiff.cli.written_arguments import (
 from robostiff.elastostatics import Block, Form, IndexRules, Recursive, SaddlePoint, WrenchBasis
 from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
-from robostiff.io.results.data import picked, plain
-from robostiff.io.results.indices import indices_data, indices_text
-from robostiff.io.results.text import about
 from robostiff.io.suggest import Words, did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
-from robostiff.markup import text_of
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.robots import load
-from robostiff.version import __version__
 
 METHODS: dict[str, Form] = {
     form.name: form for form in (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
@@ -188,6 +179,9 @@ def print_indices(
     source: str, place: PoseArguments, length: str | None, settings: Sequence[str], as_json: bool
 ) -> int:
     """Print the stiffness indices at a pose; 1 for a bad status."""
+    from robostiff.analysis.indices import indices
+    from robostiff.io.results.indices import indices_data, indices_text
+
     robot = load(source, parameters_from(settings))
     if not isinstance(robot, Robot | Snapshot | Network):
         raise InputError(
@@ -200,60 +194,9 @@ def print_indices(
         L = parse_quantities(length, [Dimension.LENGTH], ["length"], "--length")[0]
     pose, near = pose_from(robot, place), near_from(robot, place)
     result = stiffness(robot, pose, at=point_from(place), near=near)
-    found = indices(result, length=L) if np.all(result.answered) else None
-    text = stiffness_text(result) if found is None else indices_text(found)
-    show(indices_data(result, found) if as_json else text)
+    found = indices(result, length=L) if result.answered.all() else None
+    if as_json:
+        print_data(indices_data(result, found))
+    else:
+        say(stiffness_text(result) if found is None else indices_text(found))
     return BAD_STATUS if result.status.is_bad else 0
-
-
-def print_verification(
-    source: str,
-    place: PoseArguments,
-    settings: Sequence[str],
-    as_json: bool,
-    side: SideFile = NO_SIDE_FILE,
-) -> int:
-    """Print the distances between the methods at a pose; 1 when they disagree."""
-    robot = load(source, parameters_from(settings), **side.options)
-    result = verify(robot, pose_from(robot, place), near=near_from(robot, place))
-    show(_verification_data(result) if as_json else _verification_text(result))
-    return 0 if result.agree else BAD_STATUS
-
-
-def _verification_text(result: Verification) -> str:
-    reference = result.reference
-    lines = [
-        f"{reference.name}, {about(reference)}",
-        f"status: {reference.status}, rank {int(reference.rank)} of {reference.space.size}",
-        f"compared with: {reference.method.name}, {reference.method.equation}",
-        "",
-        f"{'method':<14}{'distance':>10}  outcome",
-    ]
-    lines += [_comparison_line(comparison) for comparison in result.comparisons]
-    verdict = "agree" if result.agree else "DISAGREE"
-    lines += ["", f"methods {verdict} (largest distance allowed {result.agreement:g})"]
-    return text_of(lines)
-
-
-def _comparison_line(comparison: Comparison) -> str:
-    distance = "-" if comparison.distance is None else f"{comparison.distance:.1e}"
-    reason = f": {comparison.reason}" if comparison.reason else ""
-    return f"{comparison.method:<14}{distance:>10}  {comparison.outcome.value}{reason}"
-
-
-def _verification_data(result: Verification) -> dict[str, Any]:
-    reference = result.reference
-    return {
-        "robot": reference.name,
-        "pose": plain(reference.pose),
-        "status": str(reference.status),
-        "rank": int(reference.rank),
-        "compared_with": reference.method.name,
-        "comparisons": [
-            {**own, "outcome": own["outcome"].value}
-            for own in picked(result.comparisons, "method outcome distance rank reason")
-        ],
-        "agreement": result.agreement,
-        "agree": result.agree,
-        "robostiff": __version__,
-    }

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from robostiff.cli.failure import BAD_STATUS
-from robostiff.cli.output import show
+from robostiff.cli.output import print_data, say
 from robostiff.cli.pictures import draw, picture_file
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
@@ -22,12 +22,7 @@ from robostiff.cli.written_arguments import (
     wrench_from,
 )
 from robostiff.errors import InputError
-from robostiff.io.results.equilibrium import (
-    equilibrium_data,
-    equilibrium_text,
-    modes_data,
-    modes_text,
-)
+from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.model import Mass, Robot, Snapshot
 from robostiff.robots import load
@@ -97,10 +92,11 @@ def print_equilibrium(
         from robostiff.plot.loaded_robot import equilibrium_picture
 
         draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
-    text = equilibrium_text(result, critical)
-    if curve is not None:
-        text += f"\n\n{_curve_text(curve)}"
-    show(equilibrium_data(result, critical, curve) if wanted.as_json else text)
+    if wanted.as_json:
+        print_data(equilibrium_data(result, critical, curve))
+    else:
+        text = equilibrium_text(result, critical)
+        say(text if curve is None else f"{text}\n\n{_curve_text(curve)}")
     return BAD_STATUS if result.status.is_bad else 0
 
 
@@ -114,6 +110,8 @@ def print_modes(
     shown: ShownModes | None = None,
 ) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
+    from robostiff.io.results.equilibrium import modes_data, modes_text
+
     shown = ShownModes() if shown is None else shown
     picture = None if shown.plot is None else picture_file("--plot", shown.plot, shown.overwrite)
     robot = _robot_of_legs(source, settings, side)
@@ -129,7 +127,10 @@ def print_modes(
 
         number = shown.number
         draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
-    show(modes_data(found) if shown.as_json else modes_text(found))
+    if shown.as_json:
+        print_data(modes_data(found))
+    else:
+        say(modes_text(found))
     return BAD_STATUS if found.status.is_bad else 0
 
 

@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from robostiff.cli.output import new_file, say, show
+from robostiff.cli.output import new_file, print_data, say
 from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
@@ -70,7 +70,10 @@ def write_new(name: str, template: str, as_json: bool = False) -> int:
     text = re.sub(r"(?m)^name: .*$", lambda _: line, text, count=1)
     with path.open("x", encoding="utf-8") as file:
         file.write(text)
-    show({"files": [str(path)], "template": template} if as_json else str(path))
+    if as_json:
+        print_data({"files": [str(path)], "template": template})
+    else:
+        say(str(path))
     return 0
 
 
@@ -140,7 +143,10 @@ def convert(
             say(text.removesuffix("\n"))
             return 0
         path.write_text(text, encoding="utf-8")
-    show({"files": [str(path)], "form": form} if wanted.as_json else str(path))
+    if wanted.as_json:
+        print_data({"files": [str(path)], "form": form})
+    else:
+        say(str(path))
     return 0
 
 

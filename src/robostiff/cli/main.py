@@ -192,7 +192,7 @@ def verify(
 
     Exit status: 0 when the methods agree, 1 when they do not, 2 for bad input.
     """
-    from robostiff.cli.commands import print_verification
+    from robostiff.cli.commands_verify import print_verification
     from robostiff.cli.written_arguments import PoseArguments, SideFile
 
     described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, None, near)

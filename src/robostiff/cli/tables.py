@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -24,56 +24,49 @@ def print_facts(facts: Mapping[str, Any]) -> None:
     """The parts of a robot."""
     console = Console(soft_wrap=True)
     console.print(_text(f"{facts['name']}: {facts['kind']}, {facts['space']}", style="bold"))
-    for key in ("title", "source"):
-        if facts[key]:
-            console.print(_text(f"{key}: {' '.join(facts[key].split())}"))
-    if facts["coordinates"]:
-        console.print(_text(f"free coordinates: {' '.join(facts['coordinates'])}"))
-    for leg in facts["legs"]:
-        console.print(
-            _text(
-                f"{leg['name']}: {', '.join(leg['elements'])}; {leg['passive_freedoms']} passive, "
-                f"{leg['actuated_freedoms']} actuated"
-            )
-        )
-    if "platform" in facts:
-        platform = facts["platform"]
-        held = (f"{leg} at {node}" for leg, node in platform["legs"].items())
-        console.print(
-            _text(
-                f"flexible platform: {', '.join(platform['parts'])}; tool at {platform['tool']}, "
-                + ", ".join(held)
-            )
-        )
-    for line in mass_lines(facts):
+    for line in _fact_lines(facts):
         console.print(_text(line))
-    if facts["kind"] == "cable robot":
-        console.print(_text(f"cables: {', '.join(facts['cables'])}"))
-    if facts["kind"] == "network":
-        counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
-        words = (f"{facts[key]} {key.replace('_', ' ')}" for key in counted)
-        console.print(_text(", ".join(words)))
-    _print_home(console, facts)
-
-
-def _print_home(console: Console, facts: Mapping[str, Any]) -> None:
     for leg, parts in facts.get("parts", {}).items():
         console.print(_text(f"{leg} at home, from base to platform", style="italic"))
         for part in parts:
             console.print(_text(f"  {part_in_words(part)}"))
+    for line in _home_lines(facts):
+        console.print(_text(line))
+
+
+def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
+    for key in ("title", "source"):
+        if facts[key]:
+            yield f"{key}: {' '.join(facts[key].split())}"
+    if facts["coordinates"]:
+        yield f"free coordinates: {' '.join(facts['coordinates'])}"
+    for leg in facts["legs"]:
+        freedoms = f"{leg['passive_freedoms']} passive, {leg['actuated_freedoms']} actuated"
+        yield f"{leg['name']}: {', '.join(leg['elements'])}; {freedoms}"
+    if "platform" in facts:
+        platform = facts["platform"]
+        held = ", ".join(f"{leg} at {node}" for leg, node in platform["legs"].items())
+        parts = ", ".join(platform["parts"])
+        yield f"flexible platform: {parts}; tool at {platform['tool']}, {held}"
+    yield from mass_lines(facts)
+    if facts["kind"] == "cable robot":
+        yield f"cables: {', '.join(facts['cables'])}"
+    if facts["kind"] == "network":
+        counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
+        yield ", ".join(f"{facts[key]} {key.replace('_', ' ')}" for key in counted)
+
+
+def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     mobility = facts.get("mobility")
     if mobility and mobility["freedoms"] != len(facts["coordinates"]):
         count, free = mobility["freedoms"], " ".join(mobility["coordinates"])
-        words = f"this platform has {count} freedoms at home: {free}; poses outside are unreachable"
-        console.print(_text(words))
+        yield f"this platform has {count} freedoms at home: {free}; poses outside are unreachable"
     home = facts["home"]
-    console.print(_text(f"at home: rank {home['rank']}, status {home['status']}"))
-    for motion in home["free_motions"]:
-        console.print(_text(f"free: {motion}"))
-    for advice in home["advice"]:
-        console.print(_text(f"advice: {advice}"))
+    yield f"at home: rank {home['rank']}, status {home['status']}"
+    yield from (f"free: {motion}" for motion in home["free_motions"])
+    yield from (f"advice: {advice}" for advice in home["advice"])
     if "picture" in facts:
-        console.print(_text(f"picture: {facts['picture']}"))
+        yield f"picture: {facts['picture']}"
 
 
 def mass_lines(facts: Mapping[str, Any]) -> list[str]:
@@ -176,7 +169,7 @@ def _parts_table(result: Deflection) -> Table:
     table.add_column("share", justify="right")
     table.add_column("part")
     table.add_column("")
-    named_ones, rest = named_parts(result, _MOST_PARTS)
+    named_ones, rest = named_parts(result.parts, _MOST_PARTS)
     for part in named_ones:
         bar = BAR * round(30 * part.share)
         table.add_row(f"{100 * part.share:.2f} %", _text(f"{part.leg}/{part.part}"), bar)

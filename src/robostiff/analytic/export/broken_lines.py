@@ -108,12 +108,7 @@ class _Piece:
 def broken_lines(expression: sp.Expr, language: Breaks, room: float) -> list[str]:
     """Write an expression on as many lines as it needs.
 
-    Parameters
-    ----------
-    expression : SymPy expression
-    language : Breaks
-    room : float
-        Width of a line in widths of a letter. What cannot be broken may be wider.
+    The width `room` of a line is in widths of a letter; what cannot be broken may be wider.
 
     Examples
     --------

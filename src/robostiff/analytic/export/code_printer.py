@@ -1,4 +1,4 @@
-"""Expressions and the names of their symbols in a programming language."""
+"""What generated functions share, whatever their language: expressions, names, tests, words."""
 
 from __future__ import annotations
 
@@ -242,13 +242,7 @@ def filled(
 ) -> Iterator[tuple[str, str]]:
     """Targets and right-hand sides for the entries of a matrix of zeros that are not zero.
 
-    Parameters
-    ----------
-    matrix : (n, n) matrix
-    place : callable
-        How the entry in row i and column j, from 0, is written.
-    write : callable
-        How an expression is written.
+    `place` writes the entry in row i and column j, from 0; `write` writes an expression.
     """
     K_rows = rows(matrix)
     for i, row in enumerate(K_rows):
@@ -285,15 +279,7 @@ def tests_after(
 ) -> list[str]:
     """What is assigned to the flag `holds`, one test after the other, in languages with ``&&``.
 
-    Parameters
-    ----------
-    holds : str
-        Name of the flag.
-    finite : str
-        The first test: results are finite.
-    compute : FormulaProgram
-    write : callable
-        How an expression is written.
+    The first test, `finite`, is that results are finite; `write` writes an expression.
     """
     guards = [guard_test(guard, write) for guard in compute.guards]
     conditions = [f"{write(expression)} >= 0" for _, expression in compute.conditions]

@@ -22,8 +22,8 @@ from robostiff.analytic.export.outline import (
     OutlineText,
     ScalarEquations,
     WrenchSum,
+    column_equation,
     equations,
-    matrix_equation,
     meaning_of_result,
     outline,
     stiffness_equation,
@@ -167,15 +167,10 @@ def _leg(leg: LegDerivation, number: int) -> list[Block]:
         if operations(sp.ImmutableMatrix([*w, c])) > LONGEST_STAGE:
             blocks.append(OutlineText(f"w_{own} is too long to be written out."))
             continue
-        blocks.append(_vector(w, f"w_{own}"))
+        blocks.append(column_equation(f"w_{own}", w))
         if c != sp.Symbol(f"c_{own}", real=True):
             blocks.append(ScalarEquations(((f"c_{own}", readable(c)),)))
     return blocks
-
-
-def _vector(column: sp.ImmutableMatrix, name: str) -> MatrixEquation:
-    row = readable_matrix(column).T
-    return matrix_equation(MatrixName(name), row, lambda _, j: f"{name}_{j + 1}")
 
 
 def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclature:

@@ -23,65 +23,8 @@ from robostiff.analytic.export.outline import (
     VectorEquations,
     WrenchSum,
 )
-from robostiff.analytic.vector_expressions import (
-    Coordinates,
-    Cross,
-    Dot,
-    Norm,
-    Over,
-    Stacked,
-    Sum,
-    Times,
-    Turned,
-    Turns,
-    Vector,
-)
+from robostiff.analytic.export.vector_displays import written_vector
 from robostiff.analytic.vector_form import Equation
-
-
-def written_vector(expression: Any, language: MathLanguage) -> str:
-    """An expression of vectors in a language."""
-
-    def write(part: Any) -> str:
-        return written_vector(part, language)
-
-    def half(part: Any) -> str:
-        return language.number(0) if part is None else write(part)
-
-    def factor(part: Any) -> str:
-        return f"({write(part)})" if isinstance(part, Sum | Turned | Times | Cross) else write(part)
-
-    match expression:
-        case Vector(name):
-            found = language.matrix_name(name)
-        case Coordinates(entries):
-            found = f"({', '.join(map(language.breaks.write, entries))})"
-        case Sum(terms):
-            signed = [(" - " if sign < 0 else " + ") + write(term) for sign, term in terms]
-            found = "".join(signed).removeprefix(" + ").replace(" - ", "-", terms[0][0] < 0)
-        case Turned(rotation, vector):
-            found = f"{language.matrix_name(rotation)} {factor(vector)}"
-        case Over(vector, scalar):
-            found = language.fraction(write(vector), write(scalar))
-        case Times(scalar, vector):
-            number = language.breaks.write(scalar)
-            number = f"({number})" if scalar.is_Add else number
-            found = f"{number} {factor(vector)}"
-        case Cross(left, right):
-            found = f"{factor(left)} {language.times} {factor(right)}"
-        case Dot(left, right):
-            found = f"{factor(left)} {language.dot} {factor(right)}"
-        case Norm(vector):
-            found = language.norm(write(vector))
-        case Stacked(force, moment):
-            found = language.matrix([[half(force)], [half(moment)]])
-        case Turns(turns):
-            parts = [f"{language.matrix_name(f'R_{axis}')}({write(x)})" for axis, x in turns]
-            found = " ".join(parts)
-        case _:
-            found = language.breaks.write(expression)
-    return found
-
 
 Measure = Callable[[sp.Basic], float]
 
@@ -101,17 +44,8 @@ def displayed(
     """Fit a matrix into a width.
 
     Its common factor stands in front where all fits; otherwise the factor stays in the entries,
-    and those that are too wide get a name.
-
-    Parameters
-    ----------
-    block : MatrixEquation
-    measure : callable
-        Width of an expression.
-    room : float
-        For all columns side by side, in the same unit.
-    stacked : bool
-        Whether the factor may stand above the matrix.
+    and those that are too wide get a name. The `room` is that of all columns side by side, in the
+    unit of `measure`; `stacked` says that the factor may stand above the matrix.
 
     Examples
     --------
@@ -218,12 +152,7 @@ def displays(
 ) -> list[Display]:
     """Write a block as displayed formulas, each of one or more equations below one another.
 
-    Parameters
-    ----------
-    block : Displayable
-    language : MathLanguage
-    room : float
-        Width of the page in widths of a letter.
+    The width `room` of the page is in widths of a letter.
     """
 
     def named(matrix: MatrixName) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import sympy as sp
 
@@ -40,43 +40,21 @@ _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
 
 
-class PartReader(Protocol):
-    """A reader of matrices, columns, expressions and definitions of one size."""
-
-    def matrix(self, data: Any) -> sp.ImmutableMatrix:
-        """An (n, n) matrix."""
-        ...
-
-    def column(self, data: Any) -> sp.ImmutableMatrix:
-        """An (n, 1) column."""
-        ...
-
-    def expression(self, data: Any) -> Any:
-        """An expression."""
-        ...
-
-    def definitions(self, data: Any) -> tuple[Definition, ...]:
-        """Definitions in order."""
-        ...
-
-
-def leg_data(
-    leg: LegDerivation, definitions_data: Callable[[Sequence[Definition]], Any]
-) -> dict[str, Any]:
+def leg_data(leg: LegDerivation) -> dict[str, Any]:
     """A leg as plain data."""
     return {
         "name": leg.name,
         "joints": list(leg.joints),
         "redundant": list(leg.redundant),
         "elastic": list(leg.elastic),
-        "wrenches": [[expression_tree(x) for x in entries(w)] for w in leg.wrenches],
+        "wrenches": [_column_data(w) for w in leg.wrenches],
         "compliances": [expression_tree(c) for c in leg.compliances],
-        "K": None if leg.K is None else [[expression_tree(x) for x in row] for row in rows(leg.K)],
-        "definitions": definitions_data(leg.definitions),
+        "K": None if leg.K is None else _matrix_data(leg.K),
+        "definitions": _definitions_data(leg.definitions),
     }
 
 
-def leg_from_data(data: dict[str, Any], reader: PartReader) -> LegDerivation:
+def leg_from_data(data: dict[str, Any], reader: _DerivationReader) -> LegDerivation:
     """Read a leg, its keys checked before.
 
     Raises
@@ -158,7 +136,7 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
         "definitions": _definitions_data(derivation.definitions),
     }
     if isinstance(derivation, RobotDerivation):
-        data["legs"] = [leg_data(leg, _definitions_data) for leg in derivation.legs]
+        data["legs"] = [leg_data(leg) for leg in derivation.legs]
         data["where"] = derivation.where
         data["coordinates"] = list(derivation.coordinates)
         data["following"] = list(derivation.following)
@@ -174,7 +152,7 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
 def _named_data(named: InNames) -> dict[str, Any]:
     return {
         "K": _matrix_data(named.K),
-        "legs": [leg_data(leg, _definitions_data) for leg in named.legs],
+        "legs": [leg_data(leg) for leg in named.legs],
         "definitions": _definitions_data(named.definitions),
     }
 

@@ -20,6 +20,7 @@ from robostiff.analytic.export.outline import (
     Same,
     ScalarEquations,
     Transport,
+    column_equation,
     equations,
     matrix_equation,
     stiffness_equation,
@@ -63,7 +64,7 @@ without passive joints', 'Joint 1: platform joint[0]']
     ]
     blocks += [
         _matrix(derivation.axes, _AXES),
-        _column(derivation.arm, _ARM),
+        column_equation(_ARM.name, derivation.arm),
         OutlineHeading("Compliance without passive joints"),
         OutlineText(f"Elastic are {', '.join(derivation.elastic)}; all joints are held."),
         _matrix(derivation.C, _C),
@@ -109,32 +110,25 @@ def _stage(stage: Stage, number: int, before: Any, names: EntryNames) -> list[Bl
     blocks: list[Block] = [
         OutlineHeading(f"Joint {number}: {stage.joint}"),
         OutlineText(f"{stage.rule.replace('the reference point', 'the origin')}."),
-        _column(stage.J, J),
+        column_equation(J.name, stage.J),
     ]
     if stage.is_redundant:
         return [*blocks, Same(after, earlier)]
     alone = [p for p, x in enumerate(stage.J.flat()) if x != 0]
+    definitions: list[Block] = [equations(stage.definitions)] if stage.definitions else []
     if len(alone) == 1:
-        p = alone[0]
-        others = [j for j in range(before.rows) if j != p and before[p, j] != 0]
-        if others:
+        (p,) = alone
+        if any(j != p and before[p, j] != 0 for j in range(before.rows)):
             blocks.append(_index_rule(p, earlier.name, after.name))
         else:
-            blocks.append(
-                OutlineText(
-                    f"Row and column {p + 1} hold no other entry: they are struck, and all others "
-                    "stay."
-                )
-            )
+            words = f"Row and column {p + 1} hold no other entry: they are struck, and all others "
+            blocks.append(OutlineText(f"{words}stay."))
+        blocks += definitions
     else:
-        if stage.definitions:
-            blocks.append(equations(stage.definitions))
-        blocks.append(_column(stage.u, u))
+        blocks += [*definitions, column_equation(u.name, stage.u)]
         if stage.mu != sp.Symbol(mu):
             blocks.append(ScalarEquations(((mu, readable(stage.mu)),)))
         blocks.append(Recursion(after, earlier, u, mu))
-    if len(alone) == 1 and stage.definitions:
-        blocks.append(equations(stage.definitions))
     return [*blocks, _stiffness(stage.K, after, names)]
 
 
@@ -153,10 +147,6 @@ def _stiffness(K: Any, name: MatrixName, names: EntryNames) -> Block:
 
 def _matrix(M: Any, name: MatrixName) -> MatrixEquation:
     return matrix_equation(name, readable_matrix(M), lambda i, j: f"{name.name}_{i + 1}{j + 1}")
-
-
-def _column(M: Any, name: MatrixName) -> MatrixEquation:
-    return matrix_equation(name, readable_matrix(M).T, lambda _, j: f"{name.name}_{j + 1}")
 
 
 def _nomenclature(derivation: LegElimination, names: EntryNames) -> Nomenclature:

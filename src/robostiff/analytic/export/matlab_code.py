@@ -33,22 +33,10 @@ _KEYWORDS = """
     end_try_catch end_unwind_protect for function global if otherwise parfor persistent return spmd
     switch try until unwind_protect unwind_protect_cleanup while
 """
+_USED = "sqrt pi zeros all isfinite error NaN eps"
 
 #: Identifiers that generated MATLAB must not define.
-MATLAB_WORDS: frozenset[str] = frozenset(
-    [
-        *_KEYWORDS.split(),
-        *FUNCTIONS,
-        "sqrt",
-        "pi",
-        "zeros",
-        "all",
-        "isfinite",
-        "error",
-        "NaN",
-        "eps",
-    ]
-)
+MATLAB_WORDS: frozenset[str] = frozenset([*_KEYWORDS.split(), *FUNCTIONS, *_USED.split()])
 
 # Functions that leave the real numbers: outside their domain they give NaN, which is refused.
 _DOMAINS = {

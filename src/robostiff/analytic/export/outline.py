@@ -268,6 +268,12 @@ def matrix_equation(
     return MatrixEquation(name, sp.Integer(1), matrix, matrix, entry_name)
 
 
+def column_equation(name: str, column: sp.ImmutableMatrix) -> MatrixEquation:
+    """``name = column``, written as a row; its entries are called by the name and a number."""
+    row = readable_matrix(column).T
+    return matrix_equation(MatrixName(name), row, lambda _, j: f"{name}_{j + 1}")
+
+
 def equations(definitions: Iterable[Definition]) -> ScalarEquations:
     """Definitions as equations."""
     return ScalarEquations(tuple((d.symbol.name, in_decimals(d.expression)) for d in definitions))

@@ -36,11 +36,7 @@ class Guard:
 def guards_of(expressions: Iterable[Any], assigned: Mapping[Any, Any]) -> tuple[Guard, ...]:
     """The sums by which expressions divide, and that can cancel.
 
-    Parameters
-    ----------
-    expressions : iterable of SymPy expressions
-    assigned : mapping of symbols to expressions
-        Intermediates, in order.
+    Intermediates are `assigned`, in order.
 
     Examples
     --------
@@ -273,11 +269,11 @@ class _Computation:
 
     def define(self, symbol: sp.Symbol, expression: Any) -> None:
         """A named intermediate."""
-        if expression in self._shared and expression not in self._done | self._named:
-            self._assign(symbol, self._shared[expression], is_shared=False)
+        bears_its_name = expression in self._shared and expression not in self._done | self._named
+        written = self._shared[expression] if bears_its_name else expression
+        self._done[symbol] = Assignment(symbol, self.result(written), is_shared=False)
+        if bears_its_name:
             self._named[expression] = symbol
-        else:
-            self._assign(symbol, expression, is_shared=False)
 
     def result(self, expression: Any) -> Any:
         """An expression, after assignments of its shared subexpressions."""
@@ -303,9 +299,6 @@ class _Computation:
                 kept.append(assignment)
                 wanted |= assignment.expression.free_symbols
         return tuple(reversed(kept))
-
-    def _assign(self, symbol: sp.Symbol, expression: sp.Expr, *, is_shared: bool) -> None:
-        self._done[symbol] = Assignment(symbol, self.result(expression), is_shared)
 
     def _missing(self, expression: sp.Expr) -> list[Any]:
         """Shared symbols that are to be assigned first."""

@@ -107,11 +107,7 @@ def python_function(derivation: Derivation | FormulaDerivative, name: str = "sti
 def source_of_values(compute: FormulaProgram, order: Sequence[int]) -> str:
     """Source of ``formula``, which returns K (and dK), and where it holds, and refuses nothing.
 
-    Parameters
-    ----------
-    compute : FormulaProgram
-    order : sequence of int
-        Places of its arguments in the order of those of the function, which are arrays.
+    Its arguments, arrays, are those of the program in the given `order`.
     """
     identifiers, names = _identifiers(compute, "formula")
     arguments = [names[compute.arguments[place]] for place in order]

@@ -28,11 +28,7 @@ def has_large_numbers(expressions: Iterable[Any]) -> bool:
 def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
     """A factor and an expression of usual size, whose product is an expression.
 
-    Parameters
-    ----------
-    expression : sympy.Expr
-    scales : mapping of symbols to numbers
-        What each symbol is to be multiplied by, 1 where it is not named.
+    Symbols are to be multiplied by their `scales`, 1 where there is none.
 
     Examples
     --------

@@ -10,7 +10,7 @@ _GREEK_NAMES = (
     "tau upsilon phi chi psi omega"
 )
 #: Greek letters by their English names.
-GREEK = dict(zip(_GREEK_NAMES.split(), "αβγδεζηθικλμνξοπρστυφχψω", strict=True))
+GREEK: dict[str, str] = dict(zip(_GREEK_NAMES.split(), "αβγδεζηθικλμνξοπρστυφχψω", strict=True))
 _NAMES_OF_GREEK = {letter: name for name, letter in GREEK.items()}
 _GREEK_CAPITALS = {
     name.capitalize(): name.capitalize()

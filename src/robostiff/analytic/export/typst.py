@@ -221,7 +221,7 @@ def wants_wide_page(derivation: Derivation | FormulaDerivative) -> bool:
 
 
 def derivation_in_typst(
-    derivation: Derivation | FormulaDerivative, *, first_heading: int = 1, wide: bool | None = None
+    derivation: Derivation | FormulaDerivative, *, first_heading: int = 1
 ) -> str:
     """A derivation as a fragment of a Typst document that begins with `TYPST_DERIVATIONS`.
 
@@ -230,11 +230,8 @@ def derivation_in_typst(
     derivation : Derivation or FormulaDerivative
     first_heading : int
         Level of its title.
-    wide : bool, optional
-        Whether the page is landscape; `wants_wide_page` by default.
     """
-    is_wide = wants_wide_page(derivation) if wide is None else wide
-    room = _ROOM_ON_ITS_SIDE if is_wide else _ROOM_UPRIGHT
+    room = _ROOM_ON_ITS_SIDE if wants_wide_page(derivation) else _ROOM_UPRIGHT
     blocks = outline_of(derivation)
     written = [text for block in blocks for text in _written(block, room, first_heading)]
     return "\n\n".join(written) + "\n"

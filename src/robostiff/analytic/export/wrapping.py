@@ -13,13 +13,8 @@ _AFTER_TIMES_OR_OVER = re.compile(r"(?<=[^*]\*)(?=[^*])|(?<=/)")
 def wrapped_formula(text: str, width: int, first: str = "", rest: str = "    ") -> list[str]:
     """Break a formula before ``+`` and ``-``, and inside a term only where it is too long.
 
-    Parameters
-    ----------
-    text : str
-    width : int
-        Longest line, what stands before it included. What cannot be broken may be longer.
-    first, rest : str
-        What stands before the first line and before the others.
+    `first` and `rest` stand before the first line and before the others, inside the `width`. What
+    cannot be broken may be longer.
 
     Examples
     --------

@@ -8,8 +8,7 @@ from functools import partial
 from typing import Any
 
 from robostiff.errors import FileError, Location
-from robostiff.io.document.document import Builder, Mark
-from robostiff.io.document.limits import Limits
+from robostiff.io.document.document import Builder, Limits, Mark
 from robostiff.io.document.yaml_text import integer, line_and_column
 
 # a string (perhaps not closed), a bracket, a comma, a colon, or a run of anything else

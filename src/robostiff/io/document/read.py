@@ -9,9 +9,8 @@ import sys
 from pathlib import Path
 
 from robostiff.errors import FileError, Location
-from robostiff.io.document.document import Document, Mark
+from robostiff.io.document.document import Document, Limits, Mark
 from robostiff.io.document.json_text import json_marks, parse_json
-from robostiff.io.document.limits import Limits
 from robostiff.io.document.yaml_text import line_and_column, parse_yaml
 from robostiff.io.suggest import Words
 

@@ -8,8 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from robostiff.errors import FileError, Location
-from robostiff.io.document.document import Builder
-from robostiff.io.document.limits import Limits
+from robostiff.io.document.document import Builder, Limits
 from robostiff.io.suggest import Words
 
 # part of the parser's words: (what is wrong, what to do, whether the place is where it began)

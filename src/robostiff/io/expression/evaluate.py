@@ -11,8 +11,17 @@ from typing import Any
 from robostiff.errors import InputError
 from robostiff.io.expression import functions
 from robostiff.io.expression.functions import FLOATS, OPERATORS, Mathematics, Refusal
-from robostiff.io.expression.nodes import Call, Literal, Name, Negative, Node, OperatorChain, Power
-from robostiff.io.expression.parser import error_at, parse_tree
+from robostiff.io.expression.parser import (
+    Call,
+    Literal,
+    Name,
+    Negative,
+    Node,
+    OperatorChain,
+    Power,
+    error_at,
+    parse_tree,
+)
 from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.io.units import Quantity, Unit, describe, exact_quantity, is_quantity, make_quantity
 from robostiff.spatial.formula import exact_number, is_possible

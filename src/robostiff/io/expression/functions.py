@@ -62,22 +62,14 @@ class Mathematics:
     bare: Callable[[float], Any] = float
 
 
+_OF_MATH = "sin cos tan asin acos atan atan2 sqrt hypot pow"
 FLOATS = Mathematics(
     MappingProxyType(
         {
-            "sin": math.sin,
-            "cos": math.cos,
-            "tan": math.tan,
-            "asin": math.asin,
-            "acos": math.acos,
-            "atan": math.atan,
-            "atan2": math.atan2,
-            "sqrt": math.sqrt,
+            **{name: getattr(math, name) for name in _OF_MATH.split()},
             "abs": abs,
             "min": lambda *values: min(values),
             "max": lambda *values: max(values),
-            "hypot": math.hypot,
-            "pow": math.pow,
         }
     ),
     MappingProxyType({"pi": math.pi}),

@@ -28,6 +28,7 @@ from robostiff.io.units import (
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 _MOST = 4000
+_LONGEST_SHOWN = 70
 
 
 class ParameterError(InputError):
@@ -219,8 +220,8 @@ def _in_order(expressions: Mapping[str, Expression | Quantity]) -> tuple[str, ..
         ) from None
 
 
-def _short(text: str, limit: int = 70) -> str:
-    return text if len(text) <= limit else text[: limit - 1] + "…"
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 1] + "…"
 
 
 def _like(original: Quantity, value: Quantity, name: str, written: object) -> Quantity:

@@ -6,22 +6,82 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from robostiff.errors import InputError
 from robostiff.io.expression.functions import CONSTANTS, RULES
-from robostiff.io.expression.nodes import (
-    Call,
-    Literal,
-    Name,
-    Negative,
-    Node,
-    OperatorChain,
-    OperatorStep,
-    Power,
-)
 from robostiff.io.suggest import Words, did_you_mean, nearest
 from robostiff.io.units import UNIT_WORDS, Quantity, Unit, is_unit_word, make_quantity, read_unit
 from robostiff.io.units.text import NUMBER
+
+
+@dataclass(frozen=True)
+class Literal:
+    """A number, with its unit if it has one: in base units, and as it was written."""
+
+    quantity: Quantity
+    column: int
+    digits: str
+    unit: Unit | None
+
+
+@dataclass(frozen=True)
+class Name:
+    """A parameter."""
+
+    name: str
+    column: int
+
+
+@dataclass(frozen=True)
+class Negative:
+    """Unary minus."""
+
+    operand: Node
+    column: int
+
+
+@dataclass(frozen=True)
+class OperatorStep:
+    """One operator of a chain, and its right operand."""
+
+    operator: str
+    operand: Node
+    column: int
+
+
+@dataclass(frozen=True)
+class OperatorChain:
+    """Operators of one precedence, applied from left to right: ``a - b + c`` or ``a / b * c``.
+
+    A long sum is one flat node, so that evaluation needs no deep recursion.
+    """
+
+    first: Node
+    steps: tuple[OperatorStep, ...]
+    column: int
+
+
+@dataclass(frozen=True)
+class Power:
+    """``base ^ exponent``."""
+
+    base: Node
+    exponent: Node
+    column: int
+
+
+@dataclass(frozen=True)
+class Call:
+    """A function of the table, applied."""
+
+    function: str
+    arguments: tuple[Node, ...]
+    column: int
+
+
+Node: TypeAlias = Literal | Name | Negative | OperatorChain | Power | Call
+
 
 LONGEST_TEXT = 1000
 _SPACE = re.compile(r"[ \t\r\n]*")
@@ -173,6 +233,11 @@ class _Parser:
     def next(self) -> Token:
         return self.tokens[self.position]
 
+    def fault(
+        self, token: Token, got: object, expected: str, hint: str | None = None
+    ) -> InputError:
+        return error_at(self.text, token.column, got=got, expected=expected, hint=hint)
+
     def take(self) -> Token:
         token = self.next
         self.position += 1
@@ -187,12 +252,8 @@ class _Parser:
         """The operand here, with every operator that binds at least as tightly as `weakest`."""
         self.depth += 1
         if self.depth > DEEPEST:
-            raise error_at(
-                self.text,
-                self.next.column,
-                got=Words(f"more than {DEEPEST} levels of nesting"),
-                expected=f"at most {DEEPEST}",
-            )
+            got = Words(f"more than {DEEPEST} levels of nesting")
+            raise self.fault(self.next, got, f"at most {DEEPEST}")
         left = self.prefix()
         while (binding := _BINDING.get(self.next.kind, 0)) >= weakest:
             left = self.power(left) if binding == _POWER else self.chain(left, binding)
@@ -233,9 +294,8 @@ class _Parser:
     def call(self, function: Token) -> Node:
         rule = RULES.get(function.text)
         if rule is None:
-            raise error_at(
-                self.text,
-                function.column,
+            raise self.fault(
+                function,
                 got=function.text,
                 expected=f"one of the functions {', '.join(RULES)}",
                 hint=did_you_mean(function.text, RULES) or "write * for a product with brackets",
@@ -250,31 +310,16 @@ class _Parser:
         self.take()
         at_least = "at least " if rule.most > rule.fewest else ""
         if not rule.fewest <= len(arguments) <= rule.most:
-            raise error_at(
-                self.text,
-                function.column,
-                got=Words(f"{_counted(len(arguments))} of {function.text}"),
-                expected=at_least + _counted(rule.fewest),
-            )
+            got = Words(f"{_counted(len(arguments))} of {function.text}")
+            raise self.fault(function, got, at_least + _counted(rule.fewest))
         return Call(function.text, tuple(arguments), function.column)
 
     def name(self, token: Token) -> Node:
         if is_unit_word(token.text):
-            raise error_at(
-                self.text,
-                token.column,
-                got=token.text,
-                expected="a number before a unit",
-                hint=f"write 1 {token.text}",
-            )
+            raise self.fault(token, token.text, "a number before a unit", f"write 1 {token.text}")
         if token.text in RULES:
-            raise error_at(
-                self.text,
-                token.column,
-                got=token.text,
-                expected="brackets after the name of a function",
-                hint=f"write {token.text}(...)",
-            )
+            expected = "brackets after the name of a function"
+            raise self.fault(token, token.text, expected, f"write {token.text}(...)")
         if token.text not in CONSTANTS:
             self.names[token.text] = None
         return Name(token.text, token.column)
@@ -286,7 +331,7 @@ class _Parser:
         before = self.tokens[self.position - 1] if self.position else None
         if before and before.kind in ("number", "name", ")") and token.kind in ("name", "("):
             hint = f"for a product write {before.text}*{token.text}"
-        return error_at(self.text, token.column, got=got, expected=expected, hint=hint)
+        return self.fault(token, got, expected, hint)
 
 
 def _counted(number: int) -> str:

@@ -68,6 +68,7 @@ def _name(own: str, otherwise: str, taken: set[str], ending: str = "") -> str:
 
 
 _CONNECT, _WELD, _JOINT = range(3)
+_LOOPS = {_CONNECT: "connect", _WELD: "weld"}
 _SITE = 6  # mjOBJ_SITE
 
 
@@ -89,10 +90,8 @@ def read_equalities(
         if not model.eq_active0[i]:
             continue
         kind = int(model.eq_type[i])
-        if kind == _CONNECT:
-            loops.append(_connect(model, names, i, name or f"connect{i + 1}"))
-        elif kind == _WELD:
-            loops.append(_weld(model, names, i, name or f"weld{i + 1}"))
+        if kind in _LOOPS:
+            loops.append(_loop(model, names, i, name or f"{_LOOPS[kind]}{i + 1}", kind))
         elif kind == _JOINT:
             follower, mimic = _joint(model, names, i, file)
             mimics[follower] = mimic
@@ -115,22 +114,16 @@ def _at(point: np.ndarray) -> Frame:
     return Frame(np.eye(3), np.array(point, dtype=float))
 
 
-def _connect(model: CompiledModel, names: ElementNames, i: int, name: str) -> TreeLoop:
-    """A point of each of two bodies, or the origins of two sites, that coincide."""
-    frames = (Frame.identity(), Frame.identity())
-    if int(model.eq_objtype[i]) != _SITE:
-        data = model.eq_data[i]
+def _loop(model: CompiledModel, names: ElementNames, i: int, name: str, kind: int) -> TreeLoop:
+    """What coincides: the origins (connect) or frames (weld) of two sites, or places of bodies."""
+    frames, data = (Frame.identity(), Frame.identity()), model.eq_data[i]
+    of_bodies = int(model.eq_objtype[i]) != _SITE
+    if of_bodies and kind == _CONNECT:  # a point of each body
         frames = (_at(data[0:3]), _at(data[3:6]))
-    return TreeLoop(name, JointType.SPHERICAL, _links(model, names, i), frames)
-
-
-def _weld(model: CompiledModel, names: ElementNames, i: int, name: str) -> TreeLoop:
-    """The pose of the second body in the first, or the frames of two sites, that coincide."""
-    frames = (Frame.identity(), Frame.identity())
-    if int(model.eq_objtype[i]) != _SITE:
-        data = model.eq_data[i]
+    elif of_bodies:  # the pose of the second body in the first
         frames = (frame_of(data[3:6], data[6:10]), Frame.identity())
-    return TreeLoop(name, JointType.FIXED, _links(model, names, i), frames)
+    type_ = JointType.SPHERICAL if kind == _CONNECT else JointType.FIXED
+    return TreeLoop(name, type_, _links(model, names, i), frames)
 
 
 def _joint(model: CompiledModel, names: ElementNames, i: int, file: str) -> tuple[str, Mimic]:
@@ -235,7 +228,7 @@ def _joints_of_body(
         last = i == first + count - 1
         child = name if last else f"{name} before {names.joints[i + 1]}"
         kind = _TYPES[int(model.jnt_type[i])]
-        anchor = Frame(np.eye(3), np.array(model.jnt_pos[i], dtype=float))
+        anchor = _at(model.jnt_pos[i])
         if kind is JointType.FLOATING:
             anchor = Frame.identity()
         axis = np.array(model.jnt_axis[i], dtype=float)

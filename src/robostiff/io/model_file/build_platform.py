@@ -85,17 +85,9 @@ def attached(
     written: WrittenPlatform | None,
     known: Sequence[str] = (),
 ) -> list[tuple[Place, Leg]]:
-    """The legs, each held by its node of the platform.
+    """The legs, each held by its node of the platform, which is written at `top`.
 
-    Parameters
-    ----------
-    legs : list of (Place, Leg)
-    platform : FlexiblePlatform or None
-    top : Place
-        Of the platform.
-    written : WrittenPlatform or None
-    known : sequence of str
-        The node of each leg, if it was found with numbers before.
+    `known` are the nodes of the legs, if they were found with numbers before.
     """
     if platform is None or written is None:
         for place, leg in legs:

@@ -13,7 +13,7 @@ import numpy as np
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, Parameters, parse
-from robostiff.io.expression.nodes import Literal, Negative
+from robostiff.io.expression.parser import Literal, Negative
 from robostiff.io.plausibility import question
 from robostiff.io.suggest import Words
 from robostiff.io.units import (

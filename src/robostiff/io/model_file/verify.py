@@ -22,20 +22,10 @@ _ACROSS = 1e-9
 
 
 def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
-    """The robot with its pose coordinates chosen.
+    """The robot with its pose coordinates chosen, by the file or else as they follow from the legs.
 
     Raises at the leg that does not close at home, at the joint that leaves the plane, or at
-    coordinates that do not determine the pose.
-
-    Parameters
-    ----------
-    robot : Robot
-    top : Place
-        The whole document.
-    places : list of Place
-        Of the legs.
-    chosen : bool
-        Whether the file chooses the coordinates; otherwise they follow from the legs.
+    coordinates that do not determine the pose. `top` is the document, `places` are of the legs.
     """
     if robot.space is Space.PLANAR:
         for place, leg in zip(places, robot.legs, strict=True):

@@ -16,13 +16,7 @@ from robostiff.version import __version__
 
 
 def cable_stiffness_data(result: CableStiffness) -> dict[str, Any]:
-    """The result of `cable_stiffness` at a single pose, as plain data.
-
-    Returns
-    -------
-    dict
-        JSON-ready; what there is not is null.
-    """
+    """The result of `cable_stiffness` at a single pose, JSON-ready; what there is not is null."""
     answered = bool(np.all(result.answered))
     return {
         **head(result.name, result),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.io.results.data import head, order, picked, plain
-from robostiff.io.results.text import matrix_lines, named
+from robostiff.io.results.text import matrix_lines, named, share_lines
 from robostiff.markup import STIFFNESS_UNITS, row, text_of
 from robostiff.statics import CriticalLoad, Equilibrium, Modes
 from robostiff.version import __version__
@@ -15,21 +15,12 @@ from robostiff.version import __version__
 if TYPE_CHECKING:
     import xarray
 
+_MOST = 10  # parts or modes in a list
 _SHOWN = 1e-9  # of the largest: smaller is rounding
-_NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
 
 
-def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None, most: int = 10) -> str:
-    """An equilibrium, as lines of text.
-
-    Parameters
-    ----------
-    result : Equilibrium
-    critical : CriticalLoad or None
-        Of the same wrench, where it was asked for.
-    most : int
-        How many parts to list, those with the largest energy first.
-    """
+def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
+    """An equilibrium, and the critical load of the same wrench, as lines of text."""
     lines = [f"{result.name} under load", f"status: {result.status}"]
     if result.has_answer:
         space = result.space
@@ -46,13 +37,7 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None, most: i
         lines += matrix_lines(result.K, space.wrench_order, space.twist_order)
         of_parts = sum(share.energy for share in result.shares)
         if of_parts > 0:
-            lines += ["", f"elastic energy {of_parts:.4g} J, by part:"]
-            named_ones = [own for own in result.shares[:most] if own.share >= _NAMED]
-            lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in named_ones]
-            rest = result.shares[len(named_ones) :]
-            if rest:
-                share = 100 * sum(p.share for p in rest)
-                lines.append(f"{share:7.2f} %  {len(rest)} more parts")
+            lines += share_lines(of_parts, result.shares, _MOST)
         if result.springs:
             lines += ["", "springs between bodies:"]
             lines += [
@@ -90,21 +75,9 @@ def _drives(result: Equilibrium) -> dict[str, float]:
 def equilibrium_data(
     result: Equilibrium, critical: CriticalLoad | None = None, curve: xarray.Dataset | None = None
 ) -> dict[str, Any]:
-    """An equilibrium, as plain data.
+    """An equilibrium, with the critical load of its wrench and a curve of `load_path`, as data.
 
-    Parameters
-    ----------
-    result : Equilibrium
-    critical : CriticalLoad or None
-        Of the same wrench.
-    curve : xarray.Dataset or None
-        What `load_path` returned.
-
-    Returns
-    -------
-    dict
-        JSON-ready; null where there is no equilibrium, or no critical load up to where it was
-        searched.
+    JSON-ready; null where there is no equilibrium, or no critical load up to where it was searched.
     """
     known = result.has_answer
     data: dict[str, Any] = {
@@ -154,40 +127,23 @@ def curve_data(curve: xarray.Dataset) -> dict[str, Any]:
 _SHARES = 3  # parts that bend most, of each mode
 
 
-def modes_text(found: Modes, most: int = 10) -> str:
-    """Natural vibrations, slowest first, as lines of text.
-
-    Parameters
-    ----------
-    found : Modes
-    most : int
-        How many to list.
-    """
+def modes_text(found: Modes) -> str:
+    """Natural vibrations, slowest first, as lines of text."""
     lines = [f"natural vibrations of {found.name}", f"status: {found.status}"]
-    for number, mode in enumerate(found.each[:most], start=1):
+    for number, mode in enumerate(found.each[:_MOST], start=1):
         lines.append(f"{number:3}. {mode}")
         bending = [own for own in mode.shares[:_SHARES] if own.share >= 0.005]
         if bending:
             shares = ", ".join(f"{own.leg}/{own.part} {own.share:.0%}" for own in bending)
             lines.append(f"     bending: {shares}")
-    if len(found) > most:
-        lines.append(f"{len(found) - most} faster ones")
+    if len(found) > _MOST:
+        lines.append(f"{len(found) - _MOST} faster ones")
     lines += [f"advice: {advice}" for advice in found.status.advice]
     return text_of(lines)
 
 
 def modes_data(found: Modes) -> dict[str, Any]:
-    """Natural vibrations, slowest first, as plain data.
-
-    Parameters
-    ----------
-    found : Modes
-
-    Returns
-    -------
-    dict
-        JSON-ready; without modes where there is no equilibrium.
-    """
+    """Natural vibrations, slowest first, as plain data, JSON-ready; none without an equilibrium."""
     return {
         "robot": found.name,
         "status": str(found.status),

@@ -26,19 +26,9 @@ from robostiff.version import __version__
 
 
 def indices_data(result: RobotStiffness, found: StiffnessIndices | None) -> dict[str, Any]:
-    """The result of `indices` at a single pose, as plain data.
+    """The result of `indices` at a pose, as plain data; `found` is None where there is no matrix.
 
-    Parameters
-    ----------
-    result : RobotStiffness
-        Of a single pose.
-    found : StiffnessIndices or None
-        None where the pose has no stiffness matrix.
-
-    Returns
-    -------
-    dict
-        JSON-ready; an entry for each index, with its status and unit; null where there is no value.
+    JSON-ready; an entry for each index, with its status and unit; null where there is no value.
     """
     return {
         **head(result.name, result),
@@ -60,12 +50,7 @@ _SMALL = 1e-9
 
 
 def indices_text(found: StiffnessIndices) -> str:
-    """The result of `indices`, as lines of text.
-
-    Parameters
-    ----------
-    found : StiffnessIndices
-    """
+    """The result of `indices`, as lines of text."""
     result = found.result
     worst, ratio = found.worst_deflection, found.anisotropy
     lines = [f"{result.name}, {about(result)}", f"status: {result.status}"]

@@ -54,12 +54,7 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
         lines.append(f"deflection: {named(answer.space.twist_order, shown, 'um', 'urad')}")
         lines += [f"free:       {motion}" for motion in answer.free_motions]
         if result.energy > 0:
-            lines += ["", f"elastic energy {result.energy:.4g} J, by part:"]
-            named_ones, rest = named_parts(result, most)
-            lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in named_ones]
-            if rest:
-                share = 100 * sum(p.share for p in rest)
-                lines.append(f"{share:7.2f} %  {len(rest)} more parts")
+            lines += share_lines(result.energy, result.parts, most)
         if result.actuators:
             lines += ["", "load on the actuators [N or N m]:"]
             loads = zip(shown_loads(result), result.actuators, strict=True)
@@ -92,10 +87,21 @@ def shown_twist(result: Deflection) -> np.ndarray:
     return np.where(sizes < _SHOWN * np.max(sizes), 0.0, shown)
 
 
-def named_parts(result: Deflection, most: int) -> tuple[list[PartShare], list[PartShare]]:
-    """Parts to name, those with the largest energy first, and the rest."""
-    named_ones = [part for part in result.parts[:most] if part.share >= _NAMED]
-    return named_ones, list(result.parts[len(named_ones) :])
+def named_parts(parts: Sequence[PartShare], most: int) -> tuple[list[PartShare], list[PartShare]]:
+    """Parts to name, of parts with the largest energy first, and the rest."""
+    named_ones = [part for part in parts[:most] if part.share >= _NAMED]
+    return named_ones, list(parts[len(named_ones) :])
+
+
+def share_lines(energy: float, parts: Sequence[PartShare], most: int) -> list[str]:
+    """The elastic energy, and how much of it each part has."""
+    named_ones, rest = named_parts(parts, most)
+    lines = ["", f"elastic energy {energy:.4g} J, by part:"]
+    lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in named_ones]
+    if rest:
+        share = 100 * sum(p.share for p in rest)
+        lines.append(f"{share:7.2f} %  {len(rest)} more parts")
+    return lines
 
 
 def shown_loads(result: Deflection) -> list[float]:

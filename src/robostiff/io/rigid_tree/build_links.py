@@ -48,18 +48,7 @@ def build_links(
     ends: Mapping[str, list[LinkEnd]],
     stock: Stock,
 ) -> dict[str, ElasticLink]:
-    """The elastic links by name.
-
-    Parameters
-    ----------
-    top : Place
-    written : mapping of str to WrittenElasticLink
-    tree : RigidTree
-    ends : mapping of str to list of LinkEnd
-        What each link holds.
-    stock : Stock
-        Materials and sections of the side file.
-    """
+    """The elastic links by name, where `ends` has what each link of the tree holds."""
     links = {}
     taken = {joint.name for joint in tree.joints} | {loop.name for loop in tree.loops}
     for name, entry in written.items():

@@ -87,11 +87,7 @@ def _frame(place: Place, choice: LinkFrameChoice, tree: RigidTree) -> tuple[str,
 def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str, Frame]:
     """Frame of every link in the root's at the home coordinates, floating ones as drawn.
 
-    Parameters
-    ----------
-    tree : RigidTree
-    joints : mapping of str to Joint or None
-        Those that move; the others keep still.
+    Joints that are not among those given keep still.
     """
     frames = {tree.root: Frame.identity()}
     waiting = [tree.root]

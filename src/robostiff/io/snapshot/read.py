@@ -281,15 +281,7 @@ def refuse_twins(
 ) -> None:
     """Raise a FileError at the second of two elements of one name.
 
-    Parameters
-    ----------
-    names : sequence of str
-    place : DocumentPlace
-        Of the list that the named parts are in.
-    what : str
-        They are, in words.
-    numbers : sequence of int, optional
-        Their numbers in the list, where some have no name.
+    The `place` is that of their list, in which they have `numbers` where some have no name.
     """
     for i, name in enumerate(names):
         if name in names[:i]:
