@@ -5,6 +5,7 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
+from robostiff.analytic import Steps
 from robostiff.analytic.agreement import matrix_distance
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.export import derivation_latex, derivation_text
@@ -50,7 +51,7 @@ def test_a_wrong_compliance_is_found(placed, arm):
 
 
 def test_exports_begin_with_the_compliance():
-    derivation = rs.derive("two-link-arm", symbols=("l1", "l2"))
+    derivation = rs.derive("two-link-arm", symbols=("l1", "l2"), form=Steps())
     assert derivation.vectors is None
     assert isinstance(derivation.in_series, InSeries)
     assert all(isinstance(d, Definition) for d in derivation.in_series.definitions)

@@ -44,7 +44,7 @@ def series_form(placed: PlacedRobot) -> InSeries | None:
     v = sp.ImmutableMatrix([read(x) for x in geometry.arm])
     axes, arm = shortest_trigonometry(R), shortest_trigonometry(v)
     definitions = used_definitions(read.definitions, [*C, *axes, *arm])
-    if sum(int(x.count_ops()) for x in (*set(C), *axes, *arm)) > _PRINTED:
+    if sum(int(x.count_ops()) for x in (*{*C.flat()}, *axes, *arm)) > _PRINTED:
         return None
     found = InSeries(C, axes, arm, definitions)
     check_series(found, placed)
@@ -69,7 +69,7 @@ def check_series(found: InSeries, placed: PlacedRobot) -> None:
 def stiffness_of(found: InSeries, values: dict[Any, float], placed: PlacedRobot) -> np.ndarray:
     """K (n, n) in numbers, about the reference point in world axes."""
     axes, arm, C = (
-        np.array(values_of(list(x), values, found.definitions), dtype=float).reshape(x.shape)
+        np.array(values_of(x.flat(), values, found.definitions), dtype=float).reshape(x.shape)
         for x in (found.axes, found.arm, found.C)
     )
     T = transport(axes, arm.ravel(), placed.entries.space)

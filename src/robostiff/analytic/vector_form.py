@@ -277,7 +277,7 @@ class _Recognition:
         if rod.carrier is Carrier.NOTHING:
             self.read.known.append((np.linalg.norm(b - a, axis=1), _LENGTH))
         directions: list[tuple[Vector, np.ndarray]] = []
-        written: list[tuple[UnitWrench, VectorExpression]] = []
+        written: list[tuple[UnitWrench, Stacked]] = []
         for found in basis.wrenches:
             at = sampled(found.direction, self.count)
             alike = next(((v, x) for v, x in known if _are_alike(x, at)), None)

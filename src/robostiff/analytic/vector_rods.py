@@ -248,10 +248,11 @@ def _ends(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:
         if not points:
             return None
         both.append((np.asarray(points[0], dtype=object), np.asarray(points[-1], dtype=object)))
-    share = sp.Rational(1, len(both))
     if len(both) == 1:
         return both[0]
-    return sum(a for a, _ in both) * share, sum(b for _, b in both) * share
+    share = sp.Rational(1, len(both))
+    begins, stops = (np.sum(np.stack(points), axis=0) * share for points in zip(*both, strict=True))
+    return begins, stops
 
 
 def _width(leg: PlacedLeg, axis: np.ndarray | None, placed: PlacedRobot) -> Any:

@@ -161,7 +161,8 @@ def _in_known_names(
                 letter, _, number = name.partition("_")
                 name = f"{letter}'_{number}"
             own = sp.Symbol(name, positive=True)
-        new.append(Definition(own, definition.expression.xreplace(renamed)))
+        expression: Any = definition.expression.xreplace(renamed)
+        new.append(Definition(own, expression))
         renamed[definition.symbol] = own
     return renamed, tuple(new)
 
