@@ -62,7 +62,7 @@ def test_every_name_in_the_text_is_defined_before_it_is_used(derivation):
             continue
         try:
             expression = sp.sympify(right, locals=known | {"pi": sp.pi})
-        except (SyntaxError, TypeError, sp.SympifyError):
+        except (AttributeError, SyntaxError, TypeError, sp.SympifyError):
             known[name] = sp.Symbol(name)  # an equation of vectors
             continue
         used = {str(s) for s in getattr(expression, "free_symbols", ())}
