@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.closed import canonical
 from robostiff.analytic.derivation import Definition, Derivation, used_definitions
 from robostiff.analytic.field import Element, ExactField
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
@@ -169,7 +170,7 @@ def series_formula(
     >>> k, h, x = sp.symbols("k h x", positive=True)
     >>> K = sp.ImmutableMatrix(sp.diag(k * x**2 / (h + x), 0, 0))
     >>> series_formula(Derivation("K_C", K, (), K), x, 0, 4).K[0, 0]
-    -k*x**3/h**2 + k*x**2/h
+    k*x**2/h - k*x**3/h**2
     """
     if not isinstance(n, int) or isinstance(n, bool) or n < 1:
         raise InputError("number of terms of a series", got=n, expected="1, 2, 3 ...")
@@ -182,9 +183,13 @@ def series_formula(
     stacked = sp.ImmutableMatrix.vstack(*terms[:n])
     whole = Derivation(derivation.name, stacked, (), stacked, definitions)
     at = whole.subs({symbol: x0}) if symbol in whole.free_symbols else whole
+    is_exact = not (at.definitions or at.K.has(sp.Float))
+    coefficients = canonical(at.K) if is_exact else at.K
     rows = derivation.K.rows
     step = symbol - sp.sympify(x0)
-    parts = [at.K[i * rows : (i + 1) * rows, :] * step**i / sp.factorial(i) for i in range(n)]
+    parts = [
+        coefficients[i * rows : (i + 1) * rows, :] * step**i / sp.factorial(i) for i in range(n)
+    ]
     K = sp.ImmutableMatrix(sum(parts[1:], parts[0]))
     return Derivation(derivation.name, K, (), K, used_definitions(at.definitions, [K]))
 
