@@ -75,7 +75,7 @@ class Row:
         if self.refusal:
             return f"| {self.robot} | {self.pose} | refused: {self.refusal} | | | | | |"
         numbers = (self.operations, self.lines, self.names, self.sets)
-        cells = (self.robot, self.pose, self.form, f"{self.seconds:.1g}", *numbers)
+        cells = (self.robot, self.pose, self.form, f"{float(f'{self.seconds:.1g}'):g}", *numbers)
         return "| " + " | ".join(map(str, cells)) + f" | {self.error:.0e} |"
 
 
