@@ -236,3 +236,19 @@ def test_joint_coordinates_choose_the_posture_of_all_poses(tmp_path):
         rs.stiffness_map(robot, grid, near=near, method=rs.Compiled())
     with pytest.raises(InputError, match="near of '3-rrr'"):
         rs.stiffness_map(robot, grid, near=[1.0])
+
+
+def test_entries_of_the_matrix_have_units_that_udunits_reads(tmp_path):
+    """CF conventions, 3.1: unit names with exponents, separated by blanks; none for a mixture."""
+    grid = rs.Grid(x=rs.Axis(0.4, 0.5, 2), y=rs.Axis(0.3, 0.4, 2))
+    store = tmp_path / "map.zarr"
+    for found in (
+        rs.stiffness_map(rs.load("3-rpr"), grid, [rs.Quantity.STIFFNESS]),
+        rs.stiffness_map(rs.load("3-rpr"), grid, [rs.Quantity.STIFFNESS], store=store),
+    ):
+        assert "units" not in found.K.attrs
+        assert "K_units" in found.K.coords
+        coupled, turning = ["N m-1", "N m-1", "N"], ["N", "N", "N m rad-1"]
+        assert found.K_units.values.tolist() == [coupled, coupled, turning]
+        stiff = found.K.where(found.K_units == "N m rad-1", drop=True)
+        assert (stiff.sizes["row"], stiff.sizes["column"]) == (1, 1)

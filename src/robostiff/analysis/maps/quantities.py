@@ -85,11 +85,11 @@ def _of(quantity: Quantity, robot: Robot) -> list[Variable]:
                     "K",
                     ("row", "column"),
                     (n, n),
-                    "N/m, N/rad, N m/m, N m/rad",
+                    "",
                     "Cartesian stiffness matrix about the reference point, world axes",
                     dtype="float64",
                     labels=(space.wrench_order, twist),
-                    note="units by quarter: force or moment (row) per displacement or rotation",
+                    note="force or moment (row) per displacement or rotation (column)",
                 )
             ]
         case Quantity.PRINCIPAL_STIFFNESS:

@@ -108,7 +108,7 @@ def summarize(
     ranges: dict[str, tuple[float, float]] = {}
     for variable in variables:
         # Smallest and largest entry of a matrix of four units mean nothing.
-        if variable.is_float and "," not in variable.units:
+        if variable.is_float and variable.units and "," not in variable.units:
             values = arrays[variable.name]
             low, high = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
             if np.isfinite(low):

@@ -24,6 +24,7 @@ class Variable:
         After those of the poses.
     shape : tuple of int
     units : str
+        Empty where the entries of a pose have several: the coordinate ``NAME_units`` has them.
     long_name : str
     dtype : str
         Of NumPy.
@@ -41,6 +42,24 @@ class Variable:
     dtype: str = "float32"
     labels: tuple[tuple[str, ...], ...] = ()
     note: str = ""
+
+    @property
+    def units_of_entries(self) -> np.ndarray:
+        """Units of the entries of a stiffness matrix, as UDUNITS reads them.
+
+        Examples
+        --------
+        >>> order = (("Fx", "Mx"), ("dx", "rx"))
+        >>> Variable("K", ("row", "column"), (2, 2), "", "", labels=order).units_of_entries.tolist()
+        [['N m-1', 'N'], ['N', 'N m rad-1']]
+        """
+        rows, columns = self.labels
+        moments = [name.startswith("M") for name in rows]
+        rotations = [name.startswith("r") for name in columns]
+        named = ("N m-1", "N", "N m rad-1")  # a radian is 1, and so is a metre per metre
+        return np.array(
+            [[named[of_row + of_column] for of_column in rotations] for of_row in moments]
+        )
 
     @property
     def is_float(self) -> bool:
