@@ -75,6 +75,17 @@ def load_table(space: Space, wrench: np.ndarray, moved: np.ndarray) -> Table:
     return Table(["load", "", "displacement", ""], rows)
 
 
+def tension_table(result: CableStiffness) -> Table:
+    """Tension and stiffness of every cable."""
+    rows = [
+        [name, Number(float(tension), "N"), Number(float(axial), "N/m")]
+        for name, tension, axial in zip(
+            result.cable_names, result.tensions, result.axial, strict=True
+        )
+    ]
+    return Table(["cable", "tension", "stiffness"], rows)
+
+
 def energy_table(result: Deflection, most: int) -> Table:
     """The parts with the largest share of the elastic energy."""
     rows = [

@@ -12,7 +12,7 @@ import numpy as np
 
 from robostiff.analysis import CableStiffness, Deflection, RobotStiffness, cable_response
 from robostiff.analysis.cable_response import CableResponse
-from robostiff.analysis.result_tables import stiffness_html
+from robostiff.analysis.result_tables import stiffness_html, tension_table
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.io.results.cables import cable_response_text
@@ -22,11 +22,8 @@ from robostiff.linkage import Linkage
 from robostiff.markup import (
     STIFFNESS_UNITS,
     Bullets,
-    Cell,
     LabelledMatrix,
-    Number,
     Paragraph,
-    Table,
     block_html,
     element,
     escaped,
@@ -374,17 +371,11 @@ def cable_stiffness_html(result: CableStiffness) -> str:
     space = result.space
     K = LabelledMatrix("K", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS)
     motions = tuple(f"free: {motion}" for motion in result.free_motions)
-    rows: list[list[Cell]] = [
-        [name, Number(float(tension), "N"), Number(float(axial), "N/m")]
-        for name, tension, axial in zip(
-            result.cable_names, result.tensions, result.axial, strict=True
-        )
-    ]
     blocks = (
         K,
         Paragraph(f"rank {int(result.rank)} of {space.size}"),
         Bullets(motions),
-        Table(["cable", "tension", "stiffness"], rows),
+        tension_table(result),
     )
     return "".join(map(block_html, blocks))
 

@@ -17,6 +17,7 @@ from robostiff.analysis.result_tables import (
     free_motion_table,
     load_table,
     stiffness_matrix,
+    tension_table,
 )
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
@@ -55,7 +56,7 @@ def matrices_section(contents: ReportContents) -> Section:
         picture = free_motions_picture(result, surroundings(contents.posed, result))
         parts.append(one_figure("free-motions", caption, picture))
     if isinstance(result, CableStiffness):
-        return section("stiffness", _TITLE, [*parts, _ellipsoid(contents), _tensions(result)])
+        return section("stiffness", _TITLE, [*parts, _ellipsoid(contents), tension_table(result)])
     lost = tuple(f"redundant passive joint: {name}" for name in result.redundant_joints)
     parts.append(Bullets(lost) if lost else None)
     parts.append(Paragraph(f"Rank decided by {result.decision}.", Tone.QUIET))
@@ -73,17 +74,6 @@ def _ellipsoid(contents: ReportContents) -> Figure | None:
         caption = "Displacements under unit forces in all directions (compliance ellipsoid)."
         return one_figure("ellipsoid", caption, picture)
     return None
-
-
-def _tensions(result: CableStiffness) -> Table:
-    """Tension and stiffness of every cable."""
-    rows: list[list[Cell]] = [
-        [name, Number(float(tension), "N"), Number(float(axial), "N/m")]
-        for name, tension, axial in zip(
-            result.cable_names, result.tensions, result.axial, strict=True
-        )
-    ]
-    return Table(["cable", "tension", "stiffness"], rows)
 
 
 def _meaning(contents: ReportContents) -> str:
