@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics.formula.body import tidied, tidied_point
+from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.linkage.closure import Configuration, close, close_all
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, Linkage
