@@ -10,8 +10,8 @@ import pytest
 import robostiff as rs
 from robostiff.kinematics import posture_finder
 from robostiff.model import PlacedFreedom
-from robostiff.statics.equilibrium import postures_of
 from robostiff.statics.kernels.buckling import buckling_of
+from robostiff.statics.question import postures_of
 
 COUNT = 3
 # One answer or a batch, as the question is.

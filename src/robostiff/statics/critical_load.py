@@ -17,10 +17,10 @@ from robostiff.network import Network
 from robostiff.spatial import as_float
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import CriticalPoint, first_critical
-from robostiff.statics.equilibrium import one_question
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.problem import LoadCase
+from robostiff.statics.question import one_question
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()

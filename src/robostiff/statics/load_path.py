@@ -16,7 +16,7 @@ from robostiff.network import Network
 from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.critical_point import least_margin, refined
-from robostiff.statics.equilibrium import Question, one_question, solved
+from robostiff.statics.equilibrium import solved
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.legs import turn_between
@@ -28,6 +28,7 @@ from robostiff.statics.newton import (
     path_direction,
 )
 from robostiff.statics.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.question import Question, one_question
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import EquilibriumStatus
 

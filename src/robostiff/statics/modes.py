@@ -17,14 +17,20 @@ from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.body_motions import BodyPlaces, body_places
-from robostiff.statics.equilibrium import Loads, one_question, solved
+from robostiff.statics.equilibrium import solved
 from robostiff.statics.finite_turn import turned_by
 from robostiff.statics.from_snapshot import DeadForce, legs_of
-from robostiff.statics.given_loads import Gravity, arms_and_forces, has_masses, platform_weights
+from robostiff.statics.given_loads import (
+    Gravity,
+    Loads,
+    arms_and_forces,
+    has_masses,
+    platform_weights,
+)
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.moving_masses import Masses, unit_weights
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
-from robostiff.statics.question import Question
+from robostiff.statics.question import Question, one_question
 from robostiff.statics.status import EquilibriumStatus
 from robostiff.statics.vibration import SmallMotions
 

@@ -21,10 +21,10 @@ from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.beam_bowing import Linear
 from robostiff.statics.body_springs import small_pulls
 from robostiff.statics.equilibrated import LOST
-from robostiff.statics.equilibrium import one_question
 from robostiff.statics.given_loads import Gravity, Loads
 from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
+from robostiff.statics.question import one_question
 
 # Of the terms of an equation of a leg: what is left says that a load drives a free motion in it.
 _DRIVEN = 1e-6

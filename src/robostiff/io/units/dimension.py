@@ -42,7 +42,6 @@ class Dimension(Enum):
     DENSITY = ("a density", "kg/m^3", "2700 kg/m^3")
     ACCELERATION = ("an acceleration", "m/s^2", "9.81 m/s^2")
     FORCE = ("a force", "N", "200 N")
-    FORCE_PER_LENGTH = ("a force per length", "N/m", "20 N/m")
     MOMENT = ("a moment", "N m", "10 N m")
     MODULUS = ("an elastic modulus", "Pa", "70 GPa")
     TRANSLATIONAL_STIFFNESS = ("a translational stiffness", "N/m", "1e8 N/m")
@@ -51,6 +50,7 @@ class Dimension(Enum):
     TRANSLATIONAL_COMPLIANCE = ("a translational compliance", "m/N", "1e-8 m/N")
     ROTATIONAL_COMPLIANCE = ("a rotational compliance", "rad/(N m)", "1e-5 rad/(N m)")
     COUPLING_COMPLIANCE = ("a coupling compliance", "rad/N", "1e-5 rad/N")
+    FORCE_PER_LENGTH = ("a force per length", "N/m", "20 N/m")
 
     def __str__(self) -> str:
         return f"{self.with_article}, such as {self.example}"

@@ -19,12 +19,12 @@ from robostiff.model import ALL_COORDINATES, Robot, StiffnessLaw
 from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, record_robot, sample_postures
 from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.equilibrium import postures_of
 from robostiff.statics.given_loads import acting_gravity
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, equilibria_of
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.loading import RecordedLoading, record_loading
 from robostiff.statics.problem import EquilibriumProblem
+from robostiff.statics.question import Postures, postures_of
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
@@ -174,7 +174,7 @@ def _problems(finder: PostureFinder, beams: Beams) -> list[EquilibriumProblem]:
     size = np.where(np.array(places) < 3, finder.length, 1.5)
     shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
     around = postures_of(robot, finder.home_pose[places] + shifts, None)
-    posture = around.posture
+    posture = around.posture if isinstance(around, Postures) else None
     if posture is None:
         return found
     reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]

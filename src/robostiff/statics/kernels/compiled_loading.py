@@ -19,7 +19,8 @@ from robostiff.kinematics import JointCoordinates, Pose
 from robostiff.model import Robot
 from robostiff.recorded import CLOSED
 from robostiff.statics.beam_bowing import Beams
-from robostiff.statics.equilibrium import equilibrium, wrenches_of
+from robostiff.statics.equilibrium import equilibrium
+from robostiff.statics.question import wrenches_of
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 
