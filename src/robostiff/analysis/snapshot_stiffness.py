@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.analysis.flexible_platform import legs_on_platform
 from robostiff.analysis.leg_matrices import LegMatrices, leg_matrices
 from robostiff.elastostatics import (
     CartesianStiffness,
@@ -74,6 +73,8 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     alone = len(legs) == 1 and problems[0].J_q.shape[-1] == 0
     whole, C = aggregate(legs), problems[0].C if alone else None
     if snapshot.platform is not None:
+        from robostiff.analysis.flexible_platform import legs_on_platform
+
         of_legs = [own.C for own in problems]
         whole, legs, C, more = legs_on_platform(snapshot.platform, legs, of_legs, C, origin, method)
         names += more

@@ -29,7 +29,6 @@ from robostiff.model import (
     platform_beam,
     rigid_member,
 )
-from robostiff.network import platform_flexibility
 from robostiff.spatial import Frame
 from robostiff.spatial.formula import vanishes
 
@@ -122,6 +121,8 @@ def attached(
 def check_platform(place: Place, robot: Robot) -> None:
     """Raise at the platform unless its flexibility can be computed; for a robot of numbers."""
     if robot.platform is not None:
+        from robostiff.network import platform_flexibility
+
         with place.complaints():
             platform_flexibility(robot.platform, list(dict.fromkeys(robot.holds)), robot.space)
 

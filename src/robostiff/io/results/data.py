@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, fields, is_dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.analysis import Deflection, RobotStiffness
 from robostiff.analysis.free_motion import FreeMotion
 from robostiff.elastostatics import Status
 from robostiff.markup import COMPLIANCE_UNITS, STIFFNESS_UNITS
 from robostiff.spatial import Space
 from robostiff.version import __version__
+
+if TYPE_CHECKING:
+    from robostiff.analysis import Deflection, RobotStiffness
 
 
 def stiffness_data(result: RobotStiffness) -> dict[str, Any]:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.analysis import Deflection, PartShare, RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.markup import STIFFNESS_UNITS, number, row, shown_matrix, text_of
+
+if TYPE_CHECKING:
+    from robostiff.analysis import Deflection, PartShare, RobotStiffness
 
 _SHOWN = 1e-9  # of the largest: smaller is rounding
 _NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
