@@ -35,7 +35,7 @@ def frame(*columns: np.ndarray) -> np.ndarray:
     """Three vectors as the columns of a matrix."""
     if columns[0].ndim == 1:
         return np.stack(columns, axis=-1)
-    R = np.empty((3, 3, max(column.shape[1] for column in columns)))
+    R = np.empty((3, *np.broadcast_shapes(*(column.shape for column in columns))))
     for i, column in enumerate(columns):
         R[:, i] = column
     return R
