@@ -130,11 +130,10 @@ def _places(
     refusal = ""
     for pose, known in zip(wanted, each, strict=True):
         result = stiffness(numeric, pose)
-        status = result.status
-        if status & Status.UNREACHABLE or result.complaints:
-            refusal = "; ".join(result.complaints)
         if result.answered:
-            found.append((known, result, bool(status & Status.ILL_CONDITIONED)))
+            found.append((known, result, bool(result.status & Status.ILL_CONDITIONED)))
+        else:
+            refusal = "; ".join(result.complaints) or refusal
     return found, refusal
 
 

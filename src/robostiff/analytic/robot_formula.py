@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -166,58 +167,70 @@ def derive_robot(
     robot.check_has_no_springs("formula")
     # Steps have no budget, but numbers with many roots may grow without end on the way to them.
     enough = None if budget is None else max(budget, BUDGET)
-    placed, recorded = within(enough, lambda: _recorded(robot, pose), "record of a formula")
     is_home = isinstance(pose, AtHome)
+
+    def recorded() -> _Recording:
+        at = _Recording(place_robot(robot, pose))
+        if not is_home or isinstance(form, Steps) or not at.placed.symbols:
+            _ = at.recorded
+        return at
+
+    at = within(enough, recorded, "record of a formula")
     if isinstance(form, Closed):
         limit = form.limit
-        return within(
-            budget, lambda: _readable(placed, recorded, limit, is_home=is_home, closed=True)
-        )
+        return within(budget, lambda: _readable(at, limit, is_home=is_home, closed=True))
     remark = ""
     if form is None and is_home:
         try:
-            return within(
-                budget, lambda: _readable(placed, recorded, _READABLE, is_home=True, closed=False)
-            )
+            return within(budget, lambda: _readable(at, _READABLE, is_home=True, closed=False))
         except OutOfTimeError:
             remark = f"A closed form did not end within {budget:g} s of computing."
+            # What was stopped may have left half of a step.
+            form = Steps()
+            at = within(enough, recorded, "record of a formula")
         except FormulaTooLargeError:
             pass
-    return replace(_in_steps(placed, recorded), remark=remark)
+    return replace(_in_steps(at.placed, at.recorded), remark=remark)
 
 
-def _recorded(robot: Robot, pose: PoseFormula) -> tuple[PlacedRobot, RecordedRobot]:
-    at = place_robot(robot, pose)
-    return at, assembled(at.entries, at.record, at.platform, at.legs, at.length)
+@dataclass(frozen=True)
+class _Recording:
+    """A placed robot, and its elimination on the same record, when it is first looked at."""
+
+    placed: PlacedRobot
+
+    @cached_property
+    def recorded(self) -> RecordedRobot:
+        at = self.placed
+        return assembled(at.entries, at.record, at.platform, at.legs, at.length)
 
 
-def _readable(
-    placed: PlacedRobot, recorded: RecordedRobot, limit: int, *, is_home: bool, closed: bool
-) -> RobotDerivation:
+def _readable(at: _Recording, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
     """A sum of springs where the robot is one, a closed form otherwise."""
     if is_home:
         for in_short_steps in (False,) if closed else (False, True):
             with suppress(FormulaTooLargeError):
-                derivation = _by_springs(placed, recorded, in_short_steps=in_short_steps)
+                derivation = _by_springs(at, in_short_steps=in_short_steps)
                 if derivation is not None:
                     return derivation
                 break
-    return _closed(placed, recorded, limit)
+    return _closed(at.placed, at.recorded, limit)
 
 
-def _by_springs(
-    placed: PlacedRobot, recorded: RecordedRobot, *, in_short_steps: bool
-) -> RobotDerivation | None:
+def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | None:
     """Unit wrenches, and compliances that stay sums; None where a leg has no such basis.
 
     Also None where the sum holds only to the digits of the model, as with angles in decimals.
     """
+    placed = at.placed
     if not placed.symbols:
         return None  # all of it is numbers
-    # On a record of its own: the elimination leaves steps of the same values, only longer.
-    found = sum_of_springs(place_robot(placed.robot, AtHome()), in_short_steps=in_short_steps)
+    # Neither sees steps of the other, of the same values, only longer.
+    with placed.record.tentative():
+        found = sum_of_springs(placed, in_short_steps=in_short_steps)
     if found is None:
         return None
+    recorded = at.recorded
     points = ExactPoints(placed.record)
     # Legs that are closed by iteration are not closed exactly at any point.
     if not placed.closed and not points.holds(found.K, recorded.K):

@@ -164,16 +164,16 @@ class WrenchSearch(Surroundings):
     ) -> list[tuple[np.ndarray, np.ndarray]]:
         """Vectors with their samples, each once."""
         found: list[tuple[np.ndarray, np.ndarray]] = []
+        signs = (1, -1) if up_to_sign else (1,)
         for vector in vectors:
-            simpler = np.array([self.record.simplified(x, scale) for x in vector], dtype=object)
-            at = sampled(simpler, self.record.count)
-            signs = (1, -1) if up_to_sign else (1,)
+            at = sampled(vector, self.record.count)
             if not any(
                 np.max(np.abs(at - sign * other)) < _SAME * scale
                 for _, other in found
                 for sign in signs
             ):
-                found.append((simpler, at))
+                simpler = [self.record.simplified(x, scale) for x in vector]
+                found.append((np.array(simpler, dtype=object), at))
         return found
 
 

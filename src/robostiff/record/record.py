@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
@@ -143,6 +144,29 @@ class Record:
             self.inputs = (*self.inputs, name)
             self._append((Operation.INPUT, name, None), np.broadcast_to(sample, self.count))
         return self.input(name)
+
+    @contextmanager
+    def tentative(self) -> Iterator[None]:
+        """Forget the steps, inputs and names that are added within; their entries are void then.
+
+        Examples
+        --------
+        >>> record = Record({"x": [1.0, 2.0]})
+        >>> with record.tentative():
+        ...     _ = record.input("x") + 1
+        >>> record.size
+        1
+        """
+        size, inputs, names = self.size, self.inputs, dict(self.names)
+        try:
+            yield
+        finally:
+            for step in range(self.size - 1, size - 1, -1):
+                self._known.pop(self.operations.pop(), None)  # the last may be half a step
+                alike = self._by_value.get(_leading_digits(self._samples[step, 0]), [])
+                if alike[-1:] == [step]:
+                    alike.pop()
+            self.inputs, self.names = inputs, names
 
     def number(self, value: Any) -> int:
         """The step of a number."""
