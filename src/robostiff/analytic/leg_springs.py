@@ -224,7 +224,7 @@ class LegReader:
             frame = self._frame(block, [u for w in held for _, u in w.parts])
             columns = tuple(w.seen_from(frame, search) for w in held)
             return BlockSprings(frame, columns, tuple(w.compliance for w in held), search)
-        basis = search.basis(as_leg)
+        basis = search.basis(as_leg, few_couplings=False)
         if basis is None:
             raise NotHeldByUnitWrenchesError
         units = basis.wrenches[::-1]  # forces first: they are moved by couples

@@ -6,8 +6,9 @@ found at the samples of the record, where each of them does no work on any passi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations, pairwise
 from math import comb
 from typing import Any
@@ -99,8 +100,12 @@ class Basis:
 class WrenchSearch(Surroundings):
     """Finds a basis of unit wrenches of which few or none share energy."""
 
-    def basis(self, leg: PlacedLeg) -> Basis | None:
-        """The simplest basis of what the passive joints transmit; None where none is found."""
+    def basis(self, leg: PlacedLeg, *, few_couplings: bool = True) -> Basis | None:
+        """The simplest basis of what the passive joints transmit; None where none is found.
+
+        Also None, unless a basis with many couplings will do, where no basis has as few pairs that
+        share energy as it has wrenches.
+        """
         if any(s.elasticity.freedoms.shape[1] for s in leg.springs):
             return None
         own = SampledLeg.of(leg, self)
@@ -108,19 +113,34 @@ class WrenchSearch(Surroundings):
             return None
         if own.transmitted == 0:
             return Basis((), own.C[:, :0, :0])
-        found = self._transmitted(leg, own)
-        if len(found) < own.transmitted:
+        count = self.record.count
+        directions = self._different(_directions(leg, count), 1.0, up_to_sign=True)
+        places = self._transmitted(leg, own, directions)
+        if len(places) < own.transmitted:
             return None
+        if (
+            few_couplings
+            and _least_couplings([one[0].scaled for one in places], own) > own.transmitted
+        ):
+            return None
+        # Cosines between lines and axes: the simplest formulas of what parts feel.
+        for (a, _), (b, _) in combinations(directions, 2):
+            _ = a @ b
+        found = [
+            min((self._candidate(leg, one) for one in alike), key=lambda one: one.cost)
+            for alike in places
+        ]
         count = own.transmitted
         while count < len(found) and comb(count + 1, own.transmitted) <= _MOST:
             count += 1
         return _combined(sorted(found, key=lambda one: one.cost)[:count], own)
 
-    def _transmitted(self, leg: PlacedLeg, own: SampledLeg) -> list[_Candidate]:
-        """Different unit wrenches that do no work on passive joints."""
-        directions = self._different(_directions(leg), 1.0, up_to_sign=True)
-        points = self._different(_points(leg), self.length, up_to_sign=False)
-        found: list[_Candidate] = []
+    def _transmitted(
+        self, leg: PlacedLeg, own: SampledLeg, directions: list[tuple[np.ndarray, np.ndarray]]
+    ) -> list[list[_Place]]:
+        """Unit wrenches that do no work on passive joints, alike ones together."""
+        points = self._different(_points(leg, self.record.count), self.length, up_to_sign=False)
+        found: list[list[_Place]] = []
         seen: list[np.ndarray] = []
         reference = sampled(self.reference, self.record.count)
         planar = self.space is Space.PLANAR
@@ -137,15 +157,17 @@ class WrenchSearch(Surroundings):
             scaled = scaled / sizes[:, None]
             if own.J.shape[2] and np.max(np.abs(np.einsum("ni,nij->nj", scaled, own.J))) > IDLE:
                 continue
-            alike = [k for k, s in enumerate(seen) if _alike(s, scaled)]
-            wrench = UnitWrench(d, None if place is None else place[0])
-            candidate = _Candidate(wrench, scaled, sizes, self._cost(leg, wrench))
-            if not alike:
+            one = _Place(UnitWrench(d, None if place is None else place[0]), scaled, sizes)
+            known = _first_alike(seen, scaled, _SAME, up_to_sign=True)
+            if known is None:
                 seen.append(scaled)
-                found.append(candidate)
-            elif candidate.cost < found[alike[0]].cost:
-                found[alike[0]] = candidate
+                found.append([one])
+            else:
+                found[known].append(one)
         return found
+
+    def _candidate(self, leg: PlacedLeg, one: _Place) -> _Candidate:
+        return _Candidate(one.wrench, one.scaled, one.size, self._cost(leg, one.wrench))
 
     def _cost(self, leg: PlacedLeg, wrench: UnitWrench) -> int:
         record, length = self.record, self.length
@@ -160,21 +182,29 @@ class WrenchSearch(Surroundings):
         return 10 * record.cost(x.step for x in used) + 10 * len(used) + plain
 
     def _different(
-        self, vectors: Iterator[np.ndarray], scale: float, *, up_to_sign: bool
+        self, vectors: Iterator[_Vector], scale: float, *, up_to_sign: bool
     ) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Vectors with their samples, each once."""
-        found: list[tuple[np.ndarray, np.ndarray]] = []
-        signs = (1, -1) if up_to_sign else (1,)
-        for vector in vectors:
-            at = sampled(vector, self.record.count)
-            if not any(
-                np.max(np.abs(at - sign * other)) < _SAME * scale
-                for _, other in found
-                for sign in signs
-            ):
+        """Vectors with their samples, each once; only these are written."""
+        found: list[np.ndarray] = []
+        seen: list[np.ndarray] = []
+        for at, write in vectors:
+            if _first_alike(seen, at, _SAME * scale, up_to_sign=up_to_sign) is not None:
+                continue
+            vector = write()
+            if vector is not None:
                 simpler = [self.record.simplified(x, scale) for x in vector]
-                found.append((np.array(simpler, dtype=object), at))
-        return found
+                found.append(np.array(simpler, dtype=object))
+                seen.append(at)
+        return list(zip(found, seen, strict=True))
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A unit wrench, its direction among scaled wrenches, and its length there."""
+
+    wrench: UnitWrench
+    scaled: np.ndarray
+    size: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -213,62 +243,128 @@ def _combined(pool: Sequence[_Candidate], own: SampledLeg) -> Basis | None:
     return None if best is None else best[1]
 
 
-def _alike(a: np.ndarray, b: np.ndarray) -> bool:
-    return any(bool(np.max(np.abs(a - sign * b)) < _SAME) for sign in (1, -1))
+def _least_couplings(wrenches: Sequence[np.ndarray], own: SampledLeg) -> int:
+    """A lower bound of the pairs of a basis that share energy.
+
+    Of m wrenches, each is without any at most with m - 1 others, and with as many as of all.
+    """
+    m = own.transmitted or 0
+    W = np.stack(wrenches, axis=1)
+    A = np.abs(W @ own.C @ np.swapaxes(W, 1, 2))
+    sizes = np.sqrt(np.einsum("naa->na", A))
+    apart = np.max(A - IDLE * sizes[:, :, None] * sizes[:, None, :], axis=0) <= 0
+    np.fill_diagonal(apart, False)
+    most = np.minimum(np.sum(apart, axis=1), m - 1)
+    return comb(m, 2) - int(np.sum(np.sort(most)[-m:])) // 2
 
 
-def _directions(leg: PlacedLeg) -> Iterator[np.ndarray]:
+def _first_alike(
+    seen: Sequence[np.ndarray], own: np.ndarray, close: float, *, up_to_sign: bool
+) -> int | None:
+    """The first of some samples that is the same."""
+    if not seen:
+        return None
+    others = np.stack(seen)
+    alike = np.max(np.abs(others - own), axis=(1, 2)) < close
+    if up_to_sign:
+        alike |= np.max(np.abs(others + own), axis=(1, 2)) < close
+    return int(np.argmax(alike)) if np.any(alike) else None
+
+
+#: A vector at the samples (count, 3), and a function that writes its entries, None for none.
+_Vector = tuple[np.ndarray, Callable[[], "np.ndarray | None"]]
+
+
+def _known(vector: Any, count: int) -> _Vector:
+    entries = np.asarray(vector, dtype=object)
+    return sampled(entries, count), lambda: entries
+
+
+def _across(a: _Vector, b: _Vector) -> _Vector:
+    """The cross product."""
+
+    def write() -> np.ndarray | None:
+        both = a[1](), b[1]()
+        return None if both[0] is None or both[1] is None else np.array(cross(*both), dtype=object)
+
+    return np.cross(a[0], b[0]), write
+
+
+def _unit(a: _Vector) -> _Vector | None:
+    """The unit vector along another; None where that is zero."""
+    size = np.linalg.norm(a[0], axis=1)
+    if np.min(size) <= _SAME:
+        return None
+    return a[0] / size[:, None], cache(lambda: _unit_entries(a[1]()))
+
+
+def _are_square(a: _Vector, b: _Vector) -> bool:
+    return bool(np.max(np.abs(np.einsum("ni,ni->n", a[0], b[0]))) < _SAME)
+
+
+def _between(a: _Vector, b: _Vector) -> _Vector:
+    return b[0] - a[0], lambda: b[1]() - a[1]()
+
+
+def _directions(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
     """Axes of springs and joints, lines between joints, and what is square to two axes."""
     for spring in leg.springs:
-        yield from np.asarray(spring.rotation, dtype=object).T
-    axes = [np.asarray(freedom.axis, dtype=object) for freedom in leg.freedoms]
+        for axis in np.asarray(spring.rotation, dtype=object).T:
+            yield _known(axis, count)
+    axes = [_known(freedom.axis, count) for freedom in leg.freedoms]
     yield from axes
     for a, b in combinations(axes, 2):
-        if _is_square(a @ b):
-            yield np.array(cross(a, b), dtype=object)
-    yield from _lines(leg)
+        if _are_square(a, b):
+            yield _across(a, b)
+    yield from _lines(leg, count)
 
 
-def _lines(leg: PlacedLeg) -> Iterator[np.ndarray]:
+def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
     """Lines between parts, and of parallel branches the axes about which they hold together."""
-    points = [np.asarray(part.point, dtype=object) for part in leg.own_parts]
+    points = [_known(part.point, count) for part in leg.own_parts]
     for block in leg.blocks:
         for branch in block.branches:
-            yield from _lines(branch)
-        starts = [next(_points(branch), None) for branch in block.branches]
+            yield from _lines(branch, count)
+        starts = [next(_points(branch, count), None) for branch in block.branches]
         for a, b in combinations([p for p in starts if p is not None], 2):
             for spring in block.branches[0].springs:
-                lever = np.array(cross(b - a, spring.rotation[:, 0]), dtype=object)
+                lever = _across(_between(a, b), _known(spring.rotation[:, 0], count))
                 unit = _unit(lever)
                 if unit is not None:
                     yield unit
-    axes = [f.axis for f in leg.own_parts if isinstance(f, PlacedFreedom)]
+    axes = [_known(f.axis, count) for f in leg.own_parts if isinstance(f, PlacedFreedom)]
     for a, b in combinations(points, 2):
-        unit = _unit(b - a)
+        unit = _unit(_between(a, b))
         if unit is not None:
             yield unit
             for axis in axes:
-                if _is_square(unit @ axis):
-                    yield np.array(cross(unit, axis), dtype=object)
+                if _are_square(unit, axis):
+                    yield _across(unit, axis)
 
 
-def _points(leg: PlacedLeg) -> Iterator[np.ndarray]:
+def _points(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
     """Places of parts, the middles between neighbours, and those between parallel branches."""
-    own = [np.asarray(part.point, dtype=object) for part in leg.own_parts]
+    own = [_known(part.point, count) for part in leg.own_parts]
     yield from own
-    half = sp.Rational(1, 2)
-    yield from ((a + b) * half for a, b in pairwise(own))
+    yield from (_middle(pair) for pair in pairwise(own))
     for block in leg.blocks:
-        branches = [list(_points(branch)) for branch in block.branches]
+        branches = [list(_points(branch, count)) for branch in block.branches]
         for points in branches:
             yield from points
         for places in zip(*branches, strict=False):
-            middle = np.sum(np.stack(places), axis=0)
-            yield middle * sp.Rational(1, len(places))
+            yield _middle(places)
 
 
-def _unit(between: np.ndarray) -> np.ndarray | None:
+def _middle(points: Sequence[_Vector]) -> _Vector:
+    share = sp.Rational(1, len(points))
+    at = np.mean([p for p, _ in points], axis=0)
+    return at, lambda: np.sum(np.stack([write() for _, write in points]), axis=0) * share
+
+
+def _unit_entries(between: np.ndarray | None) -> np.ndarray | None:
     """Unit vector between two points; None where they meet."""
+    if between is None:
+        return None
     square = between @ between
     if not isinstance(square, Entry):
         return between / square_root(square) if float(square) > 0 else None
@@ -278,8 +374,3 @@ def _unit(between: np.ndarray) -> np.ndarray | None:
     if np.min(length.sample) <= _SAME:
         return None
     return np.array([x / length for x in between], dtype=object)
-
-
-def _is_square(cosine: Any) -> bool:
-    size = np.max(np.abs(cosine.sample)) if isinstance(cosine, Entry) else abs(float(cosine))
-    return bool(size < _SAME)
