@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -69,10 +70,15 @@ class SumOfSprings:
 
     def written_out(self, expression: Any) -> Any:
         """An expression or matrix with what the names stand for."""
-        for definition in reversed(self.definitions):
-            if expression.has(definition.symbol):
-                expression = expression.xreplace({definition.symbol: definition.expression})
-        return expression
+        return expression.xreplace(self._full)
+
+    @cached_property
+    def _full(self) -> dict[sp.Symbol, Any]:
+        """What each name stands for, in given symbols."""
+        full: dict[sp.Symbol, Any] = {}
+        for d in self.definitions:
+            full[d.symbol] = d.expression.xreplace(full)
+        return full
 
 
 def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
