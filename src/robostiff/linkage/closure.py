@@ -315,6 +315,10 @@ class _Loops:
             J[:, 6 * i : 6 * i + 3] /= self.length
         return J * self._units
 
+    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both at once."""
+        return self.gaps(x), self.rates(x)
+
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Postures after steps; coordinates of a spherical joint turn it about axes of body a."""
         x, start, at = x.copy(), 0, 0

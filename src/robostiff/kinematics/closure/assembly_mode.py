@@ -246,7 +246,7 @@ class AssemblyMode:
         last = np.full(len(x), np.inf)
         going = np.arange(len(x))
         for taken in range(_NEWTON_STEPS + 1):
-            e = self.equations.gaps(x[going])
+            e, J = self.equations.gaps_and_rates(x[going])
             size = _size(e)
             still = last[going] <= _SMALL_STEP
             # Where nothing moves any more, dimensions with few digits may leave a little open.
@@ -254,10 +254,10 @@ class AssemblyMode:
             on = (size > CONVERGED) & ~still
             if taken == _NEWTON_STEPS or not np.any(on):
                 break
-            going, e = going[on], e[on]
+            going, e, J = going[on], e[on], J[on]
             own = directions.of_rows(going)
             whole = self.equations.parts[-1]
-            T = own.square(_of_part(whole, self.equations.rates(x[going])))
+            T = own.square(_of_part(whole, J))
             right = np.swapaxes(own.U, -1, -2) @ np.take(e, whole.equations, axis=1)[..., None]
             step = (own.V @ _solved(T, right))[..., 0]
             length = np.sqrt(np.sum(step * step, axis=-1))

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from robostiff.kinematics.closure.assembly_mode import AssemblyMode
+from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree, advanced
 from robostiff.kinematics.closure.newton import CLOSED, ClosurePart, nearest
 from robostiff.kinematics.closure.spin import Spin, spins_of
 from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
@@ -17,7 +18,7 @@ from robostiff.kinematics.jacobians import freedom_twists
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
 from robostiff.model import Joint, JointKind, Leg, Telescope
 from robostiff.spatial import cross
-from robostiff.spatial.batch import product
+from robostiff.spatial.batch import product, transposed
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ class NewtonTask:
     def parts(self) -> tuple[ClosurePart, ...]:
         """Every leg, then all together."""
         parts, row, column = [], 0, 0
-        for leg, count in zip(self.legs, self._gap_counts, strict=True):
+        for leg, count in zip(self.legs, self._tree.ends_of_legs, strict=True):
             ends, loops = np.arange(row, row + 6), np.arange(row + 6, row + 6 * count)
             unknowns = column + np.arange(int(np.count_nonzero(leg.chain.free)))
             parts.append(ClosurePart(loops, ends, unknowns))
@@ -111,67 +112,56 @@ class NewtonTask:
         """All gaps as parts of the length and radians (N, 6 m)."""
         if len(x) == 1:  # sums over a lone pose round in another order: it comes with its twin
             return self.gaps(np.repeat(x, 2, axis=0))[:1]
-        pose, q = self._apart(x)
-        R_platform = turn_by_vector(pose[:, 3:])
-        parts = []
-        for leg, own in zip(self.legs, q, strict=True):
-            frame = attachment_frame(leg, R_platform, pose[:, :3])
-            for gap in gaps(leg, place_chain(leg.chain, own, leg.base.R, leg.base.p), *frame):
-                turn = vector_of_turn(np.einsum("nij,nkj->nik", gap.R_wanted, gap.R))
-                parts += [(gap.p_wanted - gap.p) / self.length, turn]
-        return np.concatenate(parts, axis=-1)
+        return self._gaps_of(self._placed(x))
 
     def rates(self, x: np.ndarray) -> np.ndarray:
         """Rates of the gaps closed by the moving coordinates, then by the free pose coordinates."""
+        return self.gaps_and_rates(x)[1]
+
+    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both, of legs that are placed once."""
         if len(x) == 1:
-            return self.rates(np.repeat(x, 2, axis=0))[:1]
-        pose, q = self._apart(x)
-        R_platform = turn_by_vector(pose[:, 3:])
-        rates = rotvec_rate(pose[:, 3:])
-        columns = sum(int(np.count_nonzero(leg.chain.free)) for leg in self.legs)
-        J = np.zeros((len(pose), 6 * sum(self._gap_counts), columns + len(self.open)))
-        row, column = 0, 0
-        for leg, own, own_spins in zip(self.legs, q, self._spins, strict=True):
-            moving = np.flatnonzero(leg.chain.free)
-            frame = attachment_frame(leg, R_platform, pose[:, :3])
-            arm = frame[1] - pose[:, :3]
-            placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
-            spins = [spin.at(placed) for spin in own_spins]
-            for number, gap in enumerate(gaps(leg, placed, *frame)):
-                rows = J[:, row : row + 6]
-                own_rates = closing_rates(gap, placed)
-                for spin in spins:
-                    spin.add_to(own_rates)
-                rows[:, :, column : column + moving.size] = own_rates[:, :, moving]
-                if number == 0:  # the platform's own
-                    for k, coordinate in enumerate(self.open):
-                        rows[:, :, columns + k] = -_pose_twist(coordinate, rates, arm)
-                rows[:, :3] /= self.length
-                row += 6
-            column += moving.size
-        return J * self._unit_steps
+            e, J = self.gaps_and_rates(np.repeat(x, 2, axis=0))
+            return e[:1], J[:1]
+        placed = self._placed(x)
+        J = self._tree.closing_twists(placed)
+        for spin in self._spins:
+            spin.at(placed.axes).add_to(J)
+        J = np.concatenate([np.take(J, self._free, axis=-1), self._open_twists(x, placed)], axis=-1)
+        J[:, :, :3] /= self.length
+        J = J.reshape(len(x), 6 * J.shape[1], J.shape[-1]) * self._unit_steps
+        return self._gaps_of(placed), J
+
+    def _gaps_of(self, placed: PlacedTree) -> np.ndarray:
+        turn = vector_of_turn(placed.R_wanted @ transposed(placed.R))
+        shift = (placed.p_wanted - placed.p) / self.length
+        return np.concatenate([shift, turn], axis=-1).reshape(len(turn), 6 * turn.shape[1])
+
+    def _open_twists(self, x: np.ndarray, placed: PlacedTree) -> np.ndarray:
+        """Twists by which free pose coordinates close the ends (N, ends, 6, k): of legs alone."""
+        J = np.zeros((*placed.p.shape[:2], 6, len(self.open)))
+        if self.open:
+            rates, legs = rotvec_rate(x[:, 3:6]), self._ends_of_legs
+            arm = placed.p_wanted[:, legs] - x[:, None, :3]
+            for k, coordinate in enumerate(self.open):
+                J[..., k][:, legs] = -_pose_twist(coordinate, rates, arm)
+        return J
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Postures after steps of the moving coordinates and the free pose coordinates."""
         x, step = x.copy(), step * self._unit_steps
-        pose, q = self._apart(x)
-        column = 0
-        for leg, own, spins in zip(self.legs, q, self._spins, strict=True):
-            free = leg.chain.free
-            count = int(np.count_nonzero(free))
-            delta = np.zeros_like(own)
-            delta[:, free] = step[:, column : column + count]
-            if spins:
-                placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
-                back = np.zeros_like(own)
-                for spin in spins:
-                    spin.at(placed).take_from(delta, back)
-                # Last, so that what is turned back is turned about the very axis of the screw.
-                own[:] = advance(leg, advance(leg, own, delta), back)
-            else:
-                own[:] = advance(leg, own, delta)
-            column += count
-        pose[:, list(self.open)] += step[:, column:]
+        q, delta, count = x[:, 6:], np.zeros((len(x), x.shape[1] - 6)), self._free.size
+        delta[:, self._free] = step[:, :count]
+        if self._spins:
+            axes, back = self._placed(x).axes, np.zeros_like(delta)
+            for spin in self._spins:
+                spin.at(axes).take_from(delta, back)
+            # Last, so that what is turned back is turned about the very axis of the screw.
+            q = advanced(advanced(q, delta, self._tree.balls), back, self._tree.balls)
+        else:
+            q = advanced(q, delta, self._tree.balls)
+        x[:, 6:] = q
+        x[:, list(self.open)] += step[:, count:]
         return x
 
     def lengths(self, x: np.ndarray) -> np.ndarray:
@@ -190,32 +180,38 @@ class NewtonTask:
         legs = [x[:, a:b] for a, b in pairwise(ends)]
         return x[:, :6], legs
 
-    @cached_property
-    def _gap_counts(self) -> tuple[int, ...]:
-        """How many gaps each leg has: at the platform, and one a loop."""
-        counts = []
-        for leg in self.legs:
-            placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
-            counts.append(1 + len(placed.loops))
-        return tuple(counts)
+    def _placed(self, x: np.ndarray) -> PlacedTree:
+        return self._tree.placed(turn_by_vector(x[:, 3:6]), x[:, :3], x[:, 6:])
 
     @cached_property
-    def _spins(self) -> tuple[tuple[Spin, ...], ...]:
-        """Of each leg, the screws whose turns another joint takes back."""
-        return tuple(spins_of(leg.chain, self.length) for leg in self.legs)
+    def _tree(self) -> MotionTree:
+        return MotionTree(self.legs)
+
+    @cached_property
+    def _ends_of_legs(self) -> np.ndarray:
+        """Which ends are those of legs on the platform."""
+        return np.cumsum([0, *self._tree.ends_of_legs])[:-1]
+
+    @cached_property
+    def _free(self) -> np.ndarray:
+        """Places of the moving coordinates among those of all legs."""
+        return np.flatnonzero(np.concatenate([leg.chain.free for leg in self.legs]))
+
+    @cached_property
+    def _spins(self) -> tuple[Spin, ...]:
+        """The screws whose turns another joint takes back."""
+        starts = np.cumsum([0, *(leg.chain.size for leg in self.legs)]).tolist()
+        return tuple(
+            spin.after(start)
+            for leg, start in zip(self.legs, starts, strict=False)
+            for spin in spins_of(leg.chain, self.length)
+        )
 
     @cached_property
     def _unit_steps(self) -> np.ndarray:
         """Unit of each unknown: the length for a shift, a radian for a turn."""
-        steps = []
-        for leg in self.legs:
-            steps += [
-                1.0 if screw.turns else self.length
-                for screw, free in zip(leg.chain.freedoms, leg.chain.free, strict=True)
-                if free
-            ]
-        steps += [self.length if coordinate < 3 else 1.0 for coordinate in self.open]
-        return np.array(steps)
+        turns = [*self._tree.turns[self._free], *(coordinate >= 3 for coordinate in self.open)]
+        return np.where(turns, 1.0, self.length)
 
 
 def gaps(
@@ -240,13 +236,12 @@ def closing_rates(gap: Loop, placed: PlacedChain) -> np.ndarray:
 
 def advance(leg: Leg, q: np.ndarray, delta: np.ndarray) -> np.ndarray:
     """Coordinates after small motions; those of a spherical joint turn it about frame axes."""
-    moved = q + delta
-    for element, place in leg.chain.moving:
-        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
-            turn = turn_by_vector(delta[..., place])
-            R = product(turn, turn_by_vector(q[..., place]))
-            moved[..., place] = vector_of_turn(R)
-    return moved
+    balls = [
+        range(place.start, place.stop)
+        for element, place in leg.chain.moving
+        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL
+    ]
+    return advanced(q, delta, np.array(balls, dtype=int))
 
 
 def attachment_frame(
@@ -259,12 +254,13 @@ def attachment_frame(
 
 
 def _pose_twist(coordinate: int, rates: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    twist = np.zeros((len(arm), 6))
+    """Twists (N, k, 6) at the ends of arms (N, k, 3) from the platform's origin."""
+    twist = np.zeros((*arm.shape[:-1], 6))
     if coordinate < 3:
-        twist[:, coordinate] = 1.0
+        twist[..., coordinate] = 1.0
     else:
-        w = rates[:, :, coordinate - 3]
-        twist[:, :3], twist[:, 3:] = cross(w, arm), w
+        w = np.broadcast_to(rates[:, None, :, coordinate - 3], arm.shape)
+        twist[..., :3], twist[..., 3:] = cross(w, arm), w
     return twist
 
 

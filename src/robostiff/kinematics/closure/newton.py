@@ -63,6 +63,10 @@ class ClosureEquations(Protocol):
         """Rates at which the unknowns close it (N, m, n)."""
         ...
 
+    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both, where bodies are placed once for them."""
+        ...
+
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Postures after steps (N, n) of the unknowns."""
         ...
@@ -80,7 +84,7 @@ def nearest(equations: ClosureEquations, x: np.ndarray) -> np.ndarray:
     best, best_size = x, np.full(len(x), np.inf)
     done = np.zeros(len(x), dtype=bool)
     for _ in range(_NEAREST_ITERATIONS):
-        e = equations.gaps(x)
+        e, J = equations.gaps_and_rates(x)
         size = np.max(np.abs(e), axis=-1, initial=0.0)
         better = (size < best_size) & ~done
         best_size = np.where(better, size, best_size)
@@ -88,7 +92,6 @@ def nearest(equations: ClosureEquations, x: np.ndarray) -> np.ndarray:
         done |= (best_size <= CONVERGED) | (~better & (best_size < _STANDSTILL))
         if np.all(done):
             break
-        J = equations.rates(x)
         if J.shape[-1] == 0:
             break  # nothing can move
         J_T = np.swapaxes(J, -1, -2)

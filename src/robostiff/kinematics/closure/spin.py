@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.frames import place_chain
 from robostiff.model import Chain, Joint, JointKind, Locked, ParallelBlock, PlacedFreedom, Telescope
 
 _COAXIAL = 1e-9  # sine, and part of the length
@@ -26,7 +26,7 @@ class PlacedSpin:
         Places of a coaxial turn, or of a spherical joint on the axis.
     unit : float
         Angle that advances by the characteristic length, or one radian if that is more [rad].
-    shares : (..., k) array
+    shares : (N, k) array
         What each of `back` turns where the screw turns by one.
     """
 
@@ -36,10 +36,10 @@ class PlacedSpin:
     shares: np.ndarray
 
     def add_to(self, rates: np.ndarray) -> None:
-        """In rates (..., 6, size), the screw's become those of an advance without a turn."""
+        """In rates (N, ends, 6, size), the screw's become those of an advance without a turn."""
         own = rates[..., self.place]
         for k, place in enumerate(self.back):
-            own = own + self.shares[..., k, None] * rates[..., place]
+            own = own + self.shares[:, k, None, None] * rates[..., place]
         rates[..., self.place] = self.unit * own
 
     def take_from(self, step: np.ndarray, back: np.ndarray) -> None:
@@ -61,11 +61,14 @@ class Spin:
     back: tuple[int, ...]
     unit: float
 
-    def at(self, placed: PlacedChain) -> PlacedSpin:
-        """The same at some postures."""
-        freedoms = placed.freedoms
-        e = freedoms[self.place].axis
-        along = [np.einsum("...i,...i->...", e, freedoms[i].axis) for i in self.back]
+    def after(self, start: int) -> Spin:
+        """The same in a vector that has other coordinates before those of the chain."""
+        return Spin(self.place + start, tuple(i + start for i in self.back), self.unit)
+
+    def at(self, axes: np.ndarray) -> PlacedSpin:
+        """The same at postures with the axes (N, size, 3) of all coordinates."""
+        e = axes[:, self.place]
+        along = [np.einsum("...i,...i->...", e, axes[:, i]) for i in self.back]
         return PlacedSpin(self.place, self.back, self.unit, -np.stack(along, axis=-1))
 
 

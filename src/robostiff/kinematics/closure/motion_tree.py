@@ -1,0 +1,311 @@
+"""Legs as a tree of moving frames, placed level by level: gaps and rates of closure at many poses.
+
+`place_chain` makes names, springs and elasticities as well; Newton's method needs none of them and
+asks many hundred times. What a joint does does not depend on the pose, so that it is read once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
+from robostiff.model import Chain, Joint, JointKind, Leg, ParallelBlock, Rigid, Telescope
+from robostiff.spatial import Screw, cross, skew
+from robostiff.spatial.batch import product
+
+WORLD, PLATFORM = 0, 1
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A frame at rest in one of the moving frames: its number, axes and origin [m]."""
+
+    frame: int
+    R: np.ndarray
+    p: np.ndarray
+
+    def to(self, R: np.ndarray, p: np.ndarray) -> Fixed:
+        """The frame that it leads to by its own axes and origin."""
+        return Fixed(self.frame, self.R @ R, self.p + self.R @ p)
+
+
+@dataclass(frozen=True)
+class LoopEnd:
+    """Two frames that closure brings together, and the coordinates that move them.
+
+    Attributes
+    ----------
+    own, wanted : Fixed
+    moving : tuple of int
+        Coordinates of all legs that move the one.
+    leading : tuple of int
+        Those that move the other.
+    """
+
+    own: Fixed
+    wanted: Fixed
+    moving: tuple[int, ...]
+    leading: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class PlacedTree:
+    """All frames, axes and ends of loops at N postures.
+
+    Attributes
+    ----------
+    axes, points : (N, size, 3) arrays
+        Unit vector of each coordinate, and a point of its line [m].
+    R, p, R_wanted, p_wanted : (N, ends, 3, 3) and (N, ends, 3) arrays
+        Of each end, the frame that it is at and the one where it should be.
+    """
+
+    axes: np.ndarray
+    points: np.ndarray
+    R: np.ndarray
+    p: np.ndarray
+    R_wanted: np.ndarray
+    p_wanted: np.ndarray
+
+
+@dataclass
+class MotionTree:
+    """Legs read into moving frames; the first two are the world and the platform.
+
+    Attributes
+    ----------
+    legs : sequence of Leg
+    ends : list of LoopEnd
+        Of each leg its end on the platform, then those of the loops inside it.
+    ends_of_legs : list of int
+        How many each leg has.
+    """
+
+    legs: Sequence[Leg]
+    ends: list[LoopEnd] = field(default_factory=list)
+    ends_of_legs: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._before: list[Fixed] = []
+        self._screws: list[Screw] = []
+        self._coordinates: list[int] = []  # of each frame
+        self._frames: list[int] = []  # of each coordinate
+        self._axes: list[np.ndarray] = []  # of each coordinate, in the frame before
+        self._slides: list[np.ndarray] = []  # of each frame, for one of its coordinate
+        self._balls: list[tuple[int, int]] = []  # frame and first coordinate
+        self._levels: list[int] = [0, 0]
+        for leg in self.legs:
+            base = Fixed(WORLD, leg.base.R, leg.base.p)
+            attachment = Fixed(PLATFORM, leg.attachment.R, leg.attachment.p)
+            place = len(self.ends)
+            end, led_by = self._along(leg.chain, base)
+            self.ends.insert(place, LoopEnd(end, attachment, led_by, ()))
+            self.ends_of_legs.append(len(self.ends) - place)
+
+    def _along(self, chain: Chain, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
+        """Where a chain ends, and the coordinates that lead there."""
+        led_by: list[int] = []
+        for element in chain.elements:
+            first = len(self._frames)
+            if isinstance(element, Rigid):
+                at = at.to(element.transform.R, element.transform.p)
+            elif isinstance(element, ParallelBlock):
+                at, own = self._across(element, at)
+                led_by += own
+            elif isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+                for screw in element.freedoms:
+                    self._freedom(at, screw)
+                at = self._moved(at, element.freedoms[0], first)
+                self._balls.append((at.frame, first))
+                led_by += range(first, first + 3)
+            elif isinstance(element, Joint | Telescope):
+                share = 1.0
+                if isinstance(element, Telescope) and element.beams:
+                    at = at.to(np.eye(3), element.direction * element.fixed_length)
+                    share = sum(beam.share for beam in element.beams)
+                for screw in element.freedoms:
+                    led_by.append(len(self._frames))
+                    self._freedom(at, screw)
+                    at = self._moved(at, screw, led_by[-1], share)
+            else:
+                at = at.to(np.eye(3), element.to)
+        return at, tuple(led_by)
+
+    def _across(self, block: ParallelBlock, at: Fixed) -> tuple[Fixed, tuple[int, ...]]:
+        """Where a block ends, as its first branch has it."""
+        found = [
+            self._along(branch.chain, at.to(branch.start.R, branch.start.p))
+            for branch in block.branches
+        ]
+        (end, leading), *others = found
+        back = block.branches[0].end.inverse
+        end = end.to(back.R, back.p)
+        for branch, (own, moving) in zip(block.branches[1:], others, strict=True):
+            wanted = end.to(branch.end.R, branch.end.p)
+            self.ends.append(LoopEnd(own, wanted, moving, leading))
+        return end, leading
+
+    def _freedom(self, at: Fixed, screw: Screw) -> None:
+        """A coordinate whose line passes through the origin of the frame made next."""
+        self._frames.append(len(self._levels))
+        self._axes.append(at.R @ screw.axis)
+        self._screws.append(screw)
+
+    def _moved(self, at: Fixed, screw: Screw, place: int, share: float = 1.0) -> Fixed:
+        """The frame that a screw moves, by a share of its advance."""
+        self._slides.append(at.R @ screw.axis * (share * screw.advance(1.0)))
+        self._before.append(at)
+        self._coordinates.append(place)
+        self._levels.append(1 + self._levels[at.frame])
+        return Fixed(len(self._levels) - 1, np.eye(3), np.zeros(3))
+
+    @cached_property
+    def balls(self) -> np.ndarray:
+        """Coordinates of the spherical joints (b, 3)."""
+        first = np.array([place for _, place in self._balls], dtype=int)
+        return first[:, None] + np.arange(3)
+
+    @cached_property
+    def turns(self) -> np.ndarray:
+        """Which coordinates turn (size,) bool."""
+        return np.array([screw.turns for screw in self._screws], dtype=bool)
+
+    @cached_property
+    def _advances(self) -> np.ndarray:
+        """By how much each coordinate slides along its axis, for one (size,)."""
+        return np.array([screw.advance(1.0) for screw in self._screws], dtype=float)
+
+    @cached_property
+    def _constants(self) -> _Constants:
+        """What every frame does, the frames in the order of levels."""
+        order = 2 + np.argsort(np.array(self._levels[2:], dtype=int), kind="stable")
+        number = np.concatenate([[WORLD, PLATFORM], np.zeros(len(order), dtype=int)])
+        number[order] = 2 + np.arange(len(order))
+        before = [self._before[i - 2] for i in order]
+        places = np.array([self._coordinates[i - 2] for i in order], dtype=int)
+        screws = [self._screws[i] for i in places]
+        A = np.array([one.R for one in before], dtype=float).reshape(-1, 3, 3)
+        shift = np.array([one.p for one in before], dtype=float).reshape(-1, 3)
+        E = np.array([skew(screw.axis) * screw.turns for screw in screws]).reshape(-1, 3, 3)
+        level = np.array(self._levels, dtype=int)[order]
+        starts = 2 + np.searchsorted(level, np.arange(1, max(self._levels) + 2))
+        return _Constants(
+            order=number,
+            parents=number[np.array([one.frame for one in before], dtype=int)],
+            places=places,
+            A=A,
+            AE=A @ E,
+            AEE=A @ E @ E,
+            shift=shift,
+            slide=np.array([self._slides[i - 2] for i in order], dtype=float).reshape(-1, 3),
+            balls=number[np.array([frame for frame, _ in self._balls], dtype=int)] - 2,
+            levels=tuple(slice(a, b) for a, b in pairwise(starts.tolist())),
+        )
+
+    @cached_property
+    def _ends(self) -> tuple[_Ends, _Ends]:
+        """Where ends are, and where they should be."""
+        number = self._constants.order
+        own, wanted = ([getattr(end, name) for end in self.ends] for name in ("own", "wanted"))
+        return _Ends.of(own, number), _Ends.of(wanted, number)
+
+    @cached_property
+    def _pairs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Ends, the coordinates that move either frame, and whether it is the wanted one."""
+        found = [
+            (i, place, leads)
+            for i, end in enumerate(self.ends)
+            for leads, places in enumerate((end.moving, end.leading))
+            for place in places
+        ]
+        ends, places, leads = np.array(found, dtype=int).reshape(-1, 3).T
+        return ends, places, leads.astype(bool)
+
+    def placed(self, R_platform: np.ndarray, p_platform: np.ndarray, q: np.ndarray) -> PlacedTree:
+        """The tree at poses (N, 3, 3), (N, 3) of the platform and coordinates (N, size)."""
+        c, count = self._constants, len(q)
+        own = q[:, c.places]
+        sine, versine = np.sin(own), 2.0 * np.sin(0.5 * own) ** 2
+        M = c.A + sine[..., None, None] * c.AE + versine[..., None, None] * c.AEE
+        if c.balls.size:
+            M[:, c.balls] = c.A[c.balls] @ turn_by_vector(q[:, self.balls])
+        d = (c.shift + own[..., None] * c.slide)[..., None]
+        R, p = np.empty((count, len(c.order), 3, 3)), np.empty((count, len(c.order), 3, 1))
+        R[:, WORLD], p[:, WORLD] = np.eye(3), 0.0
+        R[:, PLATFORM], p[:, PLATFORM] = R_platform, p_platform[..., None]
+        for level in c.levels:
+            here = slice(level.start - 2, level.stop - 2)
+            R_before = R[:, c.parents[here]]
+            R[:, level] = R_before @ M[:, here]
+            p[:, level] = p[:, c.parents[here]] + R_before @ d[:, here]
+        frames = c.order[np.array(self._frames, dtype=int)]
+        before = R[:, c.parents[frames - 2]]
+        axes = (before @ self._local_axes)[..., 0]
+        there, wanted = (end.at(R, p) for end in self._ends)
+        return PlacedTree(axes, p[:, frames][..., 0], *there, *wanted)
+
+    @cached_property
+    def _local_axes(self) -> np.ndarray:
+        return np.array(self._axes, dtype=float).reshape(-1, 3, 1)
+
+    def closing_twists(self, placed: PlacedTree) -> np.ndarray:
+        """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""
+        ends, places, leads = self._pairs
+        at = np.where(leads[:, None], placed.p_wanted[:, ends], placed.p[:, ends])
+        e, r = placed.axes[:, places], at - placed.points[:, places]
+        turns = self.turns[places][:, None]
+        shift = np.where(turns, cross(e, r), 0.0) + self._advances[places][:, None] * e
+        twist = np.concatenate([shift, np.where(turns, e, 0.0)], axis=-1)
+        J = np.zeros((len(at), len(self.ends), 6, len(self._screws)))
+        J[:, ends, :, places] = np.moveaxis(np.where(leads[:, None], -twist, twist), 0, 1)
+        return J
+
+
+@dataclass(frozen=True)
+class _Constants:
+    """Motions of frames: turns A + sin q A E + (1 - cos q) A E^2, and shifts along an axis."""
+
+    order: np.ndarray  # place of each frame among those in the order of levels
+    parents: np.ndarray
+    places: np.ndarray
+    A: np.ndarray
+    AE: np.ndarray
+    AEE: np.ndarray
+    shift: np.ndarray
+    slide: np.ndarray
+    balls: np.ndarray
+    levels: tuple[slice, ...]
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """Frames (k) at rest in moving frames."""
+
+    frames: np.ndarray
+    R: np.ndarray
+    p: np.ndarray
+
+    @classmethod
+    def of(cls, fixed: list[Fixed], order: np.ndarray) -> _Ends:
+        R = np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3)
+        p = np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1)
+        return cls(order[[one.frame for one in fixed]], R, p)
+
+    def at(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Axes (N, k, 3, 3) and origins (N, k, 3)."""
+        R_own = R[:, self.frames]
+        return R_own @ self.R, (p[:, self.frames] + R_own @ self.p)[..., 0]
+
+
+def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
+    """Coordinates (..., size) after small motions; balls at places (b, 3) turn about frame axes."""
+    moved = q + delta
+    if balls.size:
+        turn = turn_by_vector(delta[..., balls])
+        moved[..., balls] = vector_of_turn(product(turn, turn_by_vector(q[..., balls])))
+    return moved

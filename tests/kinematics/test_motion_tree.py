@@ -1,0 +1,69 @@
+"""Frames placed level by level against those of `place_chain`, element by element."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+import robostiff as rs
+from robostiff import robots
+from robostiff.kinematics import PostureFinder, place_chain
+from robostiff.kinematics.closure import attachment_frame, closing_rates, gaps
+from robostiff.kinematics.closure.motion_tree import MotionTree
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import Actuated, Chain, Leg, revolute
+from robostiff.spatial import Frame
+from tests.generators.elements import element_chains, random_transform
+from tests.generators.machines import tripod
+
+HERE = Path(__file__).parent
+POSES = 3
+
+
+def check(legs: tuple[Leg, ...], rng: np.random.Generator) -> None:
+    """Ends, rates and columns of all legs, at coordinates that close nothing."""
+    pose = rng.uniform(-1.0, 1.0, (POSES, 6))
+    R, p = turn_by_vector(pose[:, 3:]), pose[:, :3]
+    q = [leg.chain.home + rng.uniform(-1.0, 1.0, (POSES, leg.chain.size)) for leg in legs]
+    tree = MotionTree(legs)
+    placed = tree.placed(R, p, np.concatenate(q, axis=-1))
+    J = tree.closing_twists(placed)
+    end = column = 0
+    for leg, own, count in zip(legs, q, tree.ends_of_legs, strict=True):
+        chain = place_chain(leg.chain, own, leg.base.R, leg.base.p)
+        ends = list(gaps(leg, chain, *attachment_frame(leg, R, p)))
+        assert len(ends) == count
+        for gap in ends:
+            for wanted, found in (
+                (gap.R, placed.R),
+                (gap.p, placed.p),
+                (gap.R_wanted, placed.R_wanted),
+                (gap.p_wanted, placed.p_wanted),
+            ):
+                np.testing.assert_allclose(found[:, end], wanted, rtol=0, atol=1e-12)
+            rates = np.zeros((POSES, 6, J.shape[-1]))
+            rates[..., column : column + leg.chain.size] = closing_rates(gap, chain)
+            np.testing.assert_allclose(J[:, end], rates, rtol=0, atol=1e-12)
+            end += 1
+        column += leg.chain.size
+    assert (end, column) == J.shape[1:4:2]
+
+
+@pytest.mark.parametrize("name", ["h4", "capaman", "delta", "us-ups"])
+def test_ends_and_rates_of_robots_with_loops(name):
+    check(PostureFinder(robots.load(name)).robot.legs, np.random.default_rng(1))
+
+
+def test_ends_and_rates_of_telescopes_and_of_screws():
+    screws = rs.load(HERE.parent / "robots" / "ball-screws.yaml")
+    for robot in (tripod("RPS"), screws):
+        check(PostureFinder(robot).robot.legs, np.random.default_rng(2))
+
+
+@settings(max_examples=60)
+@given(element_chains())
+def test_ends_and_rates_of_any_elements(case: tuple[Chain, Frame, np.random.Generator]):
+    chain, base, rng = case
+    elastic = Chain((*chain.elements, revolute([0, 0, 1], Actuated(1.0))))
+    check((Leg("leg", base, elastic, random_transform(rng)),), rng)
