@@ -123,9 +123,6 @@ class WrenchSearch(Surroundings):
             and _least_couplings([one[0].scaled for one in places], own) > own.transmitted
         ):
             return None
-        # Cosines between lines and axes: the simplest formulas of what parts feel.
-        for (a, _), (b, _) in combinations(directions, 2):
-            _ = a @ b
         found = [
             min((self._candidate(leg, one) for one in alike), key=lambda one: one.cost)
             for alike in places
@@ -333,9 +330,15 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
                 if unit is not None:
                     yield unit
     axes = [_known(f.axis, count) for f in leg.own_parts if isinstance(f, PlacedFreedom)]
+    seen: list[np.ndarray] = []
     for a, b in combinations(points, 2):
         unit = _unit(_between(a, b))
         if unit is not None:
+            if _first_alike(seen, unit[0], _SAME, up_to_sign=True) is None:
+                seen.append(unit[0])
+                # Its cosines to axes, the simplest formulas of what parts feel, are written.
+                if (own := unit[1]()) is not None:
+                    _ = [own @ axis[1]() for axis in axes]
             yield unit
             for axis in axes:
                 if _are_square(unit, axis):
