@@ -26,7 +26,9 @@ from robostiff.analytic.export import (
     derivation_text,
     python_function,
 )
+from robostiff.analytic.sampled_leg import SampledLeg
 from robostiff.analytic.sum_of_springs import operations_of
+from robostiff.analytic.unit_wrenches import _least_couplings
 from tests.analytic.test_right_or_refused import distance, function_of, values_for
 
 DATA = Path(__file__).parent / "data"
@@ -235,3 +237,13 @@ def test_a_spring_in_several_compliances_lowers_the_rank():
     assert found.rank == 6
     k = next(x for x in found.exceptions if str(x) == "k")
     assert found.common_minor == k**3  # without motors the ball joint turns as it likes
+
+
+def test_a_bound_of_couplings_is_none_of_those_of_a_basis():
+    """Three pairs of six wrenches share energy; then all of them."""
+    C = np.kron(np.eye(3), np.ones((2, 2))) + np.eye(6)
+    own = SampledLeg(np.zeros((1, 6, 0)), C[None], 6)
+    units = list(np.eye(6)[:, None])
+    assert _least_couplings(units, own) == 3  # which is how many there are
+    full = SampledLeg(np.zeros((1, 6, 0)), (np.ones((6, 6)) + np.eye(6))[None], 6)
+    assert _least_couplings(units, full) == 15

@@ -191,3 +191,21 @@ def test_names_are_for_readers_only(record: Record):
     assert [step.name for step in program.steps if step.operation is Operation.MULTIPLY] == ["area"]
     assert x.named("other").step == x.step
     assert "x" not in record.names.values()
+
+
+def test_what_is_tentative_is_forgotten():
+    record = Record({"x": [0.3, 0.7], "y": [1.1, 0.4]})
+    x, y = inputs(record)
+    kept = x * y
+    before = record.size
+    with record.tentative():
+        record.add_input("z", [5.0, 6.0])
+        _ = (y * x + 1).named("n")
+    assert record.size == before
+    assert record.inputs == ("x", "y")
+    assert not record.names
+    # Nothing is found by value that is no longer there.
+    again = (x * y + 1) * 2
+    assert record.simplified(again).step == again.step
+    assert (y * x).step == kept.step
+    assert np.allclose(again.sample, 2 * (kept.sample + 1))

@@ -15,6 +15,7 @@ from robostiff.analytic.contributions import (
     summed,
 )
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import StepReading
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.analytic.unit_wrenches import sampled
@@ -105,8 +106,14 @@ class LegGeometry:
                 "gough-stewart-b-beams has them",
             )
 
-    def compliance(self, read: Any) -> list[list[Any]]:
-        """C in names: for each entry what each spring and drive contributes, nothing combined."""
+    def compliance(self, read: Any, most: int | None = None) -> list[list[Any]]:
+        """C in names: for each entry what each spring and drive contributes, nothing combined.
+
+        Raises
+        ------
+        FormulaTooLargeError
+            As soon as its different entries have more operations than `most`.
+        """
         rows = self.placed.entries.space.rows
         n = len(rows)
         record, length = self.placed.record, self.placed.length
@@ -114,6 +121,7 @@ class LegGeometry:
         for beam in filter(None, self.beams):
             read.length(beam[0])  # named before anything is written with it
         C: list[list[Any]] = [[sp.Integer(0)] * n for _ in range(n)]
+        operations: dict[Any, int] = {}
         for i in range(n):
             for j in range(i, n):
                 found = [
@@ -131,7 +139,10 @@ class LegGeometry:
                     found.append(
                         reader.of_drive("drive", (twist[rows[i]], twist[rows[j]]), stiffness)
                     )
-                C[i][j] = C[j][i] = summed([x for x in found if x.felt != 0])
+                C[i][j] = C[j][i] = entry = summed([x for x in found if x.felt != 0])
+                operations[entry] = int(entry.count_ops())
+                if most is not None and sum(operations.values()) > most:
+                    raise FormulaTooLargeError.beyond(most)
         return C
 
 

@@ -37,7 +37,7 @@ def series_form(placed: PlacedRobot) -> InSeries | None:
     read = NamedReading(placed.record, placed.symbols)
     try:
         geometry.check_elastic()
-        C = sp.ImmutableMatrix(geometry.compliance(read))
+        C = sp.ImmutableMatrix(geometry.compliance(read, _PRINTED))
     except (InputError, FormulaTooLargeError):
         return None
     R = sp.ImmutableMatrix(3, 3, [read(x) for x in geometry.frame.R.flat])

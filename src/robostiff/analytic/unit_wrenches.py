@@ -113,9 +113,7 @@ class WrenchSearch(Surroundings):
             return None
         if own.transmitted == 0:
             return Basis((), own.C[:, :0, :0])
-        count = self.record.count
-        directions = self._different(_directions(leg, count), 1.0, up_to_sign=True)
-        places = self._transmitted(leg, own, directions)
+        places = self._transmitted(leg, own)
         if len(places) < own.transmitted:
             return None
         if (
@@ -132,10 +130,9 @@ class WrenchSearch(Surroundings):
             count += 1
         return _combined(sorted(found, key=lambda one: one.cost)[:count], own)
 
-    def _transmitted(
-        self, leg: PlacedLeg, own: SampledLeg, directions: list[tuple[np.ndarray, np.ndarray]]
-    ) -> list[list[_Place]]:
+    def _transmitted(self, leg: PlacedLeg, own: SampledLeg) -> list[list[_Place]]:
         """Unit wrenches that do no work on passive joints, alike ones together."""
+        directions = self._different(_directions(leg, self.record.count), 1.0, up_to_sign=True)
         points = self._different(_points(leg, self.record.count), self.length, up_to_sign=False)
         found: list[list[_Place]] = []
         seen: list[np.ndarray] = []
