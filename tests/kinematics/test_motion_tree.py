@@ -1,5 +1,6 @@
-"""Frames placed level by level against those of `place_chain`, element by element."""
+"""Closure by iteration: frames against those of `place_chain`, and the end of a vain search."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +10,25 @@ from hypothesis import given, settings
 import robostiff as rs
 from robostiff import robots
 from robostiff.kinematics import PostureFinder, place_chain
-from robostiff.kinematics.closure import attachment_frame, closing_rates, gaps
+from robostiff.kinematics.closure import NewtonTask, attachment_frame, closing_rates, gaps, newton
 from robostiff.kinematics.closure.motion_tree import MotionTree
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Leg, revolute
 from robostiff.spatial import Frame
 from tests.generators.elements import element_chains, random_transform
 from tests.generators.machines import tripod
+
+
+@dataclass(frozen=True)
+class CountedTask(NewtonTask):
+    """Remembers how many postures it was asked about, each time."""
+
+    asked: list[int] = field(default_factory=list)
+
+    def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.asked.append(len(x))
+        return super().gaps_and_rates(x)
+
 
 HERE = Path(__file__).parent
 POSES = 3
@@ -67,3 +80,21 @@ def test_ends_and_rates_of_any_elements(case: tuple[Chain, Frame, np.random.Gene
     chain, base, rng = case
     elastic = Chain((*chain.elements, revolute([0, 0, 1], Actuated(1.0))))
     check((Leg("leg", base, elastic, random_transform(rng)),), rng)
+
+
+def test_a_vain_search_ends_early_with_the_gaps_of_a_long_one(monkeypatch):
+    finder = PostureFinder(tripod("PRS"))
+    leg, home = finder.robot.legs[0], finder.solvers[0].home
+    steps = np.random.default_rng(4).uniform(-0.4, 0.4, (30, 6))
+    steps[:, 1] = np.where(np.abs(steps[:, 1]) < 0.05, 0.05, steps[:, 1])  # the plane of the leg
+    pose, q = finder.home_pose + steps, np.tile(home, (30, 1))
+    task = CountedTask((leg,), (), finder.length)
+    found = np.concatenate(task.close(pose, [q])[1])
+    early, least = sum(task.asked), np.abs(task.gaps(np.hstack([pose, found]))).max(axis=-1)
+    assert (least > 1e-3).all()
+    monkeypatch.setattr(newton, "_STATIONARY", -1.0)
+    found = np.concatenate(task.close(pose, [q])[1])
+    long = sum(task.asked) - early
+    assert early < 0.75 * long
+    wanted = np.abs(task.gaps(np.hstack([pose, found]))).max(axis=-1)
+    np.testing.assert_allclose(least, wanted, rtol=1e-5)

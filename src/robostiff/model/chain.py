@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,12 +39,15 @@ class Chain:
         if not self.elements:
             raise InputError("chain", got="no element", expected="at least one element")
 
-    @property
-    def moving(self) -> Iterator[tuple[Joint | Telescope, slice]]:
+    @cached_property
+    def moving(self) -> tuple[tuple[Joint | Telescope, slice], ...]:
         """The elements that have coordinates, with their places in the coordinate vector.
 
         Those of a parallel block follow one another, branch by branch.
         """
+        return tuple(self._moving())
+
+    def _moving(self) -> Iterator[tuple[Joint | Telescope, slice]]:
         start = 0
         for element in self.elements:
             if isinstance(element, Joint | Telescope):
@@ -56,7 +60,7 @@ class Chain:
                         yield inner, slice(start + place.start, start + place.stop)
                     start += branch.chain.size
 
-    @property
+    @cached_property
     def freedoms(self) -> tuple[Screw, ...]:
         """The unit screw of each coordinate, in the frame made by those before it."""
         return tuple(screw for element, _ in self.moving for screw in element.freedoms)
@@ -77,7 +81,7 @@ class Chain:
             elif isinstance(element, Joint | Telescope):
                 yield prefix + element.name
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of coordinates."""
         return sum(place.stop - place.start for _, place in self.moving)
@@ -90,7 +94,7 @@ class Chain:
             home.extend(element.home if isinstance(element, Joint) else (element.home,))
         return coordinate_array(home)
 
-    @property
+    @cached_property
     def roles(self) -> tuple[Role, ...]:
         """Role of each coordinate."""
         return tuple(

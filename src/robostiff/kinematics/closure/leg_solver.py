@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -128,8 +129,7 @@ class LegSolver:
             left = np.flatnonzero(loops_open)
         if left.size:
             start = pose_of_end(self.leg, near)
-            task = NewtonTask((self.leg,), (), self.length)
-            found = task.follow(start, [near], pose[left])
+            found = self._task.follow(start, [near], pose[left])
             kept = np.flatnonzero(found.closed | (self.closed_form is None))
             q[left[kept]] = found.coordinates[0][kept]
         return on_turn_of_home(self.leg.chain, q, near)
@@ -194,7 +194,7 @@ class LegSolver:
             turns = [screw.turns for screw in chain.freedoms]
             q = np.where(chain.free, q * np.where(turns, np.pi, self.length), chain.home)
             poses = np.tile(pose, (_STARTS, 1))
-            _, (q,) = NewtonTask((self.leg,), (), self.length).close(poses, [q])
+            _, (q,) = self._task.close(poses, [q])
             R = turn_by_vector(poses[:, 3:])
             closed = _open_by(self.leg, q[None], poses, R, self.length)[0] <= _CLOSED
             q = on_turn_of_home(chain, q, chain.home)
@@ -236,8 +236,12 @@ class LegSolver:
 
     def _iterated(self, pose: np.ndarray) -> Followed:
         """Leg coordinates by Newton's method."""
-        task = NewtonTask((self.leg,), (), self.length)
-        return task.follow(self.home_pose, [self.home], pose)
+        return self._task.follow(self.home_pose, [self.home], pose)
+
+    @cached_property
+    def _task(self) -> NewtonTask:
+        """The equations of the leg alone."""
+        return NewtonTask((self.leg,), (), self.length)
 
     def in_mode_of_home(self) -> LegSolver:
         """The same in the assembly mode that closes at home, nearest to the home coordinates."""
@@ -263,8 +267,7 @@ class LegSolver:
 
     def _at_once(self, pose: np.ndarray) -> np.ndarray:
         """Leg coordinates by Newton's method from those of home."""
-        task = NewtonTask((self.leg,), (), self.length)
-        return task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
+        return self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
 
     def that_holds_at(self, pose: np.ndarray, R_platform: np.ndarray) -> LegSolver:
         """The same, or one that iterates where copies leave a loop open at one of the poses."""

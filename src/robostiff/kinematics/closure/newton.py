@@ -11,6 +11,8 @@ CLOSED = 1e-10
 CONVERGED = 1e-14
 _STANDSTILL = 1e-11
 _NEAREST_ITERATIONS = 60
+# Part by which a step may lessen the squares of gaps that many such steps leave as they are.
+_STATIONARY = 1e-12
 _LARGEST_STEP = 0.5
 
 
@@ -79,31 +81,40 @@ class ClosureEquations(Protocol):
 def nearest(equations: ClosureEquations, x: np.ndarray) -> np.ndarray:
     """Postures closed, or as nearly as possible, by Levenberg steps from guesses x (N, size).
 
-    Steps are damped by the square of the gap. They may lead to another assembly mode.
+    Steps are damped by the square of the gap. They may lead to another assembly mode. A posture is
+    left where the sum of squares of its gaps is stationary: it remains as nearly closed as it is.
     """
-    best, best_size = x, np.full(len(x), np.inf)
-    done = np.zeros(len(x), dtype=bool)
+    best, best_size = x.copy(), np.full(len(x), np.inf)
+    going = np.arange(len(x))
     for _ in range(_NEAREST_ITERATIONS):
         e, J = equations.gaps_and_rates(x)
         size = np.max(np.abs(e), axis=-1, initial=0.0)
-        better = (size < best_size) & ~done
-        best_size = np.where(better, size, best_size)
-        best = np.where(better[:, None], x, best)
-        done |= (best_size <= CONVERGED) | (~better & (best_size < _STANDSTILL))
-        if np.all(done):
+        better = size < best_size[going]
+        best[going[better]], best_size[going[better]] = x[better], size[better]
+        closed = (best_size[going] <= CONVERGED) | (~better & (best_size[going] < _STANDSTILL))
+        step = _levenberg_step(e, J, size)
+        J_step = np.einsum("...ij,...j->...i", J, step)
+        falls = np.sum(e * J_step, axis=-1) > _STATIONARY * np.sum(e * e, axis=-1)
+        on = ~closed & falls
+        if not np.any(on):
             break
-        if J.shape[-1] == 0:
-            break  # nothing can move
-        J_T = np.swapaxes(J, -1, -2)
-        wide = J.shape[-1] > J.shape[-2]
-        A = J @ J_T if wide else J_T @ J
-        trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
-        # Where nothing moves a gap, any damping keeps it at rest.
-        damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * np.where(trace > 0, trace, 1.0)
-        A = A + damping[:, None, None] * np.eye(A.shape[-1])
-        right = e[..., None] if wide else J_T @ e[..., None]
-        found = np.linalg.solve(A, right)
-        step = (J_T @ found if wide else found)[..., 0]
+        going, x, step = going[on], x[on], step[on]
         longest = np.max(np.abs(step), axis=-1, keepdims=True)
         x = equations.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
     return best
+
+
+def _levenberg_step(e: np.ndarray, J: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Steps (N, n) that lessen gaps e (N, m) of given sizes (N,) by their rates J (N, m, n)."""
+    if J.shape[-1] == 0:
+        return np.zeros((len(e), 0))  # nothing can move
+    J_T = np.swapaxes(J, -1, -2)
+    wide = J.shape[-1] > J.shape[-2]
+    A = J @ J_T if wide else J_T @ J
+    trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
+    # Where nothing moves a gap, any damping keeps it at rest.
+    damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * np.where(trace > 0, trace, 1.0)
+    A = A + damping[:, None, None] * np.eye(A.shape[-1])
+    right = e[..., None] if wide else J_T @ e[..., None]
+    found = np.linalg.solve(A, right)
+    return (J_T @ found if wide else found)[..., 0]
