@@ -1,12 +1,18 @@
 """What notebooks show of robots, results and derivations."""
 
+import base64
 import re
+import struct
+import sys
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import robostiff as rs
 from robostiff.analytic import differentiate
+from robostiff.markup import in_notebooks
 from tests.markup.test_blocks import text_of
 from tests.report.machines import shipped
 
@@ -64,3 +70,98 @@ def test_derivations_show_typeset_formulas():
     assert "<mi>L</mi>" in derivation._repr_html_()
     derivative = differentiate(derivation, derivation.symbols[0])
     assert "<mo>∂</mo>" in derivative._repr_html_()
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    return rs.equilibrium(shipped("3-rrr"), wrench=[50.0, 0, 0])
+
+
+def test_equilibria_show_where_they_are_and_their_matrix(loaded):
+    html = loaded._repr_html_()
+    assert "The robot stays there" in text_of(html)
+    kept = {float(value) for value in re.findall('<data value="(.*?)">', html)}
+    assert set(loaded.K.ravel()) | {1e6 * loaded.displacement[0]} <= kept
+    far: Any = rs.equilibrium(shipped("3-rrr"), [2.0, 0, 0], [1.0, 0, 0])
+    assert "No equilibrium" in text_of(far._repr_html_())
+    assert far.advice[0] in text_of(far._repr_html_())
+
+
+def test_modes_show_their_frequencies():
+    found = rs.modes(shipped("3-rrr"), masses={"platform": 2.0})
+    kept = re.findall('<data value="(.*?)">', found._repr_html_())
+    assert [float(value) for value in kept] == found.frequencies[:8].tolist()
+    assert f"{len(found) - 8} faster modes" in text_of(found._repr_html_())
+    assert found[0].words in text_of(found._repr_html_())
+
+
+def test_indices_show_their_values():
+    found = rs.indices(rs.stiffness(shipped("3-rrr")))
+    kept = {float(value) for value in re.findall('<data value="(.*?)">', found._repr_html_())}
+    assert {*found.principal.translational, found.worst_deflection.translational} <= kept
+
+
+def test_verifications_show_every_method():
+    found = rs.verify(shipped("3-rrr"))
+    text = text_of(found._repr_html_())
+    assert "The methods agree" in text
+    for comparison in found.comparisons:
+        assert f"{comparison.method}" in text
+
+
+def _picture(result):
+    """The title of the picture, and the size of its PNG."""
+    tables, html = result._repr_html_(), result._repr_mimebundle_()["text/html"]
+    assert html.startswith(tables)
+    ((title, data),) = re.findall('<img alt="(.*?)".*?base64,(.*?)">', html[len(tables) :])
+    png = base64.b64decode(data)
+    assert png.startswith(b"\x89PNG\r\n")
+    return title, struct.unpack(">II", png[16:24])
+
+
+def test_notebooks_show_pictures_below_the_tables(loaded):
+    robot = shipped("3-rrr")
+    answers = {
+        "3-rrr": robot,
+        "3-rrr: translational compliance": rs.stiffness(robot, [0.01, 0, 0]),
+        "3-rrr under load": loaded,
+    }
+    for title, result in answers.items():
+        shown, (width, height) = _picture(result)
+        assert shown == title
+        assert width == 1003
+        assert height > 400
+    assert _picture(rs.deflection(robot, wrench=[1, 0, 0]))[0] == "3-rrr"
+    assert _picture(rs.modes(robot, masses={"platform": 2.0}))[0].startswith("3-rrr, mode 1")
+
+
+def test_what_has_no_answer_shows_no_picture():
+    robot, far = shipped("3-rrr"), [2.0, 0, 0]
+    weight = [rs.Mass(2.0)]
+    results: list[Any] = [
+        rs.stiffness(robot, far),
+        rs.stiffness(robot, np.zeros((4, 3))),
+        rs.deflection(robot, far, [1, 0, 0]),
+        rs.equilibrium(robot, far, [1.0, 0, 0]),
+        rs.modes(robot, far, masses={"platform": 2.0}),
+        rs.deflection(robot, loads={"platform": weight}, gravity=[0, -9.81, 0]),
+    ]
+    for result in results:
+        assert result._repr_mimebundle_() == {"text/html": result._repr_html_()}
+
+
+def test_terminals_and_machines_without_matplotlib_draw_nothing(monkeypatch):
+    robot = shipped("3-rrr")
+    monkeypatch.setattr(in_notebooks, "find_spec", lambda _: None)
+    assert robot._repr_mimebundle_() == {"text/html": robot._repr_html_()}
+    terminal = SimpleNamespace(display_formatter=SimpleNamespace(active_types=["text/plain"]))
+    ipython = SimpleNamespace(get_ipython=lambda: terminal)
+    monkeypatch.setitem(sys.modules, "IPython", ipython)
+    assert robot._repr_mimebundle_() == {}
+
+
+def test_ipython_takes_the_tables_with_the_picture():
+    formatter = pytest.importorskip("IPython.core.formatters").DisplayFormatter()
+    shown, _ = formatter.format(shipped("3-rrr"))
+    assert set(shown) == {"text/html", "text/plain"}
+    assert "<img" in shown["text/html"]

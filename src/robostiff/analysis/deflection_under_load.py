@@ -15,6 +15,7 @@ from robostiff.analysis.result_tables import deflection_html
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.kinematics import freedom_twist
+from robostiff.markup import InNotebooks
 from robostiff.model import (
     Actuated,
     PlacedBlock,
@@ -87,7 +88,7 @@ class ActuatorLoad:
 
 
 @dataclass(frozen=True, repr=False)
-class Deflection:
+class Deflection(InNotebooks):
     """Deflection of a robot under a wrench.
 
     Attributes

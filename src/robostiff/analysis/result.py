@@ -13,6 +13,7 @@ from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result_tables import stiffness_html
 from robostiff.elastostatics import CartesianStiffness, Form, RankDecision, Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.markup import InNotebooks
 from robostiff.spatial import (
     Space,
     as_floats,
@@ -35,7 +36,7 @@ class StructuralAnalysis:
 
 
 @dataclass(frozen=True, repr=False)
-class RobotStiffness:
+class RobotStiffness(InNotebooks):
     """K_C of a robot about a point, in world axes, with rank, free motions and status.
 
     Attributes

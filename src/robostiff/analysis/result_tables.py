@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,8 +26,9 @@ from robostiff.markup import (
 
 if TYPE_CHECKING:
     from robostiff.analysis.cable_result import CableStiffness
-    from robostiff.analysis.deflection_under_load import Deflection
+    from robostiff.analysis.deflection_under_load import Deflection, PartShare
     from robostiff.analysis.result import RobotStiffness
+    from robostiff.analysis.verification import Verification
     from robostiff.spatial import Space
 
 
@@ -86,12 +88,10 @@ def tension_table(result: CableStiffness) -> Table:
     return Table(["cable", "tension", "stiffness"], rows)
 
 
-def energy_table(result: Deflection, most: int) -> Table:
+def energy_table(parts: Sequence[PartShare], most: int) -> Table:
     """The parts with the largest share of the elastic energy."""
-    rows = [
-        [f"{part.leg}/{part.part}", Number(100 * part.share, "%")] for part in result.parts[:most]
-    ]
-    rest = result.parts[most:]
+    rows = [[f"{part.leg}/{part.part}", Number(100 * part.share, "%")] for part in parts[:most]]
+    rest = parts[most:]
     if rest:
         share = 100 * sum(part.share for part in rest)
         rows.append([f"{len(rest)} more parts", Number(share, "%")])
@@ -110,7 +110,7 @@ def actuator_table(result: Deflection) -> Table | None:
     return Table(["actuator", "load [N or N m]", "deflection [m or rad]"], rows)
 
 
-_MOST_PARTS = 10
+MOST_PARTS = 10
 
 
 def stiffness_html(result: RobotStiffness) -> str:
@@ -124,7 +124,7 @@ def stiffness_html(result: RobotStiffness) -> str:
         blocks.append(Paragraph(f"rank {int(result.rank)} of {result.space.size}"))
         blocks.append(free_motion_table(result))
     blocks.append(Bullets(tuple(result.advice)))
-    return element("div", _head(result, result.status) + _written(blocks))
+    return element("div", head_html(result, result.status) + blocks_html(blocks))
 
 
 def deflection_html(result: Deflection) -> str:
@@ -133,16 +133,39 @@ def deflection_html(result: Deflection) -> str:
     if result.has_answer:
         blocks.append(displacement_table(result))
         if result.energy > 0:
-            blocks.append(energy_table(result, _MOST_PARTS))
+            blocks.append(energy_table(result.parts, MOST_PARTS))
     blocks.append(Bullets(tuple(result.advice)))
-    return element("div", _head(result.stiffness, result.status) + _written(blocks))
+    return element("div", head_html(result.stiffness, result.status) + blocks_html(blocks))
 
 
-def _written(blocks: list[Block | None]) -> str:
+def verification_html(result: Verification) -> str:
+    """Every method with its distance from the reference, and whether all agree."""
+    reference = result.reference
+    rows = [
+        [
+            own.method,
+            "" if own.distance is None else Number(own.distance),
+            own.outcome.value,
+            own.reason,
+        ]
+        for own in result.comparisons
+    ]
+    verdict = "The methods agree" if result.agree else "The methods do not agree"
+    allowed = f"{verdict}; largest distance allowed: {result.agreement:g}."
+    blocks: list[Block | None] = [
+        Paragraph(f"compared with: {reference.method.name}, rank {int(reference.rank)}"),
+        Table(["method", "distance", "outcome", ""], rows),
+        Paragraph(allowed),
+    ]
+    return element("div", head_html(reference, reference.status) + blocks_html(blocks))
+
+
+def blocks_html(blocks: Sequence[Block | None]) -> str:
+    """Blocks one after the other; None is left out."""
     return "".join(block_html(block) for block in blocks if block is not None)
 
 
-def _head(result: RobotStiffness, status: Status) -> str:
+def head_html(result: RobotStiffness, status: Status) -> str:
     """Name, pose, reference point and status."""
     place = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is not None:

@@ -10,6 +10,7 @@ import numpy as np
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.result import RobotStiffness, require_one_pose
+from robostiff.analysis.result_tables import verification_html
 from robostiff.elastostatics import (
     DEFAULT_TOLERANCE,
     Block,
@@ -134,6 +135,9 @@ class Verification:
         """Whether no method differs, and at least one other holds."""
         outcomes = {comparison.outcome for comparison in self.comparisons}
         return Outcome.AGREES in outcomes and Outcome.DIFFERS not in outcomes
+
+    def _repr_html_(self) -> str:
+        return verification_html(self)
 
 
 def verify(

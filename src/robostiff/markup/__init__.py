@@ -19,6 +19,7 @@ from robostiff.markup.blocks import (
     Tone,
 )
 from robostiff.markup.in_html import block_html, element, escaped, listing
+from robostiff.markup.in_notebooks import InNotebooks
 from robostiff.markup.in_typst import TYPST_BLOCKS, block_typst, typst_text
 from robostiff.markup.numbers import (
     number,
@@ -39,6 +40,7 @@ __all__ = [
     "Cell",
     "Facts",
     "Heading",
+    "InNotebooks",
     "LabelledMatrix",
     "Number",
     "Paragraph",

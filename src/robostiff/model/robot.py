@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.markup import InNotebooks
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import vector3
@@ -89,7 +90,7 @@ class Leg:
 
 
 @dataclass(frozen=True, repr=False)
-class Robot:
+class Robot(InNotebooks):
     """A serial or parallel robot.
 
     Its dimensions, elastic constants and home coordinates are numbers or SymPy formulas.

@@ -13,6 +13,7 @@ from robostiff.analysis import PartShare
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose
+from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
@@ -31,6 +32,7 @@ from robostiff.statics.joint_laws import Laws
 from robostiff.statics.moving_masses import Masses, unit_weights
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.question import Question, one_question
+from robostiff.statics.result_tables import modes_html
 from robostiff.statics.status import EquilibriumStatus
 from robostiff.statics.vibration import SmallMotions
 
@@ -80,7 +82,7 @@ class Mode:
 
 
 @dataclass(frozen=True, repr=False)
-class Modes:
+class Modes(InNotebooks):
     """Natural vibrations of a robot, slowest first.
 
     Attributes
@@ -127,6 +129,9 @@ class Modes:
     def __repr__(self) -> str:
         first = "; ".join(str(mode) for mode in self.each[:3])
         return f"<{len(self.each)} modes of {self.name!r}, status {self.status}: {first}>"
+
+    def _repr_html_(self) -> str:
+        return modes_html(self)
 
 
 def modes(

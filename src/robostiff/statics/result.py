@@ -10,6 +10,7 @@ import numpy as np
 
 from robostiff.analysis import PartShare
 from robostiff.errors import NoAnswerError
+from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
@@ -20,11 +21,12 @@ from robostiff.statics.legs import turn_between
 from robostiff.statics.loaded_parts import LoadedPart, base_reactions, loaded_parts, shares
 from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
+from robostiff.statics.result_tables import equilibrium_html
 from robostiff.statics.status import EquilibriumStatus
 
 
 @dataclass(frozen=True, repr=False)
-class Equilibrium:
+class Equilibrium(InNotebooks):
     """A robot under load, or why there is none.
 
     Everything but `status`, `advice`, `stable` and `critical_factor` raises `NoAnswerError` where
@@ -246,6 +248,9 @@ class Equilibrium:
             f"<Equilibrium of {self.name!r}: moved ({moved}) m, rad, margin {self.margin:.3g}, "
             f"status {self.status}>"
         )
+
+    def _repr_html_(self) -> str:
+        return equilibrium_html(self)
 
     @property
     def _known_stiffness(self) -> Linearised:

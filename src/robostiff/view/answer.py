@@ -142,7 +142,7 @@ def load_html(bent: Deflection, colours: Mapping[str, Paint]) -> str:
         return heading + element("p", f"There is no deflection: status {escaped(bent.status)}.")
     blocks = [heading, block_html(displacement_table(bent)), energy_bars(bent, colours)]
     if bent.energy > 0:
-        blocks.append(block_html(energy_table(bent, _BARS)))
+        blocks.append(block_html(energy_table(bent.parts, _BARS)))
     return "".join(blocks)
 
 

@@ -23,6 +23,7 @@ from robostiff.analysis.indices.metric import Eigenstiffness, eigenstiffness, in
 from robostiff.analysis.indices.principal import PrincipalStiffnesses, principal_stiffness
 from robostiff.analysis.indices.screws import Eigenscrews, eigenscrews
 from robostiff.analysis.indices.stiffness_parts import stiffness_parts
+from robostiff.analysis.indices.tables import indices_html
 from robostiff.analysis.indices.work_of_unit_loads import VirtualWork, virtual_work
 from robostiff.analysis.posed_stiffness import careful_answer
 from robostiff.analysis.result import RobotStiffness
@@ -74,6 +75,9 @@ class StiffnessIndices:
     def status(self) -> Status:
         """Status of the pose."""
         return self.result.status
+
+    def _repr_html_(self) -> str:
+        return indices_html(self)
 
 
 @dataclass(frozen=True, repr=False)

@@ -6,10 +6,8 @@ import numpy as np
 
 from robostiff.analysis import Deflection
 from robostiff.markup import (
-    STIFFNESS_UNITS,
     Bullets,
     Cell,
-    LabelledMatrix,
     Number,
     Paragraph,
     Table,
@@ -21,11 +19,14 @@ from robostiff.plot.loaded_robot import equilibrium_picture
 from robostiff.report.contents import ReportContents, UnderLoad
 from robostiff.report.figures import one_figure
 from robostiff.report.section import Part, Section, SideBySide, section
-from robostiff.spatial import Space
-from robostiff.statics import Equilibrium
+from robostiff.statics.result_tables import (
+    KNOWN,
+    matrix_under_load,
+    stability_in_words,
+    without_rounding,
+)
 
 _TITLE = "Under finite load"
-_KNOWN = 1e-9  # of the largest stiffness: a smaller one is rounding
 
 
 def finite_load_section(contents: ReportContents) -> Section | None:
@@ -34,7 +35,7 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     if known is None:
         return None
     result = known.equilibrium
-    parts: list[Part | None] = [Paragraph(f"Status {result.status}. {_stability(result)}")]
+    parts: list[Part | None] = [Paragraph(f"Status {result.status}. {stability_in_words(result)}")]
     robot = contents.robot
     if isinstance(robot, Robot) and robot.gravity is not None:
         parts.append(Paragraph("The weights of the robot act besides the load."))
@@ -57,20 +58,13 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     return section("finite-load", _TITLE, parts)
 
 
-def _stability(result: Equilibrium) -> str:
-    if not result.has_answer:
-        return "No equilibrium was found."
-    words = "The robot stays there" if result.stable else "The robot does not stay there"
-    return f"{words}; margin {result.margin:.3g}: 1 without load, 0 at the critical load."
-
-
 def _displacements(known: UnderLoad, contents: ReportContents) -> Table:
     """Displacement under the finite load beside that of small loads."""
     result, bent = known.equilibrium, contents.deflection
     rows: list[list[Cell]] = []
     small = bent.twist if isinstance(bent, Deflection) and bent.has_answer else None
-    moved = _without_rounding(result.displacement, result.space)
-    small = None if small is None else _without_rounding(small, result.space)
+    moved = without_rounding(result.displacement, result.space)
+    small = None if small is None else without_rounding(small, result.space)
     for i, name in enumerate(result.space.twist_order):
         unit = "µrad" if name.startswith("r") else "µm"
         own: Cell = Number(1e6 * float(moved[i]), unit)
@@ -79,19 +73,10 @@ def _displacements(known: UnderLoad, contents: ReportContents) -> Table:
     return Table(["displacement", "under the load", "proportional to the load"], rows)
 
 
-def _without_rounding(moved: np.ndarray, space: Space) -> np.ndarray:
-    """Zero in place of what is rounding beside the largest shift, or the largest turn."""
-    shifts = np.arange(space.size) < space.translations
-    largest = np.where(shifts, np.abs(moved[shifts]).max(), np.abs(moved[~shifts]).max(initial=0.0))
-    return np.where(np.abs(moved) < _KNOWN * np.maximum(largest, np.abs(moved).max()), 0.0, moved)
-
-
 def _matrices(known: UnderLoad, contents: ReportContents) -> SideBySide:
     """K under load, and its change against K without."""
     result, space = known.equilibrium, known.equilibrium.space
-    K = LabelledMatrix(
-        "K under load", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS
-    )
+    K = matrix_under_load(result)
     if not np.all(contents.stiffness.answered):
         return SideBySide((K,))
     change = result.K - contents.stiffness.K
@@ -102,7 +87,7 @@ def _matrices(known: UnderLoad, contents: ReportContents) -> SideBySide:
         shifts = np.arange(space.size) < space.translations
         alike = diagonal[shifts == shifts[i]]
         part: Cell = "from none"
-        if diagonal[i] > _KNOWN * np.max(alike):
+        if diagonal[i] > KNOWN * np.max(alike):
             part = Number(100 * float(change[i, i] / diagonal[i]), "%")
         rows.append([f"{force}/{motion}", part])
     return SideBySide((K, Table(["diagonal of K", "change by the load"], rows)))

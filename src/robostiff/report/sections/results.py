@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness
-from robostiff.analysis.indices import StiffnessIndices
+from robostiff.analysis.indices.tables import principal_table, ratio_table
 from robostiff.analysis.result_tables import (
     actuator_table,
     compliance_matrix,
@@ -19,9 +19,8 @@ from robostiff.analysis.result_tables import (
     stiffness_matrix,
     tension_table,
 )
-from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
-from robostiff.markup import Bullets, Cell, Heading, Number, Paragraph, Table, Tone, number, row
+from robostiff.markup import Bullets, Cell, Heading, Number, Paragraph, Table, Tone, number
 from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.free_motion_screws import free_motions_picture
@@ -95,48 +94,11 @@ def weakest_section(contents: ReportContents) -> Section | None:
     )
     parts: list[Part | None] = [
         words,
-        Table(["load", "stiffness", "direction"], list(_principal(found))),
-        Table(["", "value"], list(_ratios(found))),
+        principal_table(found),
+        ratio_table(found),
     ]
     parts.append(_ellipsoid(contents))
     return section("weakest", "Where it is soft", parts)
-
-
-def _principal(found: StiffnessIndices) -> Iterator[list[Cell]]:
-    principal = found.principal
-    forces = zip(principal.translational, principal.translational_directions, strict=True)
-    moments = zip(principal.rotational, principal.rotational_directions, strict=True)
-    for kind, unit, pairs in (("force", "N/m", forces), ("moment", "N m/rad", moments)):
-        for value, direction in pairs:
-            meets = Number(float(value), unit) if value else _free(found)
-            yield [kind, meets, f"({row(np.asarray(direction))})"]
-
-
-def _ratios(found: StiffnessIndices) -> Iterator[list[Cell]]:
-    worst, ratio = found.worst_deflection, found.anisotropy
-    yield ["largest displacement of a unit force", _with_unit(worst.translational, "m/N", found)]
-    yield ["largest rotation of a unit moment", _with_unit(worst.rotational, "rad/(N m)", found)]
-    yield ["largest over smallest displacement", _with_unit(ratio.translational, "", found)]
-    yield [
-        f"condition number, rotations times {number(found.length)} m",
-        _with_unit(found.condition.two_norm, "", found),
-    ]
-    for name, centre in (
-        ("centre of stiffness", found.centre_of_stiffness),
-        ("centre of compliance", found.centre_of_compliance),
-    ):
-        where = "none" if centre.point is None else f"({row(np.asarray(centre.point))}) m"
-        yield [name, where]
-
-
-def _with_unit(value: float | None, unit: str, found: StiffnessIndices) -> Cell:
-    if value is not None:
-        return Number(float(value), unit)
-    return "unlimited" if Status.FREE_MOTIONS in found.status else "unknown: below rounding"
-
-
-def _free(found: StiffnessIndices) -> str:
-    return "free" if Status.FREE_MOTIONS in found.status else "less than rounding"
 
 
 _LOAD = "Under the load"
@@ -159,7 +121,7 @@ def bending_section(contents: ReportContents) -> Section | None:
         of = "each leg, part by part" if bent.leg_wrenches else "each part"
         caption = f"Elastic energy of {of}."
         parts.append(one_figure("energy", caption, energy_picture(bent)))
-        every = energy_table(bent, most=len(bent.parts))
+        every = energy_table(bent.parts, most=len(bent.parts))
         parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))
     actuators = actuator_table(bent)
     if actuators is not None:

@@ -1,0 +1,80 @@
+"""The picture that notebooks show below the tables of a result."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from contextlib import suppress
+from io import BytesIO
+from typing import Any
+
+from robostiff.analysis import Deflection
+from robostiff.analysis.posed_stiffness import PosedStiffness
+from robostiff.elastostatics import Status
+from robostiff.errors import NoAnswerError
+from robostiff.markup import escaped
+from robostiff.model import Robot
+from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
+from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
+from robostiff.plot.on_matplotlib.backend import Matplotlib
+from robostiff.plot.picture import Picture
+from robostiff.plot.posed_robot import picture_of_robot, robot_picture
+from robostiff.plot.posture import surroundings
+from robostiff.statics import Equilibrium, Modes
+
+_DPI = 150  # twice that of most screens
+
+
+def picture_html(result: object) -> str:
+    """The picture of a result as an ``<img>``; empty where there is none.
+
+    Raises
+    ------
+    InputError
+        When Matplotlib is missing.
+    """
+    picture = None
+    with suppress(NoAnswerError):
+        picture = picture_of_result(result)
+    if picture is None:
+        return ""
+    figure: Any = Matplotlib().draw(picture).figure
+    written = BytesIO()
+    figure.savefig(written, format="png", dpi=_DPI)
+    data = b64encode(written.getvalue()).decode("ascii")
+    style = f"max-width: 100%; width: {figure.get_figwidth():.2f}in"
+    return (
+        f'<img alt="{escaped(picture.title)}" style="{style}" src="data:image/png;base64,{data}">'
+    )
+
+
+def picture_of_result(result: object) -> Picture | None:
+    """The robot, its compliance ellipsoid, its deformed shape or its slowest mode.
+
+    None for batches, and where the result does not know its robot.
+
+    Raises
+    ------
+    NoAnswerError
+        When the result has no answer to be drawn.
+    """
+    match result:
+        case Robot():
+            return picture_of_robot(result.numeric)
+        case PosedStiffness() if _is_posed(result):
+            around = surroundings(result.snapshot(), result)
+            return ellipsoid_picture(result, Quality.COMPLIANCE, around)
+        case Deflection(stiffness=PosedStiffness() as own) if _is_posed(own):
+            # the shape under forces at bodies is not known from the wrench
+            drawable = result.has_answer and result.work_of_loads is None
+            return robot_picture(own.snapshot(), result) if drawable else None
+        case Equilibrium() if result.snapshot is not None:
+            return equilibrium_picture(result)
+        case Modes() if result.snapshot is not None:
+            return mode_picture(result)
+        case _:
+            return None
+
+
+def _is_posed(result: PosedStiffness) -> bool:
+    """Whether it is of a single pose that the robot reaches."""
+    return not result.batch_shape and Status.UNREACHABLE not in result.status
