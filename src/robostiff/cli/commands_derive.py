@@ -75,8 +75,8 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
     Examples
     --------
     >>> from robostiff.robots import load
-    >>> pose_from("x = 100 mm", load("3-rpr"))
-    AtCoordinates(values={'x': 0.1})
+    >>> pose_from("x = 100 mm", load("3-rpr")).values
+    {'x': 0.1}
     """
     word = text.strip()
     rotation = ABOUT_WORLD_AXES if angles is None else rotation_by_name(angles)
