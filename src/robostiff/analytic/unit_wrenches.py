@@ -266,7 +266,7 @@ def _first_alike(
 
 
 #: A vector at the samples (count, 3), and a function that writes its entries, None for none.
-_Vector = tuple[np.ndarray, Callable[[], "np.ndarray | None"]]
+_Vector = tuple[np.ndarray, Callable[[], Any]]
 
 
 def _known(vector: Any, count: int) -> _Vector:
