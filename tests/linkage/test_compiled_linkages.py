@@ -167,9 +167,9 @@ def test_joints_that_cannot_be_driven_are_refused():
     with pytest.raises(rs.InputError, match="independently"):
         rs.compile(linkage, joints=("crank", "knee"))
     with pytest.raises(rs.InputError, match="none"):
-        rs.compile(linkage, parameters=("k",))
+        rs.compile(linkage, parameters=("k",))  # pyright: ignore[reportArgumentType, reportCallIssue]
     with pytest.raises(rs.InputError, match="takes poses"):
-        rs.compile(rs.load("hexapod"), joints=("a",))
+        rs.compile(rs.load("hexapod"), joints=("a",))  # pyright: ignore[reportArgumentType, reportCallIssue]
 
 
 def test_values_that_do_not_fit_are_refused():

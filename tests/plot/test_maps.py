@@ -8,7 +8,7 @@ from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED
 from robostiff.plot.maps.isosurfaces import isosurface_picture
 from robostiff.plot.maps.percentile_bands import bands_picture
 from robostiff.plot.maps.slice import overview_picture, slice_picture
-from robostiff.plot.picture import Cover, Marks, Mesh
+from robostiff.plot.picture import Bands, Cover, Field, Marks, Mesh
 from tests.plot.machines import robot, tripod_map
 
 XY = ("x", "y")
@@ -32,6 +32,7 @@ def test_slice_has_the_values_of_the_map():
     picture = slice_picture(found, "worst_deflection", XY, {"z": 0.31})
     shown = found.worst_deflection.isel(z=1).transpose("y", "x").values
     known = np.isfinite(shown)
+    assert picture.scale is not None
     assert picture.scale.label == "worst deflection [µm/N]"
     assert 0 < known.sum() < known.size
     assert picture.values[known] * 1e-6 == pytest.approx(shown[known])
@@ -137,12 +138,17 @@ def test_ranks_and_statuses_have_names_and_no_scale(draw):
 def test_an_overview_chooses_what_is_left_open():
     found = tripod_map()
     picture = overview_picture(found)
+    assert isinstance(picture, Field)
+    assert picture.scale is not None
     assert picture.scale.label == "worst deflection [µm/N]"
     assert picture.title == "3-puu: z = 0.3 m"
     own = overview_picture(found, "translational_stiffness", {"x": 0.1})
+    assert isinstance(own, Field)
     assert own.title == "3-puu: x = 0.1 m, principal translation 1 of 3"
     assert (own.x.label, own.y.label) == ("y [m]", "z [m]")
-    (line,) = {len(p.values) for p in overview_picture(found, None, {"x": 0, "y": 0}).percentiles}
+    bands = overview_picture(found, None, {"x": 0, "y": 0})
+    assert isinstance(bands, Bands)
+    (line,) = {len(p.values) for p in bands.percentiles}
     assert line == 3
     listed = rs.stiffness_map(robot("3-puu"), rs.PoseList(("x", "z"), [[0, 0.3], [0.1, 0.3]]))
     with pytest.raises(rs.InputError, match="without a grid"):
@@ -151,6 +157,7 @@ def test_an_overview_chooses_what_is_left_open():
 
 def test_isolines_are_round_and_between_the_ends():
     picture = slice_picture(tripod_map(), "worst_deflection", XY, {"z": 0.3}, isolines=4)
+    assert picture.scale is not None
     low, high = picture.scale.low, picture.scale.high
     assert 1 <= len(picture.isolines) <= 5
     assert all(low <= level <= high for level in picture.isolines)

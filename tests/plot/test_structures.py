@@ -99,6 +99,7 @@ def test_a_flexible_platform_bends_and_keeps_the_legs_together():
     snapshot = rs.find_posture(star).snapshot.one(0)
     motion = motion_under(snapshot, bent)
     placed = snapshot.platform
+    assert placed is not None
     for leg, own, node in zip(snapshot.legs, motion.legs, placed.holds, strict=True):
         end = motion.nodes[node].displacement(leg.end)
         np.testing.assert_allclose(own.bodies[-1].displacement(leg.end), end, atol=1e-12)
@@ -121,6 +122,7 @@ def test_a_loaded_cable_robot_is_drawn_where_it_rests():
     known = robot("cable-8")
     found = rs.cable_response(known, None, [300, 0, 200, 0, 0, 0])
     scene = cable_scene(found, exaggeration=1.0)
+    assert found.after is not None
     lines = [one for one in scene.items if isinstance(one, Path)]
     drawn = {one.about.partition(":")[0]: one for one in lines if one.about}
     for name, end in zip(found.after.cable_names, found.after.placed.attachments, strict=True):

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.analysis import CableStiffness
 from robostiff.markup import Table
+from robostiff.plot.picture import Scene
 from robostiff.report import described_by, report_contents
 from robostiff.report.section import Folded
 from robostiff.report.sections import report_sections
@@ -32,6 +34,7 @@ def test_a_cable_robot():
     assert list(sections) == COMMON
     assert figures_in(sections) == {"robot", "ellipsoid", "deformed"}
     tables = [part for part in sections["load"].parts if isinstance(part, Table)]
+    assert isinstance(found.stiffness, CableStiffness)
     assert [row[0] for row in tables[1].rows] == list(found.stiffness.cable_names)
     np.testing.assert_array_equal(found.stiffness.K, rs.stiffness(rs.load("cable-8")).K)
 
@@ -51,13 +54,16 @@ def test_a_network_and_a_linkage(as_linkage):
     assert figures_in(sections) == {"robot", "ellipsoid", "deformed", "energy"}
     (folded,) = (part for part in sections["inputs"].parts if isinstance(part, Folded))
     given = " ".join(str(table.rows) for table in folded.parts if isinstance(table, Table))
+    assert isinstance(found.robot, rs.Network)
     assert all(part.name in given for part in (*found.robot.joints, *found.robot.springs))
 
 
 def test_a_flexible_platform_is_drawn_deformed():
     _, sections = sections_of(rs.load(STAR), SIX)
     (deformed,) = (one for one in sections["load"].figures if one.name == "deformed")
-    assert deformed.levels[0].picture.notes[0].startswith("displacements × ")
+    picture = deformed.levels[0].picture
+    assert isinstance(picture, Scene)
+    assert picture.notes[0].startswith("displacements × ")
 
 
 @pytest.mark.parametrize(

@@ -121,6 +121,7 @@ def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
     bounds = buckling_of([own.problem for own in problems[:6]], range(6), 1e5)
     for question in problems[6:]:
         loaded = equilibrium(question.snapshot, None, [0, 0, 6 * force, 0, 0, 0])
+        assert question.snapshot is not None
         for k, leg in enumerate(question.snapshot.legs):
             joints = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.turns]
             d = joints[-1].point - joints[0].point

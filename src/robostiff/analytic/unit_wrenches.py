@@ -327,7 +327,7 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
                 if unit is not None:
                     yield unit
     axes = [_known(f.axis, count) for f in leg.own_parts if isinstance(f, PlacedFreedom)]
-    seen: list[np.ndarray] = []
+    seen = [at for at, _ in axes]  # a line along an axis is written as that axis
     for a, b in combinations(points, 2):
         unit = _unit(_between(a, b))
         if unit is not None:

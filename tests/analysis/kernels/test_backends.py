@@ -161,4 +161,4 @@ def test_outputs_that_make_no_sense_are_refused(outputs, message):
 
 def test_a_backend_is_an_object():
     with pytest.raises(rs.InputError, match=r"Backend\.MACHINE"):
-        rs.compile(model("3-rpr"), backend="machine")  # pyright: ignore[reportArgumentType]
+        rs.compile(model("3-rpr"), backend="machine")  # pyright: ignore[reportArgumentType, reportCallIssue]
