@@ -327,13 +327,15 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
                 if unit is not None:
                     yield unit
     axes = [_known(f.axis, count) for f in leg.own_parts if isinstance(f, PlacedFreedom)]
-    seen = [at for at, _ in axes]  # a line along an axis is written as that axis
+    # Cosines, the simplest formulas of what parts feel, are written: first those between axes.
+    for a, b in combinations(axes, 2):
+        _ = a[1]() @ b[1]()
+    seen: list[np.ndarray] = []
     for a, b in combinations(points, 2):
         unit = _unit(_between(a, b))
         if unit is not None:
             if _first_alike(seen, unit[0], _SAME, up_to_sign=True) is None:
                 seen.append(unit[0])
-                # Its cosines to axes, the simplest formulas of what parts feel, are written.
                 if (own := unit[1]()) is not None:
                     _ = [own @ axis[1]() for axis in axes]
             yield unit
