@@ -115,8 +115,8 @@ class EulerAngles:
 class UnitQuaternion:
     """A rotation by the vector (q_x, q_y, q_z) of a unit quaternion.
 
-    Its scalar part is q_w = sqrt(1 - q_x**2 - q_y**2 - q_z**2), so that |q| = 1 holds everywhere:
-    q and -q are the same rotation, and the one with q_w >= 0 is meant.
+    Its scalar part is q_w = sqrt(1 - q_x**2 - q_y**2 - q_z**2), so that ``|q| = 1`` everywhere: q
+    and -q are the same rotation, and the one with q_w >= 0 is meant.
 
     Examples
     --------
