@@ -32,7 +32,7 @@ def run(*arguments: str):
         ("double-pantograph", ("--what", "ellipsoids"), "svg", "compliance"),
         ("cable-4-planar", PLANE, "svg", "without load"),
         ("cable-8", ("--what", "matrix"), "html", "cable-8"),
-        (STAR, LOAD, "svg", "displacements"),
+        pytest.param(STAR, LOAD, "svg", "displacements", id="star-platform"),
     ],
 )
 def test_anything_is_drawn(tmp_path, subject, options, ending, written):

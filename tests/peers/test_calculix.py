@@ -38,7 +38,9 @@ def by_calculix(path: Path, rows: list[int]) -> np.ndarray:
     return columns[:, rows].T
 
 
-@pytest.mark.parametrize("name", [_PORTAL, "3-rrr", "hexapod", "orthoglide"])
+@pytest.mark.parametrize(
+    "name", [pytest.param(_PORTAL, id="portal"), "3-rrr", "hexapod", "orthoglide"]
+)
 def test_written_models_have_our_compliance(name, tmp_path):
     path = tmp_path / "model.inp"
     shown = CliRunner().invoke(app, ["convert", name, "--to", "calculix", "-o", str(path)])
