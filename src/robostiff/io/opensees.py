@@ -18,6 +18,7 @@ from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
+from robostiff.network.elements import section_compliance
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import mobility
 from robostiff.spatial import Space
@@ -218,17 +219,17 @@ def _add_beam(
 ) -> None:
     """An element of a frame, its length and section found from the compliance of its tip."""
     L = 2 * C[1, 5] / C[5, 5]
-    EA, GJ, EIy, EIz = (L / C[i, i] for i in (0, 3, 4, 5))
+    c = section_compliance(C, L)
+    EA, GJ, EIy, EIz = (1 / c[i] for i in (0, 3, 4, 5))
     start = end - L * axes[:, 0]
     nodes = model.attached(element.a, start), model.attached(element.b, end)
     transformation, tag = next(model.tags), next(model.tags)
     model.add("geomTransf", "Linear", transformation, *axes[:, 2])
-    shear = C[1, 1] - L**3 / (3 * EIz), C[2, 2] - L**3 / (3 * EIy)
-    if max(shear[0] / C[1, 1], shear[1] / C[2, 2]) < _ROUNDING:
+    if not c[1:3].any():
         section = (EA, 1.0, 1.0, GJ, EIy, EIz)
         model.add("element", "elasticBeamColumn", tag, *nodes, *section, transformation)
         return
-    section = (1.0, 1.0, EA, GJ, EIy, EIz, L / shear[0], L / shear[1])
+    section = (1.0, 1.0, EA, GJ, EIy, EIz, 1 / c[1], 1 / c[2])
     model.add("element", "ElasticTimoshenkoBeam", tag, *nodes, *section, transformation)
 
 

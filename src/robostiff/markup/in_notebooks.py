@@ -5,10 +5,14 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, Protocol
 
 # Pictures are drawn far above the results, and need Matplotlib: imported when one is shown.
 _PICTURES = "robostiff.plot.in_notebooks"
+
+
+class _ShownAsHtml(Protocol):
+    def _repr_html_(self) -> str: ...
 
 
 class InNotebooks:
@@ -18,10 +22,9 @@ class InNotebooks:
     asks for no HTML, and no picture is drawn there.
     """
 
-    def _repr_html_(self) -> str:
-        raise NotImplementedError
-
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
+    def _repr_mimebundle_(
+        self: _ShownAsHtml, include: Any = None, exclude: Any = None
+    ) -> dict[str, str]:
         del include, exclude  # IPython selects by itself
         if not _shows_html():
             return {}

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
-from robostiff.network.elements import BeamElement
+from robostiff.network.elements import BeamElement, section_compliance
 from robostiff.spatial import as_floats
 
 # Of an entry: a compliance that differs from that of a uniform beam by less is rounding.
@@ -148,11 +148,9 @@ def _in_axes(beam: BeamElement, what: str, value: ArrayLike, unit: str) -> np.nd
 
 
 def _section_compliance(beam: BeamElement) -> np.ndarray:
-    """Strains and curvatures of a section under unit forces and moments (6,) [1/N, 1/(N m^2)]."""
+    """That of a uniform beam, see `section_compliance`."""
     C, L = beam.tip_compliance, beam.length
-    c = np.diagonal(C) / L
-    c[1:3] -= c[[5, 4]] * L**2 / 3
-    c[1:3] = np.where(c[1:3] < _ROUNDING * np.diagonal(C)[1:3] / L, 0.0, c[1:3])
+    c = section_compliance(C, L)
     expected = np.diag(c * L)
     for row, turn, sign in ((1, 5, 1.0), (2, 4, -1.0)):
         expected[row, row] += c[turn] * L**3 / 3

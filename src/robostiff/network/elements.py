@@ -22,6 +22,7 @@ from robostiff.spatial import twist_transport
 from robostiff.spatial.shapes import Float
 
 _DEFAULT_THEORY = EulerBernoulli()
+_ROUNDING = 1e-12  # part of a deflection: less is no shear
 
 
 @dataclass(frozen=True)
@@ -204,3 +205,32 @@ def beam_stiffness_12(
     """
     B = np.hstack([-twist_transport(np.array([length, 0.0, 0.0])), np.eye(6)])
     return B.T @ tip_stiffness @ B
+
+
+def section_compliance(
+    tip_compliance: Float[np.ndarray, "6 6"], length: float
+) -> Float[np.ndarray, 6]:
+    """Strains and curvatures of the section of a uniform beam under unit forces and moments.
+
+    Parameters
+    ----------
+    tip_compliance : (6, 6) array
+        Of the end with the start clamped, in the beam's axes [m/N, rad/N, rad/(N m)].
+    length : float
+        [m].
+
+    Returns
+    -------
+    (6,) array
+        1 / (EA, G A_y, G A_z, GJ, EI_y, EI_z) [1/N, 1/(N m^2)]; 0 for no deflection by shear.
+
+    Examples
+    --------
+    >>> section_compliance(np.diag([2.0, 8 / 3, 8 / 3, 6.0, 2.0, 2.0]), 2.0)
+    array([1., 0., 0., 3., 1., 1.])
+    """
+    whole = np.diagonal(tip_compliance) / length
+    c = whole.copy()
+    c[1:3] -= c[[5, 4]] * length**2 / 3
+    c[1:3] = np.where(c[1:3] < _ROUNDING * whole[1:3], 0.0, c[1:3])
+    return c

@@ -13,10 +13,9 @@ from robostiff.model import Actuated
 from robostiff.network.connection import RelativeMotion
 from robostiff.network.elements import JointElement
 from robostiff.network.equations import Equations, equations_of
-from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
-from robostiff.network.redundancy import Redundancy, redundancy
-from robostiff.network.saddle_point import SaddlePointSystem, saddle_point_system
+from robostiff.network.redundancy import Redundancy
+from robostiff.network.saddle_point import SaddlePointSystem, system_of
 from robostiff.spatial import move_twist, move_wrench
 
 _MISSED = 1e-9  # of the displacement of the platform
@@ -90,8 +89,7 @@ def loads_under(
     tolerance : Tolerance
     """
     equations = equations_of(network, tolerance)
-    dependent = redundancy(equations, platform_fixed=False)
-    system, x = _under(equations, wrench, dependent)
+    system, x, dependent = _under(equations, wrench)
     return loads_of_parts(equations, system, x, dependent)
 
 
@@ -134,8 +132,7 @@ def motions_under(
     equations = equations_of(network, tolerance)
     own = equations.points[network.platform]
     to_own = (own - network.reference_point)[: network.space.translations]
-    dependent = redundancy(equations, platform_fixed=False)
-    system, x = _under(equations, move_wrench(wrench, to_own), dependent)
+    system, x, _ = _under(equations, move_wrench(wrench, to_own))
     rows = system.rows_of[network.platform]
     missing = equations.scale * move_twist(twist, to_own) - x[rows]
     if np.linalg.norm(missing) > _MISSED * np.linalg.norm(x[rows] + missing):  # a free motion
@@ -149,26 +146,22 @@ def motions_under(
 
 
 def _under(
-    equations: Equations, wrench: np.ndarray, dependent: Redundancy
-) -> tuple[SaddlePointSystem, np.ndarray]:
+    equations: Equations, wrench: np.ndarray
+) -> tuple[SaddlePointSystem, np.ndarray, Redundancy]:
     """Displacements and wrenches, scaled, under a wrench about the platform's own point."""
-    network = equations.network
-    mobile = mobility(equations, platform_fixed=False)
-    system = saddle_point_system(equations, set(network.fixed), mobile, dependent)
+    system, _, dependent = system_of(equations)
     right = np.zeros((system.size, 1))
-    right[system.rows_of[network.platform], 0] = wrench / equations.scale / equations.stiffness
-    return system, system.solve(right)[0][:, 0]
+    rows = system.rows_of[equations.network.platform]
+    right[rows, 0] = wrench / equations.scale / equations.stiffness
+    return system, system.solve(right)[0][:, 0], dependent
 
 
 def _led(
     equations: Equations, moved: np.ndarray
 ) -> tuple[SaddlePointSystem, np.ndarray, Redundancy]:
     """Displacements and wrenches, scaled, where the platform is displaced and nothing else acts."""
-    mobile = mobility(equations, platform_fixed=True)
-    dependent = redundancy(equations, platform_fixed=True)
-    network = equations.network
-    system = saddle_point_system(equations, {*network.fixed, network.platform}, mobile, dependent)
-    rows = system.rows_of[network.platform]
+    system, _, dependent = system_of(equations, platform_fixed=True)
+    rows = system.rows_of[equations.network.platform]
     x = system.solve(-(system.matrix[:, rows] @ moved)[:, None])[0][:, 0]
     x[rows] = moved
     return system, x, dependent

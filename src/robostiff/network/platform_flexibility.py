@@ -12,10 +12,10 @@ from robostiff.errors import NoAnswerError
 from robostiff.model import FlexiblePlatform
 from robostiff.network.elements import Node, SpringElement
 from robostiff.network.equations import Equations, equations_of
-from robostiff.network.mobility import Mobility, mobility
+from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
-from robostiff.network.redundancy import freedom_rates, redundancy
-from robostiff.network.saddle_point import CONVERGED, saddle_point_system
+from robostiff.network.redundancy import freedom_rates
+from robostiff.network.saddle_point import CONVERGED, system_of
 from robostiff.spatial import Space
 
 _MOVES = 1e-6
@@ -86,9 +86,7 @@ def platform_flexibility(
     """
     tolerance = tolerance or Tolerance()
     equations = equations_of(_network(platform, space), tolerance)
-    mobile = mobility(equations, platform_fixed=False)
-    dependent = redundancy(equations, platform_fixed=False)
-    system = saddle_point_system(equations, {platform.tool}, mobile, dependent)
+    system, mobile, _ = system_of(equations)
     n = equations.size
     transports = [equations.transport(name, platform.point_of(name)) for name in nodes]
     loads = np.zeros((system.size, n * len(nodes)))

@@ -15,10 +15,10 @@ from robostiff.network.beam_loads import BeamLoad, DistributedForce, ForceOnBeam
 from robostiff.network.elements import BeamElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.internal_loads import InternalLoads, loads_of_parts
-from robostiff.network.mobility import Mobility, mobility
+from robostiff.network.mobility import Mechanism, Mobility
 from robostiff.network.network import Network
-from robostiff.network.redundancy import Redundancy, redundancy
-from robostiff.network.saddle_point import CONVERGED, SaddlePointSystem, saddle_point_system
+from robostiff.network.redundancy import Redundancy
+from robostiff.network.saddle_point import CONVERGED, SaddlePointSystem, system_of
 from robostiff.spatial import as_floats, block_rotation, move_wrench
 
 Loads = Mapping[str, Any]
@@ -139,13 +139,13 @@ def network_response(
     equations = equations_of(network, tolerance)
     at_nodes, on_beams = _sorted_loads(network, {} if loads is None else loads)
     moved = {name: _settlement(network, name, t) for name, t in (settlements or {}).items()}
-    mobile = mobility(equations, platform_fixed=False)
-    dependent = redundancy(equations, platform_fixed=False)
-    system = saddle_point_system(equations, set(network.fixed), mobile, dependent)
-    right, given = _right_side(equations, system, at_nodes, on_beams)
+    points = {node.name: node.point for node in network.nodes}
+    system, mobile, dependent = system_of(equations)
+    right = _right_side(equations, system, points, at_nodes, on_beams)
     _check_balance(equations, mobile, system, right)
+    given = np.zeros(right.shape)
     for name, t in moved.items():
-        D = equations.between(_point(network, name), equations.points[name])
+        D = equations.between(points[name], equations.points[name])
         given[system.rows_of[name], 0] = D @ (equations.scale * t)
     x, step = system.solve(right - system.matrix @ given)
     if step > CONVERGED:
@@ -164,12 +164,12 @@ def network_response(
     return NetworkResponse(
         network.name,
         {
-            node.name: _twist(equations, system, x[:, 0], node.name)
-            for node in network.nodes
-            if node.name not in free
+            name: equations.transport(name, point) @ x[system.rows_of[name], 0] / equations.scale
+            for name, point in points.items()
+            if name not in free
         },
         {
-            name: _reaction(equations, system, gap, name)
+            name: _reaction(equations, points[name], gap[system.rows_of[name]], name)
             for name in network.fixed
             if name not in undetermined
         },
@@ -245,22 +245,19 @@ def _settlement(network: Network, name: str, value: Any) -> np.ndarray:
     return t
 
 
-def _point(network: Network, name: str) -> np.ndarray:
-    return next(node.point for node in network.nodes if node.name == name)
-
-
 def _right_side(
     equations: Equations,
     system: SaddlePointSystem,
+    points: Mapping[str, np.ndarray],
     at_nodes: Mapping[str, np.ndarray],
     on_beams: Mapping[int, tuple[str, BeamLoad]],
-) -> tuple[np.ndarray, np.ndarray]:
-    """Right side (size, 1) of the scaled equations, and room for what is given of the solution."""
+) -> np.ndarray:
+    """Right side (size, 1) of the scaled equations."""
     network, rows = equations.network, list(equations.network.space.rows)
     right = np.zeros((system.size, 1))
     unit = equations.scale * equations.stiffness
     for name, F in at_nodes.items():
-        D = equations.between(equations.points[name], _point(network, name))
+        D = equations.transport(name, points[name])
         right[system.rows_of[name], 0] += D.T @ (F / unit)
     for k, (_, load) in on_beams.items():
         beam, c = network.beams[k], equations.connections[k]
@@ -270,7 +267,7 @@ def _right_side(
             total / unit
         )
         right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
-    return right, np.zeros((system.size, 1))
+    return right
 
 
 def _check_balance(
@@ -291,7 +288,7 @@ def _check_balance(
             )
 
 
-def _moving(mechanism: Any) -> list[str]:
+def _moving(mechanism: Mechanism) -> list[str]:
     """Names of the nodes that a mechanism moves."""
     size = np.abs(mechanism.motions).max(axis=(1, 2), initial=0.0)
     return [n for n, s in zip(mechanism.nodes, size, strict=True) if s > _GAP * size.max()]
@@ -315,20 +312,10 @@ def _check_gaps(
             )
 
 
-def _twist(equations: Equations, system: SaddlePointSystem, x: np.ndarray, name: str) -> np.ndarray:
-    D = equations.transport(name, _point(equations.network, name))
-    return D @ x[system.rows_of[name]] / equations.scale
-
-
-def _reaction(
-    equations: Equations, system: SaddlePointSystem, gap: np.ndarray, name: str
-) -> np.ndarray:
+def _reaction(equations: Equations, point: np.ndarray, gap: np.ndarray, name: str) -> np.ndarray:
     """What a fixed node lacks for its equilibrium, about its point."""
-    F = gap[system.rows_of[name]] * equations.scale * equations.stiffness
-    v = (_point(equations.network, name) - equations.points[name])[
-        : equations.network.space.translations
-    ]
-    return move_wrench(F, v)
+    v = (point - equations.points[name])[: equations.network.space.translations]
+    return move_wrench(gap * equations.scale * equations.stiffness, v)
 
 
 def _beams(

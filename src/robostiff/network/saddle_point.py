@@ -10,8 +10,8 @@ import numpy as np
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.network.equations import Equations
-from robostiff.network.mobility import BlockEntries, Mobility
-from robostiff.network.redundancy import Redundancy
+from robostiff.network.mobility import BlockEntries, Mobility, mobility
+from robostiff.network.redundancy import Redundancy, redundancy
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -76,7 +76,7 @@ class SaddlePointSystem:
 
 
 def saddle_point_system(
-    equations: Equations, still: set[str], mobility: Mobility, redundancy: Redundancy
+    equations: Equations, still: set[str], mobile: Mobility, dependent: Redundancy
 ) -> SaddlePointSystem:
     """Assemble and factorise.
 
@@ -88,7 +88,7 @@ def saddle_point_system(
     equations : Equations
     still : set of str
         Nodes whose displacement is given.
-    mobility, redundancy
+    mobile, dependent
         Of the network with these nodes fixed.
 
     Raises
@@ -107,10 +107,10 @@ def saddle_point_system(
         wrench_rows.append(np.arange(size, size := size + c.W.shape[1]))
     matrix = _assembled(equations, rows_of, wrench_rows, size)
     lost = [rows_of[name] for name in still]
-    for mechanism in mobility.mechanisms:
+    for mechanism in mobile.mechanisms:
         rows = np.concatenate([rows_of[name] for name in mechanism.nodes])
         lost.append(rows[mechanism.pins])
-    lost += [wrench_rows[k][numbers] for k, numbers in redundancy.dropped.items()]
+    lost += [wrench_rows[k][numbers] for k, numbers in dependent.dropped.items()]
     kept = np.setdiff1d(np.arange(size), np.concatenate(lost))
     regular = matrix[kept][:, kept].tocsc()
     try:
@@ -121,6 +121,20 @@ def saddle_point_system(
             f"{Status.ILL_CONDITIONED.advice[0]}"
         ) from None
     return SaddlePointSystem(size, matrix, kept, rows_of, tuple(wrench_rows), regular, lu)
+
+
+def system_of(
+    equations: Equations, *, platform_fixed: bool = False
+) -> tuple[SaddlePointSystem, Mobility, Redundancy]:
+    """The system of a network, with its platform free or fixed beside the fixed nodes.
+
+    See `saddle_point_system`.
+    """
+    network = equations.network
+    still = {*network.fixed, network.platform} if platform_fixed else set(network.fixed)
+    mobile = mobility(equations, platform_fixed=platform_fixed)
+    dependent = redundancy(equations, platform_fixed=platform_fixed)
+    return saddle_point_system(equations, still, mobile, dependent), mobile, dependent
 
 
 def _assembled(
