@@ -1,11 +1,16 @@
 """Settings that all tests share."""
 
 import gc
+import os
 from pathlib import Path
 
 import jaxtyping
 import pytest
 from hypothesis import HealthCheck, settings
+
+# The workers of pytest fill the processors: threads of BLAS beside them wait for one another, busily.
+# Workers and commands inherit it.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 _UNTIMED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
