@@ -121,13 +121,16 @@ class LegRecorder:
     def leg(self, leg: PlacedLeg, frame: int | None = None) -> RecordedLeg:
         """Record a leg, in a given working frame or in that with the shortest record.
 
+        A frame is given where another leg has the same elements. How many frames there are
+        depends on their springs and angles, too: a leg that lacks the given one takes its own.
+
         Raises
         ------
         InputError
             When a transmitted wrench meets no compliance.
         """
         frames = self._frames(leg)
-        if frame is not None:
+        if frame is not None and frame < len(frames):
             local = local_leg(leg, frames[frame], self.record, self.length)
             return self._in_frame(leg, local, frames[frame], frame)
         tried = [
