@@ -140,11 +140,12 @@ def test_springs_with_freedoms_of_their_own():
     )
     reference = np.array([0.5, 0.4, 0.0])
     found = []
-    for leg in (joined, apart):
+    for leg, frame in ((joined, None), (apart, None), (apart, 99)):  # that of another leg
         record, own = with_points_recorded(leg, 0)
-        recorded = LegRecorder(record, reference, Space.SPATIAL, 1.0).leg(own)
+        recorded = LegRecorder(record, reference, Space.SPATIAL, 1.0).leg(own, frame)
         found.append(symmetric(stiffness_entries([recorded], 6), 6))
     assert np.abs(found[0] - found[1]).max() <= 1e-9 * np.abs(found[1]).max()
+    assert np.abs(found[2] - found[1]).max() <= 1e-9 * np.abs(found[1]).max()
     assert np.abs(found[0]).max() > 0
 
 
