@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,9 +23,12 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, Posture, PostureFinder, posture_finder
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.kinematics.solved_request import ActuatedRequest
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.spatial import Space
 
 DEFAULT_METHOD = WrenchBasis()
 #: Poses worked on at once: few enough for the cache, enough to hide the cost of a NumPy call.
@@ -55,6 +58,19 @@ class AskedPoses:
     near: Near = None
     tolerance: Tolerance = DEFAULT_TOLERANCE
 
+    opinions: ClassVar = "the record of a robot and the wrench basis form"
+    free: ClassVar = 1e-6  # of the largest size: what rounding leaves of zero
+
+    @property
+    def name(self) -> str:
+        """Of the robot."""
+        return self.finder.robot.name
+
+    @property
+    def space(self) -> Space:
+        """Spatial (6 x 6) or planar (3 x 3)."""
+        return self.finder.robot.space
+
     @property
     def batch(self) -> tuple[int, ...]:
         """Shape of the batch, () for one pose."""
@@ -68,6 +84,25 @@ class AskedPoses:
         if isinstance(request, np.ndarray):
             return request.reshape(int(np.prod(self.batch, dtype=int)), request.shape[-1])
         return request.coordinates
+
+    def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
+        """Pose coordinates (..., 6) where all of them are given."""
+        if isinstance(self.request, np.ndarray) or self.request.open:
+            return None
+        return self.request.coordinates[rows]
+
+    def reference_points(self, rows: np.ndarray) -> np.ndarray | None:
+        """The robot's reference point in the world (..., 3) [m], where all of the pose is given."""
+        pose = self.pose_at(rows)
+        if pose is None or isinstance(self.request, np.ndarray):
+            return None
+        given = self.request.turned
+        R = turn_by_vector(pose[..., 3:]) if given is None else given[rows]
+        return pose[..., :3] + np.einsum("...ij,j->...i", R, self.finder.robot.reference_point)
+
+    def placed(self, row: np.ndarray) -> Snapshot:
+        """The robot in the world at one pose."""
+        return self.posture(row.reshape(1)).snapshot.one(0)
 
     def posture(self, rows: slice | np.ndarray) -> Posture:
         """The posture at some of the poses; of one pose it is found once."""
@@ -169,11 +204,11 @@ def check_arguments(robot: Any, method: Any, near: Near, tolerance: Any) -> None
     ------
     InputError
     """
-    if not isinstance(robot, Robot | Snapshot | Network | CableRobot):
+    if not isinstance(robot, Robot | Snapshot | Network | Linkage | CableRobot):
         raise InputError(
             "robot",
             got=robot,
-            expected="a Robot, a Snapshot, a Network or a CableRobot",
+            expected="a Robot, a Snapshot, a Network, a Linkage or a CableRobot",
             hint='write load("hexapod")',
         )
     if isinstance(robot, Robot | Snapshot):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import (
     CompiledAnswer,
@@ -16,7 +15,7 @@ from robostiff.analysis.compiled_answer import (
 )
 from robostiff.analysis.guarded_values import AtGeneralPoses, closes
 from robostiff.analysis.kernel_inputs import InputRows
-from robostiff.analysis.linkage_stiffness import linkage_stiffness
+from robostiff.analysis.linkage_stiffness import FREE, SUBJECT, linkage_stiffness
 from robostiff.analysis.record_agreement import differences
 from robostiff.compiled import (
     Backend,
@@ -30,16 +29,10 @@ from robostiff.compiled import (
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.linkage import Configuration, Linkage
-from robostiff.linkage.driven import DrivenLinkage
+from robostiff.linkage.driven import DrivenLinkage, DriveValues
 from robostiff.linkage.recorded_stiffness import record_linkage
 from robostiff.recorded import RecordedRobot
-from robostiff.spatial import as_floats
 
-#: Values of driven joints: one row a pose, or an array for each joint by its name.
-DriveValues = ArrayLike | Mapping[str, ArrayLike]
-_SUBJECT = "the record of a linkage and its network"
-# Of the largest size: what rounding of a network leaves of zero, with all its wrenches at once.
-_FREE = 1e-4
 _OTHER_SEED = 47
 _NEARER = 4  # how often samples are drawn nearer to home
 
@@ -112,49 +105,30 @@ class CompiledLinkage:
 
     def _attempt(self, values: DriveValues, threads: int) -> tuple[CompiledAnswer, np.ndarray]:
         threads = whole_threads(threads)
-        rows = rows_of_drives(self.driven, values)
+        rows = _one_a_row(self.driven, values)
         general = AtGeneralPoses(self.rank, self.status, self.verified)
         return attempted(self.kernel, _as_inputs(rows), general, threads), rows
 
 
-def rows_of_drives(driven: DrivenLinkage, values: DriveValues) -> np.ndarray:
+def _one_a_row(driven: DrivenLinkage, values: DriveValues) -> np.ndarray:
     """Values of driven joints as rows (N, n) in the order of ``driven.inputs``.
 
     Raises
     ------
     InputError
-        When a name is no driven joint's, or numbers are not finite or too many or few.
+        When they do not fit the joints, or are not one pose a row.
     """
-    subject = f"driven joints of {driven.part.name!r}"
-    n = len(driven.inputs)
-    words = f"an array (N, {n}): {' '.join(driven.inputs)}, one pose a row"
-    if not isinstance(values, Mapping):
-        rows = as_floats(subject, values, words)
-        if rows.ndim != 2 or rows.shape[1] != n:
-            raise InputError(subject, got=f"shape {rows.shape}", expected=words)
-        return rows
-    home = driven.values(driven.at_home)
-    given: dict[str, np.ndarray] = {}
-    for name, own in values.items():
-        if name not in home:
-            raise InputError(
-                subject,
-                got=name,
-                expected=f"one of {', '.join(home)}",
-                hint=f"write rs.compile(linkage, joints=(..., {name!r}))",
-            )
-        size, wanted = home[name].size, f"numbers (N,) of {name!r}"
-        numbers = as_floats(f"coordinates of {name!r}", own, wanted)
-        given[name] = numbers[:, None] if size == 1 and numbers.ndim == 1 else numbers
-        if given[name].ndim != 2 or given[name].shape[1] != size:
-            wanted = wanted if size == 1 else f"numbers (N, {size}) of {name!r}"
-            raise InputError(subject, got=f"shape {numbers.shape}", expected=wanted)
-    counts = {len(own) for own in given.values()}
-    if len(counts) != 1:
-        raise InputError(subject, got=f"{sorted(counts)} poses", expected="as many for each joint")
-    (count,) = counts
-    columns = [given.get(name, np.tile(at, (count, 1))) for name, at in home.items()]
-    return np.concatenate(columns, axis=1)
+    rows = driven.rows(values)
+    if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
+        rows = rows[:, 0]
+    if rows.ndim != 2:
+        n = len(driven.inputs)
+        raise InputError(
+            f"driven joints of {driven.part.name!r}",
+            got=f"shape {rows.shape[:-1]} of poses",
+            expected=f"numbers (N,) of each joint, or an array (N, {n}), one pose a row",
+        )
+    return rows
 
 
 def compile_linkage(
@@ -203,15 +177,22 @@ def compile_linkage(
     >>> bool(np.allclose(K[-1], there, rtol=1e-9, atol=1e-9 * there.max()))
     True
     """
-    outputs = checked_outputs(outputs)
-    driven = DrivenLinkage.of(linkage, joints)
+    return compile_driven(DrivenLinkage.of(linkage, joints), checked_outputs(outputs), backend)
+
+
+def compile_driven(
+    driven: DrivenLinkage,
+    outputs: Sequence[Output] = (StiffnessMatrix(),),
+    backend: Backend = Backend.BEST,
+) -> CompiledLinkage:
+    """As `compile_linkage`, from what drives it."""
     found = _Recorded.of(driven)
     recorded = found.recorded
     for output in outputs:
         if isinstance(output, Derivative) and isinstance(output.of, Derivative):
             raise InputError(
                 f"derivative {output.name}",
-                got=f"{linkage.name!r}, whose loops are closed by iteration",
+                got=f"{driven.part.name!r}, whose loops are closed by iteration",
                 expected="first derivatives",
             )
     kernel = kernel_of(recorded, outputs, backend)
@@ -271,12 +252,12 @@ class _Recorded:
             doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
             trusted &= not doubtful.any()
             K, rank, codes = answer.values["K"], answer.rank, answer.status_codes
-            for k, distance in differences(K, rank, codes, careful, free=_FREE):
+            for k, distance in differences(K, rank, codes, careful, free=FREE):
                 if not (answer.guarded[k] or doubtful[k]):
                     if self.undetermined:
                         raise _undetermined(driven, self.undetermined)
                     place = dict(zip(driven.inputs, rows[k].tolist(), strict=True))
-                    raise DisagreementError(_SUBJECT, distance, f"{driven.part.name!r} at {place}")
+                    raise DisagreementError(SUBJECT, distance, f"{driven.part.name!r} at {place}")
                 trusted = False
         return trusted
 

@@ -166,7 +166,9 @@ class Deflection(InNotebooks):
 
 
 def deflection_at(
-    answer: RobotStiffness, wrench: np.ndarray, posed: Snapshot | Network | Callable[[], Snapshot]
+    answer: RobotStiffness,
+    wrench: np.ndarray,
+    posed: Snapshot | Network | Callable[[], Snapshot | Network],
 ) -> Deflection:
     """How a robot deflects at the single pose of an answer.
 
@@ -195,21 +197,21 @@ def deflection_at(
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
     tolerance = answer.about_reference.tolerance
-    if isinstance(posed, Network):
-        carried = loads_under(posed, F_origin, tolerance)
+    placed = posed if isinstance(posed, Snapshot | Network) else posed()
+    if isinstance(placed, Network):
+        carried = loads_under(placed, F_origin, tolerance)
         parts += carried.energies
         reactions += [JointReaction(*own) for own in carried.reactions]
         actuators += [ActuatorLoad(*own) for own in carried.actuators]
     else:
-        snapshot = posed if isinstance(posed, Snapshot) else posed()
-        for leg, own in zip(snapshot.legs, leg_wrenches, strict=True):
+        for leg, own in zip(placed.legs, leg_wrenches, strict=True):
             F_leg = np.zeros(6)
             F_leg[list(answer.space.rows)] = own
             for element, F_element in _carried(leg, F_leg, answer):
                 _add_element(
                     leg.name, element, F_element, answer.origin, parts, reactions, actuators
                 )
-        parts += platform_energies(snapshot, leg_wrenches, answer.origin, tolerance)
+        parts += platform_energies(placed, leg_wrenches, answer.origin, tolerance)
     total = sum(energy for *_, energy in parts)
     shares = [
         PartShare(leg, part, energy, energy / total if total > 0 else 0.0)

@@ -49,10 +49,11 @@ def leg_loads(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:
     LegLoads or None
         None where the matrices alone are known, and cannot be solved at some pose.
     """
-    if answer.serial_compliance is not None:
+    if answer.serial_compliance is not None and not np.isnan(answer.serial_compliance).any():
         twist = np.einsum("...ij,...j->...i", answer.serial_compliance, wrench)
         F = np.broadcast_to(wrench, twist.shape)
-        return LegLoads(twist, np.ones(twist.shape[:-1], dtype=bool), (F,))
+        own = (F,) if answer.legs else ()
+        return LegLoads(twist, np.ones(twist.shape[:-1], dtype=bool), own)
     whole = answer.about_reference
     known = [leg.carried for leg in answer.legs if leg.carried is not None]
     if whole.carried is None or len(known) < len(answer.legs):
@@ -88,8 +89,12 @@ def _is_balanced(missing: np.ndarray, F: np.ndarray, rank: np.ndarray) -> np.nda
 
 def loads_known(answer: RobotStiffness) -> np.ndarray:
     """Where `leg_loads` has an answer (...)."""
-    by_legs = answer.serial_compliance is not None or answer.about_reference.carried is not None
-    return answer.rank >= 0 if by_legs else answer.about_reference.invertible
+    if answer.about_reference.carried is not None:
+        return answer.rank >= 0
+    by_matrices = answer.about_reference.invertible
+    if answer.serial_compliance is None:
+        return by_matrices
+    return by_matrices | answer.has_compliance
 
 
 def _by_matrices(answer: RobotStiffness, wrench: np.ndarray) -> LegLoads | None:

@@ -1,16 +1,202 @@
-"""Stiffness of a linkage at many values of its driven joints, configuration by configuration."""
+"""Stiffness of a linkage at values of its driven joints: its record, and networks."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
 import numpy as np
 
+from robostiff.analysis.careful_form import DEFAULT_METHOD
 from robostiff.analysis.network_stiffness import network_stiffness
 from robostiff.analysis.result import RobotStiffness, StructuralAnalysis
-from robostiff.elastostatics import DEFAULT_TOLERANCE, CartesianStiffness, Status, Tolerance
-from robostiff.errors import NoAnswerError
+from robostiff.analysis.robot_record import Costs, KeptRecord, RecordedAnswer
+from robostiff.elastostatics import (
+    DEFAULT_TOLERANCE,
+    CartesianStiffness,
+    Form,
+    Status,
+    Tolerance,
+)
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.turn import vector_of_turn
+from robostiff.linkage import Configuration, Linkage
 from robostiff.linkage.driven import DrivenLinkage
 from robostiff.linkage.network_at import network_of
+from robostiff.model import Joint
+from robostiff.network import Network
+from robostiff.spatial import Space, as_floats
+
+#: What a difference between the two is between.
+SUBJECT = "the record of a linkage and its network"
+# Of the largest size: what rounding of a network leaves of zero, with all its wrenches at once.
+FREE = 1e-4
+# Under this name a linkage keeps its records, by the joints that drive it.
+_KEPT = "_linkage_records"
+# Recording takes as long as some 30 networks (double pantograph: 28), and machine code as long to
+# make as NumPy at some 10^5 poses.
+_COSTS = Costs(a_call=0, pays=40, machine_code_pays=2**17)
+
+
+class DrivenBy:
+    """What a linkage keeps of one choice of driven joints: its closed home, and its record.
+
+    Parameters
+    ----------
+    linkage : Linkage
+    joints : tuple of str or None
+        All actuated ones for None.
+    """
+
+    def __init__(self, linkage: Linkage, joints: tuple[str, ...] | None) -> None:
+        self.driven = DrivenLinkage.moved_by(linkage, joints)
+        self.record = KeptRecord(self._compiled, _COSTS)
+
+    @classmethod
+    def of(cls, linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenBy:
+        """What is kept already, or begins to be."""
+        known: dict[Any, DrivenBy] = vars(linkage).setdefault(_KEPT, {})
+        if joints not in known:
+            known[joints] = cls(linkage, joints)
+        return known[joints]
+
+    def _compiled(self) -> Any:
+        from robostiff.analysis.compiled_linkage import compile_driven
+        from robostiff.compiled import Backend
+
+        if not (self.driven.drives and self.driven.home.is_closed):
+            return None
+        return compile_driven(self.driven, backend=Backend.ARRAYS)
+
+
+@dataclass(frozen=True)
+class AskedConfigurations:
+    """Configurations of a linkage, and the tolerance with which its stiffness is wanted.
+
+    Attributes
+    ----------
+    kept : DrivenBy
+    given : (..., n) array
+        Coordinates of the drives [m, rad].
+    tolerance : Tolerance
+    """
+
+    kept: DrivenBy
+    given: np.ndarray
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+    method: ClassVar = StructuralAnalysis()
+    space: ClassVar = Space.SPATIAL
+    opinions: ClassVar = SUBJECT
+    free: ClassVar = FREE
+
+    @classmethod
+    def of(
+        cls,
+        linkage: Linkage,
+        values: Any = None,
+        tolerance: Tolerance = DEFAULT_TOLERANCE,
+        method: Form = DEFAULT_METHOD,
+    ) -> AskedConfigurations:
+        """Values as `stiffness` takes them: of joints by name, of all actuated ones, or home.
+
+        Raises
+        ------
+        InputError
+            When they do not fit the joints, or a form of K_C is asked for.
+        """
+        if method != DEFAULT_METHOD:
+            raise InputError(
+                f"method for linkage {linkage.name!r}",
+                got=method.name,
+                expected="none: forms of K_C are of legs, and a linkage is solved as a network",
+            )
+        values = values.values if isinstance(values, ActuatorCoordinates) else values
+        values = {} if values is None else values
+        if not isinstance(values, Mapping):
+            kept = DrivenBy.of(linkage, None)
+            if not kept.driven.drives:
+                raise InputError(
+                    f"values of linkage {linkage.name!r}",
+                    got=values,
+                    expected="values of joints by their names: it has no actuated joint",
+                    hint='write {"crank": 0.1}',
+                )
+            return cls(kept, kept.driven.rows(values), tolerance)
+        kept = DrivenBy.of(linkage, tuple(values))
+        drives = kept.driven.drives
+        rows = kept.driven.rows({name: values[name] for name in drives})
+        others = [j for j in linkage.joints if j.name in values and j.name not in drives]
+        batch = np.broadcast_shapes(rows.shape[:-1], *(_batch(j, values[j.name]) for j in others))
+        return cls(kept, np.broadcast_to(rows, (*batch, rows.shape[-1])), tolerance)
+
+    @property
+    def name(self) -> str:
+        """Of the linkage."""
+        return self.kept.driven.part.name
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """Shape of the batch, () for one configuration."""
+        return self.given.shape[:-1]
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """Coordinates of the drives (N, n), one configuration a row."""
+        return self.given.reshape(int(np.prod(self.batch, dtype=int)), self.given.shape[-1])
+
+    def pose_at(self, rows: np.ndarray) -> None:
+        """None: the pose of the platform follows from the loops."""
+
+    def reference_points(self, rows: np.ndarray) -> np.ndarray:
+        """Of the platform in the world (..., 3) [m]."""
+        part = self.kept.driven.part
+        frames = [found.frames[part.platform] for found in self._at(rows)]
+        points = [frame.p + frame.R @ part.reference_point for frame in frames]
+        return np.array(points).reshape(*rows.shape, 3)
+
+    def solved(self, rows: np.ndarray) -> RobotStiffness:
+        """As networks at some of the configurations, with the shape of the rows."""
+        flat = rows.reshape(-1)
+        found = linkage_stiffness(self.kept.driven, self.numbers[flat], self.tolerance)
+        return found if rows.ndim == 1 else found[np.arange(flat.size).reshape(rows.shape)]
+
+    def complaints(self, rows: np.ndarray, status: Status) -> tuple[str, ...]:
+        """Why a single configuration is out of reach."""
+        if rows.shape or not status & Status.UNREACHABLE:
+            return ()
+        (found,) = self._at(rows)
+        return (f"its loops do not close: {found.complaint}; {found.advice}",)
+
+    def placed(self, row: np.ndarray) -> Network:
+        """The network of one configuration."""
+        (found,) = self._at(row)
+        return network_of(self.kept.driven.part, found)
+
+    def recorded(self) -> RecordedAnswer | None:
+        """What the record gives; None where there is none, or it does not pay yet."""
+        if not self.given.size or self.tolerance != DEFAULT_TOLERANCE:
+            return None
+        compiled = self.kept.record.for_poses(len(self.numbers))
+        if compiled is None:
+            return None
+        return RecordedAnswer.of(compiled.evaluate(self.numbers)).reshaped(self.batch)
+
+    def _at(self, rows: np.ndarray) -> list[Configuration]:
+        return self.kept.driven.at(self.numbers[rows.reshape(-1)])
+
+
+def _batch(joint: Joint, value: Any) -> tuple[int, ...]:
+    """Shape of a batch of coordinates of a joint that the platform does not feel."""
+    words = "finite numbers" if joint.size == 1 else f"finite numbers (..., {joint.size})"
+    units = [screw.unit for screw in joint.freedoms]
+    numbers = as_floats(
+        f"coordinates of {joint.name!r}", value, words, units if joint.size > 1 else units[0]
+    )
+    if joint.size > 1 and numbers.shape[-1:] != (joint.size,):
+        raise InputError(f"coordinates of {joint.name!r}", got=value, expected=words)
+    return numbers.shape if joint.size == 1 else numbers.shape[:-1]
 
 
 def linkage_stiffness(
@@ -28,34 +214,75 @@ def linkage_stiffness(
         In the order of ``driven.inputs`` [m, rad].
     tolerance : Tolerance
     """
-    at_home = network_stiffness(network_of(driven.part, driven.home), tolerance)
-    parts, poses, points, origins, reasons = [], [], [], [], []
-    for found in driven.at(rows):
-        own, lost = at_home, Status.UNREACHABLE
-        network = network_of(driven.part, found)
-        if found.is_closed:
+    part, found = driven.part, driven.at(rows)
+    networks = [network_of(part, one) for one in found]
+    solved: list[RobotStiffness | None] = []
+    reasons, lost = [], np.zeros(len(found), dtype=np.uint8)
+    for i, (one, network) in enumerate(zip(found, networks, strict=True)):
+        own = None
+        lost[i] = int(Status.UNREACHABLE)
+        if one.is_closed:
             try:
-                own, lost = network_stiffness(network, tolerance), Status.OK
+                own, lost[i] = network_stiffness(network, tolerance), 0
             except NoAnswerError as error:
-                lost = Status.FORM_DOES_NOT_HOLD | Status.ILL_CONDITIONED
+                lost[i] = int(Status.FORM_DOES_NOT_HOLD | Status.ILL_CONDITIONED)
                 reasons.append(str(error))
-        whole = own.about_reference
-        if lost:
-            whole = whole.with_status(np.array(int(lost), dtype=np.uint8))
-        frame = found.frames[driven.part.platform]
-        parts.append(whole.reshaped((1,)))
-        poses.append(np.concatenate([frame.p, vector_of_turn(frame.R)]))
-        points.append(network.reference_point)
-        origins.append(own.origin)
+        solved.append(own)
+    known = [own for own in solved if own is not None]
+    names = known[0].passive_joint_names if known else ()
+    wholes = [
+        _without_answer(len(names), driven.home.length, status, tolerance)
+        if own is None
+        else own.about_reference.reshaped((1,))
+        for own, status in zip(solved, lost, strict=True)
+    ]
+    points = np.array([network.reference_point for network in networks]).reshape(-1, 3)
+    frames = [one.frames[part.platform] for one in found]
+    pose = [np.concatenate([frame.p, vector_of_turn(frame.R)]) for frame in frames]
+    origins = [p if own is None else own.origin for p, own in zip(points, solved, strict=True)]
+    nothing = _without_answer(0, driven.home.length, 0, tolerance)
     return RobotStiffness(
-        name=driven.part.name,
-        pose=np.array(poses),
-        reference_point=np.array(points),
-        about_reference=CartesianStiffness.joined(parts),
+        name=part.name,
+        pose=np.array(pose).reshape(-1, 6),
+        reference_point=points,
+        about_reference=CartesianStiffness.joined(wholes) if wholes else nothing[:0],
         legs=(),
-        passive_joint_names=at_home.passive_joint_names,
+        passive_joint_names=names,
         method=StructuralAnalysis(),
         complaints=tuple(dict.fromkeys(reasons)),
-        serial_compliance=None,
-        origin=np.array(origins),
+        serial_compliance=_where_rigid(solved),
+        origin=np.array(origins).reshape(-1, 3),
+        joint_coordinates={
+            joint.name: np.array([one.coordinates[joint.name] for one in found])
+            for joint in part.joints
+            if found
+        },
     )
+
+
+def _without_answer(
+    freedoms: int, length: float, status: int, tolerance: Tolerance
+) -> CartesianStiffness:
+    """The place of a configuration that has none, a batch of one."""
+    return CartesianStiffness(
+        matrix=np.zeros((1, 6, 6)),
+        status_codes=np.array([status], dtype=np.uint8),
+        rank=np.zeros(1, dtype=int),
+        held=np.zeros((1, 6, 0)),
+        redundant=np.zeros((1, freedoms), dtype=bool),
+        length=np.array([length]),
+        rigid=np.zeros((1, 6, 0)),
+        tolerance=tolerance,
+    )
+
+
+def _where_rigid(solved: Sequence[RobotStiffness | None]) -> np.ndarray | None:
+    """Compliance about the origins (N, 6, 6), NaN for none; None where no direction is rigid."""
+    if all(own is None or own.serial_compliance is None for own in solved):
+        return None
+    found = np.full((len(solved), 6, 6), np.nan)
+    for C, own in zip(found, solved, strict=True):
+        if own is not None:
+            serial = own.serial_compliance
+            C[...] = own.about_reference.compliance if serial is None else serial
+    return found

@@ -17,6 +17,8 @@ from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
+from robostiff.linkage import Linkage
+from robostiff.linkage.driven import DriveValues
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -63,7 +65,10 @@ class DeflectionsOfPoses:
     def _alike(self, known: np.ndarray) -> Iterator[np.ndarray]:
         """Poses that can be computed together: all, unless matrices alone are known."""
         answer = self.stiffness
-        whole = answer.serial_compliance is not None or answer.about_reference.carried is not None
+        serial = answer.serial_compliance
+        whole = answer.about_reference.carried is not None or (
+            serial is not None and not np.isnan(serial).any()
+        )
         if whole and known.any():
             yield known
         elif not whole:
@@ -131,12 +136,12 @@ class DeflectionsOfPoses:
         some = self.stiffness[index]
         if some.batch_shape:
             return replace(self, wrench=self.wrench[index], stiffness=some)
-        return deflection_at(some, self.wrench[index], some.snapshot)
+        return deflection_at(some, self.wrench[index], some.placed)
 
 
 def deflection(
-    robot: Robot | Snapshot | Network,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
     wrench: ArrayLike = (),
     *,
     at: ArrayLike | None = None,
@@ -147,7 +152,7 @@ def deflection(
 
     Parameters
     ----------
-    robot : Robot, Snapshot or Network
+    robot : Robot, Snapshot, Network or Linkage
         The parts of a network are reported by name; joints of it whose reaction is not determined,
         because rigid parts hold one another, are left out.
     pose : RigidTransform, array, JointCoordinates or None
@@ -188,18 +193,16 @@ def deflection(
         raise InputError(
             "robot of a deflection",
             got=f"cable robot {robot.name!r}",
-            expected="a Robot or a Snapshot: cables may become slack, and need not stay near",
+            expected="a robot without cables: these may become slack, and need not stay near",
             hint="write cable_response(robot, pose, load=...)",
         )
     answer = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
     F = _checked_wrench(wrench, answer)
-    if not isinstance(robot, Robot):
+    if isinstance(robot, Snapshot | Network):
         return deflection_at(answer, F, robot)
     posed = cast("PosedStiffness", answer)
     return (
-        DeflectionsOfPoses(F, posed)
-        if posed.batch_shape
-        else deflection_at(posed, F, posed.snapshot)
+        DeflectionsOfPoses(F, posed) if posed.batch_shape else deflection_at(posed, F, posed.placed)
     )
 
 

@@ -15,12 +15,14 @@ from robostiff.analysis.careful_form import (
     careful_stiffness,
     check_arguments,
 )
+from robostiff.analysis.linkage_stiffness import AskedConfigurations
 from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
-from robostiff.errors import DisagreementError
+from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import Near, Pose, posture_finder
-from robostiff.kinematics.turn import turn_by_vector
+from robostiff.linkage import Linkage
+from robostiff.linkage.driven import DriveValues
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space, move_stiffness
 
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from robostiff.analysis.robot_record import RecordedAnswer
     from robostiff.network import Network
 
+Asked = AskedPoses | AskedConfigurations
 _FIELDS = tuple(field.name for field in fields(RobotStiffness))
 # Poses of a batch that are worked out together when they are asked for one by one.
 _BLOCK = 64
@@ -38,12 +41,12 @@ class Details:
 
     Parameters
     ----------
-    asked : AskedPoses
+    asked : AskedPoses or AskedConfigurations
     recorded : RecordedAnswer or None
         With which it must agree.
     """
 
-    def __init__(self, asked: AskedPoses, recorded: RecordedAnswer | None) -> None:
+    def __init__(self, asked: Asked, recorded: RecordedAnswer | None) -> None:
         self.asked = asked
         self.rows = np.arange(len(asked.numbers)).reshape(asked.batch)
         self._recorded = recorded
@@ -105,12 +108,12 @@ class PosedStiffness(RobotStiffness):
     ) -> None:
         own = {"_details": details, "_recorded": recorded, "_rows": rows, "_point": point}
         asked = details.asked
-        vars(self).update(own, name=asked.finder.robot.name, method=asked.method)
+        vars(self).update(own, name=asked.name, method=asked.method)
         if recorded is None:
             _ = self._careful  # bad input is found now
 
     @classmethod
-    def of(cls, asked: AskedPoses, recorded: RecordedAnswer | None) -> PosedStiffness:
+    def of(cls, asked: Asked, recorded: RecordedAnswer | None) -> PosedStiffness:
         """At all poses of a question."""
         details = Details(asked, recorded)
         return cls(details, recorded, details.rows)
@@ -138,25 +141,19 @@ class PosedStiffness(RobotStiffness):
     @cached_property
     def _pose(self) -> np.ndarray | None:
         """Pose coordinates (..., 6) where all of them are given."""
-        request = self._details.asked.request
-        if isinstance(request, np.ndarray) or request.open:
-            return None
-        return request.coordinates[self._rows]
+        return self._details.asked.pose_at(self._rows)
 
     @cached_property
     def _own_point(self) -> np.ndarray:
         """The robot's reference point in the world (..., 3) [m]."""
-        if self._pose is None or "_careful" in vars(self):
-            return self._careful.reference_point
-        given = self._details.asked.request.turned
-        R = turn_by_vector(self._pose[..., 3:]) if given is None else given[self._rows]
-        reference = self._details.asked.finder.robot.reference_point
-        return self._pose[..., :3] + np.einsum("...ij,j->...i", R, reference)
+        known = "_careful" in vars(self)
+        point = None if known else self._details.asked.reference_points(self._rows)
+        return self._careful.reference_point if point is None else point
 
     @property
     def space(self) -> Space:
         """Spatial (6 x 6) or planar (3 x 3)."""
-        return self._details.asked.finder.robot.space
+        return self._details.asked.space
 
     @property
     def batch_shape(self) -> tuple[int, ...]:
@@ -193,9 +190,27 @@ class PosedStiffness(RobotStiffness):
         """Where there is a stiffness matrix (...)."""
         return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
 
+    def placed(self) -> Snapshot | Network:
+        """The robot in the world at a single pose; a linkage as a network."""
+        return self._details.asked.placed(self._rows)
+
     def snapshot(self) -> Snapshot:
-        """The robot in the world at a single pose."""
-        return self._details.asked.posture(self._rows.reshape(1)).snapshot.one(0)
+        """The robot in the world at a single pose.
+
+        Raises
+        ------
+        InputError
+            For a linkage.
+        """
+        found = self.placed()
+        if not isinstance(found, Snapshot):
+            raise InputError(
+                f"snapshot of {self.name!r}",
+                got="a linkage",
+                expected="a robot with legs",
+                hint="linkage.network_at(values) is the network",
+            )
+        return found
 
     @property
     def _reason(self) -> str:
@@ -217,8 +232,8 @@ class PosedStiffness(RobotStiffness):
 
 
 def careful_answer(
-    robot: Robot | Snapshot | Network,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
     *,
     at: ArrayLike | None = None,
     near: Near = None,
@@ -226,6 +241,9 @@ def careful_answer(
 ) -> RobotStiffness:
     """As `stiffness`, for questions that need the careful form at all poses anyway."""
     check_arguments(robot, DEFAULT_METHOD, near, tolerance)
+    if isinstance(robot, Linkage):
+        configurations = AskedConfigurations.of(robot, pose, tolerance)
+        return about_point(PosedStiffness.of(configurations, None), at)
     if not isinstance(robot, Robot):
         return about_point(careful_stiffness(robot, pose, tolerance=tolerance), at)
     finder = posture_finder(robot)
@@ -234,7 +252,7 @@ def careful_answer(
 
 
 def _check_agreement(
-    asked: AskedPoses, rows: np.ndarray, recorded: RecordedAnswer, careful: RobotStiffness
+    asked: Asked, rows: np.ndarray, recorded: RecordedAnswer, careful: RobotStiffness
 ) -> None:
     """Raise where the record and the careful form give different results at a pose.
 
@@ -242,8 +260,9 @@ def _check_agreement(
     ------
     DisagreementError
     """
-    from robostiff.analysis.record_agreement import SUBJECT, differences
+    from robostiff.analysis.record_agreement import differences
 
-    for i, distance in differences(recorded.K, recorded.rank, recorded.status_codes, careful):
+    K, rank, codes = recorded.K, recorded.rank, recorded.status_codes
+    for i, distance in differences(K, rank, codes, careful, free=asked.free):
         place = asked.numbers[rows[i]].tolist()
-        raise DisagreementError(SUBJECT, distance, f"{asked.finder.robot.name!r} at {place}")
+        raise DisagreementError(asked.opinions, distance, f"{asked.name!r} at {place}")

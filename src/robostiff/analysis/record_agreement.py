@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.careful_form import AskedPoses, careful_stiffness
 from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results, closes
 from robostiff.analysis.kernel_inputs import InputRows, KernelInputs, ParameterValues
 from robostiff.analysis.result import RobotStiffness
@@ -23,11 +23,11 @@ from robostiff.spatial.batch import empty_batch
 # Generic poses must keep away from the tolerances that decide, by what poses may differ.
 _STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
 _AGREEMENT = 1e-9
-_FREE = 1e-6  # of the largest size: what rounding leaves of zero
+_FREE = AskedPoses.free
 _OTHER_SEED = 47
 _NEARER = 4  # how often poses are drawn nearer to home
 #: What a difference is between.
-SUBJECT = "the record of a robot and the wrench basis form"
+SUBJECT = AskedPoses.opinions
 
 
 def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFinder) -> bool:

@@ -57,7 +57,8 @@ class RobotStiffness(InNotebooks):
     complaints : tuple of str
         What keeps a single pose from being reached or allowed.
     serial_compliance : (..., n, n) array or None
-        Compliance about `origin` of a single leg without passive joints.
+        Compliance about `origin` of a single leg without passive joints, or of a network with a
+        rigid direction; not a number at poses of a batch that have none.
     origin : (..., 3) array
         Where it was computed: the robot's own reference point in the world [m], or the middle of a
         robot that is far away from it.
@@ -120,7 +121,8 @@ class RobotStiffness(InNotebooks):
         """Where every load meets a finite compliance (...), also where a direction is rigid."""
         if self.serial_compliance is None:
             return self.about_reference.has_compliance
-        return (self.status_codes & int(Status.UNREACHABLE)) == 0
+        reached = (self.status_codes & int(Status.UNREACHABLE)) == 0
+        return reached & ~np.isnan(self.serial_compliance[..., 0, 0])
 
     @property
     def compliance(self) -> np.ndarray | None:

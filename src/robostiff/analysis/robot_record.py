@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +17,8 @@ from robostiff.kinematics.solved_request import SolvedRequest
 from robostiff.model import Robot
 
 if TYPE_CHECKING:
+    from robostiff.analysis.compiled_answer import CompiledAnswer
+    from robostiff.analysis.compiled_linkage import CompiledLinkage
     from robostiff.analysis.compiled_robot import CompiledRobot
 
 # Under this name a robot keeps its record.
@@ -44,6 +48,13 @@ class RecordedAnswer:
     status_codes: np.ndarray
     rank: np.ndarray
 
+    @classmethod
+    def of(cls, answer: CompiledAnswer) -> RecordedAnswer:
+        """What a kernel of K gives."""
+        from robostiff.compiled import StiffnessMatrix
+
+        return cls(answer.values[StiffnessMatrix.name], answer.status_codes, answer.rank)
+
     def reshaped(self, batch: tuple[int, ...]) -> RecordedAnswer:
         """The same under another batch shape."""
         return RecordedAnswer(
@@ -58,32 +69,56 @@ class RecordedAnswer:
         )
 
 
-class RobotRecord:
-    """The record of one robot.
+@dataclass(frozen=True)
+class Costs:
+    """When a record pays, in poses of a batch as they are computed without it.
+
+    Attributes
+    ----------
+    a_call : int
+        What each call begins with.
+    pays : int
+        What recording takes.
+    machine_code_pays : int
+        How many poses a record serves on NumPy before it is compiled.
+    """
+
+    a_call: int
+    pays: int
+    machine_code_pays: int
+
+
+class KeptRecord:
+    """The record of one robot or linkage, made once it pays.
 
     Parameters
     ----------
-    robot : Robot
+    make : callable
+        Compiles it on NumPy.
+    costs : Costs
     """
 
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
+    def __init__(
+        self, make: Callable[[], CompiledRobot | CompiledLinkage | None], costs: Costs
+    ) -> None:
+        self._make, self._costs = make, costs
         self._asked = self._served = 0
-        self._compiled: CompiledRobot | None = None
+        self._compiled: Any = None
         self._is_tried = self._is_machine_code = False
 
-    def for_poses(self, count: int) -> CompiledRobot | None:
+    def for_poses(self, count: int) -> Any:
         """What computes that many poses; None where it does not pay yet, or there is no record."""
         if not self._is_tried:
-            self._asked += _A_CALL + count
-            if self._asked < _PAYS:
+            self._asked += self._costs.a_call + count
+            if self._asked < self._costs.pays:
                 return None
-            self._compiled, self._is_tried = _compiled(self.robot), True
+            self._compiled, self._is_tried = _answered(self._make), True
         compiled = self._compiled
         if compiled is None:
             return None
         self._served += count
-        if self._served > _MACHINE_CODE_PAYS and not self._is_machine_code and _has_machine_code():
+        pays = self._served > self._costs.machine_code_pays
+        if pays and not self._is_machine_code and _has_machine_code():
             self._is_machine_code = True
             kernel = compiled.kernel.in_machine_code()
             compiled = self._compiled = replace(compiled, kernel=kernel)
@@ -106,14 +141,14 @@ def recorded_answer(robot: Robot, asked: AskedPoses) -> RecordedAnswer | None:
         return None
     known = vars(robot).get(_KEPT)
     if known is None:
-        known = vars(robot)[_KEPT] = RobotRecord(robot)
+        costs = Costs(_A_CALL, _PAYS, _MACHINE_CODE_PAYS)
+        known = vars(robot)[_KEPT] = KeptRecord(partial(_compiled, robot), costs)
     compiled = known.for_poses(len(given))
     if compiled is None:
         return None
-    from robostiff.compiled import StiffnessMatrix
-
-    found = compiled.evaluate(JointCoordinates(given) if robot.is_posed_by_joints else given)
-    answer = RecordedAnswer(found.values[StiffnessMatrix.name], found.status_codes, found.rank)
+    answer = RecordedAnswer.of(
+        compiled.evaluate(JointCoordinates(given) if robot.is_posed_by_joints else given)
+    )
     return answer if len(asked.batch) == 1 else answer.reshaped(asked.batch)
 
 
@@ -140,16 +175,21 @@ def _inputs(robot: Robot, asked: AskedPoses) -> np.ndarray | None:
     return numbers if free == list(range(numbers.shape[1])) else numbers[:, free]
 
 
-def _compiled(robot: Robot) -> CompiledRobot | None:
-    """The robot's kernel on NumPy; None where it has none, or one that nothing is left to."""
+def _compiled(robot: Robot) -> CompiledRobot:
+    """The robot's kernel on NumPy."""
     from robostiff.analysis.compiled_robot import compile_robot
     from robostiff.compiled import Backend
 
+    return compile_robot(robot.numeric, backend=Backend.ARRAYS)
+
+
+def _answered(make: Callable[[], Any]) -> Any:
+    """A kernel; None where there is none, or one that nothing is left to."""
     try:
-        compiled = compile_robot(robot.numeric, backend=Backend.ARRAYS)
+        compiled = make()
     except (InputError, NoAnswerError):
         return None
-    return compiled if compiled.verified else None
+    return compiled if compiled is not None and compiled.verified else None
 
 
 def _has_machine_code() -> bool:

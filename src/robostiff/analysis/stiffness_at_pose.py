@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,12 +13,15 @@ from robostiff.analysis.careful_form import (
     careful_stiffness,
     check_arguments,
 )
+from robostiff.analysis.linkage_stiffness import AskedConfigurations
 from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
 from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.analysis.robot_record import recorded_answer
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, posture_finder
+from robostiff.linkage import Linkage
+from robostiff.linkage.driven import DriveValues
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 
@@ -29,8 +32,8 @@ if TYPE_CHECKING:
 
 @overload
 def stiffness(
-    robot: Robot | Snapshot | Network,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
     *,
     method: Form = DEFAULT_METHOD,
     at: ArrayLike | None = None,
@@ -47,8 +50,8 @@ def stiffness(
     tolerance: Tolerance = DEFAULT_TOLERANCE,
 ) -> CableStiffness: ...
 def stiffness(
-    robot: Robot | Snapshot | Network | CableRobot,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    pose: Pose | DriveValues = None,
     *,
     method: Form = DEFAULT_METHOD,
     at: ArrayLike | None = None,
@@ -62,11 +65,13 @@ def stiffness(
 
     Parameters
     ----------
-    robot : Robot, Snapshot, Network or CableRobot
-    pose : RigidTransform, array, JointCoordinates or None
+    robot : Robot, Snapshot, Network, Linkage or CableRobot
+    pose : RigidTransform, array, JointCoordinates, mapping or None
         Platform pose; coordinates (..., 6) as x, y, z [m] and rotation vector [rad], or the free
         coordinates of the robot, the others following from the legs; joint coordinates for a serial
-        arm; None for home. A snapshot and a network have their own pose.
+        arm; None for home. A snapshot and a network have their own pose. Of a linkage coordinates
+        of joints by name, numbers (...) each, or those of all actuated joints (..., n); the other
+        joints follow, as in ``linkage.network_at``.
     method : Form
         ``WrenchBasis()`` (default), ``Block()``, ``Recursive()``, ``SaddlePoint()``,
         ``IndexRules()``. A network is solved as a whole, without any of them.
@@ -96,6 +101,9 @@ def stiffness(
     3
     >>> print(result.free_motions[0])
     rotation about x through (0, 0, 2) m
+    >>> linkage = rs.load_linkage("double-pantograph")
+    >>> rs.stiffness(linkage, {"screw": [-0.1, 0, 0.2]}).rank
+    array([ 6,  6, -1])
     """
     check_arguments(robot, method, near, tolerance)
     if isinstance(robot, CableRobot):
@@ -107,7 +115,10 @@ def stiffness(
             )
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
-        return cable_stiffness(robot, pose, at=at, tolerance=tolerance)
+        return cable_stiffness(robot, cast("Pose", pose), at=at, tolerance=tolerance)
+    if isinstance(robot, Linkage):
+        configurations = AskedConfigurations.of(robot, pose, tolerance, method)
+        return about_point(PosedStiffness.of(configurations, configurations.recorded()), at)
     if not isinstance(robot, Robot):
         return about_point(careful_stiffness(robot, pose, method=method, tolerance=tolerance), at)
     finder = posture_finder(robot)
@@ -116,8 +127,8 @@ def stiffness(
 
 
 def compliance(
-    robot: Robot | Snapshot | Network | CableRobot,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage | CableRobot,
+    pose: Pose | DriveValues = None,
     *,
     at: ArrayLike | None = None,
     near: Near = None,
@@ -151,6 +162,8 @@ def compliance(
         check_arguments(robot, DEFAULT_METHOD, near, tolerance)
         from robostiff.analysis.cable_stiffness import cable_stiffness
 
-        return cable_stiffness(robot, pose, at=at, tolerance=tolerance).required_compliance()
+        return cable_stiffness(
+            robot, cast("Pose", pose), at=at, tolerance=tolerance
+        ).required_compliance()
     result = careful_answer(robot, pose, at=at, near=near, tolerance=tolerance)
     return result.required_compliance()

@@ -14,6 +14,7 @@ from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
     SideFile,
+    loaded,
     near_from,
     parameters_from,
     point_from,
@@ -120,7 +121,7 @@ def print_stiffness(
 ) -> int:
     """Print K at a pose."""
     form = _method(method)
-    robot = load(source, parameters_from(settings), **side.options)
+    robot = loaded(source, settings, side, place)
     pose, near = pose_from(robot, place), near_from(robot, place)
     result = stiffness(robot, pose, method=form, at=point_from(place), near=near)
     if not isinstance(result, RobotStiffness):
@@ -149,7 +150,7 @@ def print_deflection(
     """Print the deflection under a load."""
     from robostiff.analysis import deflection
 
-    robot = load(source, parameters_from(settings), **side.options)
+    robot = loaded(source, settings, side, place)
     F = wrench_from(wrench, robot.space)
     pose, near = pose_from(robot, place), near_from(robot, place)
     result = deflection(robot, pose, F, at=point_from(place), near=near)
@@ -182,8 +183,8 @@ def print_indices(
     from robostiff.analysis.indices import indices
     from robostiff.io.results.indices import indices_data, indices_text
 
-    robot = load(source, parameters_from(settings))
-    if not isinstance(robot, Robot | Snapshot | Network):
+    robot = loaded(source, settings, place=place)
+    if isinstance(robot, CableRobot):
         raise InputError(
             f"indices of {robot.name!r}",
             got="a cable robot",

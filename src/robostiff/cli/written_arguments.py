@@ -19,7 +19,8 @@ from robostiff.kinematics import (
     ToolPose,
     actuator_names,
 )
-from robostiff.model import Coordinate, Robot, Snapshot
+from robostiff.linkage import Linkage
+from robostiff.model import Actuated, Coordinate, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
@@ -74,10 +75,37 @@ _POSE_DIMENSIONS = {
 }
 
 
-def pose_from(robot: Robot | Snapshot | Network | CableRobot, place: PoseArguments) -> Pose:
+def loaded(
+    source: str,
+    settings: Sequence[str],
+    side: SideFile = NO_SIDE_FILE,
+    place: PoseArguments | None = None,
+) -> Any:
+    """The robot of a name or file; where a network is moved, its linkage."""
+    from robostiff.robots import load
+    from robostiff.robots.descriptions import describes_bodies, load_linkage
+
+    parameters = parameters_from(settings)
+    robot = load(source, parameters, **side.options)
+    moves = place is not None and (place.joints is not None or place.pose is not None)
+    if moves and isinstance(robot, Network) and describes_bodies(source):
+        return load_linkage(source, parameters, **side.options)
+    return robot
+
+
+Posed = Robot | Snapshot | Network | Linkage | CableRobot
+
+
+def pose_from(robot: Posed, place: PoseArguments) -> Any:
     """The pose."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
+    if isinstance(robot, Linkage):
+        return _of_linkage(robot, place)
+    return _of_robot(robot, place)
+
+
+def _of_robot(robot: Robot | Snapshot | Network | CableRobot, place: PoseArguments) -> Pose:
     if isinstance(robot, Snapshot | Network):
         kind = "network" if isinstance(robot, Network) else "snapshot"
         if place.pose is not None or place.joints is not None:
@@ -173,9 +201,39 @@ def _by_name(robot: Robot, text: str) -> dict[str, float]:
     return found
 
 
-def near_from(
-    robot: Robot | Snapshot | Network | CableRobot, place: PoseArguments
-) -> list[float] | None:
+def _of_linkage(linkage: Linkage, place: PoseArguments) -> Any:
+    """Coordinates of some joints by name, or of all actuated ones."""
+    if place.pose is not None:
+        raise InputError(
+            "--pose", got=place.pose, expected="--joints: a linkage is moved by its joints"
+        )
+    if place.joints is None:
+        return None
+    units = {joint.name: [_DIMENSIONS[s.unit] for s in joint.freedoms] for joint in linkage.joints}
+    if "=" not in place.joints:
+        names = [joint.name for joint in linkage.joints if isinstance(joint.role, Actuated)]
+        dimensions = [dimension for name in names for dimension in units[name]]
+        words = [name for name in names for _ in units[name]]
+        return np.array(parse_quantities(place.joints, dimensions, words, "--joints"))
+    found: dict[str, Any] = {}
+    for part in place.joints.split(","):
+        name, equals, value = (one.strip() for one in part.partition("="))
+        if not equals or name not in units or name in found:
+            raise InputError(
+                "--joints",
+                got=part.strip(),
+                expected=f"NAME=VALUE, each name once: {', '.join(units)}",
+                hint=did_you_mean(name, units),
+            )
+        numbers = parse_quantities(value, units[name], [name] * len(units[name]), "--joints")
+        found[name] = numbers[0] if len(numbers) == 1 else numbers
+    return found
+
+
+_DIMENSIONS = {"m": Dimension.LENGTH, "rad": Dimension.ANGLE}
+
+
+def near_from(robot: Posed, place: PoseArguments) -> list[float] | None:
     """Joint coordinates that choose a posture."""
     if place.near is None:
         return None

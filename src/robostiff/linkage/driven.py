@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
@@ -16,7 +17,10 @@ from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Actuated, Chain, Joint, Locked, Passive
 from robostiff.recorded.parameters import COUNT
-from robostiff.spatial import Frame
+from robostiff.spatial import Frame, Screw, as_floats
+
+#: Coordinates of driven joints: all of them in the last axis, or numbers for each joint by name.
+DriveValues = ArrayLike | Mapping[str, ArrayLike]
 
 _SEED = 20110
 # Samples are this far from home at first, in radians and parts of the length.
@@ -34,7 +38,7 @@ class DrivenLinkage:
     drives : tuple of str
         Names of the joints whose coordinates are given.
     home : Configuration
-        Closed, with the drives where they are at home.
+        Closed, with the drives where they are at home; from `moved_by` it may be open.
     """
 
     part: Linkage
@@ -54,7 +58,7 @@ class DrivenLinkage:
         part = _tidied(essential(linkage))
         known = [joint.name for joint in part.joints]
         if joints is None:
-            joints = [joint.name for joint in part.joints if isinstance(joint.role, Actuated)]
+            joints = _actuated(part)
         if isinstance(joints, str) or not joints:
             raise InputError(
                 f"driven joints of {linkage.name!r}",
@@ -79,6 +83,28 @@ class DrivenLinkage:
             )
         return cls(part, tuple(joints), home)
 
+    @classmethod
+    def moved_by(cls, linkage: Linkage, joints: Sequence[str] | None = None) -> DrivenLinkage:
+        """Driven as in `network_at`: home may be open, and joints that are not felt are left out.
+
+        Parameters
+        ----------
+        linkage : Linkage
+        joints : sequence of str, optional
+            All actuated ones when left out.
+
+        Raises
+        ------
+        InputError
+            When a name is no joint of the linkage.
+        """
+        part = _tidied(essential(linkage))
+        if joints is None:
+            return cls(part, _actuated(part), close(part))
+        linkage.check_names(joints)
+        felt = {joint.name for joint in part.joints}
+        return cls(part, tuple(name for name in joints if name in felt), close(part))
+
     @cached_property
     def tree(self) -> SpanningTree:
         """Ways to its bodies, and the connections that close loops."""
@@ -91,23 +117,85 @@ class DrivenLinkage:
         return tuple(name for drive in self.drives for name in coordinate_names(by_name[drive]))
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """SI units of these coordinates."""
+        return tuple(screw.unit for screw in self._freedoms)
+
+    @property
+    def _freedoms(self) -> list[Screw]:
+        joints = {joint.name: joint for joint in self.part.joints}
+        return [screw for name in self.drives for screw in joints[name].freedoms]
+
+    @property
     def at_home(self) -> np.ndarray:
         """Coordinates of the drives at home (n,) [m, rad]."""
         return self.given_in(self.home)
 
     def given_in(self, found: Configuration) -> np.ndarray:
         """Coordinates of the drives in a configuration (n,) [m, rad]."""
-        return np.concatenate([found.coordinates[name] for name in self.drives])
+        return np.concatenate([np.zeros(0), *(found.coordinates[name] for name in self.drives)])
+
+    def rows(self, values: DriveValues) -> np.ndarray:
+        """Coordinates of the drives (..., n) in the order of `inputs` [m, rad].
+
+        Parameters
+        ----------
+        values : (..., n) array, or mapping of str to (...) arrays
+            In the order of `inputs`; or by the names of the joints, (..., size) for a joint with
+            several; those left out stay at home.
+
+        Raises
+        ------
+        InputError
+            When a name is no drive's, or numbers are not finite or too many or few.
+        """
+        subject, n = f"driven joints of {self.part.name!r}", len(self.inputs)
+        if not isinstance(values, Mapping):
+            words = f"an array (N, {n}): {' '.join(self.inputs)}, one pose a row"
+            rows = as_floats(subject, values, words, self.units)
+            if rows.ndim == 0 or rows.shape[-1] != n:
+                raise InputError(subject, got=f"shape {rows.shape}", expected=words)
+            return rows
+        parts, units = self.values(self.at_home), self.values(np.array(self.units))
+        for name, own in values.items():
+            if name not in parts:
+                raise InputError(
+                    subject,
+                    got=name,
+                    expected=f"one of {', '.join(parts)}",
+                    hint=f"write rs.compile(linkage, joints=(..., {name!r}))",
+                )
+            size = self.home.coordinates[name].size
+            words = f"numbers (N,) of {name!r}" if size == 1 else f"numbers (N, {size}) of {name!r}"
+            unit = units[name].tolist()[0 if size == 1 else slice(None)]
+            numbers = as_floats(f"coordinates of {name!r}", own, words, unit)
+            parts[name] = numbers[..., None] if size == 1 else numbers
+            if parts[name].shape[-1:] != (size,):
+                raise InputError(subject, got=f"shape {numbers.shape}", expected=words)
+        try:
+            batch = np.broadcast_shapes(*(own.shape[:-1] for own in parts.values()))
+        except ValueError:
+            shapes = ", ".join(f"{own.shape[:-1]} of {name!r}" for name, own in parts.items())
+            raise InputError(subject, got=shapes, expected="as many poses for each joint") from None
+        each = [np.broadcast_to(own, (*batch, own.shape[-1])) for own in parts.values()]
+        return np.concatenate([np.zeros((*batch, 0)), *each], axis=-1)
 
     def values(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """Coordinates of the drives (..., n) by joint."""
         sizes = [self.home.coordinates[name].size for name in self.drives]
-        parts = np.split(rows, np.cumsum(sizes)[:-1], axis=-1)
+        parts = np.split(rows, np.cumsum(sizes, dtype=int), axis=-1)[:-1]
         return dict(zip(self.drives, parts, strict=True))
 
     def at(self, rows: np.ndarray) -> list[Configuration]:
         """Configurations at coordinates of the drives (N, n), closed or as near as they came."""
-        return close_all(self.part, self.home, self.values(rows)) if len(rows) else []
+        if not len(rows):
+            return []
+        if not self.drives:
+            return [self.home] * len(rows)
+        if self.home.is_closed:
+            return close_all(self.part, self.home, self.values(rows))
+        values = [self.values(row) for row in rows]
+        return [close(self.part, {n: q.tolist() for n, q in own.items()}) for own in values]
 
     def samples(self, seed: int = 0, nearer: int = 0) -> list[Configuration]:
         """A few closed configurations near home, in general position; others for another seed.
@@ -120,14 +208,8 @@ class DrivenLinkage:
             When the loops close nowhere around home.
         """
         random = np.random.default_rng([_SEED, seed])
-        freedoms = [
-            screw
-            for drive in self.drives
-            for c in self.part.connections
-            if c.name == drive and isinstance(c.element, Joint)
-            for screw in c.element.freedoms
-        ]
-        scale = np.array([_TURN if f.turns else _SLIDE * self.home.length for f in freedoms])
+        reach = _SLIDE * self.home.length
+        scale = np.array([_TURN if screw.turns else reach for screw in self._freedoms])
         for shrink in range(nearer, _SHRINKS):
             shifts = scale * _NEARER**shrink * random.uniform(-1, 1, (2 * COUNT, len(scale)))
             found = [there for there in self.at(self.at_home + shifts) if there.is_closed]
@@ -167,6 +249,10 @@ class DrivenLinkage:
         """Those that are passive joints."""
         own = [(c, c.element) for c in connections]
         return [c for c, e in own if isinstance(e, Joint) and isinstance(e.role, Passive)]
+
+
+def _actuated(part: Linkage) -> tuple[str, ...]:
+    return tuple(joint.name for joint in part.joints if isinstance(joint.role, Actuated))
 
 
 def coordinate_names(connection: Connection) -> tuple[str, ...]:

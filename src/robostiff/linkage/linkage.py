@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import Joint, Link
 from robostiff.model.checks import finite_coordinates
-from robostiff.spatial import Frame, refuse_quantities
+from robostiff.spatial import Frame, Space, refuse_quantities
 
 if TYPE_CHECKING:
     from robostiff.network import Network
@@ -129,6 +129,11 @@ class Linkage:
             )
 
     @property
+    def space(self) -> Space:
+        """Spatial: all of its bodies have six freedoms."""
+        return Space.SPATIAL
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies, in the order of the connections."""
         return tuple(dict.fromkeys(body for c in self.connections for body in (c.a, c.b)))
@@ -138,6 +143,18 @@ class Linkage:
         """Its joints, in the order of the connections."""
         return tuple(c.element for c in self.connections if isinstance(c.element, Joint))
 
+    def check_names(self, joints: Iterable[str]) -> None:
+        """Raise for a name that is no joint's.
+
+        Raises
+        ------
+        InputError
+        """
+        known = [joint.name for joint in self.joints]
+        for name in joints:
+            if name not in known:
+                raise InputError("joint", got=name, expected=f"one of {', '.join(known)}")
+
     def checked(self, values: JointValues) -> dict[str, np.ndarray]:
         """Coordinates by joint as arrays.
 
@@ -146,10 +163,9 @@ class Linkage:
         InputError
             For a name that is no joint's, and for numbers that are not finite or too many or few.
         """
+        self.check_names(values)
         sizes = {joint.name: joint.size for joint in self.joints}
         for name, value in values.items():
-            if name not in sizes:
-                raise InputError("joint", got=name, expected=f"one of {', '.join(sizes)}")
             refuse_quantities(f"coordinates of {name!r}", value, "finite numbers [m, rad]")
         return {
             name: np.array(

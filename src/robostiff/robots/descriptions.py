@@ -40,6 +40,22 @@ def names_description(document: Document) -> bool:
     )
 
 
+def describes_bodies(path: str | Path) -> bool:
+    """Whether `load_linkage` takes a file: a description, or a side file that names one.
+
+    Examples
+    --------
+    >>> describes_bodies("double-pantograph"), describes_bodies("hexapod")
+    (True, False)
+    """
+    from robostiff.io.document import read_document
+    from robostiff.robots import shipped_linkages
+
+    if path in shipped_linkages() or is_description(path):
+        return True
+    return Path(path).is_file() and names_description(read_document(path))
+
+
 def load_description(
     path: str | Path,
     parameters: Mapping[str, str | float] | None = None,

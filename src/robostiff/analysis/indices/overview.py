@@ -30,6 +30,7 @@ from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 
@@ -146,8 +147,8 @@ class IndicesOfPoses:
 
 
 def indices(
-    robot: RobotStiffness | Robot | Snapshot | Network,
-    pose: Pose = None,
+    robot: RobotStiffness | Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
     *,
     length: float | None = None,
     at: ArrayLike | None = None,
@@ -157,7 +158,7 @@ def indices(
 
     Parameters
     ----------
-    robot : RobotStiffness, Robot, Snapshot or Network
+    robot : RobotStiffness, Robot, Snapshot, Network or Linkage
         What `stiffness` answers, or what it would be asked of.
     pose, at, near
         As for `stiffness`, where a robot is given.
@@ -191,7 +192,7 @@ def indices(
                  mask=[False, False],
            fill_value=1e+20)
     """
-    if isinstance(robot, Robot | Snapshot | Network):
+    if isinstance(robot, Robot | Snapshot | Network | Linkage):
         result = careful_answer(robot, pose, at=at, near=near)
     elif pose is None and at is None and near is None:
         result = robot

@@ -1,0 +1,186 @@
+"""Stiffness, deflection and indices of a linkage at values of its joints: as those of a network."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analysis import linkage_stiffness, robot_record
+from robostiff.analysis.posed_stiffness import PosedStiffness
+from robostiff.elastostatics import Status
+from robostiff.kinematics import ActuatorCoordinates
+from robostiff.model import Link, Passive
+from robostiff.spatial import Frame
+from tests.linkage.robots_as_linkages import drives_at, five_bar, linkage_of
+
+FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
+ANGLES = [-0.3, 0.0, 0.4]
+F = np.array([10.0, -20, 30, 1, 2, 3])
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    return rs.load_linkage(FOUR_BAR)
+
+
+def _alike(result, network):
+    own = rs.stiffness(network)
+    assert result.status == own.status
+    assert result.rank == own.rank
+    np.testing.assert_allclose(result.reference_point, own.reference_point, atol=1e-12)
+    size = np.sqrt(np.diag(own.matrix))
+    np.testing.assert_array_less(np.abs(result.matrix - own.matrix), 1e-9 * np.outer(size, size))
+
+
+def test_at_values_it_is_the_network_at_these(four_bar):
+    _alike(rs.stiffness(four_bar), four_bar.network_at())
+    every = rs.stiffness(four_bar, {"crank": ANGLES})
+    assert every.batch_shape == (3,)
+    for i, angle in enumerate(ANGLES):
+        network = four_bar.network_at({"crank": angle})
+        _alike(every[i], network)
+        _alike(rs.stiffness(four_bar, {"crank": angle}), network)
+    assert every.joint_coordinates["crank"][:, 0].tolist() == ANGLES
+
+
+def test_values_come_by_name_in_rows_or_as_coordinates_of_actuators(four_bar):
+    rows = np.reshape(ANGLES, (3, 1))
+    expected = rs.stiffness(four_bar, {"crank": ANGLES}).K
+    ways = (rows, ActuatorCoordinates({"crank": ANGLES}), ActuatorCoordinates(rows))
+    for values in ways:
+        assert np.array_equal(rs.stiffness(four_bar, values).K, expected)
+    table = rs.stiffness(four_bar, {"crank": [ANGLES, ANGLES]})
+    assert np.array_equal(table.K, np.array([expected, expected]))
+    assert rs.stiffness(four_bar, np.zeros((0, 1))).K.shape == (0, 6, 6)
+
+
+def test_joints_of_several_legs_keep_their_values_together():
+    robot, pose = five_bar(), [0.03, 0.52]
+    values = {name: float(q[0]) for name, q in drives_at(robot, pose).items()}
+    legs = rs.stiffness(robot, pose)
+    K = rs.stiffness(linkage_of(robot), values).K[np.ix_(legs.space.rows, legs.space.rows)]
+    np.testing.assert_allclose(K, legs.K, rtol=1e-9, atol=1e-9 * legs.K.max())
+
+
+def test_out_of_reach_is_a_status_with_the_gap():
+    """Bars of 500 mm end where the feet are 500 mm apart."""
+    linkage = rs.load_linkage("double-pantograph")
+    every = rs.stiffness(linkage, {"screw": [0.2, -0.1]})
+    assert every.status_codes.tolist() == [Status.UNREACHABLE, Status.OK]
+    assert every.rank.tolist() == [-1, 6]
+    one = every[0]
+    assert "100 mm" in one.advice[0]
+    assert one.compliance is None
+    with pytest.raises(rs.NoAnswerError, match="do not close"):
+        _ = one.K
+    C = rs.compliance(linkage, {"screw": [0.2, -0.1]})
+    assert np.ma.getmaskarray(C)[:, 0, 0].tolist() == [True, False]
+
+
+def test_deflection_compliance_and_indices_are_those_of_the_networks(four_bar):
+    values = {"crank": ANGLES}
+    bent = rs.deflection(four_bar, values, F)
+    C = rs.compliance(four_bar, values)
+    found = rs.indices(four_bar, values)
+    for i, angle in enumerate(ANGLES):
+        network = four_bar.network_at({"crank": angle})
+        expected = rs.deflection(network, None, F)
+        np.testing.assert_allclose(bent.twist[i], expected.twist, rtol=1e-9)
+        for one in (bent[i], rs.deflection(four_bar, {"crank": angle}, F)):
+            assert [p.part for p in one.parts] == [p.part for p in expected.parts]
+            np.testing.assert_allclose(one.energy, expected.energy, rtol=1e-9)
+        np.testing.assert_allclose(C[i], rs.compliance(network), rtol=1e-8, atol=1e-8 * C[i].max())
+        expected = rs.indices(network).collinear.smallest
+        np.testing.assert_allclose(found[i].collinear.smallest, expected, rtol=1e-9)
+
+
+@cache
+def _with_record():
+    """A linkage that records itself at once, and its answer."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(linkage_stiffness, "_COSTS", robot_record.Costs(0, 1, 10**9))
+        linkage = rs.load_linkage(FOUR_BAR)
+        return linkage, rs.stiffness(linkage, {"crank": [*ANGLES, 0.7]})
+
+
+def test_many_poses_are_answered_by_the_record():
+    _, answer = _with_record()
+    fresh = rs.load_linkage(FOUR_BAR)
+    assert vars(answer)["_recorded"] is not None
+    assert "_careful" not in vars(answer)
+    for i, angle in enumerate([*ANGLES, 0.7]):
+        _alike(answer[i], fresh.network_at({"crank": angle}))
+    assert "_careful" not in vars(answer)
+    about = rs.stiffness(fresh, {"crank": ANGLES[0]}, at=[0, 0, 0]).K
+    own = answer.about(np.zeros(3))[0].K
+    np.testing.assert_allclose(own, about, rtol=1e-9, atol=1e-9 * about.max())
+
+
+def test_a_record_that_differs_from_the_network_is_an_error():
+    linkage, answer = _with_record()
+    wrong = replace(vars(answer)["_recorded"], K=1.01 * vars(answer)["_recorded"].K)
+    details = linkage_stiffness.AskedConfigurations.of(linkage, {"crank": [*ANGLES, 0.7]})
+    with pytest.raises(rs.DisagreementError, match="record of a linkage"):
+        _ = PosedStiffness.of(details, wrong)[0].legs
+
+
+def test_another_tolerance_is_not_left_to_the_record():
+    linkage, _ = _with_record()
+    strict = rs.stiffness(linkage, {"crank": [0.1]}, tolerance=rs.Tolerance(independence=1e-8))
+    assert vars(strict)["_recorded"] is None
+
+
+def test_rigid_bars_have_a_compliance_and_a_deflection(four_bar):
+    """Nothing bends but the crank's drive: no K, and the compliance of the drive alone."""
+    rigid = tuple(
+        replace(c, element=None, after=_end(c)) if isinstance(c.element, Link) else c
+        for c in four_bar.connections
+    )
+    linkage = replace(four_bar, connections=rigid)
+    values = {"crank": ANGLES}
+    answer = rs.stiffness(linkage, values)
+    assert all(Status(int(code)) & Status.RIGID_DIRECTION for code in answer.status_codes)
+    C = rs.compliance(linkage, values)
+    bent = rs.deflection(linkage, values, F)
+    for i, angle in enumerate(ANGLES):
+        network = linkage.network_at({"crank": angle})
+        np.testing.assert_allclose(C[i], rs.compliance(network), atol=1e-9 * np.abs(C[i]).max())
+        expected = rs.deflection(network, None, F).twist
+        np.testing.assert_allclose(bent.twist[i], expected, atol=1e-9 * np.abs(expected).max())
+        assert bent[i].leg_wrenches == ()
+
+
+def _end(connection):
+    """The frame of body b behind a bar that does not bend."""
+    assert isinstance(connection.element, Link)
+    return Frame(np.eye(3), np.asarray(connection.element.to)) @ connection.after
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"crank": "a"}, "coordinates of 'crank'"),
+        ({"bell": 0.1}, "one of crank"),
+        ({"crank": [[0.1, 0.2]], "knee": [0, 0, 0]}, "as many poses"),
+        (np.zeros((2, 3)), "one pose a row"),
+    ],
+)
+def test_values_that_do_not_fit_are_refused(four_bar, values, complaint):
+    with pytest.raises(rs.InputError, match=complaint):
+        rs.stiffness(four_bar, values)
+
+
+def test_what_a_linkage_does_not_have_is_refused(four_bar):
+    with pytest.raises(rs.InputError, match="solved as a network"):
+        rs.stiffness(four_bar, method=rs.Block())
+    with pytest.raises(rs.InputError, match="near"):
+        rs.stiffness(four_bar, near=[0.1])
+    with pytest.raises(rs.InputError, match="no actuated joint"):
+        passive = [
+            replace(c, element=replace(c.element, role=Passive())) if c.name == "crank" else c
+            for c in four_bar.connections
+        ]
+        rs.stiffness(replace(four_bar, connections=tuple(passive)), [0.1])
