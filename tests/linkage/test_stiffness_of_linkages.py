@@ -178,9 +178,9 @@ def test_what_a_linkage_does_not_have_is_refused(four_bar):
         rs.stiffness(four_bar, method=rs.Block())
     with pytest.raises(rs.InputError, match="near"):
         rs.stiffness(four_bar, near=[0.1])
+    passive = tuple(
+        replace(c, element=replace(c.element, role=Passive())) if c.name == "crank" else c
+        for c in four_bar.connections
+    )
     with pytest.raises(rs.InputError, match="no actuated joint"):
-        passive = [
-            replace(c, element=replace(c.element, role=Passive())) if c.name == "crank" else c
-            for c in four_bar.connections
-        ]
-        rs.stiffness(replace(four_bar, connections=tuple(passive)), [0.1])
+        rs.stiffness(replace(four_bar, connections=passive), [0.1])

@@ -28,8 +28,7 @@ from robostiff.compiled import (
 )
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status
 from robostiff.errors import DisagreementError, InputError
-from robostiff.linkage import Configuration, Linkage
-from robostiff.linkage.driven import DrivenLinkage, DriveValues
+from robostiff.linkage import Configuration, DrivenLinkage, DriveValues, Linkage
 from robostiff.linkage.recorded_stiffness import record_linkage
 from robostiff.recorded import RecordedRobot
 

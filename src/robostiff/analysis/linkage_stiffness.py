@@ -22,8 +22,7 @@ from robostiff.elastostatics import (
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.turn import vector_of_turn
-from robostiff.linkage import Configuration, Linkage
-from robostiff.linkage.driven import DrivenLinkage
+from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.network_at import network_of
 from robostiff.model import Joint
 from robostiff.network import Network

@@ -17,8 +17,7 @@ from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
-from robostiff.linkage import Linkage
-from robostiff.linkage.driven import DriveValues
+from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network

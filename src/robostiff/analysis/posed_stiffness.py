@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,22 +15,22 @@ from robostiff.analysis.careful_form import (
     careful_stiffness,
     check_arguments,
 )
-from robostiff.analysis.linkage_stiffness import AskedConfigurations
 from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import Near, Pose, posture_finder
-from robostiff.linkage import Linkage
-from robostiff.linkage.driven import DriveValues
+from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space, move_stiffness
 
 if TYPE_CHECKING:
+    from robostiff.analysis.linkage_stiffness import AskedConfigurations
     from robostiff.analysis.robot_record import RecordedAnswer
     from robostiff.network import Network
 
-Asked = AskedPoses | AskedConfigurations
+    Asked = AskedPoses | AskedConfigurations
+
 _FIELDS = tuple(field.name for field in fields(RobotStiffness))
 # Poses of a batch that are worked out together when they are asked for one by one.
 _BLOCK = 64
@@ -242,8 +242,11 @@ def careful_answer(
     """As `stiffness`, for questions that need the careful form at all poses anyway."""
     check_arguments(robot, DEFAULT_METHOD, near, tolerance)
     if isinstance(robot, Linkage):
+        from robostiff.analysis.linkage_stiffness import AskedConfigurations
+
         configurations = AskedConfigurations.of(robot, pose, tolerance)
         return about_point(PosedStiffness.of(configurations, None), at)
+    pose = cast("Pose", pose)
     if not isinstance(robot, Robot):
         return about_point(careful_stiffness(robot, pose, tolerance=tolerance), at)
     finder = posture_finder(robot)

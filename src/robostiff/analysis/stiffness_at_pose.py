@@ -13,15 +13,13 @@ from robostiff.analysis.careful_form import (
     careful_stiffness,
     check_arguments,
 )
-from robostiff.analysis.linkage_stiffness import AskedConfigurations
 from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
 from robostiff.analysis.result import RobotStiffness, about_point
 from robostiff.analysis.robot_record import recorded_answer
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose, posture_finder
-from robostiff.linkage import Linkage
-from robostiff.linkage.driven import DriveValues
+from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 
@@ -117,8 +115,11 @@ def stiffness(
 
         return cable_stiffness(robot, cast("Pose", pose), at=at, tolerance=tolerance)
     if isinstance(robot, Linkage):
+        from robostiff.analysis.linkage_stiffness import AskedConfigurations
+
         configurations = AskedConfigurations.of(robot, pose, tolerance, method)
         return about_point(PosedStiffness.of(configurations, configurations.recorded()), at)
+    pose = cast("Pose", pose)
     if not isinstance(robot, Robot):
         return about_point(careful_stiffness(robot, pose, method=method, tolerance=tolerance), at)
     finder = posture_finder(robot)

@@ -5,19 +5,6 @@ whose bodies form legs between base and platform becomes a `model.Robot`; any ot
 `network.Network` at given joint coordinates.
 """
 
-from robostiff.linkage.closure import Configuration, close
-from robostiff.linkage.essential import essential, welded_places
-from robostiff.linkage.legs import robot_of
-from robostiff.linkage.linkage import Connection, Linkage
-from robostiff.linkage.network_at import network_at
+from robostiff.on_demand import import_on_demand
 
-__all__ = [
-    "Configuration",
-    "Connection",
-    "Linkage",
-    "close",
-    "essential",
-    "network_at",
-    "robot_of",
-    "welded_places",
-]
+import_on_demand(__name__)

@@ -7,20 +7,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.linkage.closure import Configuration, close, close_all
 from robostiff.linkage.essential import essential
-from robostiff.linkage.linkage import Connection, Linkage
+from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Actuated, Chain, Joint, Locked, Passive
 from robostiff.recorded.parameters import COUNT
 from robostiff.spatial import Frame, Screw, as_floats
-
-#: Coordinates of driven joints: all of them in the last axis, or numbers for each joint by name.
-DriveValues = ArrayLike | Mapping[str, ArrayLike]
 
 _SEED = 20110
 # Samples are this far from home at first, in radians and parts of the length.

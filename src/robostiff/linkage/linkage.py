@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.model import Joint, Link
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 JointValues = Mapping[str, float | Sequence[float]]
 """Coordinates of joints by their names [m, rad]; a list for a joint with several."""
+DriveValues = ArrayLike | Mapping[str, ArrayLike]
+"""Coordinates of driven joints: all of them in the last axis, or numbers for each by name."""
 
 
 @dataclass(frozen=True)

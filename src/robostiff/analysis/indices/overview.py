@@ -30,7 +30,7 @@ from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
-from robostiff.linkage import Linkage
+from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 

@@ -1,0 +1,19 @@
+from robostiff.linkage.closure import Configuration, close
+from robostiff.linkage.driven import DrivenLinkage
+from robostiff.linkage.essential import essential, welded_places
+from robostiff.linkage.legs import robot_of
+from robostiff.linkage.linkage import Connection, DriveValues, Linkage
+from robostiff.linkage.network_at import network_at
+
+__all__ = [
+    "Configuration",
+    "Connection",
+    "DriveValues",
+    "DrivenLinkage",
+    "Linkage",
+    "close",
+    "essential",
+    "network_at",
+    "robot_of",
+    "welded_places",
+]
