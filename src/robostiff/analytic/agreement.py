@@ -128,13 +128,21 @@ def _places(
         wanted = [_pose(placed, numeric, sample.finder, one) for one in each]
     found: list[_Place] = []
     refusal = ""
-    for pose, known in zip(wanted, each, strict=True):
-        result = stiffness(numeric, pose)
+    asked = stiffness(numeric, wanted[0] if len(wanted) == 1 else _batch(wanted))
+    for i, known in enumerate(each):
+        result = asked if len(wanted) == 1 else asked[i]
         if result.answered:
             found.append((known, result, bool(result.status & Status.ILL_CONDITIONED)))
         else:
             refusal = "; ".join(result.complaints) or refusal
     return found, refusal
+
+
+def _batch(poses: list[Any]) -> Any:
+    """Poses as one question."""
+    if isinstance(poses[0], JointCoordinates):
+        return JointCoordinates(np.array([pose.values for pose in poses]))
+    return RigidTransform.concatenate(poses)
 
 
 def _near_home(

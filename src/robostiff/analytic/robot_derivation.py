@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from robostiff.analytic.derivation import Definition, Derivation
+from robostiff.analytic.derivation import Definition, Derivation, WrittenField
 from robostiff.analytic.substitution import Substitution, refuse_failing
 
 if TYPE_CHECKING:
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class LegDerivation:
     """Transmitted wrenches and compliances of a leg.
+
+    A closed form writes K in SymPy when it is first looked at.
 
     Attributes
     ----------
@@ -45,8 +47,11 @@ class LegDerivation:
     elastic: tuple[str, ...]
     wrenches: tuple[sp.ImmutableMatrix, ...]
     compliances: tuple[sp.Expr, ...]
-    K: sp.ImmutableMatrix | None
+    K: WrittenField = WrittenField()
     definitions: tuple[Definition, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return LegDerivation, tuple(getattr(self, own.name) for own in fields(self))
 
 
 @dataclass(frozen=True)

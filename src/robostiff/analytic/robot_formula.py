@@ -15,7 +15,7 @@ from robostiff.analytic.budget import BUDGET, OutOfTimeError, checked_budget, wi
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import closed_sum
 from robostiff.analytic.conditions import conditions_of
-from robostiff.analytic.derivation import Definition
+from robostiff.analytic.derivation import Definition, Unwritten
 from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading, written_size
@@ -247,14 +247,19 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
             continue
         W = [found.written_out(w) for w in leg.wrenches]
         c = [found.written_out(x) for x in leg.compliances]
-        zero: Any = sp.zeros(found.K.rows)
-        K = sum((w * w.T / x for w, x in zip(W, c, strict=True)), zero)
         parts = _facts(own, other.redundant, W, c)
-        legs.append(LegDerivation(**parts, K=sp.ImmutableMatrix(K)))
+        K = Unwritten(lambda W=W, c=c: _sum_of_products(W, c, found.K.rows))
+        legs.append(LegDerivation(**parts, K=K))
     if in_short_steps:
         return _derivation(placed, found.K, legs, found.definitions)
     in_names = InNames(found.K, tuple(named), found.definitions)
     return _derivation(placed, found.written_out(found.K), legs, named=in_names)
+
+
+def _sum_of_products(wrenches: Sequence[Any], compliances: Sequence[Any], n: int) -> Any:
+    """K = sum of w w^T / c (n x n)."""
+    products = (w * w.T / c for w, c in zip(wrenches, compliances, strict=True))
+    return sp.ImmutableMatrix(sum(products, sp.zeros(n)))
 
 
 def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
