@@ -77,8 +77,8 @@ class Elasticity:
         """Twists (..., 6, 6) in columns: a wrench w stores the energy ``|modes^T w|^2 / 2``."""
         return compliance_modes(self.compliance)
 
-    def one(self, index: int) -> Elasticity:
-        """That of one pose of a batch; itself where it is the same at all."""
+    def one(self, index: int | slice) -> Elasticity:
+        """That of one pose of a batch, or of some; itself where it is the same at all."""
         if self.compliance.ndim == 2:
             return self
         found = object.__new__(Elasticity)  # its arrays have been checked with the others

@@ -12,13 +12,15 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics.closure import (
     Followed,
+    LegsAlike,
     NewtonTask,
     attachment_frame,
-    gaps,
+    each_alone,
     leg_solver,
+    legs_alike,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.frames import PlacedChain, place_chain
+from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.pose import (
     JointCoordinates,
@@ -36,13 +38,7 @@ from robostiff.kinematics.pose import (
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.solved_request import SolvedRequest, actuated_request, tool_request
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import (
-    Leg,
-    PlacedLeg,
-    PlacedPlatform,
-    Robot,
-    Snapshot,
-)
+from robostiff.model import PlacedPlatform, Robot, Snapshot
 from robostiff.spatial import as_floats
 from robostiff.spatial.batch import poses_side_by_side
 
@@ -51,6 +47,8 @@ _KEPT = "_posture_finder"
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
 _ROUNDING = 1e-13  # of a distance from the origin
+# Up to so many poses, legs alike are closed and placed together: more fill arrays by themselves.
+_FEW = 32
 # Poses around home at which the coordinates that follow from the legs are compared with home.
 _TRIED, _AROUND, _SEED = 8, 1e-2, 3
 
@@ -75,6 +73,8 @@ class PostureFinder:
         self.known: dict[str, tuple[str, ...]] = {}
         #: Postures drawn around home, by the seed and by how near.
         self.samples: dict[tuple[int, int], Posture] = {}
+        #: Closures of all legs together, by the coordinates that they decide.
+        self.tasks: dict[tuple[int, ...], NewtonTask] = {}
         self.length = reach(self.robot, self.home_pose)
 
     @cached_property
@@ -169,12 +169,25 @@ class PostureFinder:
             each = zip(self.solvers, near, strict=True)
             q = [solver.solve_near(own, pose, R) for solver, own in each]
             return q, np.zeros(len(pose), dtype=bool)
-        alone = [solver.solve(pose, R, from_afar=from_afar) for solver in self.solvers]
-        return [own for own, _ in alone], np.any([away for _, away in alone], axis=0)
+        q, elsewhere = [np.zeros((0, 0))] * len(self.solvers), np.zeros(len(pose), dtype=bool)
+        for legs in self._groups(len(pose)):
+            found = legs.solve(pose, R, from_afar=from_afar)
+            for place, (own, away) in zip(legs.places, found, strict=True):
+                q[place] = own
+                elsewhere |= away
+        return q, elsewhere
+
+    def _groups(self, count: int) -> tuple[LegsAlike, ...]:
+        """Legs that are computed together at so many poses; each for itself at many."""
+        return self._alike if count <= _FEW else self._each
 
     def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
         """Posture at poses some coordinates of which the legs decide together."""
-        task = NewtonTask(self.robot.legs, request.open, self.length)
+        task = self.tasks.get(request.open)
+        if task is None:
+            task = self.tasks[request.open] = NewtonTask(
+                self.robot.legs, request.open, self.length
+            )
         found = self._followed(task, request.coordinates, near)
         pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
         # Legs that close at home's other coordinates need no way there, and are the nearest to
@@ -223,6 +236,14 @@ class PostureFinder:
         return np.any([solver.leaves_drive_open(pose, R) for solver in self.solvers], axis=0)
 
     @cached_property
+    def _alike(self) -> tuple[LegsAlike, ...]:
+        return legs_alike(self.solvers)
+
+    @cached_property
+    def _each(self) -> tuple[LegsAlike, ...]:
+        return each_alone(self.solvers)
+
+    @cached_property
     def open_stay_at_home(self) -> bool:
         """Whether the coordinates that the legs decide keep their home values all around home.
 
@@ -254,15 +275,16 @@ class PostureFinder:
     ) -> Posture:
         """Posture at poses (N, 6), rotations R among them, with coordinates q of every leg."""
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
-        legs, shifts, turns = [], [], []
-        for leg, own in zip(robot.legs, q, strict=True):
-            placed = place_chain(leg.chain, own, leg.base.R, leg.base.p)
-            legs.append(PlacedLeg(leg.name, placed.elements, placed.p))
-            shift, turn = _gap(leg, placed, R, p)
-            shifts.append(shift)
-            turns.append(turn)
+        legs = {}
+        gaps = np.empty((2, len(robot.legs), len(pose)))
+        for group in self._groups(len(pose)):
+            placed, *missed = group.placed([q[i] for i in group.places], R, p)
+            legs |= dict(zip(group.places, placed, strict=True))
+            gaps[:, list(group.places)] = missed
         reference = p + np.einsum("...ij,j->...i", R, robot.reference_point)
-        snapshot = Snapshot(robot.name, tuple(legs), reference, robot.space, robot.title)
+        snapshot = Snapshot(
+            robot.name, tuple(legs[i] for i in sorted(legs)), reference, robot.space, robot.title
+        )
         if robot.platform is not None:
             platform = PlacedPlatform(robot.platform, robot.holds, R, p)
             snapshot = replace(snapshot, platform=platform)
@@ -272,8 +294,8 @@ class PostureFinder:
             pose=pose,
             coordinates=tuple(q),
             snapshot=snapshot,
-            shift_gaps=np.stack(shifts, axis=-1),
-            turn_gaps=np.stack(turns, axis=-1),
+            shift_gaps=gaps[0].T,
+            turn_gaps=gaps[1].T,
             undetermined=self._undetermined(pose, R),
             elsewhere=np.zeros(len(pose), dtype=bool) if elsewhere is None else elsewhere,
             length=self.length,
@@ -332,20 +354,3 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
     # What is all in one point has no extent but rounding.
     far = max(np.linalg.norm(p) for p in (home_pose[:3], *(leg.base.p for leg in robot.legs)))
     return size if size > _ROUNDING * far else 1.0
-
-
-def _gap(
-    leg: Leg, placed: PlacedChain, R_platform: np.ndarray, p_platform: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Gap of a chain or of a loop in it: shift (N,) [m] and turn (N,) [rad]."""
-    shifts, turns = [], []
-    for gap in gaps(leg, placed, *attachment_frame(leg, R_platform, p_platform)):
-        shift = gap.p_wanted - gap.p
-        # The chord of the turn: exact enough for small gaps, and never above pi.
-        chord = gap.R_wanted - gap.R
-        half_sine = np.sqrt(np.einsum("...ij,...ij->...", chord, chord) / 8.0)
-        turns.append(2.0 * np.arcsin(np.minimum(half_sine, 1.0)))
-        shifts.append(np.sqrt(np.einsum("...i,...i->...", shift, shift)))
-    if len(shifts) == 1:
-        return shifts[0], turns[0]
-    return np.max(shifts, axis=0), np.max(turns, axis=0)

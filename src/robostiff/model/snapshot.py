@@ -178,6 +178,10 @@ class PlacedLeg:
     end: np.ndarray
     masses: tuple[PlacedMass, ...] = ()
 
+    def at(self, rows: int | slice) -> PlacedLeg:
+        """The leg at one pose, or at some poses, of a batch along one axis."""
+        return _one_leg(self, rows)
+
     @property
     def parts(self) -> Iterator[PlacedFreedom | PlacedSpring]:
         """Its joints and elastic parts, those of its parallel blocks included."""
@@ -255,7 +259,7 @@ class Snapshot:
 
     def one(self, index: int) -> Snapshot:
         """The robot at one pose of a batch along one axis."""
-        legs = tuple(_one_leg(leg, index) for leg in self.legs)
+        legs = tuple(leg.at(index) for leg in self.legs)
         reference = _one(self.reference_point, 1, index)
         platform = None if self.platform is None else self.platform.one(index)
         springs = tuple(
@@ -301,7 +305,7 @@ def _together(points: list[np.ndarray]) -> np.ndarray:
     return np.stack(np.broadcast_arrays(*points))
 
 
-def _one_leg(leg: PlacedLeg, index: int) -> PlacedLeg:
+def _one_leg(leg: PlacedLeg, index: int | slice) -> PlacedLeg:
     elements = tuple(
         PlacedBlock(element.name, tuple(_one_leg(branch, index) for branch in element.branches))
         if isinstance(element, PlacedBlock)
@@ -320,7 +324,9 @@ def _one_leg(leg: PlacedLeg, index: int) -> PlacedLeg:
     return PlacedLeg(leg.name, elements, _one(leg.end, 1, index), masses)
 
 
-def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFreedom | PlacedSpring:
+def _one_element(
+    element: PlacedFreedom | PlacedSpring, index: int | slice
+) -> PlacedFreedom | PlacedSpring:
     point = _one(element.point, 1, index)
     if isinstance(element, PlacedFreedom):
         axis = _one(element.axis, 1, index)
@@ -331,6 +337,6 @@ def _one_element(element: PlacedFreedom | PlacedSpring, index: int) -> PlacedFre
     return PlacedSpring(element.name, point, rotation, element.elasticity.one(index))
 
 
-def _one(values: np.ndarray, own_axes: int, index: int) -> np.ndarray:
+def _one(values: np.ndarray, own_axes: int, index: int | slice) -> np.ndarray:
     """Values that are the same at all poses have no batch axis."""
     return values if values.ndim == own_axes else values[index]

@@ -16,6 +16,7 @@ from robostiff.kinematics.closure.leg_equations import (
     gaps,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver, leg_solver
+from robostiff.kinematics.closure.legs_alike import LegsAlike, each_alone, legs_alike
 from robostiff.kinematics.closure.newton import ClosurePart, nearest
 
 __all__ = [
@@ -23,11 +24,14 @@ __all__ = [
     "ClosurePart",
     "Followed",
     "LegSolver",
+    "LegsAlike",
     "NewtonTask",
     "advance",
     "attachment_frame",
     "closing_rates",
+    "each_alone",
     "gaps",
     "leg_solver",
+    "legs_alike",
     "nearest",
 ]

@@ -107,9 +107,10 @@ class AssemblyMode:
         """Postures at prescribed coordinates (N, g), in the order of ``equations.given``."""
         x = np.tile(self.home, (len(given), 1))
         x[:, self.equations.given] = given
-        x, kept, _ = self._stepped(x, self._at_home)
+        x, kept, J = self._stepped(x, self._at_home)
         elsewhere = np.zeros(len(x), dtype=bool)
         rows = np.flatnonzero(~kept)
+        at_once = rows.size == 0
         last, gone, directions = self._along(given[rows])
         x[rows], kept[rows] = last, gone >= 1.0
         left = gone < 1.0
@@ -125,19 +126,18 @@ class AssemblyMode:
             kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
             elsewhere[rows] = closed & ~kept[rows]
         rows = np.flatnonzero(kept)
-        rows = rows[self._is_nearly_singular(x[rows])]
+        J = J if at_once or self._at_home is None else self.equations.rates(x[rows])
+        rows = rows[self._is_nearly_singular(J, len(rows))]
         beyond = rows[self._crosses(x[rows], given[rows])]
         kept[beyond], elsewhere[beyond] = False, True
         return FollowedPosture(x, kept, elsewhere)
 
-    def _is_nearly_singular(self, x: np.ndarray) -> np.ndarray:
-        """Where the smallest singular value of a part has nearly vanished (N,)."""
-        found = np.zeros(len(x), dtype=bool)
-        if self._at_home is None or not len(x):
+    def _is_nearly_singular(self, J: np.ndarray, count: int) -> np.ndarray:
+        """Where the smallest singular value of a part of rates has nearly vanished (N,)."""
+        found = np.zeros(count, dtype=bool)
+        if self._at_home is None or not count:
             return found
-        J, J_home = self.equations.rates(x), self.equations.rates(self.home[None])
-        for part, home in zip(self.equations.parts, self._at_home, strict=True):
-            usual = np.linalg.svd(home.square(_of_part(part, J_home)), compute_uv=False)[0]
+        for part, usual in zip(self.equations.parts, self._usual, strict=True):
             if usual.size:
                 values = np.linalg.svd(_of_part(part, J), compute_uv=False)[:, usual.size - 1]
                 found |= values < _WATCHED * usual[-1]
@@ -180,11 +180,9 @@ class AssemblyMode:
         if directions is None or self._at_home is None:
             return np.zeros(len(x), dtype=bool)
         margin = np.full(len(x), np.inf)
-        J, J_home = self.equations.rates(x), self.equations.rates(self.home[None])
-        whole = zip(self.equations.parts, directions, self._at_home, strict=True)
-        for part, own, home in whole:
+        J = self.equations.rates(x)
+        for part, own, usual in zip(self.equations.parts, directions, self._usual, strict=True):
             T = own.square(_of_part(part, J))
-            usual = np.linalg.svd(home.square(_of_part(part, J_home)), compute_uv=False)[0]
             if usual.size:
                 smallest = np.linalg.svd(T, compute_uv=False)[:, -1] / usual[-1]
                 margin = np.minimum(margin, smallest * np.linalg.slogdet(T)[0] * own.sign)
@@ -289,6 +287,15 @@ class AssemblyMode:
                 return None
             found.append(own)
         return found
+
+    @cached_property
+    def _usual(self) -> list[np.ndarray]:
+        """Singular values at home, part by part; of a singular home none."""
+        J = self.equations.rates(self.home[None])
+        return [
+            np.linalg.svd(own.square(_of_part(part, J)), compute_uv=False)[0]
+            for part, own in zip(self.equations.parts, self._at_home or (), strict=False)
+        ]
 
     @cached_property
     def _long_at_home(self) -> np.ndarray:

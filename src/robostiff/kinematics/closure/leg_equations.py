@@ -75,7 +75,11 @@ class NewtonTask:
             Wanted pose coordinates; the open ones are found.
         """
         home = np.concatenate([start, *q])
-        found = AssemblyMode(self, home).at(goal[:, self.given])
+        key = home.tobytes()
+        if key not in self._modes:
+            self._modes.clear()
+            self._modes[key] = AssemblyMode(self, home)
+        found = self._modes[key].at(goal[:, self.given])
         return Followed(*self._apart(found.x), found.kept, found.elsewhere)
 
     def close(self, pose: np.ndarray, q: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -87,6 +91,11 @@ class NewtonTask:
         x = nearest(self, np.concatenate([pose, *q], axis=-1))
         closed = np.max(np.abs(self.gaps(x)), axis=-1) <= CLOSED
         return Followed(*self._apart(x), closed, np.zeros(len(x), dtype=bool))
+
+    @cached_property
+    def _modes(self) -> dict[bytes, AssemblyMode]:
+        """The assembly mode that was followed last, mostly that of home, by its closed posture."""
+        return {}
 
     @cached_property
     def given(self) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -231,7 +232,11 @@ class LegSolver:
         """
         frame = attachment_frame(self.leg, R_platform, pose[..., :3])
         placed = place_chain(self.leg.chain, q, self.leg.base.R, self.leg.base.p)
-        first, *loops = (_is_open(gap, self.length) for gap in gaps(self.leg, placed, *frame))
+        return self.leaves_open(gaps(self.leg, placed, *frame))
+
+    def leaves_open(self, ends: Iterable[Loop]) -> np.ndarray:
+        """The same, of gaps at the platform and of loops (N,)."""
+        first, *loops = (_is_open(gap, self.length) for gap in ends)
         return ~first & np.any(loops, axis=0)
 
     def _iterated(self, pose: np.ndarray) -> Followed:
@@ -280,8 +285,12 @@ class LegSolver:
 
     def _copies_at(self, form: ClosedForm, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Coordinates in closed form, those of copies equal to those of the main path."""
-        R, p = frame_in_base(self.leg, R_platform, pose[..., :3])
-        return _copied(form.solve(R, p), self.copies)
+        return _copied(form.solve(*frame_in_base(self.leg, R_platform, pose[..., :3])), self.copies)
+
+    def closed_at(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Coordinates (N, size) in closed form, the end frame at (R, p) in that of the base."""
+        q = _copied(form.solve(R, p), self.copies)
+        return on_turn_of_home(self.leg.chain, q, self.leg.chain.home)
 
 
 def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
