@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -174,11 +175,8 @@ class LegGroup:
         """
         N, n, rows = self.count, self.size, list(self.rows)
         springs = SpringTerms.of(self, state, R, p, share) if self.springs else None
-        A, residual = np.zeros((N, n, n)), np.zeros((N, n))
-        A_t, r_factor = np.zeros((N, n, len(rows))), np.zeros((N, n))
-        identity = np.eye(len(rows))
-        carried = np.zeros((N, len(rows)))
         platform = MovingBody(np.broadcast_to(R, (N, 3, 3)), np.broadcast_to(p, (N, 3)))
+        entries, sides, shares = [], [], []
         for family in self.families:
             W = np.concatenate([state.W[i] for i in family.members])
             full = np.zeros((len(W), 6))
@@ -196,43 +194,61 @@ class LegGroup:
             P = terms.end.of(family.end_points)
             ends = [self.chains[i].end for i in family.members]
             bodies = [platform if end is None else state.bodies[end] for end in ends]
-            gap = np.concatenate(
-                [
-                    P - np.concatenate([body.p for body in bodies]),
-                    turn_between(np.concatenate([body.R for body in bodies]), terms.end.R),
-                ],
-                axis=-1,
-            )[:, rows]
-            for i, own in family.split(N):
-                wrench, body = self.wrench_places[i], 0
-                for moving in self.moving_places(i):
-                    here = slice(body, body + moving.stop - moving.start)
-                    body, other = here.stop, 0
-                    for beside in self.moving_places(i):
-                        there = slice(other, other + beside.stop - beside.start)
-                        other = there.stop
-                        A[:, moving, beside] += terms.tangent[own, here, there]
-                    A[:, moving, wrench] -= np.swapaxes(J[own, :, here], -1, -2)
-                    A[:, wrench, moving] += J[own, :, here]
-                    residual[:, moving] += terms.gradient[own, here]
-                    r_factor[:, moving] += share.rate * terms.by_share[own, here]
-                residual[:, wrench] += gap[own]
-                end = self.chains[i].end
-                if end is None:
-                    A_t[:, wrench] -= identity
-                    carried += state.W[i]
-                else:
-                    to = self.body_places[end]
-                    A[:, wrench, to] -= identity
-                    A[:, to, wrench] += identity
-                    residual[:, to] += state.W[i]
+            turn = turn_between(np.concatenate([body.R for body in bodies]), terms.end.R)
+            gap = np.concatenate([P - np.concatenate([body.p for body in bodies]), turn], axis=-1)
+            entries += [terms.tangent.ravel(), J.ravel(), -J.ravel()]
+            sides += [terms.gradient.ravel(), gap[:, rows].ravel()]
+            shares.append(terms.by_share.ravel())
+        known = self._places
+        A = known.summed(known.entries, entries, (N, n, n)) + known.constant
+        residual = known.summed(known.sides, sides, (N, n))
+        r_factor = known.summed(known.shares, shares, (N, n)) * share.rate
+        carried = np.zeros((N, len(rows)))
+        for i, chain in enumerate(self.chains):
+            if chain.end is None:
+                carried += state.W[i]
+            else:
+                residual[:, self.body_places[chain.end]] += state.W[i]
+        A_t = known.by_twist
         if springs is None:
             return LegEquations(A, residual, A_t, r_factor, carried)
         m = self.free_size
         A[0, :m, :m] += springs.stiffness
+        A_t = A_t.copy()
         A_t[0, :m] += springs.by_twist
         r_factor[0, :m] += share.rate * springs.by_share
         return LegEquations(A, residual, A_t, r_factor, carried + springs.carried, springs.beside)
+
+    @cached_property
+    def _places(self) -> _Places:
+        """Where what chains contribute stands in the equations."""
+        N, n, r = self.count, self.size, len(self.rows)
+        entries, sides, shares = [], [], []
+        leg = np.arange(N)[:, None, None]
+        for family in self.families:
+            moving = [np.r_[*self.moving_places(i)] for i in family.members]
+            own = np.concatenate([np.broadcast_to(m, (N, len(m))) for m in moving])
+            ends = [np.r_[self.wrench_places[i]] for i in family.members]
+            W = np.concatenate([np.broadcast_to(end, (N, r)) for end in ends])
+            start = np.tile(leg, (len(family.members), 1, 1)) * n
+            entries += [
+                (start + own[:, :, None]) * n + own[:, None],
+                (start + W[:, :, None]) * n + own[:, None],
+                (start + own[:, None]) * n + W[:, :, None],
+            ]
+            sides += [start[:, 0] + own, start[:, 0] + W]
+            shares.append(start[:, 0] + own)
+        constant, by_twist = np.zeros((n, n)), np.zeros((N, n, r))
+        for i, chain in enumerate(self.chains):
+            wrench = self.wrench_places[i]
+            if chain.end is None:
+                by_twist[:, wrench] -= np.eye(r)
+            else:
+                body = self.body_places[chain.end]
+                constant[wrench, body] -= np.eye(r)
+                constant[body, wrench] += np.eye(r)
+        every = (np.concatenate([one.ravel() for one in own]) for own in (entries, sides, shares))
+        return _Places(*every, constant, by_twist)
 
     def anchored(self, state: LegState) -> list[tuple[np.ndarray, np.ndarray]]:
         """Where springs are held on every chain (A, 3) [m], and their velocities (A, 3, m)."""
@@ -344,6 +360,35 @@ class LegGroup:
         """Places of the unknowns that move chain i: of the body at its start, then its own."""
         start, own = self.chains[i].start, self.coordinates[i]
         return (own,) if start is None else (self.body_places[start], own)
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the equations of the legs of a group have what their chains contribute.
+
+    Attributes
+    ----------
+    entries, sides, shares : arrays of int
+        Of all contributions to the tangent, to the residual, and to its rate by the share of loads.
+    constant : (n, n) array
+        Of the tangent: bodies between chains.
+    by_twist : (N, n, r) array
+        Of the residual, by the twist of the platform.
+    """
+
+    entries: np.ndarray
+    sides: np.ndarray
+    shares: np.ndarray
+    constant: np.ndarray
+    by_twist: np.ndarray
+
+    @staticmethod
+    def summed(
+        places: np.ndarray, values: Sequence[np.ndarray], shape: tuple[int, ...]
+    ) -> np.ndarray:
+        """Contributions added up at their places."""
+        size = math.prod(shape)
+        return np.bincount(places, np.concatenate(values), size).reshape(shape)
 
 
 def _slices(start: int, sizes: Sequence[int]) -> tuple[slice, ...]:

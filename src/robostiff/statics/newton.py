@@ -14,6 +14,8 @@ from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, 
 CAP = 0.2
 # After a step of this size the next would be rounding; near a critical load rounding is larger.
 _DONE, _NEAR = 1e-9, 1e-7
+# A step of this size leaves the equations as they are; after one below the other, it may come.
+_NOTHING, _SOON = 1e-14, 1e-5
 _STEPS = 40
 # Steps of a path at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
@@ -94,7 +96,8 @@ def equilibrium_at(
     """
     state, last, cut = start, np.inf, False
     for done in range(1, steps + 1):
-        known = first if first is not None else problem.linearised(state, loading, factor)
+        refined = _REFINEMENTS if last < _SOON else 0
+        known = first if first is not None else problem.linearised(state, loading, factor, refined)
         first = None
         twist = target.twist(problem, state)
         if twist is None:
@@ -104,6 +107,8 @@ def equilibrium_at(
         if not np.isfinite(size):
             break
         cut = cut or part < 1
+        if refined and size < _NOTHING:
+            return FoundEquilibrium(state, factor, known, True, cut, done)
         if size < _DONE or (size < _NEAR and size > 0.3 * last):
             return _ended(problem, loading, factor, state, True, cut, done)
         last = size

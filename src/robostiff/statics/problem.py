@@ -319,6 +319,9 @@ class EquilibriumProblem:
         """What acts on the platform, how that grows, and its rate by the twist."""
         rows = list(self.rows)
         share = loading.shares(factor)
+        if not len(self.arms):
+            acting = loading.wrench + factor * loading.wrench_rate
+            return acting, loading.wrench_rate, np.zeros((self.size, self.size))
         total, turning = np.zeros(6), np.zeros((6, 6))
         for arm, force in zip(self.arms, self.forces, strict=True):
             b = state.R @ arm

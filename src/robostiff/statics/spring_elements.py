@@ -98,7 +98,8 @@ class SpringElements:
         if beam is None:
             return _Own(*self._modes(spring, C, free), None, 0.0, 1)
         shape = BeamShape(np.array([beam.EA / beam.length * parts]), beam.shortening(parts)[None])
-        modes, stiffness = self._modes(spring, beam.compliance(parts), free)
+        own = C if parts == 1 else beam.compliance(parts)
+        modes, stiffness = self._modes(spring, own, free)
         return _Own(modes, stiffness, shape, beam.length, parts)
 
     def _modes(
