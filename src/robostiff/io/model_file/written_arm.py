@@ -1,7 +1,5 @@
 """A serial arm as a table of Denavit and Hartenberg in a model file."""
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field

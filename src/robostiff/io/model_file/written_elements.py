@@ -1,7 +1,5 @@
 """Elements of a chain and flexible platforms as written in a model file."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen
@@ -183,7 +181,7 @@ class WrittenParallelogram(Written):
     type: Literal["parallelogram"]
     name: _Name | None = None
     across: Vector = Field(description="from the first bar to the second, such as [0, 80 mm, 0]")
-    chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
+    chain: Annotated["list[WrittenElement]", MinLen(1)] = Field(
         description="the list of elements of one bar, its joints included"
     )
 
@@ -192,7 +190,7 @@ class WrittenBranchBody(Written):
     """Common keys of a branch and of the template of repeated branches."""
 
     start: WrittenFrame = WrittenFrame()
-    chain: Annotated[list[WrittenElement], MinLen(1)] = Field(
+    chain: Annotated["list[WrittenElement]", MinLen(1)] = Field(
         description="the list of elements from the body before the block to the body after it"
     )
     end: WrittenFrame = WrittenFrame()
@@ -208,6 +206,12 @@ class WrittenBranchPattern(WrittenRepeat, WrittenBranchBody):
     """A branch, and what differs from copy to copy."""
 
 
+BranchOrPattern = Annotated[
+    Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")],
+    Discriminator(one_or_pattern),
+]
+
+
 class WrittenParallel(Written):
     """Branches side by side between two bodies of a chain."""
 
@@ -219,11 +223,6 @@ class WrittenParallel(Written):
         Discriminator(list_or_mapping),
     ] = Field(description="a list of branches, or one branch with repeat:")
 
-
-BranchOrPattern = Annotated[
-    Annotated[WrittenBranch, Tag("one")] | Annotated[WrittenBranchPattern, Tag("pattern")],
-    Discriminator(one_or_pattern),
-]
 
 WrittenElement = Annotated[
     WrittenJoint

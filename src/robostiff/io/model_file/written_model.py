@@ -1,7 +1,5 @@
 """Which kind of robot a model file describes, as it is written."""
 
-from __future__ import annotations
-
 from robostiff.errors import FileError
 from robostiff.io.document import Document
 from robostiff.io.model_file.written_arm import WrittenArm

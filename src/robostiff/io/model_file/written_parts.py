@@ -1,7 +1,5 @@
 """Heads, copies, values, frames, materials and cross-sections as written in a model file."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen

@@ -1,7 +1,5 @@
 """Robots, legs and cable robots as written in a model file."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag
