@@ -20,7 +20,7 @@ from robostiff.elastostatics import (
     WrenchBasis,
 )
 from robostiff.errors import InputError
-from robostiff.kinematics import Near, Pose, Posture, PostureFinder, posture_finder
+from robostiff.kinematics import Near, Posture, PostureFinder, posture_finder
 from robostiff.kinematics.pose import PoseRequest
 from robostiff.kinematics.solved_request import ActuatedRequest
 from robostiff.kinematics.turn import turn_by_vector
@@ -146,8 +146,8 @@ class AskedPoses:
 
 
 def careful_stiffness(
-    robot: Robot | Snapshot | Network,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Any = None,
     *,
     method: Form = DEFAULT_METHOD,
     near: Near = None,
@@ -164,6 +164,12 @@ def careful_stiffness(
         rows = np.arange(len(asked.numbers)).reshape(asked.batch)
         result = asked.solved(rows)
         return replace(result, complaints=asked.complaints(rows, result.status))
+    if isinstance(robot, Linkage):
+        from robostiff.analysis.linkage_stiffness import AskedConfigurations
+
+        configurations = AskedConfigurations.of(robot, pose, tolerance, method)
+        count = len(configurations.numbers)
+        return configurations.solved(np.arange(count).reshape(configurations.batch))
     if pose is not None:
         kind = "network" if isinstance(robot, Network) else "snapshot"
         raise InputError(

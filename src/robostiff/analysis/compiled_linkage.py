@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,10 +10,11 @@ import numpy as np
 from robostiff.analysis.compiled_answer import (
     CompiledAnswer,
     attempted,
+    checked_chunks,
     checked_outputs,
     put_careful,
 )
-from robostiff.analysis.guarded_values import AtGeneralPoses, closes
+from robostiff.analysis.guarded_values import AtGeneralPoses, CheckedResults, closes
 from robostiff.analysis.kernel_inputs import InputRows
 from robostiff.analysis.linkage_stiffness import FREE, SUBJECT, linkage_stiffness
 from robostiff.analysis.record_agreement import differences
@@ -101,6 +102,12 @@ class CompiledLinkage:
         What stands there in the answer must not be used.
         """
         return self._attempt(values, threads)[0]
+
+    def results(self, values: DriveValues) -> Iterator[tuple[slice, CheckedResults]]:
+        """Which poses, and rows of results at them, chunk by chunk; see `CompiledRobot.results`."""
+        inputs = _as_inputs(_one_a_row(self.driven, values))
+        general = AtGeneralPoses(self.rank, self.status, self.verified)
+        yield from checked_chunks(self.kernel, inputs, general, slice(0, len(inputs.missed)))
 
     def _attempt(self, values: DriveValues, threads: int) -> tuple[CompiledAnswer, np.ndarray]:
         threads = whole_threads(threads)

@@ -34,7 +34,7 @@ from robostiff.analysis.maps import (
 )
 from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.new_store import already_there
-from robostiff.analysis.maps.pose_columns import SIX, joint_columns
+from robostiff.analysis.maps.pose_columns import SIX, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.cli.failure import BAD_STATUS, INTERRUPTED
 from robostiff.cli.output import new_file, print_data, say
@@ -43,8 +43,8 @@ from robostiff.cli.written_arguments import (
     NO_SIDE_FILE,
     PoseArguments,
     SideFile,
+    loaded,
     near_from,
-    parameters_from,
     wrench_from,
 )
 from robostiff.errors import InputError, NoAnswerError
@@ -57,10 +57,10 @@ from robostiff.io.map_files import (
 )
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
+from robostiff.linkage import Linkage
 from robostiff.markup import text_of
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
-from robostiff.robots import load
 
 if TYPE_CHECKING:
     import xarray
@@ -81,7 +81,7 @@ class Asked:
     near: str | None = None
 
 
-def read_asked_poses(robot: Robot, asked: Asked) -> PoseSource:
+def read_asked_poses(robot: Robot | Linkage, asked: Asked) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
         if asked.axes or asked.joints or asked.random is not None:
@@ -120,22 +120,21 @@ def _numbers(text: str, dimension: Dimension, words: Sequence[str], subject: str
     return parse_quantities(text, dimensions, words, subject)
 
 
-def _joint(robot: Robot, text: str) -> tuple[str, Dimension, str]:
+def _joint(robot: Robot | Linkage, text: str) -> tuple[str, Dimension, str]:
     """Name of a joint, what it measures, and the rest of the text."""
-    if not robot.is_serial:
+    joints = coordinate_units(robot)
+    if isinstance(robot, Robot) and not robot.is_serial:
         raise InputError("--joint", got=text, expected="--x and the like: joints pose serial arms")
-    joints = joint_columns(robot.legs[0])
     # The longest name first: 'joint 1' before 'joint'.
-    for name in sorted(joints.names, key=len, reverse=True):
+    for name in sorted(joints, key=len, reverse=True):
         if text.strip().startswith(f"{name} "):
-            unit = joints.unit_of(name)
-            dimension = Dimension.LENGTH if unit == "m" else Dimension.ANGLE
+            dimension = Dimension.LENGTH if joints[name] == "m" else Dimension.ANGLE
             return name, dimension, text.strip().removeprefix(name)
     raise InputError(
         "--joint",
         got=text,
-        expected=f"a joint ({', '.join(joints.names)}) and its range",
-        hint=f'write --joint "{joints.names[0]} -1 1 21"' if joints.names else None,
+        expected=f"a joint ({', '.join(joints)}) and its range",
+        hint=f'write --joint "{next(iter(joints))} -1 1 21"' if joints else None,
     )
 
 
@@ -211,7 +210,9 @@ def make_map(
     """Compute a map, write it, and print a summary."""
     output = _checked_output(run)
     picture = None if run.plot is None else picture_file("--plot", run.plot, run.overwrite)
-    robot = load(source, parameters_from(settings), **side.options)
+    robot = loaded(
+        source, settings, side, PoseArguments(None, "", None), by_joints=bool(asked.joints)
+    )
     if isinstance(robot, CableRobot):
         raise InputError(
             "robot of a map",
@@ -219,11 +220,11 @@ def make_map(
             expected="a robot with legs",
             hint="in Python rs.stiffness(robot, poses) takes many poses of a cable robot at once",
         )
-    if not isinstance(robot, Robot):
+    if not isinstance(robot, Robot | Linkage):
         raise InputError(
             "robot of a map",
             got=source,
-            expected="a model, which has a pose for every point of a map",
+            expected="a model or a linkage, which has a pose for every point of a map",
             hint="a snapshot is frozen at its own pose",
         )
     poses = read_asked_poses(robot, asked)

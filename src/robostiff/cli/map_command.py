@@ -35,7 +35,7 @@ JointOption = Annotated[
     typer.Option(
         "--joint",
         metavar='"NAME START STOP COUNT"',
-        help="Values of a joint of a serial arm [m or rad]; repeatable.",
+        help="Values of a joint of a serial arm or a linkage [m or rad]; repeatable.",
     ),
 ]
 PosesOption = Annotated[

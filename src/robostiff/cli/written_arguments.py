@@ -80,15 +80,20 @@ def loaded(
     settings: Sequence[str],
     side: SideFile = NO_SIDE_FILE,
     place: PoseArguments | None = None,
+    *,
+    by_joints: bool = False,
 ) -> Any:
-    """The robot of a name or file; where a network is moved, its linkage."""
+    """The robot of a name or file; its linkage where joints move a network, or legs `by_joints`."""
     from robostiff.robots import load
     from robostiff.robots.descriptions import describes_bodies, load_linkage
 
     parameters = parameters_from(settings)
     robot = load(source, parameters, **side.options)
     moves = place is not None and (place.joints is not None or place.pose is not None)
-    if moves and isinstance(robot, Network) and describes_bodies(source):
+    moved = isinstance(robot, Network) or (
+        by_joints and isinstance(robot, Robot) and not robot.is_serial
+    )
+    if moves and moved and describes_bodies(source):
         return load_linkage(source, parameters, **side.options)
     return robot
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -130,6 +130,10 @@ class Linkage:
             raise InputError(
                 "held joints", got=sorted(self.held - seen), expected="joints of the linkage"
             )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is kept of earlier questions."""
+        return {name: own for name, own in vars(self).items() if not name.startswith("_")}
 
     @property
     def space(self) -> Space:

@@ -15,6 +15,7 @@ from robostiff.analysis.leg_loads import leg_loads
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
+from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import Space, move_twist, move_wrench
@@ -33,8 +34,8 @@ _FREE, _PULLS = 1e-12, 1e-9
 
 
 def deflection(
-    robot: Robot | Snapshot | Network,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
     wrench: ArrayLike | None = None,
     *,
     loads: Loads | None = None,
@@ -52,7 +53,7 @@ def deflection(
 
     Parameters
     ----------
-    robot : Robot, Snapshot or Network
+    robot : Robot, Snapshot, Network or Linkage
         The parts of a network are reported by name; joints of it whose reaction is not determined,
         because rigid parts hold one another, are left out.
     pose : RigidTransform, array, JointCoordinates or None

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
 from robostiff.analysis.guarded_values import CheckedResults
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
@@ -23,6 +24,7 @@ from robostiff.compiled import (
     unpack,
 )
 from robostiff.errors import InputError
+from robostiff.linkage import Linkage
 from robostiff.spatial.batch import empty_batch
 
 # Poses at once, at most: their rows of inputs and results take some 30 MB.
@@ -38,11 +40,11 @@ class CompiledEvaluator:
 
     Attributes
     ----------
-    compiled : CompiledRobot
+    compiled : CompiledRobot or CompiledLinkage
     batched : BatchedEvaluator
     """
 
-    compiled: CompiledRobot
+    compiled: CompiledRobot | CompiledLinkage
     batched: BatchedEvaluator
 
     @classmethod
@@ -62,6 +64,11 @@ class CompiledEvaluator:
             raise InputError(
                 subject, got="actuator forces", expected="other quantities", hint=_OTHERWISE
             )
+        if isinstance(robot, Linkage):
+            joints = [name for name, _ in columns.drives]
+            return cls(
+                compile_linkage(robot, _outputs(batched), joints=joints, backend=backend), batched
+            )
         free = tuple(coordinate.value for coordinate in robot.coordinates)
         if not columns.of_joints and columns.names != free:
             raise InputError(
@@ -80,7 +87,8 @@ class CompiledEvaluator:
     @property
     def method(self) -> str:
         """Name of the method."""
-        return "compiled record, wrench-basis where it is unsafe"
+        careful = "networks" if self.batched.columns.drives else "wrench-basis"
+        return f"compiled record, {careful} where it is unsafe"
 
     @property
     def variables(self) -> tuple[Variable, ...]:

@@ -28,6 +28,7 @@ from robostiff.analysis.measures import (
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.kinematics import find_posture, freedom_twist
+from robostiff.linkage import Linkage
 from robostiff.model import Actuated, Robot
 from robostiff.spatial import move_wrench
 from robostiff.spatial.batch import empty_batch
@@ -48,7 +49,7 @@ class PoseBatch:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: Robot | Linkage,
         columns: PoseColumns,
         poses: np.ndarray,
         near: np.ndarray | None = None,
@@ -110,13 +111,15 @@ def actuator_forces(batch: PoseBatch, twist: np.ndarray, wrench: np.ndarray) -> 
     wrench : (n,) array
         About the reference point.
     """
-    result = batch.result
+    result, robot = batch.result, batch.robot
+    if not isinstance(robot, Robot):
+        raise TypeError("actuator forces of a linkage are no quantity of maps")
     known = np.isfinite(twist[:, 0])
     whole = np.broadcast_to(wrench, (len(twist), len(wrench)))
     loads = leg_loads(result[known], move_wrench(whole, -batch.offset)[known])
     pose = batch.columns.as_pose(batch.poses)
-    posture = find_posture(batch.robot, pose, near=batch.near)
-    rows = list(batch.robot.space.rows)
+    posture = find_posture(robot, pose, near=batch.near)
+    rows = list(robot.space.rows)
     columns = [
         (i, freedom_twist(freedom, result.origin)[..., rows])
         for i, leg in enumerate(posture.snapshot.legs)
@@ -133,6 +136,7 @@ def actuator_forces(batch: PoseBatch, twist: np.ndarray, wrench: np.ndarray) -> 
 
 # Poses at once: few enough for the cache.
 _CHUNK = 4096
+_NETWORKS = 128
 
 
 class Evaluator(Protocol):
@@ -184,11 +188,11 @@ def room_for(variables: Iterable[Variable], count: int) -> dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class BatchedEvaluator:
-    """The wrench basis form on batches of poses, as `stiffness` has it.
+    """The wrench basis form on batches of poses, or networks, as `stiffness` has them.
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot or Linkage
     columns : PoseColumns
         What the numbers of a pose are.
     quantities : tuple of Quantity
@@ -200,7 +204,7 @@ class BatchedEvaluator:
         Joint coordinates of all legs that choose the posture [m, rad]; empty for home's.
     """
 
-    robot: Robot
+    robot: Robot | Linkage
     columns: PoseColumns
     quantities: tuple[Quantity, ...]
     wrench: tuple[float, ...] = ()
@@ -210,7 +214,7 @@ class BatchedEvaluator:
     @property
     def method(self) -> str:
         """Name of the method."""
-        return "wrench-basis, batched"
+        return "networks" if isinstance(self.robot, Linkage) else "wrench-basis, batched"
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -219,8 +223,8 @@ class BatchedEvaluator:
 
     @property
     def most_poses(self) -> int:
-        """Two of its own chunks: a block takes about half a second."""
-        return 2 * _CHUNK
+        """Two of its own chunks, or a few networks: a block takes about half a second."""
+        return _NETWORKS if isinstance(self.robot, Linkage) else 2 * _CHUNK
 
     def evaluate(
         self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None

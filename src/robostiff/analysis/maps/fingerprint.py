@@ -82,6 +82,11 @@ def _(thing: Mapping) -> list[Any]:
     return [[str(key), _plain(value)] for key, value in thing.items()]
 
 
+@_plain.register
+def _(thing: frozenset) -> list[Any]:
+    return sorted(_plain(entry) for entry in thing)
+
+
 @_plain.register(tuple)
 @_plain.register(list)
 def _(thing: tuple[Any, ...] | list[Any]) -> list[Any]:

@@ -13,6 +13,7 @@ from robostiff.analysis.maps.job import MapJob
 from robostiff.analysis.maps.summary import MapSummary
 from robostiff.analysis.maps.variables import Variable, status_flags, status_words
 from robostiff.errors import InputError
+from robostiff.linkage import Linkage
 from robostiff.model import Robot
 from robostiff.version import __version__
 
@@ -67,7 +68,7 @@ def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
                 "name of a joint in a map",
                 got=name,
                 expected=f"none of {', '.join(sorted(taken))}, and without /",
-                hint="rename the joint in the model file",
+                hint="rename the joint in its file",
             )
     return found
 
@@ -96,7 +97,7 @@ def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
 
 
 def map_attributes(
-    robot: Robot, job: MapJob, wrench: tuple[float, ...], length: float
+    robot: Robot | Linkage, job: MapJob, wrench: tuple[float, ...], length: float
 ) -> dict[str, Any]:
     """Attributes that are known before the first pose is computed."""
     attributes: dict[str, Any] = {

@@ -37,6 +37,7 @@ from robostiff.analysis.maps.stored import read_store
 from robostiff.analysis.maps.summary import MapSummary
 from robostiff.errors import InputError, needs_extra
 from robostiff.kinematics import Near
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ _DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
 
 
 def stiffness_map(
-    robot: Robot | Snapshot,
+    robot: Robot | Linkage | Snapshot,
     poses: PoseSource,
     quantities: Iterable[Quantity] = _DEFAULT_QUANTITIES,
     *,
@@ -67,9 +68,10 @@ def stiffness_map(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot or Linkage
         A snapshot is refused: it cannot move.
     poses : Grid, PoseList or RandomPoses
+        Of a linkage coordinates of joints, which keep them; the others follow.
     quantities : iterable of Quantity
         Besides rank and status, which are always there.
     wrench : (6,) array, or (3,) for a planar robot, optional

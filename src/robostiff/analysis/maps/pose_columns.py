@@ -1,16 +1,19 @@
-"""Columns of poses: free coordinates, all six, or the joints of a serial arm."""
+"""Columns of poses: free coordinates, all six, the joints of a serial arm, or of a linkage."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.kinematics import JointCoordinates, Pose
+from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates, joint_units
-from robostiff.model import ALL_COORDINATES, Leg, Robot
+from robostiff.linkage import DrivenLinkage, Linkage
+from robostiff.linkage.driven import coordinate_names
+from robostiff.model import ALL_COORDINATES, Joint, Leg, Robot
 from robostiff.spatial import Space
 
 SIX = tuple(coordinate.value for coordinate in ALL_COORDINATES)
@@ -29,16 +32,26 @@ class PoseColumns:
     home : tuple of float
         Values of those that are not asked for.
     of_joints : bool
-        Whether they are joint coordinates of a serial arm.
+        Whether they are joint coordinates of a serial arm or a linkage.
+    drives : tuple of (str, int)
+        Joints of a linkage that keep them, and how many each has.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     home: tuple[float, ...]
     of_joints: bool
+    drives: tuple[tuple[str, int], ...] = ()
 
-    def as_pose(self, poses: np.ndarray) -> Pose:
+    def as_pose(self, poses: np.ndarray) -> Any:
         """Poses (N, n) as `stiffness` takes them."""
+        if self.drives:
+            ends = np.cumsum([size for _, size in self.drives])[:-1]
+            parts = np.split(poses, ends, axis=-1)
+            return {
+                name: part if size > 1 else part[:, 0]
+                for (name, size), part in zip(self.drives, parts, strict=True)
+            }
         return JointCoordinates(poses) if self.of_joints else poses
 
     def unit_of(self, name: str) -> str:
@@ -46,11 +59,11 @@ class PoseColumns:
         return self.units[self.names.index(name)]
 
 
-def pose_columns(robot: Robot, used: Sequence[str]) -> PoseColumns:
+def pose_columns(robot: Robot | Linkage, used: Sequence[str]) -> PoseColumns:
     """The columns of poses given by the coordinates `used`; the others stay at home.
 
     Free coordinates of the robot alone leave the rest to its legs; any other pose coordinate makes
-    it all six; names of joints pose a serial arm.
+    it all six; names of joints pose a serial arm, or drive a linkage.
 
     Raises
     ------
@@ -65,6 +78,8 @@ def pose_columns(robot: Robot, used: Sequence[str]) -> PoseColumns:
     >>> pose_columns(rs.load("two-link-arm"), ["elbow"]).names
     ('shoulder', 'elbow')
     """
+    if isinstance(robot, Linkage):
+        return _of_drives(robot, used)
     free = tuple(coordinate.value for coordinate in robot.coordinates)
     six = SIX if robot.space is Space.SPATIAL else tuple(SIX[k] for k in robot.space.rows)
     joints = joint_columns(robot.legs[0]) if robot.is_serial else None
@@ -87,6 +102,48 @@ def pose_columns(robot: Robot, used: Sequence[str]) -> PoseColumns:
         got=", ".join(used) or "none",
         expected="pose coordinates or joints, not both" if used else "at least one",
     )
+
+
+def _of_drives(linkage: Linkage, used: Sequence[str]) -> PoseColumns:
+    every = named_joints(linkage)
+    strange = [name for name in used if name not in every]
+    if strange or not used:
+        raise InputError(
+            f"coordinate of linkage {linkage.name!r}",
+            got=strange[0] if strange else "none",
+            expected=f"some of its joints: {', '.join(every)}",
+        )
+    joints = tuple(dict.fromkeys(every[name] for name in used))
+    driven = DrivenLinkage.moved_by(linkage, joints)
+    if missing := [name for name in joints if name not in driven.drives]:
+        raise InputError(
+            f"coordinate of linkage {linkage.name!r}",
+            got=missing[0],
+            expected="joints between base and platform: this one changes nothing",
+        )
+    sizes = tuple((name, driven.home.coordinates[name].size) for name in driven.drives)
+    home = tuple(driven.at_home.tolist())
+    return PoseColumns(driven.inputs, driven.units, home, of_joints=True, drives=sizes)
+
+
+def named_joints(linkage: Linkage) -> dict[str, str]:
+    """The joint of each coordinate, by its name."""
+    return {name: c.name for c in linkage.connections for name in coordinate_names(c)}
+
+
+def coordinate_units(robot: Robot | Linkage) -> dict[str, str]:
+    """Units of the joint coordinates by which a robot can be posed; none of legs."""
+    if isinstance(robot, Linkage):
+        return {
+            name: screw.unit
+            for c in robot.connections
+            if isinstance(c.element, Joint)
+            for name, screw in zip(coordinate_names(c), c.element.freedoms, strict=True)
+        }
+    if not robot.is_serial:
+        return {}
+    joints = joint_columns(robot.legs[0])
+    return dict(zip(joints.names, joints.units, strict=True))
 
 
 def joint_columns(leg: Leg) -> PoseColumns:

@@ -8,6 +8,7 @@ from enum import Enum
 from robostiff.analysis.maps.pose_columns import joint_columns
 from robostiff.analysis.maps.variables import RANK, STATUS, Variable
 from robostiff.errors import InputError
+from robostiff.linkage import Linkage
 from robostiff.model import Actuated, Robot
 
 
@@ -44,7 +45,7 @@ class Quantity(Enum):
         return self in {Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES}
 
 
-def map_variables(robot: Robot, quantities: Iterable[Quantity]) -> tuple[Variable, ...]:
+def map_variables(robot: Robot | Linkage, quantities: Iterable[Quantity]) -> tuple[Variable, ...]:
     """The arrays of a map of a robot, rank and status last.
 
     Examples
@@ -60,9 +61,16 @@ def map_variables(robot: Robot, quantities: Iterable[Quantity]) -> tuple[Variabl
     return (*found, RANK, STATUS)
 
 
-def actuator_labels(robot: Robot) -> tuple[tuple[str, ...], str]:
+def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], str]:
     """``leg/joint`` of every actuated freedom, and the unit of their loads."""
     names, units = [], set()
+    if isinstance(robot, Linkage):
+        raise InputError(
+            f"quantity of a map of linkage {robot.name!r}",
+            got=Quantity.ACTUATOR_FORCES.value,
+            expected="another one",
+            hint="rs.deflection(linkage, values, wrench) has the loads of actuators at each pose",
+        )
     for leg in robot.legs:
         columns = joint_columns(leg)
         for name, role, screw in zip(
@@ -74,7 +82,7 @@ def actuator_labels(robot: Robot) -> tuple[tuple[str, ...], str]:
     return tuple(names), units.pop() if len(units) == 1 else "N or N m"
 
 
-def _of(quantity: Quantity, robot: Robot) -> list[Variable]:
+def _of(quantity: Quantity, robot: Robot | Linkage) -> list[Variable]:
     space = robot.space
     d, n = space.translations, space.size
     twist = space.twist_order

@@ -25,6 +25,7 @@ from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near
 from robostiff.kinematics.pose import near_coordinates
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_float, as_floats
@@ -55,6 +56,7 @@ _MEMORY_SHARE = 0.8
 _SAMPLED_BLOCKS = 16
 # A kernel takes about a second to make, in which the batched form computes some 10^5 poses.
 _WORTH_COMPILING = 50_000
+_LINKAGE_PAYS = 40  # as many networks
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class MapRequest:
 
     job: MapJob
     attributes: Mapping[str, Any]
-    robot: Robot
+    robot: Robot | Linkage
     settings: Mapping[str, Any]
 
     def identity(self) -> dict[str, str]:
@@ -89,7 +91,7 @@ class MapRequest:
 
 
 def checked_request(
-    robot: Robot | Snapshot,
+    robot: Robot | Snapshot | Linkage,
     poses: PoseSource,
     quantities: Iterable[Quantity],
     wrench: ArrayLike | None,
@@ -113,12 +115,13 @@ def checked_request(
             expected="a Robot with legs",
             hint="stiffness(robot, poses) takes many poses of a cable robot at once",
         )
-    if not isinstance(robot, Robot):
+    if not isinstance(robot, Robot | Linkage):
         raise InputError(
             "robot of a map",
             got=robot,
-            expected="a Robot, which can move",
-            hint='write load("hexapod"); a snapshot is frozen at its own pose',
+            expected="a Robot or a Linkage, which can move",
+            hint='write load("hexapod"), load_linkage("four-bar.xml"); a snapshot is frozen at its '
+            "own pose",
         )
     if isinstance(poses, type) or not isinstance(poses, PoseSource):
         raise InputError(
@@ -183,7 +186,8 @@ def _evaluator(batched: BatchedEvaluator, method: Method | None, count: int) -> 
         return CompiledEvaluator.of(batched, method.backend)
     if method is not None and not isinstance(method, Batched):
         raise InputError("method of a map", got=method, expected="Compiled() or Batched()")
-    if method is None and count >= _WORTH_COMPILING:
+    pays = _LINKAGE_PAYS if isinstance(batched.robot, Linkage) else _WORTH_COMPILING
+    if method is None and count >= pays:
         try:
             return CompiledEvaluator.of(batched, Compiled().backend)
         except (InputError, NoAnswerError):
@@ -204,7 +208,7 @@ def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
 
 
 def _wrench(
-    robot: Robot, quantities: tuple[Quantity, ...], wrench: ArrayLike | None
+    robot: Robot | Linkage, quantities: tuple[Quantity, ...], wrench: ArrayLike | None
 ) -> tuple[float, ...]:
     asked = [quantity.value for quantity in quantities if quantity.needs_wrench]
     order = " ".join(robot.space.wrench_order)
@@ -226,8 +230,14 @@ def _wrench(
     return tuple(map(float, F))
 
 
-def _near(robot: Robot, near: Near, method: Method | None) -> tuple[float, ...]:
+def _near(robot: Robot | Linkage, near: Near, method: Method | None) -> tuple[float, ...]:
     """Joint coordinates of all legs in a row; empty where home chooses the posture."""
+    if near is None:
+        return ()
+    if isinstance(robot, Linkage):
+        raise InputError(
+            f"near of linkage {robot.name!r}", got=near, expected="none: it is moved from its home"
+        )
     given = near_coordinates(robot, near)
     if given is None:
         return ()
@@ -246,7 +256,7 @@ def _near(robot: Robot, near: Near, method: Method | None) -> tuple[float, ...]:
     return tuple(float(x) for x in np.concatenate(given))
 
 
-def _length(robot: Robot, given: float | None) -> float:
+def _length(robot: Robot | Linkage, given: float | None) -> float:
     if given is None:
         return float(careful_stiffness(robot).about_reference.length)
     length = as_float("characteristic_length", given, "a length above 0 [m]", "m")

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from robostiff.analysis.maps import PoseList
-from robostiff.analysis.maps.pose_columns import SIX, joint_columns
+from robostiff.analysis.maps.pose_columns import SIX, coordinate_units
 from robostiff.errors import FileError, InputError, Location
 from robostiff.io.units import Dimension, parse_quantity, to_si
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 
 _HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
@@ -21,7 +22,7 @@ _LARGEST = 1e30
 _SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
 
 
-def read_poses(robot: Robot | Snapshot, path: str | os.PathLike[str]) -> PoseList:
+def read_poses(robot: Robot | Linkage | Snapshot, path: str | os.PathLike[str]) -> PoseList:
     r"""Poses of a robot from a CSV file, one a line.
 
     The first line names the columns, with units in brackets or SI: ``x [mm], y [mm], rz [deg]``.
@@ -31,7 +32,7 @@ def read_poses(robot: Robot | Snapshot, path: str | os.PathLike[str]) -> PoseLis
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot or Linkage
         The robot, which determines names and units of coordinates.
     path : path
 
@@ -54,8 +55,9 @@ def read_poses(robot: Robot | Snapshot, path: str | os.PathLike[str]) -> PoseLis
     ...     read_poses(rs.load("hexapod"), path)
     <PoseList of 2 poses: x rz>
     """
-    if not isinstance(robot, Robot):
-        raise InputError("robot of poses", got=robot, expected="a Robot, which has poses")
+    if not isinstance(robot, Robot | Linkage):
+        expected = "a Robot or a Linkage, which has poses"
+        raise InputError("robot of poses", got=robot, expected=expected)
     name = str(path)
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
@@ -100,7 +102,9 @@ class _Column:
         self.name, self.factor, self.place = name, factor, place
 
 
-def _columns(robot: Robot, file: str, number: int, header: str, separator: str) -> list[_Column]:
+def _columns(
+    robot: Robot | Linkage, file: str, number: int, header: str, separator: str
+) -> list[_Column]:
     columns: list[_Column] = []
     dimensions = _dimensions(robot)
     start = 0
@@ -120,13 +124,11 @@ def _columns(robot: Robot, file: str, number: int, header: str, separator: str) 
     return columns
 
 
-def _dimensions(robot: Robot) -> dict[str, Dimension]:
+def _dimensions(robot: Robot | Linkage) -> dict[str, Dimension]:
     """Dimension of each column of poses."""
     found = {name: Dimension.LENGTH if k < 3 else Dimension.ANGLE for k, name in enumerate(SIX)}
-    if robot.is_serial:
-        joints = joint_columns(robot.legs[0])
-        for name, unit in zip(joints.names, joints.units, strict=True):
-            found[name] = Dimension.LENGTH if unit == "m" else Dimension.ANGLE
+    for name, unit in coordinate_units(robot).items():
+        found[name] = Dimension.LENGTH if unit == "m" else Dimension.ANGLE
     return found
 
 

@@ -1,0 +1,50 @@
+"""Linkages on the command line: joints by name or in a row, parameters, maps."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from tests.cli.running import Running
+
+FOUR_BAR = str(Path(__file__).parents[2] / "examples" / "four-bar.xml")
+PANTOGRAPH = "double-pantograph"
+run = Running()
+
+
+@pytest.mark.parametrize("joints", ["screw=-50 mm", "-50 mm"])
+def test_stiffness_and_deflection_at_values_of_joints(joints):
+    linkage = rs.load_linkage(PANTOGRAPH, {"k": 1e5})
+    network = linkage.network_at({"screw": -0.05})
+    K = rs.stiffness(network).K
+    options = (PANTOGRAPH, "--set", "k=1e5", "--joints", joints)
+    found = run.answer("stiffness", *options)
+    np.testing.assert_allclose(found["stiffness"], K, rtol=1e-9, atol=1e-9 * K.max())
+    assert found["joint_coordinates"]["screw"] == [-0.05]
+    found = run.answer("deflection", *options, "--wrench", "0 0 -100 0 0 0")
+    bent = rs.deflection(network, None, [0, 0, -100, 0, 0, 0])
+    np.testing.assert_allclose(found["deflection"], bent.twist, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("--joints", "skrew=1"), "did you mean screw?"),
+        (("--joints", "screw=1 deg"), "length"),
+        (("--pose", "0 0 1"), "moved by its joints"),
+    ],
+)
+def test_values_that_do_not_fit_are_bad_input(arguments, complaint):
+    outcome = run("stiffness", PANTOGRAPH, *arguments)
+    assert outcome.exit_code == 2
+    assert complaint in outcome.stderr
+
+
+def test_a_map_over_a_joint_also_of_legs(tmp_path):
+    path = tmp_path / "map.csv"
+    outcome = run("map", FOUR_BAR, "--joint", "crank -10 deg 10 deg 3", "-o", str(path))
+    assert outcome.exit_code == 0, outcome.stderr
+    heading, *rows = path.read_text().splitlines()
+    assert heading.startswith("crank [rad],translational_stiffness_1 [N/m]")
+    assert [row.rsplit(",", 1)[1] for row in rows] == ["ok"] * 3
