@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.compiled.closed import ClosedCode
 from robostiff.kinematics import posture_finder
 from robostiff.model import PlacedFreedom
 from robostiff.statics.kernels.buckling import buckling_of
@@ -106,6 +107,21 @@ def test_half_the_critical_load_is_met_and_what_is_near_or_beyond_it_is_computed
         assert answer.stable[k] == one.stable
         size = np.sqrt(np.abs(np.diag(one.K)))
         assert np.abs((answer.K[k] - one.K) / np.outer(size, size)).max() < 1e-10
+
+
+def test_four_steps_arrive_at_half_the_critical_load():
+    fast, home = compiled("gough-stewart-b"), posture_finder(rs.load("gough-stewart-b")).home_pose
+    random = np.random.default_rng(2)
+    poses = home + 0.02 * random.uniform(-1, 1, (64, 6))
+    wrenches = np.tile([0, 0, -3.5e7, 0, 0, 2e5], (64, 1))
+    code = fast.kernel.code
+    assert isinstance(code, ClosedCode)
+    assert code.whole is not None
+    found = np.empty((code.rows, 64))
+    code.whole.evaluate(np.ascontiguousarray(np.concatenate([poses.T, wrenches.T])), found)
+    # one digit less where the tangent is not exact: then steps shrink in proportion, not squared
+    assert np.sqrt(found[-2]).max() < 1e-13
+    assert np.all(found[-1] > 0)
 
 
 @pytest.mark.parametrize("force", [-5e5, 5e5])

@@ -10,6 +10,8 @@ import numpy as np
 
 from robostiff.model import PlacedFreedom, PlacedLeg
 from robostiff.record import Entry, is_zero, reciprocal, square_root
+from robostiff.recorded import RecordedRobot
+from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
 from robostiff.statics.element import FiniteSpring
 from robostiff.statics.kernels.elements import (
@@ -276,8 +278,7 @@ _BASE = Body(
 def recorded_legs(
     groups: Sequence[LegGroup],
     placed: Sequence[PlacedLeg],
-    space: Space,
-    length: float,
+    unloaded: RecordedRobot,
 ) -> list[RecordedLoadedLeg | RecordedStrut]:
     """Legs on entries, of the same elements as those in numbers.
 
@@ -287,20 +288,20 @@ def recorded_legs(
         In numbers, at one posture.
     placed : sequence of PlacedLeg
         On entries, in the order of the robot.
-    space : Space
-    length : float
-        [m].
+    unloaded : RecordedRobot
+        The stiffness of these legs without load.
     """
     found: dict[int, RecordedLoadedLeg | RecordedStrut] = {}
     for group in groups:
         for i, index in enumerate(group.indices):
-            found[index] = _leg(group, i, placed[index], space, length)
+            found[index] = _leg(group, i, placed[index], unloaded.legs[index], unloaded)
     return [found[k] for k in sorted(found)]
 
 
 def _leg(
-    group: LegGroup, i: int, placed: PlacedLeg, space: Space, length: float
+    group: LegGroup, i: int, placed: PlacedLeg, own: RecordedLeg, robot: RecordedRobot
 ) -> RecordedLoadedLeg | RecordedStrut:
+    space, length = robot.space, robot.length
     parts = {part.name: part for part in placed.parts}
     chains, origins = [], {}
     for c, chain in enumerate(group.chains):
@@ -317,7 +318,7 @@ def _leg(
         if chain.end is not None and elements:
             origins.setdefault(chain.end, elements[-1].point)
     if len(chains) == 1 and space is Space.SPATIAL:
-        strut = recorded_strut(chains[0].elements, length)
+        strut = recorded_strut(chains[0].elements, own, length)
         if strut is not None:
             return strut
     bodies = tuple(Turned(f"{placed.name}.b{b}", origins[b]) for b in range(len(group.points)))

@@ -14,7 +14,7 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose, place_leg, place_leg_at_joints
 from robostiff.model import Robot
-from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, is_zero, least
+from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, is_zero, least, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.parameters import (
     closed_samples,
@@ -29,7 +29,7 @@ from robostiff.statics.kernels.buckling import Buckling, buckling_of
 from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_legs
 from robostiff.statics.kernels.motion import FURTHEST_TURN
-from robostiff.statics.kernels.strut import RecordedStrut
+from robostiff.statics.kernels.strut import RecordedStrut, StrutTerms, strut_terms
 from robostiff.statics.problem import EquilibriumProblem
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
@@ -54,6 +54,8 @@ class RecordedLoading:
         Coordinates of the posture, the wrench, then parameters.
     start : dict of names to floats
         The unknowns without load.
+    first : Program
+        The first step, which leads from the inputs to the linear answer.
     step : Program
         From inputs, unknowns, and what the last step handed on, to the same of the next.
     arrival : Program
@@ -70,6 +72,7 @@ class RecordedLoading:
 
     inputs: tuple[str, ...]
     start: dict[str, float]
+    first: Program
     step: Program
     arrival: Program
     checks: tuple[str, ...]
@@ -92,8 +95,8 @@ class RecordedLoading:
         record = Record({name: np.array([1.0]) for name in self.inputs})
         values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
         values |= self.state
-        for _ in range(self.steps):
-            after = self.step.evaluated(values, ENTRY_FUNCTIONS)
+        for step in [self.first, *[self.step] * (self.steps - 1)]:
+            after = step.evaluated(values, ENTRY_FUNCTIONS)
             values |= zip(self.state, after, strict=True)
         return Program.of(record, program.evaluated(values, ENTRY_FUNCTIONS))
 
@@ -108,6 +111,7 @@ class _Equations:
     right: list[Any]
     turns: list[Any]
     buckling: list[Any]
+    struts: StrutTerms | None
 
 
 @dataclass(frozen=True)
@@ -143,10 +147,17 @@ class LoadedRobot:
         for leg in self.legs:
             if isinstance(leg, RecordedLoadedLeg):
                 found |= leg.start
+            else:
+                found[leg.name] = 0.0
         return found
 
-    def equations(self, values: Mapping[str, Any]) -> _Equations:
-        """At a state."""
+    @property
+    def struts(self) -> dict[int, RecordedStrut]:
+        """Legs that are struts, by number."""
+        return {k: leg for k, leg in enumerate(self.legs) if isinstance(leg, RecordedStrut)}
+
+    def equations(self, values: Mapping[str, Any], *, arrived: bool = False) -> _Equations:
+        """At a state, on the way to equilibrium or there."""
         rows = list(self.space.rows)
         twist = [f"t{row}" for row in rows]
         elimination = SymmetricElimination()
@@ -157,21 +168,22 @@ class LoadedRobot:
         body = self.platform.moved(values)
         moment = np.zeros(3, dtype=int).astype(object)
         turns, buckling = [], []
-        for number, leg in enumerate(self.legs):
-            if isinstance(leg, RecordedStrut):
-                arm = body.R @ (leg.B - self.platform.origin)
-                u = body.at - self.platform.origin + (arm - (leg.B - self.platform.origin))
-                terms = leg.at(u, arm)
-                for (i, j), value in terms.K.items():
-                    elimination.add(f"t{i}", f"t{j}", value)
-                for name, own in zip(twist, terms.W, strict=True):
-                    elimination.add_right(name, -own)
-                moment = moment + terms.W[3:]
-                buckling += self.buckling[number].checks(terms.t, leg.length, SAFE)
-            else:
+        for leg in self.legs:
+            if isinstance(leg, RecordedLoadedLeg):
                 added = leg.add_to(elimination, values, body, twist, self.force)
                 moment = moment + added.moment
                 turns += added.turns
+        terms, struts = None, self.struts
+        if struts:
+            forces = None if arrived else [values[own.name] for own in struts.values()]
+            terms = strut_terms([*struts.values()], body, forces)
+            for (i, j), value in terms.K.items():
+                elimination.add(f"t{i}", f"t{j}", value)
+            for name, own in zip(twist, terms.W, strict=True):
+                elimination.add_right(name, -own)
+            moment = moment + terms.W[3:]
+            for number, t, length in zip(struts, terms.t, terms.lengths, strict=True):
+                buckling += self.buckling[number].checks(t, length, SAFE)
         n = len(rows)
         K = {
             (i, j): elimination.A[twist[i]].get(twist[j], 0) for i in range(n) for j in range(i, n)
@@ -180,16 +192,16 @@ class LoadedRobot:
         A = np.zeros((6, 6), dtype=int).astype(object)
         A[3:, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
         right = [elimination.right[name] for name in twist]
-        return _Equations(elimination, K, A[np.ix_(rows, rows)], right, turns, buckling)
+        return _Equations(elimination, K, A[np.ix_(rows, rows)], right, turns, buckling, terms)
+
+    def first(self, values: Mapping[str, Any]) -> list[Any]:
+        """The state after the first step: the linear answer."""
+        values = {**values, **self.start, _LAST: _ENDLESS, _MARGIN: 1.0}
+        return self.step(values, self.equations(values), self.unloaded.factors.solved(self.wrench))
 
     def twist(self, at: _Equations) -> list[Any]:
         """Step of the platform, K_total x = missing, K_total not symmetric under moments."""
-        n = self.space.size
-        left = [
-            [at.K[min(i, j), max(i, j)] + at.antisymmetric[i, j] for j in range(n)]
-            for i in range(n)
-        ]
-        return _solved(left, list(at.right))
+        return _solved(at.K, at.antisymmetric, at.right)[0]
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
         """A twist in radians, shifts by the length."""
@@ -205,6 +217,10 @@ class LoadedRobot:
         names = [f"t{row}" for row in self.space.rows]
         found = at.elimination.solution(dict(zip(names, twist, strict=True)))
         after = self.platform.stepped(values, full)
+        if at.struts is not None:
+            own = [*self.struts.values()]
+            forces = at.struts.forces_after(own, full)
+            after |= {leg.name: t for leg, t in zip(own, forces, strict=True)}
         moved = self.sizes(twist)
         for leg in self.legs:
             if isinstance(leg, RecordedLoadedLeg):
@@ -216,21 +232,21 @@ class LoadedRobot:
         return [*(after[name] for name in self.start), size, least(values[_MARGIN], kept)]
 
     def arrival(
-        self, values: Mapping[str, Any], at: _Equations, twist: list[Any]
+        self, values: Mapping[str, Any], at: _Equations
     ) -> tuple[list[Any], dict[str, Any]]:
-        """What is computed in equilibrium, and the checks of the unloaded posture."""
+        """What is computed in equilibrium, and the checks of the unloaded posture.
+
+        The step that would be next is taken with what K has more than its share of the stiffness
+        without load: where that is positive, the energy of this step is at least that of the other.
+        """
+        rest = {place: own - self.unloaded.K[place] * SAFE for place, own in at.K.items()}
+        none = np.zeros((self.space.size,) * 2, dtype=int)
+        twist, pivots = _solved(rest, none, at.right)
         left = [x for x in self.sizes(twist) if not is_zero(x)]
         gap = reduce(add, (x * x for x in left)) * (1e-12 / _ARRIVED) ** 2
         n = self.space.size
-        rest = [
-            [
-                at.K[min(i, j), max(i, j)] - self.unloaded.K[min(i, j), max(i, j)] * SAFE
-                for j in range(n)
-            ]
-            for i in range(n)
-        ]
         safe: list[Any] = [
-            *_pivots(rest),
+            *pivots,
             *(own - _PIVOT for own in at.elimination.pivots if isinstance(own, Entry)),
             *at.elimination.still,
             *at.buckling,
@@ -280,9 +296,7 @@ def record_loading(
     record = Record(own)
     placed, pose, unloaded = _placed(robot, finder, record, list(inputs), by_pose=by_pose)
     reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
-    legs = recorded_legs(
-        problems[0].groups, [leg.leg for leg in placed], robot.space, finder.length
-    )
+    legs = recorded_legs(problems[0].groups, [leg.leg for leg in placed], unloaded)
     struts = [k for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)]
     loaded = LoadedRobot(
         unloaded,
@@ -304,19 +318,22 @@ def record_loading(
         if isinstance(leg, RecordedLoadedLeg):
             for name, sample in leg.samples(shares, force, random).items():
                 record.add_input(name, sample)
+        else:
+            record.add_input(leg.name, force * shares * random.uniform(-1, 1, count))
     # in the order of the state
     start = loaded.start
     record.add_input(_LAST, 1.0)
     record.add_input(_MARGIN, 1.0)
     values = {name: record.input(name) for name in record.inputs}
-    at = loaded.equations(values)
-    twist = loaded.twist(at)
-    outputs, checks = loaded.arrival(values, at, twist)
+    outputs, checks = loaded.arrival(values, loaded.equations(values, arrived=True))
     arrival = Program.of(record, outputs)
-    step = Program.of(record, loaded.step(values, at, twist))
+    at = loaded.equations(values)
+    step = Program.of(record, loaded.step(values, at, loaded.twist(at)))
+    first = loaded.first(values)
     return RecordedLoading(
         tuple(own),
         start,
+        Program.of(record, first),
         step,
         arrival,
         tuple(checks),
@@ -358,37 +375,40 @@ def _placed(
     return placed, pose, assembled(robot, record, pose, placed, finder.length)
 
 
-def _solved(left: list[list[Any]], right: list[Any]) -> list[Any]:
-    """Elimination in order: its pivots are positive where the symmetric part is definite."""
+def _solved(
+    K: Mapping[tuple[int, int], Any], antisymmetric: np.ndarray, right: Sequence[Any]
+) -> tuple[list[Any], list[Any]]:
+    """Solution of ``(K + A) x = r``, and the pivots, positive where K is positive definite.
+
+    K is given by its upper triangle, A by all of it. Elimination in order: as long as A has nothing
+    to say, what is left is symmetric.
+    """
     n = len(right)
-    inverses = []
+    left = {(i, j): K[min(i, j), max(i, j)] for i in range(n) for j in range(n)}
+    x, inverses = list(right), []
+    whole = False
     for k in range(n):
-        by = 1 / left[k][k]
+        if not whole and not all(is_zero(a) for a in antisymmetric[k]):
+            whole = True
+            for i in range(k, n):
+                for j in range(i, n):
+                    upper = left[i, j]
+                    left[i, j], left[j, i] = (
+                        upper + antisymmetric[i, j],
+                        upper + antisymmetric[j, i],
+                    )
+        by = reciprocal(left[k, k])
         inverses.append(by)
         for i in range(k + 1, n):
-            if is_zero(left[i][k]):
+            part = (left[i, k] if whole else left[k, i]) * by
+            if is_zero(part):
                 continue
-            part = left[i][k] * by
-            for j in range(k + 1, n):
-                left[i][j] = left[i][j] - part * left[k][j]
-            right[i] = right[i] - part * right[k]
-    x: list[Any] = [0] * n
+            for j in range(k + 1 if whole else i, n):
+                left[i, j] = left[i, j] - part * left[k, j]
+            x[i] = x[i] - part * x[k]
+    pivots = [left[k, k] for k in range(n)]
     for k in reversed(range(n)):
-        rest = right[k]
         for j in range(k + 1, n):
-            rest = rest - left[k][j] * x[j]
-        x[k] = rest * inverses[k]
-    return x
-
-
-def _pivots(A: list[list[Any]]) -> list[Any]:
-    """Of symmetric elimination in order: all positive where A is positive definite."""
-    n, found = len(A), []
-    for k in range(n):
-        found.append(A[k][k])
-        by = 1 / A[k][k]
-        for i in range(k + 1, n):
-            part = A[k][i] * by
-            for j in range(i, n):
-                A[i][j] = A[i][j] - part * A[k][j]
-    return found
+            x[k] = x[k] - left[k, j] * x[j]
+        x[k] = x[k] * inverses[k]
+    return x, pivots

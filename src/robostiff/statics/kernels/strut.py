@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from robostiff.record import Entry, reciprocal, square_root
+from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross
 from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
+from robostiff.statics.kernels.motion import Body
 
 _SAME = 1e-9  # of the length, or of a compliance: rounding at the samples
 
@@ -23,72 +25,117 @@ class RecordedStrut:
 
     Attributes
     ----------
+    name : str
+        Its force is an unknown of this name.
     A, B : (3,) arrays of entries and numbers
         At the unloaded posture [m].
     stiffness : entry or number
         Along the line [N/m].
     """
 
+    name: str
     A: np.ndarray
     B: np.ndarray
     stiffness: Any
 
-    @property
-    def length(self) -> Any:
-        """Unloaded [m]."""
-        d = self.B - self.A
+    def length(self, origin: np.ndarray) -> Any:
+        """Unloaded [m], by way of a point of the platform, as `strut_terms` computes it."""
+        d = (self.B - origin) + (origin - self.A)
         return square_root(d @ d)
-
-    def at(self, u: np.ndarray, c: np.ndarray) -> StrutTerms:
-        """What it carries when B has moved by u; c is from the point of the platform to B.
-
-        With e along the line, ``w = (e, c x e)`` and the force t the stiffness, symmetric part, is
-        ``(k - t/l) w w^T + (t/l) [[I, -c~], [c~, -c~ c~]] + t (e c^T + c e^T - 2 (e . c) I) / 2``
-        with the last term for turns alone.
-        """
-        d = self.B + u - self.A
-        length = square_root(d @ d)
-        by = reciprocal(length)
-        e = d * by
-        stretch = length - self.length
-        t = self.stiffness * stretch
-        w = np.concatenate([e, cross(c, e)])
-        by_turn = t * by
-        rest = self.stiffness - by_turn
-        K: dict[tuple[int, int], Any] = {}
-        C = np.array([[0, -c[2], c[1]], [c[2], 0, -c[0]], [-c[1], c[0], 0]], dtype=object)
-        along = e @ c
-        square = c @ c
-        scaled = w * rest
-        for i in range(6):
-            for j in range(i, 6):
-                K[i, j] = scaled[i] * w[j]
-        for i in range(3):
-            K[i, i] = K[i, i] + by_turn
-            for j in range(3):
-                K[i, 3 + j] = K[i, 3 + j] - by_turn * C[i, j]
-        turned = c * by_turn
-        half = e * (t * 0.5)
-        for i in range(3):
-            for j in range(i, 3):
-                own = half[i] * c[j] + half[j] * c[i] - turned[i] * c[j]
-                if i == j:
-                    own = own + by_turn * square - t * along
-                K[3 + i, 3 + j] = K[3 + i, 3 + j] + own
-        return StrutTerms(w * t, K, t, length)
 
 
 @dataclass(frozen=True)
 class StrutTerms:
-    """Wrench on the strut (6,), upper triangle of its stiffness, its force [N] and length [m]."""
+    """What some struts carry together, and each of them.
+
+    Attributes
+    ----------
+    W : (6,) array of entries and numbers
+        Wrench on the struts, about the point of the platform.
+    K : dict of (row, column) to entries or numbers
+        Upper triangle of the symmetric part of their stiffness.
+    along : list of (6,) arrays
+        Of each, its unit wrench: rate of its length by the twist of the platform.
+    t, lengths : lists of entries and numbers
+        Of each, its force [N] and its unloaded length [m].
+    """
 
     W: np.ndarray
     K: dict[tuple[int, int], Any]
-    t: Any
-    length: Any
+    along: list[np.ndarray]
+    t: list[Any]
+    lengths: list[Any]
+
+    def forces_after(self, struts: Sequence[RecordedStrut], twist: np.ndarray) -> list[Any]:
+        """To first order, after a twist (6,) of the platform."""
+        pairs = zip(struts, self.t, self.along, strict=True)
+        return [t + (w @ twist) * own.stiffness for own, t, w in pairs]
 
 
-def recorded_strut(elements: Sequence[RecordedElement], length: float) -> RecordedStrut | None:
+def strut_terms(
+    struts: Sequence[RecordedStrut], body: Body, forces: Sequence[Any] | None = None
+) -> StrutTerms:
+    """Struts between the base and a body that has moved.
+
+    With d along a strut of length l, c from the point of the body to its end, ``w = (d, c x d)/l``
+    and ``s = t/l``, W is the sum of ``t w``, and K, symmetric part, that of
+    ``(k - s) w w^T + s [[I, -c~], [c~, G - trace(G) I]]`` with G the symmetric part of
+    ``(d - c) c^T``. What s multiplies is summed over the struts first: ``d - c`` is from A to the
+    point of the body, which is the same for all.
+
+    Parameters
+    ----------
+    struts : sequence of RecordedStrut
+    body : Body
+    forces : sequence of entries and numbers, optional
+        Those that turn with the struts, t where left out. Newton steps with the forces that the
+        step before led to, as those of a wrench that is an unknown, come closer: what stretches
+        a strut to second order is no force that holds.
+    """
+    W = np.zeros(6, dtype=int).astype(object)
+    K: dict[tuple[int, int], Any] = {(i, j): 0 for i in range(6) for j in range(i, 6)}
+    first = struts[0].A
+    total, turning = 0, np.zeros(3, dtype=int).astype(object)
+    apart = np.zeros((3, 3), dtype=int).astype(object)
+    along, tensions, lengths = [], [], []
+    for number, own in enumerate(struts):
+        c = body.R @ (own.B - body.origin)
+        d = c + (body.at - own.A)
+        length = square_root(d @ d)
+        by = reciprocal(length)
+        unloaded = own.length(body.origin)
+        t = own.stiffness * (length - unloaded)
+        w = np.concatenate([d, cross(c, d)]) * by
+        W = W + w * t
+        s = (t if forces is None else forces[number]) * by
+        scaled = w * (own.stiffness - s)
+        for i in range(6):
+            for j in range(i, 6):
+                K[i, j] = K[i, j] + scaled[i] * w[j]
+        total = total + s
+        turning = turning + c * s
+        apart = apart + (c * s)[:, None] * (own.A - first)[None, :]
+        along.append(w)
+        tensions.append(t)
+        lengths.append(unloaded)
+    G = turning[:, None] * (body.at - first)[None, :] - apart
+    G = (G + G.T) * 0.5
+    trace = G[0, 0] + G[1, 1] + G[2, 2]
+    x, y, z = turning
+    for i in range(3):
+        K[i, i] = K[i, i] + total
+        for j in range(i, 3):
+            K[3 + i, 3 + j] = K[3 + i, 3 + j] + G[i, j] - (trace if i == j else 0)
+    for (i, j), value in {(0, 4): z, (1, 5): x, (2, 3): y}.items():
+        K[i, j] = K[i, j] + value
+    for (i, j), value in {(0, 5): y, (1, 3): z, (2, 4): x}.items():
+        K[i, j] = K[i, j] - value
+    return StrutTerms(W, K, along, tensions, lengths)
+
+
+def recorded_strut(
+    elements: Sequence[RecordedElement], unloaded: RecordedLeg, length: float
+) -> RecordedStrut | None:
     """A chain that carries a force along one line alone, as a spring; None for any other.
 
     It turns freely about two points, about one of them in all directions. What lies between is
@@ -99,6 +146,8 @@ def recorded_strut(elements: Sequence[RecordedElement], length: float) -> Record
     ----------
     elements : sequence of RecordedElement
         From the base to the platform.
+    unloaded : RecordedLeg
+        What the chain transmits without load: a strut has its stiffness.
     length : float
         Of the robot [m].
     """
@@ -129,7 +178,22 @@ def recorded_strut(elements: Sequence[RecordedElement], length: float) -> Record
             compliances.append(_between(own, along, A, length) if inside else None)
     if counts not in ([2, 3], [3, 3]) or not compliances or None in compliances:
         return None
-    return RecordedStrut(A, B, reciprocal(reduce(add, compliances)))
+    if len(unloaded.wrenches) != 1:
+        return None
+    along_line = _along(unloaded)
+    same = (reduce(add, compliances) - along_line) * (1 / _mean(along_line))
+    if not _zero(np.array([same])):
+        return None
+    return RecordedStrut(f"{unloaded.name}.t", A, B, reciprocal(along_line))
+
+
+def _along(unloaded: RecordedLeg) -> Any:
+    """Compliance under a unit force along the line of the one wrench that a leg transmits."""
+    (wrench,), (mu,) = unloaded.wrenches, unloaded.mu
+    square = reduce(add, (f * f for f in wrench[:3]))
+    if isinstance(square, Entry):
+        square = square.record.simplified(square)
+    return mu * reciprocal(square)
 
 
 def _at_end(own: RecordedElement, at: np.ndarray, length: float) -> Any:
