@@ -90,6 +90,7 @@ from robostiff.model import Actuated as Actuated
 from robostiff.model import BodyPoint as BodyPoint
 from robostiff.model import BodySpring as BodySpring
 from robostiff.model import Chain as Chain
+from robostiff.model import Coupling as Coupling
 from robostiff.model import DHConvention as DHConvention
 from robostiff.model import DHRow as DHRow
 from robostiff.model import Elbow as Elbow
@@ -105,6 +106,7 @@ from robostiff.model import Snapshot as Snapshot
 from robostiff.model import Telescope as Telescope
 from robostiff.model import TelescopicBeam as TelescopicBeam
 from robostiff.model import beam_link as beam_link
+from robostiff.model import coupling as coupling
 from robostiff.model import cylindrical as cylindrical
 from robostiff.model import helical as helical
 from robostiff.model import planar as planar

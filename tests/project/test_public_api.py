@@ -122,6 +122,7 @@ PUBLIC = [
     "compile",
     "compile_loaded",
     "compliance",
+    "coupling",
     "critical_load",
     "cylindrical",
     "deflection",

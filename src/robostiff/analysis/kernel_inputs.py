@@ -17,7 +17,7 @@ from robostiff.kinematics import (
     ToolPose,
     posture_finder,
 )
-from robostiff.kinematics.pose import coordinate_units, joint_units
+from robostiff.kinematics.pose import check_held_sums, coordinate_units, joint_units
 from robostiff.model import Robot
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import is_rigid_transform
@@ -198,6 +198,8 @@ class KernelInputs:
             raise InputError(
                 subject, got=f"shape {given.shape}", expected=expected, hint=_OTHERWISE
             )
+        if by_joints:
+            check_held_sums(self.robot, given)
         return given
 
     def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues) -> InputRows:

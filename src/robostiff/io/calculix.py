@@ -54,6 +54,7 @@ def calculix_input(network: Network) -> str:
     >>> calculix_input(network).splitlines()[2:5]
     ['*NODE, NSET=BODIES', '1, 1.000000000000e+00, 0.000000000000e+00, 0.000000000000e+00', ...]
     """
+    network.check_has_no_couplings("CalculiX input")
     equations = equations_of(network, DEFAULT_TOLERANCE)
     model = _Model(equations)
     model.add_rigid()

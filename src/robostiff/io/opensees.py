@@ -124,6 +124,7 @@ def _heading(network: Network, stiff: float) -> list[str]:
 
 def opensees_commands(network: Network, stiff: float = STIFF) -> list[Command]:
     """Commands that build a network and load its platform, see `opensees_script`."""
+    network.check_has_no_couplings("OpenSees script")
     equations = equations_of(network, DEFAULT_TOLERANCE)
     k = stiff * equations.stiffness
     model = _Model(network, (k, k * equations.length**2), equations.points)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self, cast
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from robostiff.elasticity import Elasticity, beam_compliance
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
     Chain,
+    CoupledFreedom,
     Element,
     Joint,
     JointKind,
@@ -28,6 +29,7 @@ from robostiff.model import (
     Telescope,
     TelescopicBeam,
 )
+from robostiff.model.coupled_joints import Transmission
 from robostiff.spatial import Screw, is_formula
 from robostiff.spatial.batch import poses_side_by_side, product
 
@@ -122,7 +124,7 @@ def place_chain(
     -------
     PlacedChain
     """
-    walk = ChainWalk(R_base, p_base, Way(q, None if theta is None else list(theta)))
+    walk = ChainWalk(R_base, p_base, Way.of(chain, q, None if theta is None else list(theta)))
     walk.along(chain)
     # without a joint that turns or slides, the frame is that of the base: alike at all poses
     batch = q.shape[:-1]
@@ -137,10 +139,18 @@ def place_chain(
 class Way:
     """Common state of the walks along a chain and the branches of its blocks."""
 
-    q: np.ndarray
-    theta: list[np.ndarray] | None
+    q: np.ndarray  # of the joints
+    given: np.ndarray  # coordinates by which they move, alike where no joints are coupled
+    theta: list[np.ndarray] | None = None
     place: int = 0  # of the next coordinate
     loops: list[Loop] = field(default_factory=list)
+
+    @classmethod
+    def of(
+        cls, chain: Chain, coordinates: np.ndarray, theta: list[np.ndarray] | None = None
+    ) -> Self:
+        """The way along a whole chain at its coordinates."""
+        return cls(chain.joint_coordinates(coordinates), coordinates, theta)
 
 
 class ChainWalk:
@@ -153,8 +163,37 @@ class ChainWalk:
 
     def along(self, chain: Chain) -> None:
         """Walk along a chain."""
+        start, place = len(self.placed), self.way.place
         for element in chain.elements:
             self.over(element)
+        if chain.transmission is not None:
+            given = self.way.given[..., place : place + chain.size][..., list(chain.own_places)]
+            self.couple(chain.transmission, start, given)
+
+    def couple(self, own: Transmission, start: int, given: np.ndarray) -> None:
+        """Give the joints placed from a start on the motions of the coordinates of their chain."""
+        moving = [
+            k for k in range(start, len(self.placed)) if isinstance(self.placed[k], PlacedFreedom)
+        ]
+        joints = [cast("PlacedFreedom", self.placed[k]) for k in moving]
+        for i, (k, joint) in enumerate(zip(moving, joints, strict=True)):
+            moves = [(own.T[j, i], other) for j, other in enumerate(joints) if own.T[j, i] != 0]
+            one = own.sums.get(i)
+            if one is None and len(moves) == 1:
+                continue
+            role, name = (joint.role, joint.name) if one is None else (one.role, one.name)
+            factors = enumerate(own.A[i])
+            self.placed[k] = CoupledFreedom(
+                joint.axis,
+                joint.point,
+                joint.pitch,
+                name if one is None else self.prefix + name,
+                role,
+                own_coordinate(role, given[..., i]),
+                joint.name,
+                tuple((s.name, share, Screw(s.axis, s.point, s.pitch)) for share, s in moves),
+                tuple((joints[j].name, factor) for j, factor in factors if factor != 0),
+            )
 
     def over(self, element: Element) -> None:
         """Walk over one element."""

@@ -70,6 +70,16 @@ class Module:
                 expected="a Robot or a Chain",
                 hint='write Module("arm", load("scara")), or Module("rail", Chain((slide,)))',
             )
+        chains = (
+            [leg.chain for leg in self.part.legs] if isinstance(self.part, Robot) else [self.part]
+        )
+        if any(chain.is_coupled for chain in chains):
+            raise InputError(
+                f"module {self.name!r}",
+                got="coupled joints",
+                expected="joints that move by themselves",
+                hint="write the whole machine as a model file, with its couplings",
+            )
         if isinstance(self.part, Robot):
             self.part.check_platform_is_rigid(f"module {self.name!r}: series of modules")
         if self.mount is not None:

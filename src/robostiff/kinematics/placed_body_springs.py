@@ -100,7 +100,7 @@ def _bodies(posture: Posture) -> dict[str, _Body]:
         PLATFORM: _Body(PLATFORM, turn_by_vector(pose[:, 3:]), pose[:, :3]),
     }
     for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
-        way = _BodyWay(q, None)
+        way = _BodyWay.of(leg.chain, q)
         _BodyWalk(leg.base.R, leg.base.p, way).along(leg.chain)
         for name, (R, p, part) in way.bodies.items():
             own = BASE if part is None else f"{leg.name}/{part}"

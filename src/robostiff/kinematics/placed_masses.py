@@ -40,7 +40,7 @@ def with_masses(posture: Posture) -> Snapshot:
     """
     legs = []
     for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
-        walk = _MassWalk(leg.base.R, leg.base.p, Way(q, None))
+        walk = _MassWalk(leg.base.R, leg.base.p, Way.of(leg.chain, q))
         walk.along(leg.chain)
         legs.append(walk.leg(leg.name))
     return replace(posture.snapshot, legs=tuple(legs))

@@ -15,7 +15,7 @@ from robostiff.errors import InputError, warn_of_slip
 from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Rigid, Robot
+from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Locked, Rigid, Robot
 from robostiff.spatial import Frame, Space, as_floats, holds_quantities
 from robostiff.spatial.batch import poses_side_by_side
 from robostiff.spatial.rotation import is_rigid_transform, nearest_rotation, vector_of_rotation
@@ -27,6 +27,7 @@ FARTHEST = 100.0
 """Lengths and places beyond that are probably meant in another unit [m]."""
 FULL_TURN = 2 * math.pi * (1 + 1e-9)
 """Angles beyond that are probably meant in degrees [rad]."""
+_HELD = 1e-9  # of a held sum of joint coordinates [m or rad]
 _NO_ROTATION = 1e-6  # by which R^T R of a given matrix may differ from the identity
 _AT_ONCE = 64  # poses whose numbers are compared side by side
 
@@ -116,7 +117,11 @@ def near_coordinates(robot: Robot, near: Near) -> tuple[np.ndarray, ...] | None:
     if not fits:
         hint = f"the legs have {', '.join(map(str, sizes))} coordinates each, passive ones included"
         raise InputError(subject, got=given, expected=expected, hint=hint)
-    return tuple(np.split(flat, np.cumsum(sizes)[:-1]))
+    each = zip(robot.legs, np.split(flat, np.cumsum(sizes)[:-1]), strict=True)
+    return tuple(
+        np.where(leg.chain.free, own, leg.chain.home) if leg.chain.is_coupled else own
+        for leg, own in each
+    )
 
 
 def coordinate_units(robot: Robot) -> tuple[str, ...]:
@@ -254,6 +259,29 @@ def question_joints(robot: Robot, q: np.ndarray) -> None:
     advances = [screw.advance(q[..., i]) for i, screw in enumerate(freedoms)]
     if q.size and np.max(np.abs(advances)) > FARTHEST:
         warn_of_slip(f"joint coordinates of {robot.name!r}: slides beyond {FARTHEST:g} m; in mm?")
+
+
+def check_held_sums(robot: Robot, q: np.ndarray) -> None:
+    """Raise where coordinates (..., size) of a serial arm are not what its couplings hold.
+
+    Raises
+    ------
+    InputError
+        Naming the coupling.
+    """
+    chain = robot.legs[0].chain
+    if chain.transmission is None or not q.size:
+        return
+    for i, own in chain.transmission.sums.items():
+        place = chain.own_places[i]
+        held, given = float(chain.home[place]), q[..., place]
+        if isinstance(own.role, Locked) and np.any(np.abs(given - held) > _HELD):
+            raise InputError(
+                f"coordinate {place + 1} of {robot.name!r}",
+                got=float(given.reshape(-1)[np.argmax(np.abs(given.reshape(-1) - held))]),
+                expected=f"{held:.10g}: it is the sum {own.in_words}, which is held",
+                hint="the joint follows the others by itself",
+            )
 
 
 def _question(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:

@@ -27,6 +27,7 @@ from robostiff.kinematics.pose import (
     Near,
     Pose,
     PoseRequest,
+    check_held_sums,
     home_coordinates,
     joint_units,
     near_coordinates,
@@ -107,6 +108,7 @@ class PostureFinder:
                         expected=f"{chain.size} finite numbers in the last axis",
                     )
                 question_joints(self.robot, q)
+                check_held_sums(self.robot, q)
                 return q
             if pose is None and self.robot.home is None:
                 return chain.home

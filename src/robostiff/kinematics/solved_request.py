@@ -30,6 +30,7 @@ from robostiff.model import (
     Actuated,
     Branch,
     Chain,
+    Coupling,
     Joint,
     Leg,
     Locked,
@@ -268,7 +269,11 @@ def _with_locked_drives(leg: Leg) -> Leg:
 
 
 def _locked(chain: Chain) -> Chain:
-    return Chain(tuple(map(_locked_element, chain.elements)))
+    couplings = (
+        replace(own, role=Locked(own.role.stiffness)) if isinstance(own.role, Actuated) else own
+        for own in chain.couplings
+    )
+    return Chain(tuple(map(_locked_element, chain.elements)), tuple(couplings))
 
 
 def _locked_element(element: Element) -> Element:
@@ -283,6 +288,7 @@ def _locked_element(element: Element) -> Element:
 def _with_spindle(legs: Sequence[Leg], finder: PostureFinder, tool_axis: np.ndarray) -> Leg:
     """All legs in one, which ends with a free joint about the tool axis at the reference point."""
     block: tuple = ()
+    couplings: tuple[Coupling, ...] = ()
     spindle = revolute(tool_axis, Passive(), name="spindle")
     to_tip = Rigid(Frame(np.eye(3), finder.robot.reference_point), "to the tip")
     if len(legs) > 1:
@@ -291,4 +297,5 @@ def _with_spindle(legs: Sequence[Leg], finder: PostureFinder, tool_axis: np.ndar
     else:
         (leg,) = legs
         base, block = leg.base, (*leg.chain.elements, Rigid(leg.attachment.inverse, "end"))
-    return Leg("tool", base, Chain((*block, to_tip, spindle)), Frame.identity())
+        couplings = leg.chain.couplings
+    return Leg("tool", base, Chain((*block, to_tip, spindle), couplings), Frame.identity())

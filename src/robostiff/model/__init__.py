@@ -3,6 +3,7 @@
 from robostiff.model.beam_link import beam_axes, beam_link
 from robostiff.model.body_spring import BodyPoint, BodySpring
 from robostiff.model.chain import Chain, Element
+from robostiff.model.coupled_joints import Coupling, coupling
 from robostiff.model.entries import with_entries
 from robostiff.model.flexible_platform import (
     FlexiblePlatform,
@@ -34,6 +35,7 @@ from robostiff.model.parallel_block import Branch, ParallelBlock, parallelogram
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
 from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
 from robostiff.model.snapshot import (
+    CoupledFreedom,
     PlacedBlock,
     PlacedBodySpring,
     PlacedElement,
@@ -54,6 +56,8 @@ __all__ = [
     "Branch",
     "Chain",
     "Coordinate",
+    "CoupledFreedom",
+    "Coupling",
     "DHConvention",
     "DHRow",
     "Elbow",
@@ -87,6 +91,7 @@ __all__ = [
     "TelescopicBeam",
     "beam_axes",
     "beam_link",
+    "coupling",
     "cylindrical",
     "gravity_vector",
     "helical",

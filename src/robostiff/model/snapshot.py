@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elasticity import Elasticity
+from robostiff.errors import InputError
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
@@ -61,6 +62,46 @@ class PlacedFreedom(Screw):
             # Out of reach, it may be negative: a status reports it, and the other poses continue.
             return np.maximum(k, np.finfo(float).tiny ** 0.25)
         return k
+
+
+@dataclass(frozen=True)
+class CoupledFreedom(PlacedFreedom):
+    """A coordinate of coupled joints in the world: it moves several joints of its leg.
+
+    Axis, point and pitch are those of the joint at its place; its `twist` is the sum of what it
+    moves, the column ``J_q T``.
+
+    Attributes
+    ----------
+    joint : str
+        The joint at its place.
+    moves : tuple of (str, float or formula, Screw)
+        Joints that it moves, each with its motion for one of the coordinate: a column of T.
+    sum : tuple of (str, float or formula)
+        Joints whose sum it is, with their factors: a row of A. Of a coordinate that is a joint by
+        itself that joint alone.
+    """
+
+    joint: str = ""
+    moves: tuple[tuple[str, Any, Screw], ...] = ()
+    sum: tuple[tuple[str, Any], ...] = ()
+
+    @property
+    def alone(self) -> PlacedFreedom:
+        """The joint at its place, without what couples it: passive where a coupling holds it."""
+        led = len(self.sum) > 1
+        role = Passive() if led else self.role
+        return PlacedFreedom(
+            self.axis, self.point, self.pitch, self.joint, role, None if led else self.coordinate
+        )
+
+    def twist(self, at: np.ndarray) -> np.ndarray:
+        """Twist of the point `at` per unit of the coordinate, sum of t (17) over its joints."""
+        (_, first, screw), *others = self.moves
+        whole = screw.twist(at) * first
+        for _, share, screw in others:
+            whole = whole + screw.twist(at) * share
+        return whole
 
 
 @dataclass(frozen=True)
@@ -270,6 +311,22 @@ class Snapshot:
             self, legs=legs, reference_point=reference, platform=platform, springs=springs
         )
 
+    @property
+    def is_coupled(self) -> bool:
+        """Whether any of its joints are coupled."""
+        return any(isinstance(e, CoupledFreedom) for leg in self.legs for e in leg.parts)
+
+    def check_has_no_couplings(self, subject: str) -> None:
+        """Raise an InputError if joints are coupled, in a question that does not take them."""
+        names = [e.joint for leg in self.legs for e in leg.parts if isinstance(e, CoupledFreedom)]
+        if names:
+            raise InputError(
+                f"{subject} of {self.name!r}",
+                got=f"coupled joints: {', '.join(map(repr, names))}",
+                expected="joints that move by themselves, in this question",
+                hint="stiffness, compliance, deflection and maps take couplings",
+            )
+
     def check_has_no_springs(self, subject: str) -> None:
         """Raise an InputError if there are springs between its bodies; see `Robot`."""
         refuse_springs(self.name, self.springs, subject)
@@ -332,6 +389,12 @@ def _one_element(
         axis = _one(element.axis, 1, index)
         x = element.coordinate
         x = x[index] if isinstance(x, np.ndarray) and x.ndim else x
+        if isinstance(element, CoupledFreedom):
+            moves = tuple(
+                (name, share, Screw(_one(s.axis, 1, index), _one(s.point, 1, index), s.pitch))
+                for name, share, s in element.moves
+            )
+            return replace(element, axis=axis, point=point, coordinate=x, moves=moves)
         return PlacedFreedom(axis, point, element.pitch, element.name, element.role, x)
     rotation = _one(element.rotation, 2, index)
     return PlacedSpring(element.name, point, rotation, element.elasticity.one(index))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,13 @@ import numpy as np
 from robostiff.elastostatics import Tolerance, transmitted_wrenches
 from robostiff.errors import InputError
 from robostiff.kinematics import freedom_twist
-from robostiff.network.elements import BeamElement, Element, JointElement, SpringElement
+from robostiff.network.elements import (
+    BeamElement,
+    CouplingElement,
+    Element,
+    JointElement,
+    SpringElement,
+)
 from robostiff.spatial import Space, block_rotation, compliance_modes
 
 _IN_PLANE = list(Space.PLANAR.rows)
@@ -86,6 +93,11 @@ class RelativeMotion:
     freedom_names: tuple[str, ...]
 
     @property
+    def ends(self) -> tuple[tuple[str, np.ndarray, np.ndarray], ...]:
+        """Nodes, points, and the parts (m, n) of their displacements there in ``W^T d``."""
+        return (self.a, self.point, -self.W.T), (self.b, self.point, self.W.T)
+
+    @property
     def is_full(self) -> bool:
         """Whether it resists every relative motion."""
         return self.W.shape[1] == self.W.shape[0]
@@ -94,6 +106,61 @@ class RelativeMotion:
     def rigid(self) -> np.ndarray:
         """Which of the transmitted wrenches are rigid (m,)."""
         return ~np.any(self.S, axis=0)
+
+
+@dataclass(frozen=True)
+class CoupledMotion:
+    """A held sum of joint coordinates, as one row over the bodies of these joints.
+
+    Attributes
+    ----------
+    name : str
+    ends : tuple of (str, (3,) array, (1, n) array)
+        Nodes, points, and the parts of their displacements there.
+    S : (1, 1) array
+        Scaled compliance against the sum, 0 where it is rigid.
+    freedoms : (n, 0) array
+    freedom_names : tuple of str
+        None.
+    """
+
+    name: str
+    ends: tuple[tuple[str, np.ndarray, np.ndarray], ...]
+    S: np.ndarray
+    freedoms: np.ndarray
+    freedom_names: tuple[str, ...] = ()
+    is_full: bool = False
+
+    @property
+    def rigid(self) -> np.ndarray:
+        """Whether its one row is (1,)."""
+        return ~np.any(self.S, axis=0)
+
+
+Motion = RelativeMotion | CoupledMotion
+
+
+def coupled_motion(
+    own: CouplingElement, points: Mapping[str, np.ndarray], scale: np.ndarray, space: Space
+) -> CoupledMotion:
+    """The row of a coupling; `scale` turns twists into lengths.
+
+    A joint turns by ``s . d``, where d is how its bodies move against each other, and s a row of
+    the inverse of the twists of its freedoms.
+    """
+    rows, found = list(space.rows), []
+    for joint, number, factor in own.terms:
+        at = points[joint.a] if joint.point is None else joint.point
+        moving = [f for f in joint.freedoms if f.is_passive or f.stiffness is not None]
+        if joint.freedoms[number] not in moving:
+            continue
+        twists = np.array([freedom_twist(f, at)[rows] * scale for f in moving]).T
+        row = factor * np.linalg.pinv(twists)[moving.index(joint.freedoms[number])][None, :]
+        found += [(joint.a, at, -row), (joint.b, at, row)]
+    size = float(np.sqrt(sum(np.sum(row**2) for _, _, row in found)))
+    S = 0.0 if own.stiffness is None else 1.0 / (own.stiffness * size**2)
+    ends = tuple((name, at, row / size) for name, at, row in found)
+    return CoupledMotion(own.name, ends, np.array([[S]]), np.zeros((len(rows), 0)))
 
 
 def connection_of(

@@ -120,6 +120,24 @@ class JointElement:
 Element = BeamElement | SpringElement | JointElement
 
 
+@dataclass(frozen=True)
+class CouplingElement:
+    """A gear or differential: a sum of coordinates of joints that is held, by a spring or rigidly.
+
+    Attributes
+    ----------
+    name : str
+    terms : tuple of (JointElement, int, float)
+        Joints of the network, which freedom of each, and its factor.
+    stiffness : float or None
+        Against the sum [N/m, N m/rad]; None where it is rigid.
+    """
+
+    name: str
+    terms: tuple[tuple[JointElement, int, float], ...]
+    stiffness: float | None = None
+
+
 def beam_between(
     a: Node,
     b: Node,

@@ -78,6 +78,20 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
         stored = np.zeros((len(k), size))
         stored[:, own] = np.diag(np.sqrt(k))
         E.append(stored[k > 0])
+    places = {id(joint): k for k, joint in enumerate((*network.springs, *network.joints))}
+    starts = n * len(bodies) + np.cumsum([0, *(len(k) for _, k in coordinates)])
+    for own in network.couplings:
+        row = np.zeros(size)
+        for joint, number, factor in own.terms:
+            moving = [f for f in joint.freedoms if f.is_passive or f.stiffness is not None]
+            k = starts[places[id(joint)]] + moving.index(joint.freedoms[number])
+            twist = freedom_twist(joint.freedoms[number], _point(joint, equations))
+            rows = list(network.space.rows)
+            row[k] = factor / np.linalg.norm(twist[rows] * equations.scale)
+        if own.stiffness is None:
+            G = np.vstack([G, row / np.linalg.norm(row)])
+        else:
+            E.append(row[None] * np.sqrt(own.stiffness / equations.stiffness))
     return _condensed(np.vstack(E), G, bodies[network.platform], equations)
 
 

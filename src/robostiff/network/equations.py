@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.elastostatics import Tolerance, matrix_length, scaling
 from robostiff.errors import InputError
-from robostiff.network.connection import RelativeMotion, connection_of
+from robostiff.network.connection import Motion, RelativeMotion, connection_of, coupled_motion
 from robostiff.network.network import Network
 from robostiff.spatial import twist_transport
 
@@ -54,8 +54,8 @@ class Equations:
         return scaling(np.array(self.length), self.network.space)
 
     @cached_property
-    def connections(self) -> tuple[RelativeMotion, ...]:
-        """Beams, springs, then joints."""
+    def connections(self) -> tuple[Motion, ...]:
+        """Beams, springs, joints, then couplings."""
         # Compliance in units of 1 / stiffness.
         scale = self.scale * np.sqrt(self.stiffness)
         return _connections(self.network, self.points, scale, self.tolerance)
@@ -99,11 +99,13 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
 
 def _connections(
     network: Network, points: dict[str, np.ndarray], scale: np.ndarray, tolerance: Tolerance
-) -> tuple[RelativeMotion, ...]:
-    return tuple(
+) -> tuple[Motion, ...]:
+    between = [
         connection_of(element, points[element.a], scale, network.space, tolerance)
         for element in network.elements
-    )
+    ]
+    held = [coupled_motion(own, points, scale, network.space) for own in network.couplings]
+    return (*between, *held)
 
 
 def _points(network: Network) -> dict[str, np.ndarray]:
@@ -126,6 +128,8 @@ def _length_of_elements(
     one = np.ones(network.space.size)
     connections = _connections(network, points, one, tolerance)
     lengths = [
-        float(matrix_length(c.W @ c.S @ c.W.T, c.freedoms)) for c in connections if np.any(c.S)
+        float(matrix_length(c.W @ c.S @ c.W.T, c.freedoms))
+        for c in connections
+        if isinstance(c, RelativeMotion) and np.any(c.S)
     ]
     return max(lengths, default=0.0)

@@ -183,9 +183,10 @@ def loads_of_parts(
     energies: list[tuple[str, str, float]] = []
     reactions: list[tuple[str, str, np.ndarray, np.ndarray]] = []
     actuators: list[tuple[str, str, float, float]] = []
-    for k, (element, c) in enumerate(zip(network.elements, equations.connections, strict=True)):
+    elements = (*network.elements, *network.couplings)
+    for k, (element, c) in enumerate(zip(elements, equations.connections, strict=True)):
         f = x[system.wrench_rows[k]]
-        if not isinstance(element, JointElement):
+        if not (isinstance(element, JointElement) and isinstance(c, RelativeMotion)):
             if np.any(c.S):
                 energy = 0.5 * equations.stiffness * float(f @ c.S @ f)
                 energies.append((*_two(c.name), energy + (of_beam_loads or {}).get(k, 0.0)))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
-from robostiff.network.connection import RelativeMotion
+from robostiff.network.connection import Motion
 from robostiff.network.equations import Equations
 from robostiff.network.null_space import (
     null_spaces,
@@ -115,7 +116,7 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     platform = clusters.label_of[network.platform]
     still = {ground, platform} if platform_fixed else {ground}
     free = [label for label in clusters.members if label not in still]
-    open_ = [c for c in equations.connections if len(_ends(c, clusters)) == 2]
+    open_ = [c for c in equations.connections if len(_ends(c, clusters)) > 1]
     mechanisms, held, doubtful = [], [], False
     for labels, connections in _parts(free, open_, clusters):
         G, G_p = _unit_wrenches(equations, clusters, labels, connections, platform, still)
@@ -138,7 +139,7 @@ def _unit_wrenches(
     equations: Equations,
     clusters: _Clusters,
     labels: list[int],
-    connections: list[RelativeMotion],
+    connections: list[Motion],
     platform: int,
     still: set[int],
 ) -> tuple[csc_array, np.ndarray]:
@@ -146,15 +147,15 @@ def _unit_wrenches(
     n = equations.size
     column = {label: n * i for i, label in enumerate(labels)}
     blocks = BlockEntries()
-    G_p = np.zeros((sum(c.W.shape[1] for c in connections), n))
+    G_p = np.zeros((sum(len(c.S) for c in connections), n))
     row = 0
     for c in connections:
-        rows = np.arange(row, row := row + c.W.shape[1])
-        for node, sign in ((c.a, -1), (c.b, 1)):
+        rows = np.arange(row, row := row + len(c.S))
+        for node, point, part in c.ends:
             label = clusters.label_of[node]
             if label not in column and label != platform:
                 continue
-            wrenches = sign * c.W.T @ equations.between(clusters.points[label], c.point)
+            wrenches = part @ equations.between(clusters.points[label], point)
             if label in column:
                 blocks.add(wrenches, rows, np.arange(column[label], column[label] + n))
             elif label in still:
@@ -180,14 +181,14 @@ def _large(
     return motions[:-n] @ Vt[moved:].T, np.eye(n) - free @ free.T, doubtful
 
 
-def _ends(connection: RelativeMotion, clusters: _Clusters) -> set[int]:
-    return {clusters.label_of[connection.a], clusters.label_of[connection.b]}
+def _ends(connection: Motion, clusters: _Clusters) -> set[int]:
+    return {clusters.label_of[name] for name, _, _ in connection.ends}
 
 
 def _clusters(equations: Equations) -> _Clusters:
     network = equations.network
     index = {node.name: i for i, node in enumerate(network.nodes)}
-    pairs = [(c.a, c.b) for c in equations.connections if c.is_full]
+    pairs = [(c.ends[0][0], c.ends[1][0]) for c in equations.connections if c.is_full]
     pairs += [(network.fixed[0], name) for name in network.fixed[1:]]
     labels = connected_parts([(index[a], index[b]) for a, b in pairs], len(index))
     label_of = {name: int(labels[i]) for name, i in index.items()}
@@ -203,8 +204,8 @@ def _clusters(equations: Equations) -> _Clusters:
 
 
 def _parts(
-    free: list[int], connections: list[RelativeMotion], clusters: _Clusters
-) -> list[tuple[list[int], list[RelativeMotion]]]:
+    free: list[int], connections: list[Motion], clusters: _Clusters
+) -> list[tuple[list[int], list[Motion]]]:
     """Independent groups of clusters, and their connections.
 
     Connections without a free cluster come each on its own.
@@ -213,10 +214,9 @@ def _parts(
     pairs = []
     for c in connections:
         ends = [index[label] for label in _ends(c, clusters) if label in index]
-        if len(ends) == 2:
-            pairs.append((ends[0], ends[1]))
+        pairs += pairwise(ends)
     labels = connected_parts(pairs, len(free))
-    parts: list[tuple[list[int], list[RelativeMotion]]] = [
+    parts: list[tuple[list[int], list[Motion]]] = [
         ([], []) for _ in range(max(labels, default=-1) + 1)
     ]
     for label, i in index.items():

@@ -12,6 +12,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.network.elements import (
     BeamElement,
+    CouplingElement,
     Element,
     JointElement,
     Node,
@@ -41,6 +42,8 @@ class Network:
     joints : tuple of JointElement
     space : Space
     description : str
+    couplings : tuple of CouplingElement
+        Of its joints.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class Network:
     joints: tuple[JointElement, ...] = ()
     space: Space = Space.SPATIAL
     description: str = ""
+    couplings: tuple[CouplingElement, ...] = ()
 
     def __post_init__(self) -> None:
         names = [node.name for node in self.nodes]
@@ -94,6 +98,15 @@ class Network:
         yield from self.beams
         yield from self.springs
         yield from self.joints
+
+    def check_has_no_couplings(self, subject: str) -> None:
+        """Raise an InputError if joints are coupled, in a question that does not take them."""
+        if self.couplings:
+            raise InputError(
+                f"{subject} of {self.name!r}",
+                got=f"coupled joints: {', '.join(repr(own.name) for own in self.couplings)}",
+                expected="joints that move by themselves, in this question",
+            )
 
     @cached_property
     def free_nodes(self) -> tuple[str, ...]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from robostiff.network.connection import RelativeMotion
+from robostiff.network.connection import Motion, RelativeMotion
 from robostiff.network.equations import Equations
 from robostiff.network.mobility import Mechanism, Mobility, connected_parts
 from robostiff.network.null_space import null_spaces, pinning_coordinates
@@ -56,10 +57,9 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
         row = 0
         for k in numbers:
             c = equations.connections[k]
-            R = c.W[:, c.rigid].T
-            rows = slice(row, row := row + len(R))
-            for name, sign in ((c.a, -1), (c.b, 1)):
-                wrenches = sign * R @ equations.transport(name, c.point)
+            rows = slice(row, row := row + int(np.count_nonzero(c.rigid)))
+            for name, point, part in c.ends:
+                wrenches = part[c.rigid] @ equations.transport(name, point)
                 if name in column:
                     A[rows, n * column[name] : n * (column[name] + 1)] += wrenches
                 elif name == network.platform:
@@ -84,9 +84,8 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[
     edges = {k: c for k, c in enumerate(equations.connections) if c.rigid.any()}
     at: dict[str, set[int]] = defaultdict(set)
     for k, c in edges.items():
-        for name in (c.a, c.b):
-            if name not in still:
-                at[name].add(k)
+        for name in _free_ends(c, still):
+            at[name].add(k)
     leaves = [name for name, numbers in at.items() if len(numbers) == 1]
     while leaves:
         name = leaves.pop()
@@ -100,15 +99,17 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[
     return _connected([name for name, numbers in at.items() if numbers], edges, still)
 
 
-def _free_ends(connection: RelativeMotion, still: set[str]) -> list[str]:
-    return [name for name in (connection.a, connection.b) if name not in still]
+def _free_ends(connection: Motion, still: set[str]) -> list[str]:
+    return sorted({name for name, _, _ in connection.ends} - still)
 
 
 def _connected(
-    nodes: list[str], edges: dict[int, RelativeMotion], still: set[str]
+    nodes: list[str], edges: dict[int, Motion], still: set[str]
 ) -> list[tuple[list[str], list[int]]]:
     index = {name: i for i, name in enumerate(nodes)}
-    pairs = [(index[c.a], index[c.b]) for c in edges.values() if len(_free_ends(c, still)) == 2]
+    pairs = [
+        (index[a], index[b]) for c in edges.values() for a, b in pairwise(_free_ends(c, still))
+    ]
     labels = connected_parts(pairs, len(nodes))
     parts: list[tuple[list[str], list[int]]] = [
         ([], []) for _ in range(max(labels, default=-1) + 1)
@@ -160,7 +161,7 @@ def freedom_rates(equations: Equations, mechanism: Mechanism) -> np.ndarray:
     still = np.zeros_like(mechanism.motions[0])
     rates = [np.zeros((0, still.shape[-1]))]
     for c in equations.connections:
-        if c.freedom_names:
+        if isinstance(c, RelativeMotion) and c.freedom_names:
             of_b = equations.transport(c.b, c.point) @ of_node.get(c.b, still)
             of_a = equations.transport(c.a, c.point) @ of_node.get(c.a, still)
             rates.append(np.linalg.pinv(c.freedoms) @ (of_b - of_a))

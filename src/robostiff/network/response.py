@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.beam_loads import BeamLoad, DistributedForce, ForceOnBeam, beam_load
+from robostiff.network.connection import RelativeMotion
 from robostiff.network.elements import BeamElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.internal_loads import InternalLoads, loads_of_parts
@@ -157,9 +158,7 @@ def network_response(
     extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
     free = {name for mechanism in mobile.mechanisms for name in _moving(mechanism)}
     undetermined = {
-        end
-        for k in dependent.undetermined
-        for end in (equations.connections[k].a, equations.connections[k].b)
+        end for k in dependent.undetermined for end, _, _ in equations.connections[k].ends
     }
     return NetworkResponse(
         network.name,
@@ -326,7 +325,7 @@ def _beams(
 ) -> dict[str, SectionForces]:
     found = {}
     for k, beam in enumerate(equations.network.beams):
-        c = equations.connections[k]
+        c = cast("RelativeMotion", equations.connections[k])
         F = np.zeros(6)
         f = x[system.wrench_rows[k]] * equations.stiffness
         F[list(equations.network.space.rows)] = equations.scale * (c.W @ f)

@@ -104,7 +104,7 @@ def saddle_point_system(
     rows_of = {name: np.arange(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
     wrench_rows, size = [], n * len(nodes)
     for c in equations.connections:
-        wrench_rows.append(np.arange(size, size := size + c.W.shape[1]))
+        wrench_rows.append(np.arange(size, size := size + len(c.S)))
     matrix = _assembled(equations, rows_of, wrench_rows, size)
     lost = [rows_of[name] for name in still]
     for mechanism in mobile.mechanisms:
@@ -146,8 +146,8 @@ def _assembled(
     blocks = BlockEntries()
     for c, own in zip(equations.connections, wrench_rows, strict=True):
         blocks.add(-c.S, own, own)
-        for name, sign in ((c.a, -1), (c.b, 1)):
-            A = sign * c.W.T @ equations.transport(name, c.point)
+        for name, point, part in c.ends:
+            A = part @ equations.transport(name, point)
             blocks.add(A, own, rows_of[name])
             blocks.add(A.T, rows_of[name], own)
     return blocks.matrix((size, size))

@@ -8,6 +8,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model import (
+    CoupledFreedom,
     PlacedBlock,
     PlacedFreedom,
     PlacedLeg,
@@ -15,7 +16,7 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
-from robostiff.network.elements import JointElement, Node, SpringElement
+from robostiff.network.elements import CouplingElement, JointElement, Node, SpringElement
 from robostiff.network.network import Network
 
 _GROUND, _PLATFORM = "ground", "platform"
@@ -68,6 +69,7 @@ def network_of_snapshot(snapshot: Snapshot) -> Network:
         snapshot.reference_point,
         springs=tuple(parts.springs),
         joints=tuple(parts.joints),
+        couplings=tuple(parts.couplings),
         space=snapshot.space,
         description=snapshot.description,
     )
@@ -80,6 +82,7 @@ class _Parts:
     nodes: list[Node]
     springs: list[SpringElement] = field(default_factory=list)
     joints: list[JointElement] = field(default_factory=list)
+    couplings: list[CouplingElement] = field(default_factory=list)
 
 
 def _add_chain(
@@ -87,7 +90,9 @@ def _add_chain(
 ) -> None:
     """A leg or a branch between two bodies, with one more body after every element but the last."""
     before, last = ends
-    elements = [e for e in leg.elements if not _is_rigid(e)]
+    alone = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
+    elements = [e for e in alone if not _is_rigid(e)]
+    joints: dict[str, JointElement] = {}
     for i, element in enumerate(elements):
         if i == len(elements) - 1:
             after = last
@@ -106,8 +111,14 @@ def _add_chain(
                 )
             )
         else:
-            parts.joints.append(JointElement(name, before, after, (element,)))
+            joints[element.name] = JointElement(name, before, after, (element,))
+            parts.joints.append(joints[element.name])
         before = after
+    for one in leg.elements:
+        if isinstance(one, CoupledFreedom) and len(one.sum) > 1:
+            # A joint that a rigid drive holds is no joint of the network, and does not turn.
+            terms = tuple((joints[own], 0, a) for own, a in one.sum if own in joints)
+            parts.couplings.append(CouplingElement(f"{name}/{one.name}", terms, one.stiffness))
     if not elements:
         parts.joints.append(JointElement(name, *ends))
 

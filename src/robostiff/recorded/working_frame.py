@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded.elimination import Column, dot
+from robostiff.spatial import Screw
 
 _SQUARE = 1e-12  # cosine of a right angle: rounding
 
@@ -77,15 +78,14 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
         for block in leg.blocks
     ]
     for element in leg.own_parts:
-        p = [record.simplified(x, length) for x in turned_back(frame.R, element.point - frame.p)]
         if isinstance(element, PlacedFreedom):
-            axis = [record.simplified(x) for x in turned_back(frame.R, element.axis)]
-            twist = _twist(element, axis, p)
+            twist = _twist(element, frame, record, length)
             if element.is_passive:
                 twists.append(twist)
             elif element.stiffness is not None:
                 drives.append((twist, element.stiffness))
             continue
+        p = [record.simplified(x, length) for x in turned_back(frame.R, element.point - frame.p)]
         R = np.array(
             [
                 [record.simplified(dot(frame.R[:, i], element.rotation[:, k])) for k in range(3)]
@@ -181,8 +181,13 @@ def cross(a: Any, b: Any) -> Column:
     ]
 
 
-def _twist(freedom: PlacedFreedom, axis: Column, p: Column) -> Column:
+def _twist(freedom: Screw, frame: WorkingFrame, record: Record, length: float) -> Column:
     """Column (17) about the frame's origin, zeros left out of its sums: [p x e + h e; e]."""
+    if isinstance(freedom, CoupledFreedom):
+        moves = [(t, _twist(own, frame, record, length)) for _, t, own in freedom.moves]
+        return [dot([t for t, _ in moves], [own[row] for _, own in moves]) for row in range(6)]
+    p = [record.simplified(x, length) for x in turned_back(frame.R, freedom.point - frame.p)]
+    axis = [record.simplified(x) for x in turned_back(frame.R, freedom.axis)]
     if not freedom.turns:
         return [*axis, 0, 0, 0]
     moved = cross(p, axis)

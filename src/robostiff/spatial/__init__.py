@@ -15,7 +15,7 @@ from robostiff.spatial.quantities import (
     in_si,
     refuse_quantities,
 )
-from robostiff.spatial.screw import Screw, cross, full_turn, screw_of_twist
+from robostiff.spatial.screw import CoupledScrew, Screw, cross, full_turn, screw_of_twist
 from robostiff.spatial.space import Space
 from robostiff.spatial.transport import (
     block_rotation,
@@ -29,6 +29,7 @@ from robostiff.spatial.transport import (
 )
 
 __all__ = [
+    "CoupledScrew",
     "Frame",
     "Screw",
     "Space",

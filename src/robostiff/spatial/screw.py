@@ -116,6 +116,16 @@ class Screw:
         return _six(moved + self.pitch * e if self.slides else moved, e)
 
 
+@dataclass(frozen=True)
+class CoupledScrew(Screw):
+    """The screw of a joint that others follow: no full turn brings all back."""
+
+    @property
+    def is_rotation(self) -> bool:
+        """Never: what follows it has turned by another angle."""
+        return False
+
+
 def full_turn(value: Any) -> Any:
     """2 pi, exact beside a SymPy formula.
 

@@ -49,6 +49,7 @@ def group_of(
     InputError
         When a load is on no body that moves, or a preload at no joint of one coordinate.
     """
+    network.check_has_no_couplings("finite loads")
     bodies = _Bodies.of(network)
     elements = SpringElements(network.space)
     chains: list[FiniteChain] = []

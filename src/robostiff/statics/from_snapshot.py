@@ -86,6 +86,7 @@ def legs_of(
     InputError
         When a name is no part of the robot, or a preload is not of an elastic or passive joint.
     """
+    snapshot.check_has_no_couplings("finite loads")
     walks = []
     springs = SpringElements(snapshot.space)
     for leg in snapshot.legs:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from robostiff.io.expression import ParameterError, Parameters
+from robostiff.io.model_file.build_couplings import coupled_chain
 from robostiff.io.model_file.build_joint import build_joint
 from robostiff.io.model_file.build_link import (
     build_beam,
@@ -23,6 +24,7 @@ from robostiff.io.model_file.written_elements import (
     WrittenBeam,
     WrittenBranch,
     WrittenBranchPattern,
+    WrittenCoupling,
     WrittenElement,
     WrittenLink,
     WrittenParallel,
@@ -35,6 +37,20 @@ from robostiff.io.model_file.written_parts import WrittenCopy, WrittenCount, Wri
 from robostiff.io.model_file.written_robot import WrittenLeg, WrittenLegBody, WrittenPattern
 from robostiff.io.suggest import Words
 from robostiff.model import Branch, Chain, Elbow, Element, Leg, ParallelBlock, parallelogram
+
+
+class WrittenChain(Protocol):
+    """What has a chain: a leg, a branch, a parallelogram or a module."""
+
+    @property
+    def chain(self) -> list[WrittenElement]:
+        """Its elements."""
+        ...
+
+    @property
+    def couplings(self) -> list[WrittenCoupling]:
+        """Between its joints."""
+        ...
 
 
 class Named(Protocol):
@@ -116,19 +132,20 @@ _MOST_PARTS = 1000
 _MOST_ELEMENTS = 200
 
 
-def build_chain(place: Place, written: list[WrittenElement], stock: Stock) -> Chain:
-    """The chain that is written at a place."""
+def build_chain(place: Place, own: WrittenChain, stock: Stock) -> Chain:
+    """The chain that is written at the place of a leg or branch, with its couplings."""
+    couplings, place, written = place / "couplings", place / "chain", own.chain
     if len(written) > _MOST_ELEMENTS:
         raise (place / _MOST_ELEMENTS).error(
             "elements of a chain", got=len(written), expected=f"at most {_MOST_ELEMENTS}"
         )
     names = _element_names(place, written)
     elements = [
-        build_element(place / i, element, own, stock)
-        for i, (element, own) in enumerate(zip(written, names, strict=True))
+        build_element(place / i, element, name, stock)
+        for i, (element, name) in enumerate(zip(written, names, strict=True))
     ]
     with place.complaints():
-        return Chain(tuple(elements))
+        return coupled_chain(elements, couplings, own.couplings)
 
 
 def build_element(place: Place, written: WrittenElement, name: str, stock: Stock) -> Element:
@@ -156,7 +173,7 @@ def _block(
 ) -> ParallelBlock:
     if isinstance(written, WrittenParallelogram):
         across = point(place / "across", written.across)
-        chain = build_chain(place / "chain", written.chain, stock)
+        chain = build_chain(place, written, stock)
         _refuse_many(place, 2 * _parts(chain))
         with (place / "across").complaints():
             return parallelogram(chain, across, name=name)
@@ -205,7 +222,7 @@ def _branches(
             yield Branch(
                 name,
                 transform(here / "start", part.start),
-                build_chain(here / "chain", part.chain, stock),
+                build_chain(here, part, stock),
                 transform(here / "end", part.end),
             )
 
@@ -254,7 +271,7 @@ def build_legs(
 
 def build_leg(place: Place, written: WrittenLegBody, name: str, stock: Stock) -> Leg:
     """The leg that is written at a place."""
-    chain = build_chain(place / "chain", written.chain, stock)
+    chain = build_chain(place, written, stock)
     base = transform(place / "base", written.base)
     attachment, node = build_attachment(place / "platform", written.platform)
     with (place / "chain").complaints():

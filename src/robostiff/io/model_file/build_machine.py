@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import ParameterError, parse
-from robostiff.io.model_file.build_chain import build_chain, build_legs
+from robostiff.io.model_file.build_chain import WrittenChain, build_chain, build_legs
 from robostiff.io.model_file.build_mass import build_gravity, build_platform_masses
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place, top_place
@@ -90,7 +90,12 @@ def _part(place: Place, written: WrittenModule, stock: Stock, files: ModuleFiles
                 f"{key} of module {written.name!r}", expected=f"none: they go with {of}", key=True
             )
     if written.chain is not None:
-        return build_chain(place / "chain", written.chain, stock)
+        own = cast("WrittenChain", written)
+        return build_chain(place, own, stock)
+    if written.couplings:
+        raise (place / "couplings").error(
+            f"couplings of module {written.name!r}", expected="none: they go with chain", key=True
+        )
     if written.robot is not None:
         return _robot_of_file(place, written, files)
     legs = build_legs(place / "legs", written.legs or [], stock)

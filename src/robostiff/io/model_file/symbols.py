@@ -98,7 +98,12 @@ def completed(symbolic: Robot, numeric: Robot, nominal: Mapping[str, float]) -> 
 
 
 def _with_limits(chain: Chain, known: Chain) -> Chain:
-    return replace(chain, elements=tuple(map(_limited, chain.elements, known.elements)))
+    couplings = (
+        replace(own, role=replace(other.role, stiffness=own.role.stiffness))
+        for own, other in zip(chain.couplings, known.couplings, strict=True)
+    )
+    elements = tuple(map(_limited, chain.elements, known.elements))
+    return replace(chain, elements=elements, couplings=tuple(couplings))
 
 
 def _limited(element: Element, known: Element) -> Element:

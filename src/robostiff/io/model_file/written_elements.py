@@ -175,7 +175,64 @@ class WrittenTelescope(WrittenDrive):
     beams: list[WrittenTelescopicBeam] = Field(default_factory=list)
 
 
-class WrittenParallelogram(Written):
+class WrittenFollower(Written):
+    """A joint that follows another one: a gear, belt, rack or mimic joint."""
+
+    name: _Name | None = None
+    joint: _Name = Field(description="the joint that follows, such as wrist2; it is passive")
+    follows: _Name = Field(description="the joint that it follows, such as wrist1")
+    ratio: Value = Field(
+        description="how far it moves for one of the other, such as -1.5; of a slide that follows "
+        "a turn the length for one radian"
+    )
+    offset: Value = Field(0, description="its coordinate where the other one is 0")
+    stiffness: Value | None = Field(
+        None, description="of the belt or gear, felt at the joint that follows; rigid if left out"
+    )
+
+
+class WrittenSum(Written):
+    """A sum of joint coordinates that is held, or moved by a drive: a differential."""
+
+    name: _Name | None = None
+    sum: Annotated[dict[_Name, Value], Field(min_length=2)] = Field(
+        description="joints with their factors, such as {roll: 1, pitch: -1}"
+    )
+    equals: Value | None = Field(
+        None, description="the value of the sum; that of the home configuration if left out"
+    )
+    role: Literal["locked", "actuated"] = Field(
+        "locked", description="locked, or actuated where a drive moves the sum"
+    )
+    stiffness: Value | None = Field(None, description="against the sum; rigid if left out")
+    limits: Pair | None = Field(None, description="lowest and highest sum of an actuated one")
+
+
+def _sum_or_follower(value: Any) -> str:
+    return "sum" if isinstance(value, dict) and "sum" in value else "follower"
+
+
+WrittenCoupling = Annotated[
+    Annotated[WrittenFollower, Tag("follower")] | Annotated[WrittenSum, Tag("sum")],
+    Discriminator(_sum_or_follower),
+]
+_Couplings = Annotated[
+    list[WrittenCoupling],
+    Field(
+        default_factory=list,
+        description="gears and differentials between joints of the chain, such as "
+        "[{joint: wrist2, follows: wrist1, ratio: -1.5}]",
+    ),
+]
+
+
+class WrittenCoupled(Written):
+    """The key of what has a chain whose joints may be coupled."""
+
+    couplings: _Couplings
+
+
+class WrittenParallelogram(WrittenCoupled):
     """Two copies of a bar with its joints, side by side."""
 
     type: Literal["parallelogram"]
@@ -186,7 +243,7 @@ class WrittenParallelogram(Written):
     )
 
 
-class WrittenBranchBody(Written):
+class WrittenBranchBody(WrittenCoupled):
     """Common keys of a branch and of the template of repeated branches."""
 
     start: WrittenFrame = WrittenFrame()

@@ -6,6 +6,7 @@ from pydantic import Discriminator, Field, Tag
 
 from robostiff.io.model_file.written_elements import (
     WrittenAttachment,
+    WrittenCoupled,
     WrittenElement,
     WrittenPlatform,
 )
@@ -43,7 +44,7 @@ OneOrSeveral = Annotated[
 """A list in which patterns stand for several, or one pattern alone."""
 
 
-class WrittenLegBody(Written):
+class WrittenLegBody(WrittenCoupled):
     """Common keys of a leg and of the template of repeated legs."""
 
     base: WrittenFrame = WrittenFrame()
@@ -122,7 +123,7 @@ class WrittenRobot(WrittenHead):
     legs: WrittenLegs = Field(description="a list of legs, or one leg with repeat:")
 
 
-class WrittenModule(Written):
+class WrittenModule(WrittenCoupled):
     """A module of a hybrid machine: a robot by its name or file, a chain, or legs."""
 
     name: Text = Field(description="the name of the module, with which those of its parts begin")

@@ -63,6 +63,7 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
             hint="write it as a graph: network_to_data(network_of_snapshot(snapshot))",
         )
     snapshot.check_has_no_springs("file of legs")
+    snapshot.check_has_no_couplings("file of legs")
     data: dict[str, Any] = {"name": snapshot.name or "robot"}
     if snapshot.description:
         data["description"] = snapshot.description
@@ -194,6 +195,7 @@ def network_to_data(network: Network) -> dict[str, Any]:
     >>> network_to_data(network)["graph"]["springs"][0]["name"]
     'rod'
     """
+    network.check_has_no_couplings("file of a graph")
     if not any(_is_elastic(element) for element in network.elements):
         raise InputError(
             f"network {network.name} without compliance",

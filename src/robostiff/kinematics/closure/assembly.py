@@ -136,7 +136,8 @@ def _distances(chain: Chain, q: np.ndarray, near: np.ndarray, length: float) -> 
 def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray:
     """The same angles, each on the turn within its limits, or else nearest to given coordinates.
 
-    A joint that slides while it turns is elsewhere after a full turn: it keeps its coordinate.
+    A joint that slides while it turns is elsewhere after a full turn, and so is what follows a
+    joint by a gear: they keep their coordinates.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
     balls = list(_balls(chain))
     of_balls = {i for place in balls for i in range(place.start, place.stop)}
     for i, (screw, role) in enumerate(zip(chain.freedoms, chain.roles, strict=True)):
-        if screw.slides or i in of_balls or isinstance(role, Locked):
+        if not screw.is_rotation or i in of_balls or isinstance(role, Locked):
             continue
         limits = role.limits if isinstance(role, Actuated) else None
         centre = middle_of_turn(near[i], limits)

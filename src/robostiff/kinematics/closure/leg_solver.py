@@ -310,7 +310,8 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
         When the leg does not close in the home configuration, or an elbow is named for a leg that
         has no choice in closed form.
     """
-    copies = copied_places(leg.chain)
+    # No closed form takes joints that follow one another.
+    copies = None if leg.chain.is_coupled else copied_places(leg.chain)
     closed_form = None if copies is None else _recognised(leg.chain.main_path)
     if leg.elbow is not Elbow.HOME and not isinstance(closed_form, Rod):
         raise InputError(

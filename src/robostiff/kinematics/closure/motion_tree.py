@@ -229,6 +229,7 @@ class MotionTree:
     def placed(self, R_platform: np.ndarray, p_platform: np.ndarray, q: np.ndarray) -> PlacedTree:
         """The tree at poses (N, 3, 3), (N, 3) of the platform and coordinates (N, size)."""
         c, count = self._constants, len(q)
+        q = q if self._motions is None else q @ self._motions.T
         own = q[:, c.places]
         sine, versine = np.sin(own), 2.0 * np.sin(0.5 * own) ** 2
         M = c.A + sine[..., None, None] * c.AE + versine[..., None, None] * c.AEE
@@ -263,7 +264,20 @@ class MotionTree:
         twist = np.concatenate([shift, np.where(turns, e, 0.0)], axis=-1)
         J = np.zeros((len(at), len(self.ends), 6, len(self._screws)))
         J[:, ends, :, places] = np.moveaxis(np.where(leads[:, None], -twist, twist), 0, 1)
-        return J
+        return J if self._motions is None else J @ self._motions
+
+    @cached_property
+    def _motions(self) -> np.ndarray | None:
+        """Motions of all joints for each coordinate (size, size); None where they are equal."""
+        if not any(leg.chain.is_coupled for leg in self.legs):
+            return None
+        T, start = np.eye(len(self._frames)), 0
+        for leg in self.legs:
+            own, stop = leg.chain.joint_motions, start + leg.chain.size
+            if own is not None:
+                T[start:stop, start:stop] = own
+            start = stop
+        return T
 
 
 @dataclass(frozen=True)

@@ -74,8 +74,8 @@ class Spin:
 
 def spins_of(chain: Chain, length: float) -> tuple[Spin, ...]:
     """The screws of a chain whose turns another of its joints takes back, at any posture."""
-    if not any(screw.turns and screw.slides for screw in chain.freedoms):
-        return ()
+    if chain.is_coupled or not any(screw.turns and screw.slides for screw in chain.freedoms):
+        return ()  # what turns back must be free to turn alone
     drawn = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, chain.size))
     q = np.where(chain.free, drawn, chain.home)
     freedoms = place_chain(chain, q, np.eye(3), np.zeros(3)).freedoms

@@ -26,7 +26,14 @@ from robostiff.elastostatics import (
     solve_chain,
 )
 from robostiff.kinematics import freedom_twist, spring_compliance
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedPlatform, PlacedSpring, Snapshot
+from robostiff.model import (
+    CoupledFreedom,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedPlatform,
+    PlacedSpring,
+    Snapshot,
+)
 from robostiff.model.snapshot import PlacedBlock
 from robostiff.network import Network, motions_under, network_of_snapshot
 from robostiff.network.snapshot_network import platform_node
@@ -205,9 +212,13 @@ class _LegSolver:
         )
         t, start = t_start, 0
         twists, branches = [t_start], {}
-        for i, (element, (_, N)) in enumerate(zip(leg.elements, given, strict=True)):
-            own = sprung[i] + N @ q[start : start + N.shape[1]]
+        motions = []
+        for i, (_, N) in enumerate(given):
+            motions.append(sprung[i] + N @ q[start : start + N.shape[1]])
             start += N.shape[1]
+        for i, (element, own) in enumerate(
+            zip(leg.elements, self._shared(leg, motions), strict=True)
+        ):
             if isinstance(element, PlacedBlock):
                 branches[i] = tuple(
                     self.motion(branch, t, t + own, self._spatial_stiffness(branch) @ own)
@@ -216,6 +227,24 @@ class _LegSolver:
             t = t + own
             twists.append(t)
         return LegMotion(tuple(BodyMotion(twist, self.origin) for twist in twists), branches)
+
+    def _shared(self, leg: PlacedLeg, motions: list[np.ndarray]) -> list[np.ndarray]:
+        """Motions of the elements, those of coupled coordinates at the joints that they move."""
+        shared = list(motions)
+        places = {
+            e.joint if isinstance(e, CoupledFreedom) else e.name: i
+            for i, e in enumerate(leg.elements)
+        }
+        for i, element in enumerate(leg.elements):
+            if isinstance(element, CoupledFreedom):
+                whole = freedom_twist(element, self.origin)
+                amount = float(whole @ motions[i] / (whole @ whole))
+                shared[i] = shared[i] - motions[i]
+                for name, share, screw in element.moves:
+                    shared[places[name]] = shared[places[name]] + (
+                        share * amount * screw.twist(self.origin)
+                    )
+        return shared
 
     def _compliance_and_freedoms(self, element: Element) -> tuple[np.ndarray, np.ndarray]:
         """Compliance (6, 6) and free twists (6, k) of an element, about the origin."""

@@ -1,0 +1,284 @@
+"""Coupled joints: gears, differentials and mimic joints as sums of joint coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.errors import InputError
+from robostiff.model.joint import Joint, Locked, Passive, Role
+from robostiff.spatial import refuse_quantities
+from robostiff.spatial.formula import exact_together, is_formula
+
+_GEAR = Locked()
+_ROUNDING = 1e-9  # part of a factor: less is left of a sum that others contain
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A sum of joint coordinates of one chain, ``s = a_1 q_1 + a_2 q_2 + ...``, and what holds it.
+
+    A gear ``q_2 = r q_1 + c`` is the sum ``q_2 - r q_1``, which is locked at c. The two motors of a
+    differential are the sum and the difference of its joints, both actuated. Every coupling takes
+    the place of one passive joint among the coordinates of the chain: its coordinate is s.
+
+    Attributes
+    ----------
+    terms : tuple of (str, float or formula)
+        Names of revolute, prismatic or helical joints of the chain, with their factors. Where one
+        of them slides, s is a length [m], and the factor of a turn a length for one radian.
+    role : Locked or Actuated
+        Locked by a gear, rigid or with a stiffness against s; actuated where s is what a drive
+        moves.
+    home : float, formula or None
+        s in the home configuration [m, rad]; that of the joints' home coordinates for None.
+    name : str
+
+    Examples
+    --------
+    >>> gear = coupling("wrist 2", follows="wrist 1", ratio=-1.5)
+    >>> gear.terms, gear.home
+    ((('wrist 2', 1.0), ('wrist 1', 1.5)), 0.0)
+    """
+
+    terms: tuple[tuple[str, Any], ...]
+    role: Role = _GEAR
+    home: Any = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        terms = tuple((joint, factor) for joint, factor in self.terms)
+        names = [joint for joint, _ in terms]
+        subject = f"coupling of {', '.join(map(repr, names))}" if names else "coupling"
+        if not self.name:
+            object.__setattr__(self, "name", f"coupling of {' and '.join(names)}")
+        if len(terms) < 2 or len(set(names)) < len(names):
+            raise InputError(
+                subject, got=names, expected="the names of at least two joints, each once"
+            )
+        for joint, factor in terms:
+            refuse_quantities(f"factor of {joint!r}", factor, "a number other than 0")
+            if not is_formula(factor) and (not np.isfinite(factor) or factor == 0):
+                raise InputError(
+                    f"factor of {joint!r} in the {subject}",
+                    got=factor,
+                    expected="a number other than 0",
+                    hint="leave out a joint that the others do not move",
+                )
+        if isinstance(self.role, Passive):
+            raise InputError(
+                f"role of the {subject}",
+                got="passive",
+                expected="locked, or actuated where a drive moves the sum",
+            )
+        object.__setattr__(self, "terms", terms)
+
+    @property
+    def in_words(self) -> str:
+        """The sum, such as ``wrist 2 + 1.5 wrist 1``."""
+        text = ""
+        for joint, factor in self.terms:
+            if is_formula(factor):
+                text += f" + ({factor}) {joint}"
+                continue
+            sign, size = ("-" if factor < 0 else "+"), abs(float(factor))
+            text += f" {sign} " + (joint if size == 1 else f"{size:.6g} {joint}")
+        return text.removeprefix(" + ").strip()
+
+
+def coupling(
+    joint: str,
+    *,
+    follows: str,
+    ratio: Any,
+    offset: Any = 0.0,
+    stiffness: Any = None,
+    name: str = "",
+) -> Coupling:
+    """A joint that follows another one, ``q = ratio q_followed + offset``: a gear, belt or rack.
+
+    Parameters
+    ----------
+    joint, follows : str
+        Names of two joints of the chain.
+    ratio : float or formula
+        A number between two turns or two slides; of a slide that follows a turn, its advance for
+        one radian [m/rad].
+    offset : float or formula
+        [m, rad]
+    stiffness : float or formula, optional
+        Of a belt or gear, felt at `joint` while the other one is held [N/m, N m/rad]; rigid when
+        left out.
+    """
+    if not is_formula(ratio) and ratio == 0:
+        raise InputError(
+            f"ratio of {joint!r} to {follows!r}",
+            got=ratio,
+            expected="a number other than 0",
+            hint="a joint that does not move is locked",
+        )
+    return Coupling(((joint, 1.0), (follows, -ratio)), Locked(stiffness), offset, name)
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """How the coordinates p of a chain move its joints, ``q = T p``, ``p = A q``.
+
+    Attributes
+    ----------
+    A, T : (n, n) arrays
+        Inverse of each other; rows of the identity where a joint is a coordinate by itself.
+    sums : mapping of int to Coupling
+        The couplings, by the place of the joint whose place in p they take.
+    """
+
+    A: np.ndarray
+    T: np.ndarray
+    sums: Mapping[int, Coupling]
+
+
+def transmission(
+    joints: Mapping[str, tuple[int, Any]], size: int, couplings: Sequence[Coupling]
+) -> Transmission:
+    """The transmission of a chain.
+
+    Parameters
+    ----------
+    joints : mapping of str to (int, element)
+        Moving elements of the chain by their names, with their places among the coordinates.
+    size : int
+        Number of coordinates.
+    couplings : sequence of Coupling
+
+    Raises
+    ------
+    InputError
+        When a coupling names a joint that is not there or has several freedoms, leaves no passive
+        joint to follow, or follows from those before it.
+    """
+    for own in couplings:
+        _check_joints(own, joints)
+    at = {name: place for name, (place, _) in joints.items()}
+    flat = iter(exact_together(*(factor for own in couplings for _, factor in own.terms)))
+    rows = [{name: next(flat) for name, _ in own.terms} for own in couplings]
+    reduced: list[dict[str, Any]] = []
+    chosen: list[str] = []
+    for own, factors in zip(couplings, rows, strict=True):
+        row = dict(factors)
+        for pivot, before in zip(chosen, reduced, strict=True):
+            share = row.get(pivot, 0)
+            if not _is_nothing(share, 0.0):
+                of_pivot = share / before[pivot]
+                both = row.keys() | before.keys()
+                row = {k: row.get(k, 0) - of_pivot * before.get(k, 0) for k in both}
+                row[pivot] = 0
+        chosen.append(_follower(own, row, chosen, joints))
+        reduced.append(row)
+    places = [at[name] for name in chosen]
+    exact = any(is_formula(factor) for row in rows for factor in row.values())
+    A = np.eye(size, dtype=int).astype(object) if exact else np.eye(size)
+    T = A.copy()
+    for place, row in zip(places, rows, strict=True):
+        A[place] = 0
+        for name, factor in row.items():
+            A[place, at[name]] = factor
+    others = [k for k in range(size) if k not in places]
+    S = _inverse(A[np.ix_(places, places)])
+    T[np.ix_(places, places)] = S
+    T[np.ix_(places, others)] = -(S @ A[np.ix_(places, others)])
+    return Transmission(A, T, dict(zip(places, couplings, strict=True)))
+
+
+def _check_joints(own: Coupling, joints: Mapping[str, tuple[int, Any]]) -> None:
+    for name, _ in own.terms:
+        if name not in joints:
+            names = ", ".join(repr(known) for known in joints) or "none"
+            raise InputError(
+                f"joint of {own.name!r}", got=name, expected=f"a joint of the same chain: {names}"
+            )
+        element = joints[name][1]
+        if not isinstance(element, Joint) or element.size != 1:
+            kind = element.kind.value if isinstance(element, Joint) else "telescope"
+            raise InputError(
+                f"joint {name!r} of {own.name!r}",
+                got=kind,
+                expected="a revolute, prismatic or helical joint",
+                hint="write its freedoms as joints one after the other",
+            )
+
+
+def _follower(
+    own: Coupling,
+    row: Mapping[str, Any],
+    taken: Sequence[str],
+    joints: Mapping[str, tuple[int, Any]],
+) -> str:
+    """The passive joint whose place among the coordinates a coupling takes: the first that can."""
+    factors = dict(own.terms)
+    slides = any(not joints[name][1].freedoms[0].turns for name in factors)
+    passive = [name for name in row if isinstance(joints[name][1].role, Passive)]
+    if not any(isinstance(joints[name][1].role, Passive) for name in factors):
+        raise InputError(
+            f"roles of {', '.join(map(repr, factors))} in {own.name!r}",
+            got="no passive joint",
+            expected="role: passive of a joint that follows the others",
+        )
+    in_order = [*factors, *(name for name in row if name not in factors)]
+    left = [
+        name
+        for name in in_order
+        if name in passive
+        and name not in taken
+        and not _is_nothing(row[name], _size(factors.get(name, 1.0)))
+    ]
+    if not left:
+        raise InputError(
+            own.name,
+            got="a relation that follows from the others, or contradicts them",
+            expected="at most one coupling for each passive joint, none a sum of others",
+            hint="leave it out",
+        )
+    for name in left:
+        if joints[name][1].freedoms[0].turns is not slides:
+            return name
+    raise InputError(
+        f"roles in {own.name!r}",
+        got="slides that are all driven or locked",
+        expected="a passive slide, as the sum is a length",
+        hint="let the turning joint be actuated and the slide follow it",
+    )
+
+
+def _size(factor: Any) -> float:
+    return 0.0 if is_formula(factor) else abs(float(factor))
+
+
+def _is_nothing(value: Any, scale: float) -> bool:
+    """Whether nothing is left of a factor; an entry of a record is something."""
+    if not is_formula(value):
+        return bool(abs(value) <= _ROUNDING * scale)
+    if not hasattr(value, "xreplace"):
+        return False
+    import sympy as sp
+
+    return sp.cancel(value) == 0
+
+
+def _inverse(S: np.ndarray) -> np.ndarray:
+    """Inverse of a regular matrix of numbers or formulas, by elimination."""
+    if S.dtype != object:
+        return np.linalg.inv(S)
+    size = len(S)
+    M = np.empty((size, 2 * size), dtype=object)
+    M[:, :size], M[:, size:] = S, np.eye(size, dtype=int)
+    for k in range(size):
+        pivot = next(i for i in range(k, size) if not _is_nothing(M[i, k], 0.0))
+        M[[k, pivot]] = M[[pivot, k]]
+        M[k] = M[k] / M[k, k]
+        for i in range(size):
+            if i != k and not _is_nothing(M[i, k], 0.0):
+                M[i] = M[i] - M[i, k] * M[k]
+    return M[:, size:]

@@ -1,0 +1,370 @@
+"""Gears and differentials: against networks, least energy, 40 digits and closed forms."""
+
+import mpmath
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.errors import InputError
+from robostiff.io.model_file import read_model
+from robostiff.kinematics import find_posture, leg_compliance
+from robostiff.model import (
+    Actuated,
+    Chain,
+    Coordinate,
+    Coupling,
+    Leg,
+    Locked,
+    Passive,
+    Rigid,
+    Robot,
+    beam_link,
+    coupling,
+    helical,
+    prismatic,
+    revolute,
+    spherical,
+)
+from robostiff.network import condense, energy_stiffness, network_of_snapshot
+from robostiff.spatial import Frame, move_stiffness
+
+SECTION, STEEL = rs.circle(0.03), rs.material("steel")
+GEAR = coupling("b", follows="a", ratio=-1.5, offset=0.1)
+BELT = coupling("b", follows="a", ratio=-1.5, stiffness=5e4)
+MOTORS = (
+    Coupling((("a", 1.0), ("b", 1.0)), Actuated(1e4), name="left motor"),
+    Coupling((("a", 1.0), ("b", -1.0)), Actuated(2e4), name="right motor"),
+)
+CASES = {
+    "gear": ((GEAR,), Actuated(2e4), Actuated(3e4)),
+    "belt": ((BELT,), Actuated(2e4), Actuated(3e4)),
+    "belt on a rigid drive": ((BELT,), Actuated(), Passive()),
+    "gear without drive": ((GEAR,), Passive(), Actuated(3e4)),
+    "two motors": (MOTORS, Passive(), Actuated(3e4)),
+    "motor and gear": (
+        (MOTORS[0], Coupling((("a", 1.0), ("b", 2.0), ("c", -3.0)))),
+        Passive(),
+        Passive(),
+    ),
+    "train": (
+        (GEAR, coupling("c", follows="b", ratio=0.4, stiffness=7e3)),
+        Actuated(2e4),
+        Passive(),
+    ),
+    "driven follower": ((coupling("b", follows="a", ratio=-1.5),), Passive(), Actuated(3e4)),
+}
+
+
+def beam(name: str, *to: float):
+    return beam_link(to, STEEL, SECTION, name=name)
+
+
+def arm(couplings, first=None, last=None, **options) -> Robot:
+    """Three joints askew, with beams between them."""
+    elements = (
+        revolute([0, 0, 1], first or Actuated(2e4), name="a", home=(0.2,)),
+        beam("l1", 0.5, 0.1, 0),
+        revolute([0, 1, 0], Passive(), name="b"),
+        beam("l2", 0.3, 0, 0.1),
+        revolute([1, 0.2, 0], last or Actuated(3e4), name="c"),
+        beam("l3", 0.1, 0.2, 0.1),
+    )
+    chain = Chain(elements, tuple(couplings))
+    identity = Frame.identity()
+    return Robot("arm", (Leg("arm", identity, chain, identity),), coordinates=(), **options)
+
+
+def apart(found: np.ndarray, expected: np.ndarray) -> float:
+    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
+
+
+def network_stiffness(robot: Robot, pose=None, index: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """K of the saddle-point system of all bodies, and of their least energy."""
+    snapshot = find_posture(robot, pose).snapshot.one(index)
+    network = network_of_snapshot(snapshot)
+    found = condense(network)
+    v = snapshot.reference_point - found.origin
+    return move_stiffness(found.whole.K, v), energy_stiffness(network)
+
+
+def in_forty_digits(robot: Robot) -> np.ndarray:
+    """t = C F + J q, J^T F = K q + A^T f, A q = f / k: all joints and couplings as unknowns."""
+    (leg,) = robot.legs
+    chain, snapshot = leg.chain, find_posture(robot).snapshot.one(0)
+    at = snapshot.reference_point
+    springs = [e for e in snapshot.legs[0].elements if hasattr(e, "elasticity")]
+    joints = [getattr(e, "alone", e) for e in snapshot.legs[0].elements if e not in springs]
+    C = leg_compliance(type(snapshot.legs[0])("springs", tuple(springs), at), at)
+    names = [joint.name for joint in joints]
+    with mpmath.workdps(40):
+        J = [[mpmath.mpf(float(x)) for x in joint.twist(at)] for joint in joints]
+        rows = [[dict(own.terms).get(name, 0) for name in names] for own in chain.couplings]
+        n, m = len(joints), len(rows)
+        M = mpmath.zeros(6 + n + m)
+        for i in range(6):
+            for j in range(6):
+                M[i, j] = mpmath.mpf(float(C[i, j]))
+        for k, joint in enumerate(joints):
+            held = not joint.is_passive and joint.stiffness is None
+            for i in range(6):
+                M[i, 6 + k], M[6 + k, i] = (0, 0) if held else (J[k][i], J[k][i])
+            M[6 + k, 6 + k] = 1 if held else -mpmath.mpf(joint.stiffness or 0)
+            for r, row in enumerate(rows):
+                M[6 + k, 6 + n + r] = 0 if held else -mpmath.mpf(float(row[k]))
+                M[6 + n + r, 6 + k] = mpmath.mpf(0 if held else float(row[k]))
+        for r, own in enumerate(chain.couplings):
+            k = own.role.stiffness
+            M[6 + n + r, 6 + n + r] = 0 if k is None else -1 / mpmath.mpf(k)
+        inverse = M**-1
+        return np.array([[float(inverse[i, j]) for j in range(6)] for i in range(6)])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_networks_and_forty_digits_agree(case: str):
+    robot = arm(*CASES[case])
+    result = rs.stiffness(robot)
+    by_rows, by_energy = network_stiffness(robot)
+    assert apart(result.K, by_rows) < 1e-12
+    assert apart(result.K, by_energy) < 1e-11
+    assert apart(result.K, in_forty_digits(robot)) < 1e-12
+    for form in (rs.Block(), rs.Recursive(), rs.SaddlePoint()):
+        assert apart(rs.stiffness(robot, method=form).K, result.K) < 1e-11
+
+
+def test_a_network_has_the_rank_of_the_formula():
+    for case, own in CASES.items():
+        robot = arm(*own)
+        network = network_of_snapshot(find_posture(robot).snapshot.one(0))
+        assert int(condense(network).whole.rank) == int(rs.stiffness(robot).rank), case
+
+
+def test_a_pinion_on_its_rack_is_a_screw():
+    """A slide that follows a turn about the same axis by h is a helical joint of pitch 2 pi h."""
+    h, k, axis = 0.003, 4e3, [0.2, 1.0, -0.3]
+    rest = (beam("rod", 0.3, 0.1, 0.2), revolute([1, 0, 0], Passive(), name="pin"))
+    more = (*rest, beam("tip", 0.1, 0.4, 0.0))
+    geared = Chain(
+        (
+            beam("foot", 0, 0.2, 0.1),
+            revolute(axis, Actuated(k), name="pinion", home=(0.7,)),
+            prismatic(axis, Passive(), name="rack"),
+            *more,
+        ),
+        (coupling("rack", follows="pinion", ratio=h),),
+    )
+    nut = helical(axis, 2 * np.pi * h, Actuated(k), home=(0.7,))
+    screw = Chain((beam("foot", 0, 0.2, 0.1), nut, *more))
+    K = [rs.stiffness(posed(chain)).K for chain in (geared, screw)]
+    assert apart(*K) < 1e-13
+
+
+def posed(chain: Chain) -> Robot:
+    identity = Frame.identity()
+    return Robot("arm", (Leg("arm", identity, chain, identity),), coordinates=())
+
+
+LENGTH = 0.3  # of a crank
+
+
+def tripod(stiffness, *, geared: bool) -> Robot:
+    """Three legs on hinges: two rigid cranks geared 1 : -2, or the slide that they make."""
+    legs = []
+    for i, k in enumerate(stiffness):
+        turn = 2 * np.pi * i / 3
+        c, s = np.cos(turn), np.sin(turn)
+        around = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        up = np.array([[0, 0, -1.0], [0, 1, 0], [1, 0, 0]])  # x of the leg
+        hinge = revolute([0, 1, 0], Passive(), name="hinge", home=(-0.1,))
+        if geared:
+            rod = Rigid(Frame(np.eye(3), np.array([LENGTH, 0, 0])), "rod")
+            middle = (
+                revolute([0, 1, 0], Actuated(k), name="crank", home=(-0.8,)),
+                rod,
+                revolute([0, 1, 0], Passive(), name="elbow"),
+                rod,
+            )
+        else:
+            middle = (prismatic([1, 0, 0], Actuated(k), name="slide", home=(0.42,)),)
+        gears = (coupling("elbow", follows="crank", ratio=-2.0),) if geared else ()
+        ball = spherical(Passive(), name="ball")
+        chain = Chain((beam("foot", 0.1, 0, 0), hinge, *middle, ball), gears)
+        base, seat = around @ np.array([0.4, 0, 0]), around @ np.array([0.35, 0, 0])
+        legs.append(Leg(f"leg{i}", Frame(around @ up, base), chain, Frame(np.eye(3), seat)))
+    home = Frame(np.eye(3), np.array([0, 0, 0.5]))
+    free = (Coordinate.Z, Coordinate.RX, Coordinate.RY)
+    return Robot("tripod", tuple(legs), home=home, coordinates=free)
+
+
+POSES = np.array([[0.5, 0.0, 0.0], [0.46, 0.1, -0.05], [0.55, -0.1, 0.1]])
+
+
+def test_geared_cranks_are_a_slide():
+    """The tip is at 2 L cos a along a line, and the drive resists there with k / (2 L sin a)^2."""
+    robot, k = tripod((1e4, 2e4, 3e4), geared=True), np.array([1e4, 2e4, 3e4])
+    K = rs.stiffness(robot, POSES).K
+    slides = find_posture(tripod(k, geared=False), POSES).coordinates
+    geared = find_posture(robot, POSES).coordinates
+    for i in range(len(POSES)):
+        length = np.array([q[i, 1] for q in slides])
+        a = np.arccos(length / (2 * LENGTH))
+        assert [q[i, 1] for q in geared] == pytest.approx(-a, abs=1e-9)
+        twin = tripod(k / (2 * LENGTH * np.sin(a)) ** 2, geared=False)
+        assert apart(K[i], rs.stiffness(twin, POSES[i]).K) < 1e-9
+    elbows = robot.legs[0].chain.joint_coordinates(geared[0])[:, 2]
+    assert elbows == pytest.approx(-2 * geared[0][:, 1], abs=1e-12)
+
+
+def test_kernels_take_couplings():
+    """Recorded legs and recorded Newton steps against the network, pose by pose."""
+    robot = arm(*CASES["motor and gear"])
+    free = robot.legs[0].chain.free
+    q = np.tile(robot.legs[0].chain.home, (4, 1))
+    q[:, free] += 0.3 * np.random.default_rng(1).normal(size=(4, int(free.sum())))
+    poses = rs.JointCoordinates(q)
+    K = rs.compile(robot).evaluate(poses).values["K"]
+    for i in range(4):
+        assert apart(K[i], network_stiffness(robot, poses, i)[0]) < 1e-11
+
+
+def test_kernels_close_coupled_legs():
+    robot = tripod((1e4, 2e4, 3e4), geared=True)
+    answer = rs.compile(robot).evaluate(POSES)
+    assert apart(answer.values["K"], rs.stiffness(robot, POSES).K) < 1e-9
+    assert not np.any(answer.guarded)
+
+
+def test_deflections_share_the_energy_of_a_belt():
+    """Parts sum up to F . t / 2; the belt holds the torque of its joint, by virtual work."""
+    robot, F = arm(*CASES["belt"]), np.array([10.0, 20, -30, 1, 2, 3])
+    bent = rs.deflection(robot, None, F)
+    assert sum(part.energy for part in bent.parts) == pytest.approx(0.5 * F @ bent.twist)
+    (belt,) = (part for part in bent.parts if part.part == BELT.name)
+    snapshot = find_posture(robot).snapshot.one(0)
+    joint = next(e for e in snapshot.legs[0].elements if getattr(e, "joint", "") == "b").alone
+    torque = joint.twist(snapshot.reference_point) @ F
+    assert belt.energy == pytest.approx(0.5 * torque**2 / 5e4)
+
+
+def test_a_posture_that_the_gear_forbids_is_refused():
+    robot = arm((GEAR,))
+    with pytest.raises(InputError, match=r"b \+ 1.5 a, which is held"):
+        rs.stiffness(robot, rs.JointCoordinates([0.2, -0.2, 0.0]))
+    assert rs.stiffness(robot, rs.JointCoordinates([0.3, 0.1, 0.0])).status.has_stiffness
+
+
+@pytest.mark.parametrize(
+    ("couplings", "words"),
+    [
+        ((coupling("b", follows="x", ratio=2),), "a joint of the same chain"),
+        ((coupling("a", follows="c", ratio=2),), "no passive joint"),
+        ((GEAR, coupling("b", follows="c", ratio=2)), "a relation that follows from the others"),
+        ((coupling("b", follows="a", ratio=2), BELT), "a relation that follows from the others"),
+    ],
+)
+def test_couplings_that_cannot_be(couplings, words: str):
+    with pytest.raises(InputError, match=words):
+        arm(couplings)
+
+
+@pytest.mark.parametrize("factor", [0, np.nan])
+def test_a_factor_is_a_number(factor: float):
+    with pytest.raises(InputError, match="a number other than 0"):
+        Coupling((("a", 1.0), ("b", factor)))
+    with pytest.raises(InputError, match="at least two joints"):
+        Coupling((("a", 1.0),))
+    with pytest.raises(InputError, match="locked, or actuated"):
+        Coupling((("a", 1.0), ("b", 1.0)), Passive())
+
+
+def test_home_coordinates_fit_the_gear():
+    joints = (
+        revolute([0, 0, 1], Actuated(1e4), name="a", home=(0.2,)),
+        revolute([0, 1, 0], Passive(), name="b", home=(0.5,)),
+        beam("l", 0.3, 0.1, 0),
+    )
+    with pytest.raises(InputError, match=r"-0\.3 rad, to which it is held"):
+        Chain(joints, (coupling("b", follows="a", ratio=-1.5),))
+    held = Chain(joints, (Coupling((("b", 1.0), ("a", 1.5)), Locked()),))
+    assert held.home == pytest.approx([0.2, 0.8])
+    assert held.joint_coordinates(held.home) == pytest.approx([0.2, 0.5])
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda robot: rs.equilibrium(robot, None, np.ones(6)),
+        lambda robot: rs.critical_load(robot, None, np.ones(6)),
+        rs.modes,
+        rs.compile_loaded,
+        lambda robot: rs.hybrid_machine([rs.Module("arm", robot)]),
+    ],
+)
+def test_what_does_not_take_couplings_says_so(ask):
+    robot = arm((GEAR,))
+    with pytest.raises(InputError, match="coupled joints"):
+        ask(robot)
+
+
+MODEL = """
+robostiff: 1
+name: wrist
+source: own numbers
+parameters: {k: 2e4 N m/rad, r: -1.5}
+legs:
+- name: arm
+  chain:
+  - {type: revolute, name: a, axis: z, role: actuated, stiffness: k}
+  - {type: beam, to: [500 mm, 100 mm, 0], material: steel, section: {circle: {diameter: 30 mm}}}
+  - {type: revolute, name: b, axis: y, role: passive}
+  - {type: prismatic, name: s, axis: x, role: passive}
+  - {type: beam, to: [300 mm, 0, 100 mm], material: steel, section: {circle: {diameter: 30 mm}}}
+  couplings:
+  - {joint: b, follows: a, ratio: r, offset: 10 deg, stiffness: 5e4 N m/rad, name: belt}
+  - {sum: {s: 1, a: 5 mm/rad}, equals: 20 mm}
+"""
+
+
+def model(tmp_path, text: str = MODEL, **options):
+    path = tmp_path / "wrist.yaml"
+    path.write_text(text)
+    return read_model(path, **options)
+
+
+def test_a_model_file_has_couplings(tmp_path):
+    chain = model(tmp_path).legs[0].chain
+    belt, rack = chain.couplings
+    assert belt.terms == (("b", 1.0), ("a", 1.5))
+    assert belt.home == pytest.approx(np.radians(10))
+    assert belt.role == Locked(5e4)
+    assert belt.name == "belt"
+    assert rack.terms == (("s", 1.0), ("a", 0.005))
+    assert rack.home == pytest.approx(0.02)
+
+
+def test_a_ratio_may_be_a_symbol(tmp_path):
+    """K of the formula, and of a kernel with the ratio as its parameter, against the network."""
+    robot = model(tmp_path, symbols=("r", "k"))
+    kernel = rs.compile(robot, parameters=("r", "k"))
+    (leg,) = robot.numeric.legs
+    q = rs.JointCoordinates(leg.chain.home[None])
+    for r in (-1.5, 0.7):
+        K = kernel.evaluate(q, parameters={"r": r}).values["K"][0]
+        text = MODEL.replace("r: -1.5", f"r: {r}")
+        assert apart(K, network_stiffness(model(tmp_path, text))[0]) < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("follows: a", "follows: aa", r":15:25: .*did you mean a\?"),
+        ("ratio: r", "ratio: 0", ":15:35: .*a number other than 0"),
+        ("ratio: r", "ratoi: r", "did you mean ratio"),
+        ("s: 1, a: 5 mm/rad", "s: 1, b: 1 deg", ":16:21: .*length"),
+        ("equals: 20 mm", "equals: 20 mm, role: actuated", ":16:32: .*equals of an actuated sum"),
+        ("{s: 1, a: 5 mm/rad}, equals: 20 mm", "{b: 2, a: 3}", ":16:5: .*follows from the others"),
+        ("joint: b, follows: a", "joint: a, follows: s", "write joint: s, follows: a"),
+    ],
+)
+def test_errors_of_couplings_have_a_place(tmp_path, old: str, new: str, words: str):
+    with pytest.raises(InputError, match=words):
+        model(tmp_path, MODEL.replace(old, new))
