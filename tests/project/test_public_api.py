@@ -41,6 +41,7 @@ PUBLIC = [
     "CompiledLoading",
     "CompiledRobot",
     "ComplianceMatrix",
+    "Coupling",
     "CriticalLoad",
     "CrossSection",
     "DHConvention",
