@@ -18,6 +18,8 @@ _LEAST = 1e-12
 #: The input decides no more digits than it has: an answer may be as far off as the exact answers of
 #: robots whose coordinates differ by one unit in the last place, and no further than this.
 _OF_INPUT = 1e-8
+#: Which of several redundant joints is left out is no part of the input: more follows from that.
+_OF_CHOICE = 1e-6
 #: Differences between a way and itself in other company: the same steps, other roundings.
 DECISIVE = (
     Status.RIGID_DIRECTION | Status.FREE_MOTIONS | Status.REDUNDANT_JOINTS | Status.UNREACHABLE
@@ -41,6 +43,8 @@ class Answer:
         An exception in place of an answer.
     truth : Reference or None
         Of a robot whose coordinates were rounded anew on this way.
+    neighbours : callable
+        As those of the judge, of this robot.
     """
 
     way: str
@@ -50,6 +54,7 @@ class Answer:
     C: np.ndarray | None = None
     error: str = ""
     truth: Reference | None = None
+    neighbours: Callable[[], Sequence[Reference]] = tuple
 
     @property
     def in_doubt(self) -> bool:
@@ -100,7 +105,8 @@ class Judge:
         Length of the robot [m].
     has_blocks : bool
     neighbours : callable
-        Gives references of robots that differ from it by rounding of their coordinates alone.
+        Gives references of robots that differ from it by rounding of their coordinates, and by
+        which redundant joint they lack.
     complaints : list of Complaint
     """
 
@@ -155,18 +161,28 @@ class Judge:
                 continue
             least = _least_of(truth)
             off = self.distance(given, exact, size, least)
-            if not off <= AGREEMENT and not off <= self._of_input(answer, name, size, least):
+            if not off <= AGREEMENT and not self._of_input(answer, name, size, least):
                 what = f"another {name} than the reference"
                 self.say(answer.way, what, f"{off:.2e}; {status}; {margins}")
 
-    def _of_input(self, answer: Answer, name: str, size: float, least: float) -> float:
-        """How far rounding of the input moves the exact answer, where that may excuse one."""
-        exact = getattr(self.truth, name) if answer.truth is None else None
-        if exact is None:
-            return 0.0
-        others = [getattr(one, name) for one in self.neighbours()]
-        moved = [self.distance(one, exact, size, least) for one in others if one is not None]
-        return min(max(moved, default=0.0), _OF_INPUT)
+    def _of_input(self, answer: Answer, name: str, size: float, least: float) -> bool:
+        """Whether rounding of the input moves every block of the exact answer as far."""
+        truth = answer.truth or self.truth
+        near = self.neighbours if answer.truth is None else answer.neighbours
+        if truth is None:
+            return False
+        given, exact = getattr(answer, name), getattr(truth, name)
+        others = [own for one in near() if (own := getattr(one, name)) is not None]
+        most = _OF_CHOICE if truth.is_redundant else _OF_INPUT
+        turns = (np.arange(len(exact)) >= (2 if len(exact) == 3 else 3)).astype(int)
+        for block in range(3):  # of forces, of coupling, of moments
+            own = np.add.outer(turns, turns) == block
+            off, *moved = (
+                self.distance(np.where(own, K, exact), exact, size, least) for K in (given, *others)
+            )
+            if not off <= max(AGREEMENT, min(max(moved, default=0.0), most)):
+                return False
+        return True
 
     def _against_default(self, answer: Answer, default: Answer) -> None:
         doubt = answer.in_doubt or default.in_doubt

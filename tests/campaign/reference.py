@@ -87,6 +87,32 @@ def reference(snapshot: Snapshot) -> Reference | None:
         ctx.prec = before
 
 
+def redundant_joints(snapshot: Snapshot) -> list[tuple[int, int]]:
+    """Places (leg, element) of passive joints without which their leg moves as it does with them.
+
+    Joints of branches are left alone.
+    """
+    whole, found = _Whole(snapshot), []
+    for number, leg in enumerate(snapshot.legs):
+        passive = [
+            place
+            for place, part in enumerate(leg.elements)
+            if isinstance(part, PlacedFreedom) and isinstance(part.role, Passive)
+        ]
+        chain = _Chain(None, None)
+        for place in passive:
+            part = leg.elements[place]
+            assert isinstance(part, PlacedFreedom)
+            whole._joint(chain, part)
+        if len(chain.twists) < len(passive) or len(passive) < 2:  # one does not move anything
+            continue
+        rank = _rank(chain.twists, whole.scale)
+        for i, place in enumerate(passive):
+            if _rank(chain.twists[:i] + chain.twists[i + 1 :], whole.scale) == rank:
+                found.append((number, place))
+    return found
+
+
 class _Whole:
     def __init__(self, snapshot: Snapshot) -> None:
         self.snapshot = snapshot

@@ -158,7 +158,7 @@ def _turned(snapshot: Snapshot, rng: np.random.Generator) -> Any:
     T[:t, :t] = R[:t, :t]
     T[t:, t:] = R if n == 6 else 1.0
     K = T.T @ result.K @ T if bool(result.answered) else None
-    return Answer("frame", K, result.status, int(result.rank), truth=_of_far(snapshot, moved, T))
+    return _far(snapshot, moved, T, Answer("frame", K, result.status, int(result.rank)))
 
 
 def _millimetres(snapshot: Snapshot, rng: np.random.Generator) -> Any:
@@ -169,19 +169,23 @@ def _millimetres(snapshot: Snapshot, rng: np.random.Generator) -> Any:
     n, t = snapshot.space.size, snapshot.space.translations
     d = np.where(np.arange(n) < t, 1e3, 1.0)
     K = result.K * np.outer(d, d) / 1e3 if bool(result.answered) else None
-    truth = _of_far(snapshot, moved, np.diag(d) / np.sqrt(1e3))
-    return Answer("millimetres", K, result.status, int(result.rank), truth=truth)
+    answer = Answer("millimetres", K, result.status, int(result.rank))
+    return _far(snapshot, moved, np.diag(d) / np.sqrt(1e3), answer)
 
 
-def _of_far(snapshot: Snapshot, moved: Snapshot, T: np.ndarray) -> Reference | None:
-    """What is true of a robot far from the origin after its coordinates were rounded anew."""
+def _far(snapshot: Snapshot, moved: Snapshot, T: np.ndarray, answer: Answer) -> Answer:
+    """Far from the origin another robot is true, with coordinates that were rounded anew."""
     furthest = max(float(np.abs(leg.end).max()) for leg in (*snapshot.legs, *moved.legs))
     if snapshot.platform is not None or furthest < _FAR * _extent(snapshot):
-        return None
+        return answer
+
+    def back(truth: Reference) -> Reference:
+        return truth if truth.K is None else replace(truth, K=T.T @ truth.K @ T, C=None)
+
     truth = reference(moved)
-    if truth is None or truth.K is None:
-        return truth
-    return replace(truth, K=T.T @ truth.K @ T, C=None)
+    if truth is None:
+        return answer
+    return replace(answer, truth=back(truth), neighbours=lambda: [*map(back, neighbours(moved))])
 
 
 def _point(snapshot: Snapshot, rng: np.random.Generator) -> Any:
