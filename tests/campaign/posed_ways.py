@@ -15,7 +15,8 @@ from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.kinematics import Pose, PostureFinder, place_chain
+from robostiff.kinematics import Pose, place_chain
+from robostiff.kinematics.posture_finder import posture_finder
 from robostiff.model import Actuated, PlacedLeg, Snapshot
 from tests.campaign import ways
 from tests.campaign.answers import Complaint, Judge
@@ -39,7 +40,7 @@ class Case:
         self.posed, self.robot, self.rng = posed, posed.robot, rng
         self.complaints: list[Complaint] = []
         self.batch = careful_stiffness(self.robot, posed.pose())
-        self.finder = PostureFinder(self.robot)
+        self.finder = posture_finder(self.robot)
         self.posture = self.finder.find(posed.pose())
         self.size = _extent(self.posture.snapshot.one(0))
 
@@ -366,13 +367,13 @@ class PosedWay:
 WAYS = (
     PosedWay("alone", _alone, 1),
     PosedWay("bad poses beside", _bad_poses, 4),
-    PosedWay("many poses", _many, 16),
+    PosedWay("many poses", _many, 24),
     PosedWay("planted coordinates", _posture, 1),
-    PosedWay("walk", _walk, 4),
+    PosedWay("walk", _walk, 6),
     PosedWay("frozen", _frozen, 3),
     PosedWay("model file", _file, 12),
-    PosedWay("kernel", _kernel(rs.Backend.BEST, "kernel"), 12),
-    PosedWay("kernel in NumPy", _kernel(rs.Backend.ARRAYS, "kernel in NumPy"), 12),
+    PosedWay("kernel", _kernel(rs.Backend.BEST, "kernel"), 16),
+    PosedWay("kernel in NumPy", _kernel(rs.Backend.ARRAYS, "kernel in NumPy"), 24),
     PosedWay("kernel of the compliance", _kernel_compliance, 24),
     PosedWay("formula in steps", formula(True), 150),
     PosedWay("formula at home", formula(False), 150),

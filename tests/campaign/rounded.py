@@ -82,7 +82,7 @@ def rounded_snapshot(snapshot: Snapshot, rng: np.random.Generator) -> Snapshot:
     return with_parts(snapshot, one)
 
 
-def rounded(snapshot: Snapshot, rng: np.random.Generator) -> Answer:
+def rounded(snapshot: Snapshot, rng: np.random.Generator, known: Any) -> Answer:
     """Status and rank as before; K and C against the reference of the rounded robot."""
     if snapshot.platform is not None:
         return Answer("rounded", None, rs.Status.FORM_DOES_NOT_HOLD)

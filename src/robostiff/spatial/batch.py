@@ -58,7 +58,9 @@ def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     array([[1., 2.],
            [3., 4.]])
     """
-    batch = np.broadcast_shapes(A.shape[:-2], B.shape[:-2])
+    batch = A.shape[:-2]
+    if batch != B.shape[:-2]:
+        batch = np.broadcast_shapes(batch, B.shape[:-2])
     if not batch:
         return A @ B
     out = empty_batch(batch, (A.shape[-2], B.shape[-1]), np.result_type(A, B))
