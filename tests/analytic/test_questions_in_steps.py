@@ -17,6 +17,7 @@ from robostiff.analytic import (
     free_motion_formulas,
     rank_formula,
 )
+from robostiff.analytic.numeric_value import matrix_value
 from tests.project.shown_output import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -41,14 +42,92 @@ def turned():
 
 
 def test_rank_in_steps_is_that_in_numbers(planar, turned):
-    found = rank_formula(planar)
-    assert (found.rank, found.exceptions) == (3, ())
-    assert "named steps" in found.remark
+    assert rank_formula(planar).rank == 3
     assert free_motion_formulas(planar) == ()
     K = turned.lambdify()(**{s.name: 0.3 if s.name == "g" else 1.0 for s in turned.symbols})
     assert rank_formula(turned).rank == np.linalg.matrix_rank(K, tol=1e-9)
     with pytest.raises(rs.InputError, match="rank"):
         rank_formula(planar.subs({"gamma": 0}))
+
+
+def _rank_at(derivation, values):
+    """Rank of K, rotations at 1 m; a singular value is zero where it is below 1e-9 of the first."""
+    K = matrix_value(
+        derivation.K, {s: values[s.name] for s in derivation.symbols}, derivation.definitions
+    )
+    return np.linalg.matrix_rank(K, tol=1e-9 * np.linalg.norm(K, 2))
+
+
+def test_a_turn_by_a_right_angle_is_singular():
+    """Fichter's singularity, found as a factor of the determinant in steps."""
+    g = sp.Symbol("g", real=True)
+    turned = rs.derive("gough-stewart-b", pose=rs.AtCoordinates({"gamma": g}))
+    found = rank_formula(turned)
+    assert set(found.allowed) == {sp.cos(g)}
+    assert {s.name for s in found.exceptions if s.is_Symbol} == {"R", "h", "k", "r"}
+    values = {"R": 0.5, "h": 0.7, "k": 1e8, "r": 0.3}
+    assert _rank_at(turned, values | {"g": 0.4}) == 6
+    assert _rank_at(turned, values | {"g": np.pi / 2}) == 5
+
+
+def test_a_platform_that_is_parallel_to_its_base_has_lost_rank():
+    general = rs.derive("gough-stewart-a", pose=rs.AtSymbols())
+    found = rank_formula(general)
+    (locus,) = found.allowed
+    tilted = sp.cos(sp.Symbol("alpha", real=True)) * sp.cos(sp.Symbol("beta", real=True)) - 1
+    assert (found.rank, locus) == (5, tilted)
+    values = {s.name: 0.2 for s in general.symbols} | {"R": 0.5, "z": 0.7, "k": 1e8}
+    assert _rank_at(general, values) == 5
+    assert _rank_at(general, values | {"alpha": 0.0, "beta": 0.0}) == 3
+
+
+def test_the_locus_at_a_general_pose_is_where_the_rank_drops():
+    general = rs.derive("gough-stewart-b", pose=rs.AtSymbols())
+    (locus,) = rank_formula(general).allowed
+    random = np.random.default_rng(3)
+    for _ in range(3):
+        values = {s.name: random.uniform(0.2, 1.2) for s in general.symbols}
+        x = next(s for s in locus.free_symbols if s.name == "x")
+        put_in = {s: values[s.name] for s in locus.free_symbols if s != x}
+        line = np.array(sp.Poly(locus.xreplace(put_in), x).all_coeffs(), dtype=float)
+        for root in np.roots(line)[np.isreal(np.roots(line))].real:
+            assert _rank_at(general, values | {"x": root}) == 5
+        assert _rank_at(general, values) == 6
+
+
+def test_a_locus_that_is_too_long_is_said_to_be():
+    found = rank_formula(rs.derive("hexaglide", symbols=("k",), pose=rs.AtSymbols()))
+    assert (found.rank, found.exceptions) == (6, ())
+    assert "too long" in found.remark
+
+
+@pytest.mark.parametrize("name", ["3-rps", "3-rpr-beams"])
+def test_eigenvalues_of_a_sum_of_springs_are_those_of_its_entries(name):
+    derivation = rs.derive(name)
+    robot = rs.load(name)
+    K = rs.stiffness(robot).K
+    t = len(K) // 2
+    found = eigenvalue_formulas(derivation, StiffnessPart.ROTATION)
+    at = dict(rs.load(name, symbols=rs.ALL_PARAMETERS).nominal)
+    for d in found.definitions:
+        at[d.symbol.name] = float(
+            d.expression.evalf(subs={s: at[s.name] for s in d.expression.free_symbols})
+        )
+    values = [
+        float(e.value.evalf(subs={s: at[s.name] for s in e.value.free_symbols}))
+        for e in found.values
+        for _ in range(e.multiplicity)
+    ]
+    assert np.allclose(sorted(values), np.linalg.eigvalsh(K[t:, t:]), rtol=1e-9)
+    assert max(int(e.value.count_ops()) for e in found.values) < 30
+
+
+def test_a_large_block_without_closed_form_is_not_multiplied_out():
+    K = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"a{min(i, j)}{max(i, j)}"))
+    found = eigenvalue_formulas(K, StiffnessPart.WHOLE, sp.Rational(1, 3))
+    (left,) = found.unsolved
+    assert (left.degree, found.values) == (6, ())
+    assert isinstance(left.factor, sp.Determinant)
 
 
 def test_eigenvalues_in_steps_are_those_of_the_entries(planar):

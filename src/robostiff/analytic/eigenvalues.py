@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
+import numpy as np
 import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.budget import BUDGET, within
+from robostiff.analytic.derivation import Definition, Derivation, used_definitions
 from robostiff.analytic.elimination import determinant, null_space
 from robostiff.analytic.factors import factored, rational
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.questions import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 from robostiff.spatial import Space
+
+_LONGEST = 150  # operations of all entries
+_SEED = 17
+_LARGEST = 10**15  # number in an entry, of whose root squares are taken out
 
 
 class StiffnessPart(Enum):
@@ -53,7 +60,8 @@ class Unsolved:
     Attributes
     ----------
     factor : sympy.Expr
-        Polynomial in `Eigenvalues.symbol` of which eigenvalues are the zeros.
+        Polynomial in `Eigenvalues.symbol` of which eigenvalues are the zeros; for a large block a
+        determinant that is not written out.
     degree, multiplicity : int
     """
 
@@ -74,6 +82,9 @@ class Eigenvalues:
         Factors that keep the others.
     symbol : sympy.Symbol
         The unknown of the characteristic polynomial.
+    definitions : tuple of Definition
+        What names stand for where the entries K11, K12, ... of the matrix are too long to be put
+        in, and in steps; in the order in which they can be computed.
 
     Examples
     --------
@@ -85,6 +96,7 @@ class Eigenvalues:
     values: tuple[Eigenvalue, ...]
     unsolved: tuple[Unsolved, ...]
     symbol: sp.Symbol
+    definitions: tuple[Definition, ...] = ()
 
     @property
     def is_complete(self) -> bool:
@@ -197,7 +209,10 @@ def _quotient(field: ExactField, above: Any, below: Any) -> Any:
 
 
 def eigenvalue_formulas(
-    K: Any, part: StiffnessPart = StiffnessPart.TRANSLATION, length: sp.Expr | None = None
+    K: Any,
+    part: StiffnessPart = StiffnessPart.TRANSLATION,
+    length: sp.Expr | None = None,
+    budget: float | None = BUDGET,
 ) -> Eigenvalues:
     """Eigenvalues of a stiffness formula, from the factors of its characteristic polynomial.
 
@@ -209,13 +224,16 @@ def eigenvalue_formulas(
     Parameters
     ----------
     K : (n, n) symmetric matrix of SymPy expressions, n = 6 or 3, or Derivation
-        Of a derivation in steps, eigenvalues are formulas of its entries K11, K12, ...
+        Of a derivation in steps, of one with named compliances, and of a long one, eigenvalues are
+        formulas of its entries K11, K12, ..., which `Eigenvalues.definitions` has.
     part : StiffnessPart
         Translations alone, rotations alone, or all. Eigenvalues of the whole mix newtons by metre
         with newton metres wherever a translation is coupled with a rotation, so that a length is
         needed to compare them.
     length : SymPy expression, optional
         For `StiffnessPart.WHOLE`: rotations are measured by the translation at this distance [m].
+    budget : float or None
+        Seconds of computing; None for no limit.
 
     Returns
     -------
@@ -226,6 +244,8 @@ def eigenvalue_formulas(
     InputError
         When the matrix is not symmetric, or translations are coupled with rotations and no length
         is given.
+    OutOfTimeError
+        When they are not found in time.
 
     Examples
     --------
@@ -238,9 +258,35 @@ def eigenvalue_formulas(
     'all 3 eigenvalues in closed form'
     """
     in_steps = isinstance(K, Derivation) and not K.is_closed
-    K = matrix_by_entries(K) if in_steps else closed_matrix(K, "eigenvalues")
-    K = sp.ImmutableMatrix(K)
-    M = _part_of(K, part, length)
+    matrix = sp.ImmutableMatrix(K.K if in_steps else closed_matrix(K, "eigenvalues"))
+    definitions: tuple[Definition, ...] = ()
+    source = getattr(K, "named", None) or K
+    if in_steps or _has_compliances(source) or _is_long(_part_of(matrix, part, length)):
+        of_names = source.definitions if isinstance(K, Derivation) else ()
+        matrix, definitions = matrix_by_entries(matrix if source is K else source.K, of_names)
+    M = _part_of(sp.ImmutableMatrix(matrix), part, length)
+    found = within(budget, lambda: _eigenvalues(M, part, length), "eigenvalues")
+    results = [e.value for e in found.values] + [x.factor for x in found.unsolved]
+    results += [vector for e in found.values for vector in e.vectors]
+    return replace(found, definitions=used_definitions(definitions, results))
+
+
+def _has_compliances(source: Any) -> bool:
+    """Whether a sum of springs has compliances of several springs, which are not multiplied out."""
+    definitions = getattr(source, "definitions", ())
+    return any(d.symbol.name.startswith("c_") for d in definitions)
+
+
+def _is_long(M: sp.ImmutableMatrix) -> bool:
+    """Whether roots of its entries, of which squares have to be found, are too long to be read."""
+    numbers = M.atoms(sp.Rational)
+    if any(max(abs(int(x.p)), int(x.q)) > _LARGEST for x in numbers):
+        return True
+    return sum(int(entry.count_ops()) for entry in set(M)) > _LONGEST
+
+
+def _eigenvalues(M: sp.ImmutableMatrix, part: StiffnessPart, length: Any) -> Eigenvalues:
+    """From the factors of the characteristic polynomials of its blocks."""
     is_scaled = part is StiffnessPart.WHOLE and length is not None
     symbol: Any = sp.Symbol(_free_name(M))
     field = ExactField([*M, symbol])
@@ -248,14 +294,18 @@ def eigenvalue_formulas(
     unknown = field.element(symbol)
     place = field.generators.index(symbol)
     powers: dict[str, tuple[Any, int]] = {}
+    unsolved: list[Unsolved] = []
     for block in _blocks(M):
+        if (degrees := _degrees_in_numbers(M, block)) and min(degrees) > 2:
+            own = sp.eye(len(block)) * symbol - M.extract(block, block)
+            unsolved.append(Unsolved(sp.Determinant(own), len(block), 1))
+            continue
         rows = [[unknown * int(i == j) - elements[i][j] for j in block] for i in block]
         for factor, exponent in field.zeros(determinant(field, rows)).factor()[1]:
             if factor.degrees()[place]:
                 known = powers.get(str(factor), (factor, 0))[1]
                 powers[str(factor)] = (factor, known + int(exponent))
     values: list[Eigenvalue] = []
-    unsolved: list[Unsolved] = []
     for factor, multiplicity in powers.values():
         degree = factor.degrees()[place]
         if degree > 2:
@@ -268,6 +318,24 @@ def eigenvalue_formulas(
             values.append(Eigenvalue(value, multiplicity, vectors))
     values.sort(key=lambda e: sp.default_sort_key(e.value))
     return Eigenvalues(tuple(values), tuple(unsolved), symbol)
+
+
+def _degrees_in_numbers(M: sp.ImmutableMatrix, block: list[int]) -> list[int]:
+    """Degrees of the factors of a large block's characteristic polynomial at random numbers.
+
+    Factors in symbols have at least such degrees. Empty for a small block, and one with roots.
+    """
+    if len(block) < 4:
+        return []
+    random = np.random.default_rng(_SEED)
+    values = {s: int(random.integers(1, 10**6)) for s in sorted(M.free_symbols, key=str)}
+    numbers = M.extract(block, block).xreplace({s: sp.Integer(x) for s, x in values.items()})
+    if not all(x.is_Rational for x in numbers):
+        return []
+    polynomial: Any = DomainMatrix.from_Matrix(numbers).convert_to(sp.QQ).charpoly()
+    unknown = sp.Symbol("x")
+    factors = sp.Poly(polynomial, unknown, domain=sp.QQ).factor_list()[1]
+    return [factor.degree() for factor, _ in factors]
 
 
 def _part_of(K: Any, part: StiffnessPart, length: Any) -> sp.ImmutableMatrix:

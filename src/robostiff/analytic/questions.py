@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
@@ -10,13 +11,17 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Definition, Derivation
 from robostiff.analytic.elimination import determinant, echelon, null_space
 from robostiff.analytic.factors import starts_with_minus
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.questions_in_names import MatrixInNames
+from robostiff.analytic.squares import is_positive_form
 from robostiff.errors import InputError
 from robostiff.spatial import Space, skew
+
+_SHORT = 5.0  # seconds for minors of wrenches
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,27 @@ class RankFormula:
     exceptions: tuple[sp.Expr, ...]
     common_minor: sp.Expr
     remark: str = field(default="", repr=False, compare=False)
+
+    @property
+    def allowed(self) -> tuple[sp.Expr, ...]:
+        """Exceptions that the assumptions of the symbols allow: a positive length is never zero.
+
+        Examples
+        --------
+        >>> R, r = sp.symbols("R r", positive=True)
+        >>> rank_formula(sp.diag(R, R * (R - r))).allowed
+        (R - r,)
+        """
+        return tuple(x for x in self.exceptions if _may_vanish(x))
+
+
+def _may_vanish(factor: Any) -> bool:
+    """Whether a factor has real zeros, as far as assumptions and the signs of its terms decide."""
+    if factor.is_nonzero:
+        return False
+    field = ExactField([factor])
+    polynomial = field.element(factor).num
+    return not is_positive_form(field, polynomial)
 
 
 def closed_matrix(formula: Any, question: str) -> sp.Matrix:
@@ -74,8 +100,10 @@ def closed_matrix(formula: Any, question: str) -> sp.Matrix:
     return sp.Matrix(formula.K)
 
 
-def matrix_by_entries(derivation: Derivation) -> sp.Matrix:
-    """K of a derivation in steps with a name for each different entry that is no symbol or number.
+def matrix_by_entries(
+    K: sp.ImmutableMatrix, definitions: Sequence[Definition] = ()
+) -> tuple[sp.Matrix, tuple[Definition, ...]]:
+    """K with a name for each different entry that is no symbol or number, and what these stand for.
 
     Zeros, equal entries and those that differ by a sign are what questions about it can use.
 
@@ -83,35 +111,32 @@ def matrix_by_entries(derivation: Derivation) -> sp.Matrix:
     --------
     >>> k, a, b = sp.symbols("k a b")
     >>> K = sp.ImmutableMatrix([[k + a, b, 0], [b, k + a, 0], [0, 0, -b]])
-    >>> matrix_by_entries(Derivation("K_C", K, (), K))
-    Matrix([
+    >>> matrix_by_entries(K)
+    (Matrix([
     [K11,   b,  0],
     [  b, K11,  0],
-    [  0,   0, -b]])
+    [  0,   0, -b]]), (Definition(symbol=K11, expression=a + k),))
     """
-    K = derivation.K
-    taken = {s.name for s in derivation.symbols} | {d.symbol.name for d in derivation.definitions}
+    taken = {s.name for s in K.free_symbols}
+    for d in definitions:
+        taken |= {s.name for s in (d.symbol, *d.expression.free_symbols)}
     known: dict[Any, Any] = {}
+    entries = list(definitions)
     for i in range(K.rows):
         for j in range(i, K.cols):
             entry = K[i, j]
             if entry in known:
                 continue
-            name = f"K{i + 1}{j + 1}"
-            while name in taken:
-                name += "'"
-            plain = entry.is_Atom or (-entry).is_Atom
-            known[entry] = entry if plain else sp.Symbol(name, real=True)
+            known[entry] = entry
+            if not (entry.is_Symbol or (-entry).is_Symbol or entry.is_Integer):
+                name = f"K{i + 1}{j + 1}"
+                while name in taken:
+                    name += "'"
+                known[entry] = sp.Symbol(name, real=True)
+                entries.append(Definition(known[entry], entry))
             known.setdefault(-entry, -known[entry])
-    return sp.Matrix(
-        K.rows,
-        K.cols,
-        [
-            known[K[i, j]] if i <= j else known[K[j, i]]
-            for i in range(K.rows)
-            for j in range(K.cols)
-        ],
-    )
+    M = sp.Matrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
+    return M, tuple(entries)
 
 
 def _general_rank(K: Any) -> int | None:
@@ -151,8 +176,7 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
     """
     if (rank := _general_rank(K)) is not None:
-        remark = "where it drops is not searched in named steps"
-        return RankFormula(rank, (), sp.Integer(1), remark)
+        return _rank_in_steps(K, rank, budget)
     matrix = closed_matrix(K, "rank")
     names = _in_names(K)
 
@@ -161,6 +185,21 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
         return _rank(matrix) if found is None else found
 
     return within(budget, answer, "rank of a formula")
+
+
+def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankFormula:
+    from robostiff.analytic.loci import Locus, rank_locus
+
+    try:
+        short = _SHORT if budget is None else min(budget, _SHORT)
+        found = within(short, lambda: rank_locus(derivation, rank), "rank of a formula")
+    except FormulaTooLargeError:
+        found = Locus({}, "it drops where wrenches of the legs depend on one another; too long")
+    factors = found.factors
+    common = sp.Mul(*(factor**exponent for factor, exponent in factors.items()))
+    return RankFormula(
+        rank, tuple(sorted(factors, key=sp.default_sort_key)), common, remark=found.remark
+    )
 
 
 def _rank_in_names(names: MatrixInNames) -> RankFormula | None:

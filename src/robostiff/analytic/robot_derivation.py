@@ -47,7 +47,7 @@ class LegDerivation:
     elastic: tuple[str, ...]
     wrenches: tuple[sp.ImmutableMatrix, ...]
     compliances: tuple[sp.Expr, ...]
-    K: WrittenField = WrittenField()
+    K: WrittenField = WrittenField()  # noqa: RUF009  a descriptor
     definitions: tuple[Definition, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -146,7 +146,7 @@ class Questions:
         if self.free_motions:
             lines += _free_motions(derivation)
         if self.eigenvalues:
-            lines += _eigenvalues(derivation)
+            lines += _eigenvalues(derivation, budget)
         return text_of(lines) + "\n"
 
 
@@ -173,15 +173,16 @@ def _free_motions(derivation: RobotDerivation) -> list[str]:
     return lines
 
 
-def _eigenvalues(derivation: RobotDerivation) -> list[str]:
-    K = derivation.K if derivation.is_closed else derivation
+def _eigenvalues(derivation: RobotDerivation, budget: float) -> list[str]:
     lines = []
     for part, unit in ((StiffnessPart.TRANSLATION, "N/m"), (StiffnessPart.ROTATION, "N m/rad")):
-        found = eigenvalue_formulas(K, part)
+        found = eigenvalue_formulas(derivation, part, budget=budget)
         lines.append(f"stiffness in {part.value} [{unit}]: {found.answer}")
         for e in found.values:
             times = f" ({e.multiplicity} times)" if e.multiplicity > 1 else ""
             lines.append(f"  {sp.sstr(e.value)}{times}")
+        if derivation.is_closed:
+            lines += [f"  {sp.sstr(d.symbol)} = {sp.sstr(d.expression)}" for d in found.definitions]
     return lines
 
 

@@ -1,0 +1,212 @@
+"""Where the rank of a robot's stiffness drops, from the wrenches of a derivation in named steps.
+
+K = W diag(1/c) W^T loses rank where the wrenches W do, or where a spring in c has no stiffness.
+By Cauchy and Binet all minors of K of its rank are sums of minors of W, of which the common factors
+are sought. Lengths and other roots stay names, so that all is a polynomial.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.factors import bound_of_terms, starts_with_minus
+from robostiff.analytic.field import ExactField
+from robostiff.analytic.products import FormulaTooLargeError
+from robostiff.analytic.robot_derivation import RobotDerivation
+
+_LONGEST = (2000, 20, 3)  # terms of a step that is written out; fewer where minors are too long
+_MOST_MINORS = 2000
+_LARGEST = 1000  # terms of a minor that is factored, as FLINT's calls cannot be stopped
+_PRODUCTS = 200_000  # of terms, on the way to all minors
+_RANK = 1e-8  # of the largest singular value
+_SEED = 11
+
+
+@dataclass(frozen=True)
+class WrittenSteps:
+    """Steps of a derivation written out, except roots, and what is too long, which keep a name.
+
+    Attributes
+    ----------
+    derivation : RobotDerivation
+    longest : int
+        Terms of a step that is written out.
+    """
+
+    derivation: RobotDerivation
+    longest: int = _LONGEST[0]
+
+    @cached_property
+    def _full(self) -> dict[Any, Any]:
+        full: dict[Any, Any] = {}
+        most = self.longest
+        for d in self.derivation.definitions:
+            expression: Any = d.expression.xreplace(full)
+            if not _has_root(expression) and bound_of_terms(expression, most) <= most:
+                full[d.symbol] = expression
+        return full
+
+    def __call__(self, expression: Any) -> Any:
+        """An expression or matrix in given symbols and in names of roots."""
+        return expression.xreplace(self._full)
+
+
+def _has_root(expression: Any) -> bool:
+    powers = expression.atoms(sp.Pow)
+    return any(not p.exp.is_Integer and p.free_symbols for p in powers)
+
+
+@dataclass(frozen=True)
+class Locus:
+    """Where a stiffness loses rank.
+
+    Attributes
+    ----------
+    factors : dict of SymPy expressions to int
+        Irreducible factors with their exponents in the minors of K.
+    remark : str
+        Why they were not looked for; empty otherwise.
+    """
+
+    factors: dict[Any, int]
+    remark: str = ""
+
+
+def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
+    """Common factors of all minors of K of its rank, for a derivation in steps.
+
+    Parameters
+    ----------
+    derivation : RobotDerivation
+    rank : int
+        Of K in general.
+
+    Raises
+    ------
+    FormulaTooLargeError
+        When a minor is too long to be factored.
+    """
+    n = derivation.K.rows
+    if rank == 0:
+        return Locus({})
+    if any(not leg.joints and len(leg.wrenches) == n for leg in derivation.legs):
+        return Locus({}, "a leg without passive joints holds it in all directions")
+    minors = math.comb(sum(len(leg.wrenches) for leg in derivation.legs), rank)
+    minors *= math.comb(n, rank)
+    if minors > _MOST_MINORS:
+        return Locus({}, f"where it drops is not searched in {minors} minors of its wrenches")
+    for longest in _LONGEST[:-1]:
+        with suppress(FormulaTooLargeError):
+            return _locus(WrittenSteps(derivation, longest), rank)
+    return _locus(WrittenSteps(derivation, _LONGEST[-1]), rank)
+
+
+def _locus(written: WrittenSteps, rank: int) -> Locus:
+    legs = written.derivation.legs
+    W = [written(w) for leg in legs for w in leg.wrenches]
+    c = [written(x) for leg in legs for x in leg.compliances]
+    if _rank_in_numbers(W) != rank:
+        return Locus({}, "where it drops is hidden by the names of its steps")
+    field = ExactField([x for w in W for x in w])
+    rows = [_without_denominator(field, w) for w in W]
+    shared: Any = None
+    for minor in _minors(field, rows, rank):
+        if not minor.is_zero():
+            if len(minor) > _LARGEST:
+                raise FormulaTooLargeError.beyond(_LARGEST)
+            shared = minor if shared is None else shared.gcd(minor)
+            if shared.is_constant():
+                break
+    factors: dict[Any, int] = {}
+    for base, exponent in [] if shared is None else shared.factor()[1]:
+        factor = _with_plus(field.polynomial_expression(base))
+        if factor.free_symbols:
+            factors[factor] = 2 * int(exponent)
+    for stiffness, lost in _without_springs(W, c, rank).items():
+        factors[stiffness] = factors.get(stiffness, 0) + lost
+    names = {d.symbol for d in written.derivation.definitions}
+    in_names = any(factor.free_symbols & names for factor in factors)
+    return Locus(factors, "in names of its steps" * in_names)
+
+
+def _rank_in_numbers(W: Sequence[Any]) -> int:
+    """Rank of wrenches at random values of all symbols and names."""
+    if not W:
+        return 0
+    M = sp.Matrix.hstack(*map(sp.Matrix, W))
+    symbols = sorted(M.free_symbols, key=str)
+    random = np.random.default_rng(_SEED)
+    values = random.uniform(0.5, 1.5, len(symbols))
+    numbers = np.array(sp.lambdify(symbols, M, "numpy")(*values.astype(complex)), dtype=complex)
+    numbers /= np.linalg.norm(numbers, axis=0)
+    return int(np.linalg.matrix_rank(numbers, tol=_RANK))
+
+
+def _without_denominator(field: ExactField, wrench: Any) -> list[Any]:
+    """A wrench times what makes it a polynomial without a common factor."""
+    elements = [field.element(x) for x in wrench]
+    below = field.ring.constant(1)
+    for x in elements:
+        below = below * (x.den / below.gcd(x.den))
+    entries = [field.reduced(x.num * (below / x.den)) for x in elements]
+    common: Any = None
+    for x in entries:
+        if not x.is_zero():
+            common = x if common is None else common.gcd(x)
+    return [x if x.is_zero() else x / common for x in entries]
+
+
+def _minors(field: ExactField, rows: Sequence[Sequence[Any]], size: int) -> Iterator[Any]:
+    """All minors of a size, those of some rows by those of fewer of them."""
+    products = 0
+    for chosen in combinations(rows, size):
+        n = len(chosen[0])
+        known: dict[tuple[int, ...], Any] = {(j,): chosen[0][j] for j in range(n)}
+        for k, row in enumerate(chosen[1:], start=1):
+            larger = {}
+            for columns in combinations(range(n), k + 1):
+                total = field.ring.constant(0)
+                for place, j in enumerate(columns):
+                    rest = known[(*columns[:place], *columns[place + 1 :])]
+                    if row[j].is_zero() or rest.is_zero():
+                        continue
+                    products += len(row[j]) * len(rest)
+                    if products > _PRODUCTS:
+                        raise FormulaTooLargeError.beyond(_LARGEST)
+                    product = row[j] * rest
+                    total = total - product if (k + place) % 2 else total + product
+                larger[columns] = field.reduced(total)
+            known = larger
+        yield from known.values()
+
+
+def _without_springs(W: Sequence[Any], c: Sequence[Any], rank: int) -> dict[Any, int]:
+    """Stiffnesses without which the rank is lower, and by how much."""
+    soft: dict[Any, list[int]] = {}
+    for i, x in enumerate(c):
+        for term in sp.Add.make_args(sp.expand(x)):
+            for base in sp.fraction(term)[1].as_powers_dict():
+                if base.is_Symbol:
+                    soft.setdefault(base, []).append(i)
+    found = {}
+    for stiffness, places in soft.items():
+        if any(w.has(stiffness) for w in W):
+            continue  # a length that divides
+        lost = rank - _rank_in_numbers([w for i, w in enumerate(W) if i not in places])
+        if lost:
+            found[stiffness] = lost
+    return found
+
+
+def _with_plus(factor: Any) -> Any:
+    """``R - r`` rather than ``-R + r``, which is zero at the same places."""
+    return -factor if starts_with_minus(factor) else factor
