@@ -7,9 +7,10 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from robostiff import InputError, JointCoordinates, stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import PlausibilityWarning
-from robostiff.kinematics import find_posture, place_chain
+from robostiff.kinematics import PostureFinder, find_posture, place_chain
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector, vector_of_turn
 from robostiff.model import Coordinate, PlacedFreedom
+from robostiff.robots import load
 from tests.generators.legs import has_skewed_axes, platform_at, random_leg, six
 from tests.generators.machines import case_b, elbow_arm, five_bar, tripod
 
@@ -236,3 +237,26 @@ def test_home_of_a_serial_arm_follows_from_its_joints():
     robot = elbow_arm()
     posture = find_posture(robot)
     assert np.allclose(posture.pose[0], six(platform_at(robot.legs[0], robot.legs[0].chain.home)))
+
+
+@pytest.mark.parametrize("name", ["hexapod", "delta", "hexaglide", "agile-eye", "gantry-tau"])
+def test_legs_computed_together_are_where_each_is_alone(name: str):
+    """A few poses take equal legs together, many take each alone: coordinates, parts and gaps."""
+    robot = load(name)
+    finder = PostureFinder(robot)
+    chosen = finder.home_pose[robot.coordinate_places]
+    near = chosen + 0.01 * np.random.default_rng(2).uniform(-1, 1, (40, chosen.size))
+    near[1, 0] += 3.0  # m or rad: out of reach, where there is such a place
+    many, few = finder.find(near), finder.find(near[:3])
+    assert np.array_equal(few.reached, many.reached[:3])
+    for own, alone in zip(few.coordinates, many.coordinates, strict=True):
+        assert np.allclose(own[[0, 2]], alone[[0, 2]], rtol=0, atol=1e-11)
+    kept = np.array([0, 2])
+    assert np.allclose(few.shift_gaps[kept], many.shift_gaps[kept], rtol=0, atol=1e-12)
+    for leg, alone in zip(few.snapshot.legs, many.snapshot.legs, strict=True):
+        assert leg.name == alone.name
+        assert np.allclose(leg.end[kept], alone.end[kept], rtol=0, atol=1e-11)
+        for part, other in zip(leg.parts, alone.parts, strict=True):
+            assert part.name == other.name
+            shown = np.broadcast_to(other.point, (40, 3))[kept]
+            assert np.allclose(np.broadcast_to(part.point, (3, 3))[kept], shown, atol=1e-11)

@@ -187,9 +187,7 @@ class PostureFinder:
         """Posture at poses some coordinates of which the legs decide together."""
         task = self.tasks.get(request.open)
         if task is None:
-            task = self.tasks[request.open] = NewtonTask(
-                self.robot.legs, request.open, self.length
-            )
+            task = self.tasks[request.open] = NewtonTask(self.robot.legs, request.open, self.length)
         found = self._followed(task, request.coordinates, near)
         pose, elsewhere = found.pose.copy(), found.elsewhere.copy()
         # Legs that close at home's other coordinates need no way there, and are the nearest to
