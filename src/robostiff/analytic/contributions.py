@@ -131,7 +131,8 @@ class ContributionReader:
             self.read.length(beam[0])  # named before anything is written with it
         for part in leg.elements:
             if isinstance(part, PlacedSpring):
-                both = [w.felt_by(part, self.record, self.length) for w in (a, b)]
+                felt = a.felt_by(part, self.record, self.length)
+                both = felt, felt if b is a else b.felt_by(part, self.record, self.length)
                 beam = beams[id(part)]
                 found += self.of_spring(part.name, both, beam, part.elasticity.compliance)
             elif isinstance(part, PlacedBlock) and self.of_block:
@@ -165,7 +166,11 @@ class ContributionReader:
         found = [(", traction", total((fx, gx)), L, "EA")]
         if named["EI_z"] == named["EI_y"]:
             levers = [(fy, nz), (mz, gy), (-fz, ny), (-my, gz)]
-            bent = total((fy, gy), (fz, gz)), total(*levers), total((my, ny), (mz, nz))
+            turning = total((my, ny), (mz, nz))
+            if both[0] is both[1] and all(is_zero(f) for f in both[0][:3]):
+                # A unit couple, of which the rest bends.
+                turning = min(turning, 1 - total((mx, nx)), key=lambda e: int(e.count_ops()))
+            bent = total((fy, gy), (fz, gz)), total(*levers), turning
             found.append((", bending", *_bent(L, *bent), "EI_z"))
         else:
             for f, g, m, n, letter in ((fy, gy, mz, nz, "EI_z"), (fz, gz, -my, -ny, "EI_y")):

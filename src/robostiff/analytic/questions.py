@@ -229,7 +229,7 @@ def _rank_in_names(names: MatrixInNames) -> RankFormula | None:
 def _in_names(K: Any) -> MatrixInNames | None:
     """A derivation as a sum of springs, in names."""
     named = getattr(K, "named", None)
-    return None if named is None else MatrixInNames.of(named.K, named.definitions)
+    return None if named is None else MatrixInNames.of(*named.in_lengths)
 
 
 def _rank(K: Any) -> RankFormula:

@@ -116,11 +116,19 @@ class InNames:
         Their wrenches and compliances in names; without K.
     definitions : tuple of Definition
         What the names stand for, in the order in which they can be computed.
+    before : InNames or None
+        The same without names for components of unit vectors; None where there are none.
     """
 
     K: sp.ImmutableMatrix
     legs: tuple[LegDerivation, ...]
     definitions: tuple[Definition, ...]
+    before: InNames | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def in_lengths(self) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
+        """K and its names without those of components: what is zero in it is seen at once."""
+        return (self.K, self.definitions) if self.before is None else self.before.in_lengths
 
 
 @dataclass(frozen=True)

@@ -252,7 +252,10 @@ def _by_springs(at: _Recording, *, in_short_steps: bool) -> RobotDerivation | No
         legs.append(LegDerivation(**parts, K=K))
     if in_short_steps:
         return _derivation(placed, found.K, legs, found.definitions)
-    in_names = InNames(found.K, tuple(named), found.definitions)
+    before = None
+    if found.before is not None:
+        before = InNames(found.before.K, tuple(named), found.before.definitions)
+    in_names = InNames(found.K, tuple(named), found.definitions, before)
     return _derivation(placed, found.written_out(found.K), legs, named=in_names)
 
 

@@ -6,7 +6,7 @@ unit wrench. Legs that are turns of one another about the vertical count once, b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -18,19 +18,22 @@ from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.orbits import Orbit, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import written_size
+from robostiff.analytic.recurring_products import Written, as_printed
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.analytic.unit_wrenches import WrenchSearch
-from robostiff.record import Entry
+from robostiff.record import Entry, is_zero
 
 _SAME = 1e-10
 _PRINTED = 600  # operations of all of K, beyond which nobody reads it at a glance
 _FEW = 6  # products that are also written one by one
 _COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
+_IN_PLANE = ("u_x", "u_y", "m_z")
 _LONG_ENTRY = 14  # operations of an entry of a wrench that is given a name
 _MOST = 5000  # operations of a sum that is written out to see whether it becomes shorter
 _SHORT = 6  # operations of an entry that is not tried in another way
@@ -62,11 +65,14 @@ class SumOfSprings:
     legs : tuple of SpringLeg
     definitions : tuple of Definition
         Lengths L, products EA of beams, compliances c; in the order in which they can be computed.
+    before : SumOfSprings or None
+        The same without names for components of unit vectors.
     """
 
     K: sp.ImmutableMatrix
     legs: tuple[SpringLeg, ...]
     definitions: tuple[Definition, ...]
+    before: SumOfSprings | None = None
 
     def written_out(self, expression: Any) -> Any:
         """An expression or matrix with what the names stand for."""
@@ -84,7 +90,8 @@ class SumOfSprings:
 def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
     """Operations of the different entries of a matrix, and of what its names stand for.
 
-    Entries that differ by their sign count once, and numbers nothing.
+    Entries that differ by their sign count once, and numbers nothing. Common factors stand in
+    front of a sum, as they are printed.
 
     Examples
     --------
@@ -92,12 +99,21 @@ def operations_of(K: Any, definitions: Sequence[Definition]) -> int:
     >>> operations_of(sp.Matrix([[k * d, 0], [0, -k * d]]), [Definition(d, R - r)])
     2
     """
-    entries: set[Any] = set()
+    formulas = (*different_entries(K), *(d.expression for d in definitions))
+    return sum(
+        min(int(x.count_ops()), int(sp.factor_terms(x).count_ops()))
+        for x in formulas
+        if x.free_symbols
+    )
+
+
+def different_entries(K: Any) -> list[Any]:
+    """Entries of a matrix that are not zero; those that differ by their sign are one."""
+    entries: dict[Any, None] = {}
     for entry in K:
-        if -entry not in entries:
-            entries.add(entry)
-    formulas = (*entries, *(d.expression for d in definitions))
-    return sum(int(x.count_ops()) for x in formulas if x.free_symbols)
+        if entry != 0 and -entry not in entries:
+            entries[entry] = None
+    return list(entries)
 
 
 @dataclass
@@ -173,7 +189,8 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
             group.wrenches.append(one.about(reference, search))
     for group in groups.values():
         group.find_orbits(search, read)
-    K = _matrix(list(groups.values()), search, read)
+    averages: dict[Any, tuple[Any, Any]] = {}
+    K = _matrix(list(groups.values()), search, read, averages)
     if K is None:
         return None
     taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
@@ -195,7 +212,10 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
         for own in (first, last)
     )
     definitions, numbers = _without_numbers([*first, *lengths, *last])
-    K = K.xreplace(numbers)
+    plain, shorter = (
+        K.xreplace({s: _in_names(both[i], first) for s, both in averages.items()}).xreplace(numbers)
+        for i in (0, 1)
+    )
     in_names = [
         SpringLeg(
             tuple(w.xreplace(numbers) for w in leg.wrenches),
@@ -203,28 +223,75 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
         )
         for leg in in_names
     ]
-    results = [K, *(x for leg in in_names for x in (*leg.wrenches, *leg.compliances))]
-    used = used_definitions(definitions, results)
-    if operations_of(K, used) > _PRINTED:
+    results = [plain, *(x for leg in in_names for x in (*leg.wrenches, *leg.compliances))]
+    found = SumOfSprings(plain, tuple(in_names), used_definitions(definitions, results))
+    if not in_short_steps:
+        found = _with_components(found, shorter, placed)
+    if operations_of(found.K, found.definitions) > _PRINTED:
         raise FormulaTooLargeError.beyond(_PRINTED)
-    return SumOfSprings(K, tuple(in_names), used)
+    return found
+
+
+def _with_components(
+    found: SumOfSprings, K: sp.ImmutableMatrix, placed: PlacedRobot
+) -> SumOfSprings:
+    """With names for components of unit vectors, and without idle ones, where that is shorter.
+
+    K may be the same in shorter averages.
+    """
+    entries = different_entries(K)
+    others = [x for leg in found.legs for x in (*leg.wrenches, *leg.compliances)]
+    for d in found.definitions:
+        if d.expression.is_Add:
+            put = {d.expression: d.symbol, -d.expression: -d.symbol}
+            others = [x.xreplace(put) for x in others]
+    names = _COMPONENTS if K.rows == len(_COMPONENTS) else _IN_PLANE
+    plain = Written(tuple(entries), found.definitions, tuple(others))
+    written = as_printed(plain, placed.symbols, names, _always_one_at(placed))
+    if written is plain and K == found.K:
+        return found
+    put = dict(zip(entries, written.results, strict=True))
+    put |= {-entry: -x for entry, x in put.items()}
+    left = iter(written.others)
+    legs = [
+        SpringLeg(
+            tuple(next(left) for _ in leg.wrenches), tuple(next(left) for _ in leg.compliances)
+        )
+        for leg in found.legs
+    ]
+    matrix = sp.ImmutableMatrix(K.rows, K.cols, [put.get(x, x) for x in K])
+    used = used_definitions(written.definitions, [matrix, *written.others])
+    return SumOfSprings(matrix, tuple(legs), used, before=found)
 
 
 def _matrix(
-    groups: list[_Group], search: WrenchSearch, read: NamedReading
+    groups: list[_Group],
+    search: WrenchSearch,
+    read: NamedReading,
+    averages: dict[Any, tuple[Any, Any]],
 ) -> sp.ImmutableMatrix | None:
-    """The sum of all groups; None where that is long, as of many legs that are all different."""
+    """The sum of all groups; None where that is long, as of many legs that are all different.
+
+    An average of squares that is shorter by the unit length has a symbol: `averages` has both.
+    """
     rows = list(search.space.rows)
     n = len(rows)
     total: dict[tuple[int, int], list[Any]] = {}
     operations = 0
     for group in groups:
         entries = _entries(group.wrenches, group.orbits)
+        others = _by_unit_length(group)
         known: dict[Any, Any] = {}
         for i in range(n):
             for j in range(i, n):
                 place = rows[i], rows[j]
                 term = _written(entries[place], place, search, read)
+                if place in others:
+                    other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
+                    if _operations(other) < _operations(term):
+                        symbol = sp.Symbol(f"average {other}", positive=True)
+                        averages[symbol] = term, other
+                        term = symbol
                 if term not in known:
                     known[term] = term / group.compliance
                     operations += _operations(known[term])
@@ -302,6 +369,36 @@ def _entries(
         for place, products in averages.items():
             M[place] += products
     return M
+
+
+def _by_unit_length(group: _Group) -> dict[tuple[int, int], list[tuple[Any, Any]]]:
+    """Numbers n and entries x by which averages of two squares are n (1 - x^2): of unit couples.
+
+    Squares of a force have its length below them, as other entries of K: they stay as they are.
+    """
+    found: dict[tuple[int, int], list[tuple[Any, Any]]] = {}
+    if group.shifted or not all(is_zero(f) for w in group.wrenches for f in w[:3]):
+        return found
+    for orbit in group.orbits or ():
+        one = sp.Rational(len(orbit.images), 2), group.wrenches[orbit.first][5]
+        for row in (3, 4):
+            found.setdefault((row, row), []).append(one)
+    return found
+
+
+def _always_one_at(placed: PlacedRobot) -> Callable[[Written, Any], bool]:
+    """Whether an expression in names is one at the samples of the record."""
+    record = placed.record
+    samples = [
+        {s: float(record.input(name).sample[i]) for name, s in placed.symbols.items()}
+        for i in range(record.count)
+    ]
+
+    def is_one(written: Written, expression: Any) -> bool:
+        found = [values_of([expression], at, written.definitions)[0] for at in samples]
+        return all(abs(x - 1) < _SAME for x in found)
+
+    return is_one
 
 
 def _in_names(expression: Any, definitions: Sequence[Definition]) -> Any:

@@ -68,7 +68,12 @@ def readable(expression: Any) -> Any:
         element = field.element(expression)
     except InputError:
         return expression
-    shorter = factored(field, element.num) / factored(field, element.den)
+    # A sum over compliances stays one where that is no longer than over one denominator.
+    found = [
+        sp.factor_terms(expression),
+        factored(field, element.num) / factored(field, element.den),
+    ]
+    shorter = min(found, key=lambda e: int(e.count_ops()))
     return shorter if int(shorter.count_ops()) < before else expression
 
 

@@ -1,0 +1,334 @@
+"""Names for ratios of lengths that recur, such as u_x = d_a/L_a, and names that are not worth it.
+
+A ratio of lengths is a component of a unit vector. Where it occurs in several places, it has the
+name of that component; a name that is used little is written out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, permutations
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.combinations import suffix
+from robostiff.analytic.derivation import Definition
+
+_NAMES = 6  # that are given at most
+_A_LINE = 3  # operations for which a further line is worth it, beyond those read at a glance
+_LINES = 10  # lines that are read at a glance
+_WORTH = 0.95  # of the length before, for which names are exchanged
+_GROWN = 1.1  # operations by which these may grow for fewer lines
+
+
+@dataclass(frozen=True)
+class Written:
+    """Expressions in names, and what the names stand for.
+
+    Attributes
+    ----------
+    results : tuple of sympy.Expr
+        What is counted, and printed one a line.
+    definitions : tuple of Definition
+    others : tuple of sympy expressions and matrices
+        What is written in the same names, and not counted.
+    """
+
+    results: tuple[Any, ...]
+    definitions: tuple[Definition, ...]
+    others: tuple[Any, ...] = ()
+
+    @property
+    def operations(self) -> int:
+        """Of all results and formulas of names."""
+        return sum(map(_operations, (*self.results, *(d.expression for d in self.definitions))))
+
+    @property
+    def lines(self) -> int:
+        """Results, and names that are formulas."""
+        return len(self.results) + sum(bool(d.expression.free_symbols) for d in self.definitions)
+
+
+def as_printed(
+    written: Written,
+    taken: Iterable[str],
+    components: Sequence[str],
+    are_one: Callable[[Written, Any], bool],
+) -> Written:
+    """With names for components and without idle ones, where that is worth the change.
+
+    Parameters
+    ----------
+    written : Written
+    taken, components
+        See `with_components`.
+    are_one : callable
+        Of these formulas and an expression in their names: whether it is one, always.
+    """
+    found = by_unit_length(with_components(written, taken, components), are_one)
+    found = without_idle_names(found)
+    return found if _length(found) <= _WORTH * _length(written) else written
+
+
+def with_components(
+    written: Written, taken: Iterable[str], components: Sequence[str] = ()
+) -> Written:
+    """The same with names for ratios that recur and their moments, while that makes it shorter.
+
+    Parameters
+    ----------
+    written : Written
+    taken : iterable of str
+        Names that stand for something else.
+    components : sequence of str
+        Names for what is an entry of a matrix among the others, a name a row.
+
+    Examples
+    --------
+    >>> d, L, h, r, c = sp.symbols("d_a L_a h r c")
+    >>> K = d**2 / (L**2 * c), h * r * d / (L**2 * c), h**2 / (L**2 * c) + c
+    >>> length = Definition(L, sp.sqrt(d**2 + h**2))
+    >>> found = with_components(Written(K, (length,)), {"c"})
+    >>> sorted((str(d.symbol), d.expression) for d in found.definitions[1:])
+    [('s_a', d_a/L_a), ('s_b', h/L_a)]
+    >>> found.results
+    (s_a**2/c, r*s_a*s_b/c, c + s_b**2/c)
+    """
+    used = {*taken, *(d.symbol.name for d in written.definitions)}
+    ours: set[Any] = set()
+    best = written
+    for _ in range(_NAMES):
+        product = _most_useful(written, ours)
+        if product is None:
+            break
+        name = _name_of(product, written.others, components, used)
+        used.add(name)
+        symbol = sp.Symbol(name, real=True)
+        ours.add(symbol)
+        written = _with_cosine(written, Definition(symbol, product), ours)
+        best = min(best, written, key=_length)
+    return best
+
+
+def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
+    """The same with a further name; of a ratio of roots by its sine where that is a product.
+
+    For s = L_a/L_b with L_a^2 = L_b^2 - x^2 it is sqrt(1 - (x/L_b)^2), and L_a becomes s L_b.
+    """
+    full = {d.symbol: d.expression for d in written.definitions}
+    above, below = new.expression.as_numer_denom()
+    squares = [full.get(length, sp.Integer(0)) ** 2 for length in (above, below)]
+    rest: Any = sp.factor_terms(sp.expand(squares[1] - squares[0]))
+    for turn in rest.atoms(sp.cos):
+        rest = rest.xreplace({1 - turn**2: sp.sin(turn.args[0]) ** 2})
+    if not (squares[0].is_Add and squares[1].is_Add) or rest.is_Add:
+        return _with_name(written, new)
+    left = tuple(d for d in written.definitions if d.symbol != above)
+    put = {above: new.symbol * below}
+    written = _with(replace(written, definitions=left), lambda x: x.xreplace(put))
+    sine: Any = rest / below**2
+    for symbol in sorted(ours - {new.symbol}, key=str):
+        own = next(d for d in written.definitions if d.symbol == symbol)
+        others = tuple(d for d in written.definitions if d is not own)
+        written = _with_name(replace(written, definitions=others), own)
+        sine = _divided(sine, own)
+    return _with_name(written, Definition(new.symbol, sp.sqrt(1 - sine)))
+
+
+def _length(written: Written) -> int:
+    return written.operations + _A_LINE * max(0, written.lines - _LINES)
+
+
+def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) -> Written:
+    """The same with x^2 in place of 1 - y^2 where x and y have names and x^2 + y^2 = 1.
+
+    Parameters
+    ----------
+    written : Written
+    are_one : callable
+        Of these formulas and an expression in their names: whether it is one, always.
+    """
+    lengths = [d.symbol for d in written.definitions if d.symbol.is_positive is None]
+    for a, b in permutations(lengths, 2):
+        rest = 1 - b**2
+        formulas = (*written.results, *(d.expression for d in written.definitions))
+        if any(x.has(rest) for x in formulas) and are_one(written, a**2 + b**2):
+            written = _with(written, lambda x, put={rest: a**2}: x.xreplace(put))
+    return written
+
+
+def without_idle_names(written: Written) -> Written:
+    """The same without names that make nothing shorter, and in ten lines where little is lost."""
+    enough = _GROWN * written.operations
+    while True:
+        found = [one for d in written.definitions if (one := _without(written, d)) is not None]
+        if not found:
+            return written
+        shortest = min(found, key=lambda one: one.operations)
+        is_short = shortest.operations <= written.operations
+        if not is_short and not _fits_at_last(written, enough):
+            return written
+        written = shortest
+
+
+def _fits_at_last(written: Written, enough: float) -> bool:
+    """Whether names can be written out one after the other until the lines are few."""
+    while written.lines > _LINES:
+        found = [one for d in written.definitions if (one := _without(written, d)) is not None]
+        written = min(found, key=lambda one: one.operations, default=written)
+        if not found or written.operations > enough:
+            return False
+        if written.lines <= _LINES:
+            return True
+    return False
+
+
+def _without(written: Written, definition: Definition) -> Written | None:
+    """The same with the name of a length or of a shift written out; None for others."""
+    expression: Any = definition.expression
+    if not expression.free_symbols or not definition.symbol.name.startswith(("L_", "d_", "e_")):
+        return None
+    others = tuple(d for d in written.definitions if d is not definition)
+    put = {definition.symbol: expression}
+    return _with(replace(written, definitions=others), lambda x: x.xreplace(put))
+
+
+def _with(written: Written, change: Callable[[Any], Any]) -> Written:
+    """The same with all formulas changed."""
+    return Written(
+        tuple(map(change, written.results)),
+        tuple(Definition(d.symbol, change(d.expression)) for d in written.definitions),
+        tuple(map(change, written.others)),
+    )
+
+
+def _with_name(written: Written, new: Definition) -> Written:
+    """The same with a further name in all later formulas, where that is no longer."""
+
+    def put(expression: Any) -> Any:
+        if isinstance(expression, sp.MatrixBase):
+            return expression.applyfunc(put)
+        return _divided(expression, new)
+
+    found = _with(written, put)
+    return replace(found, definitions=tuple(_in_order([new, *found.definitions])))
+
+
+def _in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
+    """Definitions so that each uses those before, otherwise as they came."""
+    left = {d.symbol: d for d in definitions}
+
+    def with_its_own(d: Definition) -> Iterator[Definition]:
+        for symbol in sorted(d.expression.free_symbols & left.keys(), key=list(left).index):
+            if symbol in left:
+                yield from with_its_own(left[symbol])
+        if left.pop(d.symbol, None) is not None:
+            yield d
+
+    for d in definitions:
+        yield from with_its_own(d)
+
+
+def _divided(expression: Any, ratio: Definition) -> Any:
+    """An expression with powers of a ratio in its products, where these become no longer."""
+    if not expression.args or not ratio.expression.free_symbols <= expression.free_symbols:
+        return expression
+    expression = expression.func(*(_divided(part, ratio) for part in expression.args))
+    if not isinstance(expression, sp.Mul):
+        return expression
+    part = tuple(ratio.expression.as_powers_dict().items())
+    left = _taken_out(_powers(expression), part)
+    if part not in left:
+        return expression
+    left[ratio.symbol] = left.pop(part)
+    # The number stays in front: 1/4 in a sum of roots would be longer.
+    factors = [base**power for base, power in left.items()]
+    other = sp.Mul(expression.as_coeff_Mul()[0], *factors)
+    return min(expression, other, key=_operations)
+
+
+def _most_useful(written: Written, components: set[Any]) -> Any:
+    """The ratio or moment whose name saves most operations; None where none does.
+
+    A length below all results, and nothing else, is a factor in front of them: 1/L^2.
+    """
+    of_names = [x for d in written.definitions for x in _products(d.expression)]
+    products = [x for result in written.results for x in _products(result)] + of_names
+    each = [_powers(sp.factor_terms(x)) for x in written.results]
+    in_front = {b for b in set().union(*each) if all(own.get(b, 0) < 0 for own in each)}
+    best, most = None, 1
+    for found in dict.fromkeys(x for own in products for x in _parts_of(own, components)):
+        if any(base in in_front for base, _ in found) and not any(
+            found in _taken_out(own, found) for own in of_names
+        ):
+            continue
+        saved = sum(max(0, _cost(own) - _cost(_taken_out(own, found))) for own in products)
+        if saved > most:
+            best, most = found, saved
+    return None if best is None else sp.Mul(*(base**power for base, power in best))
+
+
+def _products(formula: Any) -> list[_Powers]:
+    """The products that occur in a formula."""
+    parts = sp.preorder_traversal(formula)
+    return [_powers(part) for part in parts if isinstance(part, sp.Mul)]
+
+
+_Powers = dict[Any, Any]  # powers of the factors of a product
+_Part = tuple[tuple[Any, int], tuple[Any, int]]  # two factors with their powers
+
+
+def _parts_of(powers: _Powers, components: set[Any]) -> Iterator[_Part]:
+    """Ratios of two lengths, one of them with a name, and levers times components."""
+    bases = sorted((b for b in powers if b.is_Symbol and _may_be_a_length(b)), key=str)
+    for a, b in combinations(bases, 2):
+        is_named = any(x.name.startswith(("L_", "d_")) for x in (a, b))
+        are_components = sum(x in components for x in (a, b))
+        if powers[a] == -powers[b] and is_named and not are_components:
+            yield ((a, 1), (b, -1)) if powers[a] > 0 else ((a, -1), (b, 1))
+        elif powers[a] == powers[b] and are_components == 1:
+            yield (a, 1), (b, 1)
+
+
+def _powers(product: Any) -> _Powers:
+    return dict(product.as_coeff_Mul()[1].as_powers_dict())
+
+
+def _taken_out(powers: _Powers, part: _Part) -> _Powers:
+    """Powers after as many parts as there are have become one factor."""
+    fits = [powers.get(base, 0) / power for base, power in part]
+    if not all(sp.sympify(x).is_Integer for x in fits) or min(fits) * max(fits) <= 0:
+        return powers
+    times = min(fits, key=abs)
+    left = {**powers, part: times}
+    for base, power in part:
+        left[base] = left[base] - times * power
+    return {base: power for base, power in left.items() if power != 0}
+
+
+def _cost(powers: _Powers) -> int:
+    return sum(1 if power in (1, -1) else 2 for power in powers.values())
+
+
+def _may_be_a_length(symbol: Any) -> bool:
+    return not symbol.name.startswith(("c_", "k", "K", "E", "G", "e_", "theta"))
+
+
+def _name_of(product: Any, others: Sequence[Any], components: Sequence[str], used: set[str]) -> str:
+    """The name of the entry of a wrench that it is, up to its sign, or a letter with a number."""
+    for matrix in others:
+        if not isinstance(matrix, sp.MatrixBase):
+            continue
+        for name, entry in zip(components, matrix, strict=False):
+            if entry in (product, -product) and name not in used:
+                return name
+    number = 0
+    while f"s_{suffix(number)}" in used:
+        number += 1
+    return f"s_{suffix(number)}"
+
+
+def _operations(expression: Any) -> int:
+    return int(expression.count_ops()) if expression.free_symbols else 0
