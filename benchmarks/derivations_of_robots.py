@@ -21,7 +21,7 @@ from robostiff.analytic import AtHome, AtSymbols, Definition, RobotDerivation
 from robostiff.analytic.agreement import closed_places
 from robostiff.analytic.robot_derivation import InNames
 from robostiff.analytic.robot_placement import place_robot
-from robostiff.analytic.sum_of_springs import operations_of
+from robostiff.analytic.sum_of_springs import different_entries, operations_of
 from robostiff.errors import InputError
 
 POSES = {"home": AtHome(), "symbolic": AtSymbols()}
@@ -117,15 +117,22 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     defects = [f"differs from rs.stiffness by {error:.1e}"] if error > _DIFFERENT else []
     defects += wasted(named.definitions, values)
     defects += hidden_zeros(named.K, K)
-    written = [d for d in named.definitions if d.expression.free_symbols]
+    form = "springs" if derivation.named else "closed" if derivation.is_closed else "steps"
+    entries, definitions = list(named.K), named.definitions
+    series = derivation.in_series if pose == "home" and len(derivation.legs) == 1 else None
+    if series is not None:
+        form, definitions = "series", series.definitions
+        entries = [*series.C, *series.axes, *series.arm]
+    written = [d for d in definitions if d.expression.free_symbols]
+    entries = [x for x in different_entries(entries) if x.free_symbols]
     row = Row(
         robot=stem,
         pose=pose,
-        form="springs" if derivation.named else "closed" if derivation.is_closed else "steps",
+        form=form,
         seconds=seconds,
-        operations=operations_of(named.K, named.definitions),
-        lines=len(written) + len(different(named.K)),
-        names=len(named.definitions),
+        operations=operations_of(entries, definitions),
+        lines=len(written) + len(entries),
+        names=len(definitions),
         sets=len(K),
         error=error,
         defects=tuple(defects),

@@ -76,10 +76,13 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         section, defined = vector_blocks(form, names.result, definitions, taken)
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
+    if derivation.in_series is not None:
+        # K as the inverse of C is the whole formula: wrenches of an arm say no more.
+        blocks += series_blocks(derivation.in_series, names, (), taken)
+        blocks.append(OutlineText(f"The arm: {_in_words(derivation.legs[0])}"))
+        return (*blocks, _nomenclature(derivation, names))
     if definitions:
         blocks += [OutlineHeading("Names for recurring expressions"), equations(definitions)]
-    if derivation.in_series is not None:
-        blocks += series_blocks(derivation.in_series, names, definitions, taken)
     words = [_in_words(leg) for leg in derivation.legs]
     alike = len(words) > 1 and len(set(words)) == 1
     if alike:
@@ -126,6 +129,12 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
 
 
 def _summary(derivation: RobotDerivation) -> str:
+    if derivation.in_series is not None:
+        return (
+            f"Stiffness about the reference point in world axes, {derivation.where}. No joint is "
+            "passive: the stiffness is the inverse of the compliance, to which each spring adds "
+            "what it feels of a unit wrench."
+        )
     form = "in closed form" if derivation.is_closed else "in named steps"
     count = len(derivation.legs)
     legs = "one leg" if count == 1 else f"{count} legs"
@@ -177,9 +186,17 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
     wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
     rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
         ((names.result,), meaning_of_result(derivation)),
-        ((MatrixName("w"),), f"wrench ({wrench}) that a leg transmits"),
-        (("c",), "compliance of the leg under this wrench"),
     ]
+    if derivation.in_series is None:
+        rows += [
+            ((MatrixName("w"),), f"wrench ({wrench}) that a leg transmits"),
+            (("c",), "compliance of the leg under this wrench"),
+        ]
+    else:
+        rows += [
+            ((MatrixName("C"),), "compliance in axes of the arm"),
+            ((MatrixName("K_0"),), "stiffness there"),
+        ]
     defined = [d.symbol.name for d in derivation.definitions]
     for letter, meaning in _MEANINGS.items():
         if any(name.startswith(f"{letter}_") for name in defined):
