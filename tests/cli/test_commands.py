@@ -212,7 +212,7 @@ def test_the_installed_command_runs_in_a_process_of_its_own():
 
 def test_help_imports_nothing_heavy():
     code = (
-        "import sys; from typer.testing import CliRunner; from robostiff.cli.main import app; "
+        "import sys; from click.testing import CliRunner; from robostiff.cli.main import app; "
         "CliRunner().invoke(app, ['--help']); "
         "heavy = {'numpy', 'scipy', 'pint', 'pydantic', 'ruamel', 'sympy'} & set(sys.modules); "
         "sys.exit(', '.join(sorted(heavy)) or None)"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.analytic.export import derivation_from_data
@@ -137,19 +137,20 @@ def test_the_answer_says_that_time_has_ended():
 
 
 IN_A_LONG_CALL = """
-import time, flint, typer
-from robostiff.cli.failure import reported
+import time, flint
+from robostiff.cli.command import Command
 from robostiff.cli.watched import go_on_in_child
 
-@reported
-def command() -> int:
-    go_on_in_child(lambda passed: f"for {passed:.0f} s")
-    print("begun", flush=True)
-    n = flint.fmpz(10) ** 119 + 33
-    (n * (flint.fmpz(10) ** 121 + 13)).factor()
-    return 0
+class Long(Command):
+    @property
+    def function(self):
+        go_on_in_child(lambda passed: f"for {passed:.0f} s")
+        print("begun", flush=True)
+        n = flint.fmpz(10) ** 119 + 33
+        (n * (flint.fmpz(10) ** 121 + 13)).factor()
+        return lambda: 0
 
-typer.run(command)
+Long("", (), "").named("long")()
 """
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app

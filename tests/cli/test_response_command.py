@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app
@@ -59,7 +59,7 @@ def test_what_is_rounding_is_shown_as_none():
         ),
         ([PORTAL, "--along", "boom=1 N/m 0 0"], "expected one of beam, left post, right post"),
         ([PORTAL, "--settle", "top=0 0 0 0 0 0"], "expected a fixed node: left foot, right foot"),
-        ([PORTAL, "--load", "top=0 0 1", "--load", "top=0 0 1"], "expected each name once"),
+        ([PORTAL, "--load", "top=0 0 1", "--load", "top=0 0 1"], "expected one value for top"),
         (["hexapod", "--load", "top=0 0 1"], "robostiff convert hexapod --to graph"),
     ],
 )

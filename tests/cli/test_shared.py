@@ -4,22 +4,22 @@ import json
 import os
 import subprocess
 import sys
+from typing import get_type_hints
 
 import pytest
-from typer.models import CommandInfo
-from typer.testing import CliRunner
+from click import Context, Option
+from click.testing import CliRunner
 
+from robostiff.cli import answer_commands, file_commands, picture_commands
 from robostiff.cli.main import app
+from robostiff.cli.options import Part, parameters_of
 
-
-def name_of(command: CommandInfo) -> str:
-    if command.name:
-        return command.name
-    assert command.callback is not None
-    return command.callback.__name__
-
-
-COMMANDS = tuple(name_of(command) for command in app.registered_commands)
+DECLARED = {
+    **answer_commands.COMMANDS,
+    **picture_commands.COMMANDS,
+    **file_commands.COMMANDS,
+}
+COMMANDS = tuple(app.list_commands(Context(app)))
 WITH_JSON = {
     "robots": (),
     "check": ("planar-link",),
@@ -33,6 +33,53 @@ WITH_JSON = {
 
 def run(*arguments: str):
     return CliRunner().invoke(app, list(arguments), env={"COLUMNS": "80"})
+
+
+def test_commands_are_those_that_are_declared():
+    assert set(COMMANDS) == set(DECLARED)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_gets_what_its_function_takes(command):
+    declared = DECLARED[command]
+    hints = get_type_hints(declared.function)
+    assert hints.pop("return") is int
+    taken = [own.of if isinstance(own, Part) else own for own in declared.takes]
+    assert list(hints.values()) == taken
+    names = [own.name for each in declared.takes for own in parameters_of(each)]
+    assert len(names) == len(set(names))
+
+
+def test_an_option_has_the_same_words_in_every_command():
+    """But those that say what a load, a file or a picture is for."""
+    said: dict[str, set[str]] = {}
+    for declared in DECLARED.values():
+        for own in (own for each in declared.takes for own in parameters_of(each)):
+            if isinstance(own, Option):
+                said.setdefault(max(own.opts, key=len), set()).add(str(own.help))
+    several = {name for name, words in said.items() if len(words) > 1}
+    assert several <= {"--pose", "--wrench", "--output", "--plot", "--mode", "--load", "--quantity"}
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_is_installed_once(shell, tmp_path):
+    home = {"SHELL": f"/bin/{shell}", "HOME": str(tmp_path)}
+    script = CliRunner().invoke(app, ["--show-completion"], env=home)
+    assert script.exit_code == 0, script.output
+    assert "_ROBOSTIFF_COMPLETE" in script.stdout
+    for _ in range(2):
+        outcome = CliRunner().invoke(app, ["--install-completion"], env=home)
+        assert outcome.exit_code == 0, outcome.output
+    (file,) = (path for path in tmp_path.rglob("*") if path.is_file())
+    assert file.read_text().count("robostiff") == 1
+
+
+def test_an_unknown_shell_is_refused(tmp_path):
+    home = {"SHELL": "/bin/tcsh", "HOME": str(tmp_path)}
+    outcome = CliRunner().invoke(app, ["--install-completion"], env=home)
+    assert outcome.exit_code == 2
+    assert "expected bash, zsh or fish" in outcome.stderr
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -109,7 +156,7 @@ def test_all_mistakes_of_a_file_are_shown(tmp_path):
 def test_completion_in_bash(words, expected):
     environment = {
         **os.environ,
-        "_ROBOSTIFF_COMPLETE": "complete_bash",
+        "_ROBOSTIFF_COMPLETE": "bash_complete",
         "COMP_WORDS": words,
         "COMP_CWORD": str(len(words.split()) - 1),
     }
@@ -121,6 +168,7 @@ def test_completion_in_bash(words, expected):
         text=True,
         check=False,
     ).stdout.split()
+    found = [item.removeprefix("plain,") for item in found if item != "file,"]
     assert set(expected) <= set(found)
     assert all(word.startswith(words.split()[-1]) for word in found)
 

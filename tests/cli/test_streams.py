@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from robostiff.cli.main import app
 from tests.interrupts import interrupts_heard

@@ -6,7 +6,7 @@ import warnings
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app

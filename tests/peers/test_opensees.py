@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from robostiff import JointCoordinates, Robot, compliance, load, stiffness
 from robostiff.cli.main import app

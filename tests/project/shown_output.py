@@ -25,7 +25,7 @@ from runpy import run_path
 from unittest.mock import patch
 
 import numpy as np
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from robostiff.cli.main import app
 

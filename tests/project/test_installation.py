@@ -68,7 +68,7 @@ def test_what_installs_robostiff():
         "python-flint",
         "pydantic",
         "ruamel.yaml",
-        "typer",
+        "click",
         "rich",
     }
     assert [bare(each) for each in EXTRAS["fast"]] == ["heyoka"]

@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
-from robostiff.cli.failure import BAD_STATUS, slips
+from robostiff.cli.answer_commands import Details, Load, Method
+from robostiff.cli.command import BAD_STATUS, slips
+from robostiff.cli.options import Answer, Length, Model, Place, Replacing
 from robostiff.cli.output import on_terminal, print_data, say
 from robostiff.cli.written_arguments import (
-    NO_SIDE_FILE,
-    PoseArguments,
-    SideFile,
+    length_from,
     loaded,
     near_from,
-    parameters_from,
     point_from,
     pose_from,
     wrench_from,
@@ -25,33 +22,16 @@ from robostiff.elastostatics import Block, Form, IndexRules, Recursive, SaddlePo
 from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
 from robostiff.io.suggest import Words, did_you_mean
-from robostiff.io.units import Dimension, parse_quantities
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.robots import load
 
 METHODS: dict[str, Form] = {
     form.name: form for form in (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
 }
 
 
-@dataclass(frozen=True)
-class Details:
-    """What ``check`` gives beside the facts: parts at home, and a picture."""
-
-    parts: bool = False
-    plot: str | None = None
-    overwrite: bool = False
-
-
-def check_robot(
-    source: str,
-    settings: Sequence[str],
-    as_json: bool,
-    side: SideFile = NO_SIDE_FILE,
-    details: Details = Details(),
-) -> int:
+def check_robot(model: Model, details: Details, replacing: Replacing, answer: Answer) -> int:
     """Print the parts of a robot; reading the file checks it."""
     from robostiff.cli import robot_facts as facts_of
 
@@ -59,10 +39,10 @@ def check_robot(
     if details.plot is not None:
         from robostiff.cli.pictures import picture_file
 
-        picture = picture_file("--plot", details.plot, details.overwrite)
+        picture = picture_file("--plot", details.plot, replacing.overwrite)
     doubts: list[str] = []
     with slips(doubts.append):
-        robot = load(source, parameters_from(settings), **side.options)
+        robot = model.load()
         if isinstance(robot, CableRobot):
             from robostiff.cli.commands_cables import cable_robot_facts
 
@@ -76,7 +56,7 @@ def check_robot(
                 if isinstance(robot, Snapshot)
                 else facts_of.robot_facts(robot)
             )
-        _add_details(facts, robot, source, details)
+        _add_details(facts, robot, model.source, details)
     if doubts:
         facts["warnings"] = doubts
     if picture is not None:
@@ -85,7 +65,7 @@ def check_robot(
 
         draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
         facts["picture"] = str(picture)
-    if as_json:
+    if answer.as_json:
         print_data(facts)
     else:
         from robostiff.cli import tables
@@ -111,24 +91,17 @@ def _add_details(facts: dict[str, Any], robot: Any, source: str, details: Detail
         )
 
 
-def print_stiffness(
-    source: str,
-    place: PoseArguments,
-    method: str,
-    settings: Sequence[str],
-    as_json: bool,
-    side: SideFile = NO_SIDE_FILE,
-) -> int:
+def print_stiffness(model: Model, place: Place, method: Method, answer: Answer) -> int:
     """Print K at a pose."""
-    form = _method(method)
-    robot = loaded(source, settings, side, place)
+    form = _method(method.method)
+    robot = loaded(model, place)
     pose, near = pose_from(robot, place), near_from(robot, place)
     result = stiffness(robot, pose, method=form, at=point_from(place), near=near)
     if not isinstance(result, RobotStiffness):
         from robostiff.cli.commands_cables import print_cable_stiffness
 
-        return print_cable_stiffness(result, as_json)
-    if as_json:
+        return print_cable_stiffness(result, answer)
+    if answer.as_json:
         print_data(stiffness_data(result))
     elif on_terminal():
         from robostiff.cli import tables
@@ -139,22 +112,15 @@ def print_stiffness(
     return BAD_STATUS if result.status.is_bad else 0
 
 
-def print_deflection(
-    source: str,
-    place: PoseArguments,
-    wrench: str,
-    settings: Sequence[str],
-    as_json: bool,
-    side: SideFile = NO_SIDE_FILE,
-) -> int:
+def print_deflection(model: Model, load: Load, place: Place, answer: Answer) -> int:
     """Print the deflection under a load."""
     from robostiff.analysis import deflection
 
-    robot = loaded(source, settings, side, place)
-    F = wrench_from(wrench, robot.space)
+    robot = loaded(model, place)
+    F = wrench_from(load.wrench, robot.space)
     pose, near = pose_from(robot, place), near_from(robot, place)
     result = deflection(robot, pose, F, at=point_from(place), near=near)
-    if as_json:
+    if answer.as_json:
         print_data(deflection_data(result))
     elif on_terminal():
         from robostiff.cli import tables
@@ -176,27 +142,22 @@ def _method(name: str) -> Form:
     return METHODS[name]
 
 
-def print_indices(
-    source: str, place: PoseArguments, length: str | None, settings: Sequence[str], as_json: bool
-) -> int:
+def print_indices(model: Model, place: Place, length: Length, answer: Answer) -> int:
     """Print the stiffness indices at a pose; 1 for a bad status."""
     from robostiff.analysis.indices import indices
     from robostiff.io.results.indices import indices_data, indices_text
 
-    robot = loaded(source, settings, place=place)
+    robot = loaded(model, place)
     if isinstance(robot, CableRobot):
         raise InputError(
             f"indices of {robot.name!r}",
             got="a cable robot",
             expected="a robot with legs: the stiffness of cables depends on their tensions",
         )
-    L = None
-    if length is not None:
-        L = parse_quantities(length, [Dimension.LENGTH], ["length"], "--length")[0]
     pose, near = pose_from(robot, place), near_from(robot, place)
     result = stiffness(robot, pose, at=point_from(place), near=near)
-    found = indices(result, length=L) if result.answered.all() else None
-    if as_json:
+    found = indices(result, length=length_from(length)) if result.answered.all() else None
+    if answer.as_json:
         print_data(indices_data(result, found))
     else:
         say(stiffness_text(result) if found is None else indices_text(found))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,10 +13,12 @@ from robostiff.cables import (
     NearestTensions,
     TensionRule,
 )
-from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.answer_commands import WrittenTensions
+from robostiff.cli.command import BAD_STATUS
+from robostiff.cli.options import Answer, Model, Place
 from robostiff.cli.output import show
 from robostiff.cli.robot_facts import head_facts, home_facts
-from robostiff.cli.written_arguments import PoseArguments, parameters_from, pose_from, wrench_from
+from robostiff.cli.written_arguments import pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.cables import (
     cable_response_data,
@@ -27,21 +28,13 @@ from robostiff.io.results.cables import (
 )
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.model.cable import CableRobot
-from robostiff.robots import load
 
 _RULES = ("nearest", "closed-form")
 
 
-def print_cables(
-    source: str,
-    place: PoseArguments,
-    loads: tuple[str | None, str | None],
-    tensions: tuple[str, float | None, str | None],
-    settings: Sequence[str],
-    as_json: bool,
-) -> int:
+def print_cables(model: Model, place: Place, written: WrittenTensions, answer: Answer) -> int:
     """Print tensions and stiffness at a pose, and the response to a load with locked winches."""
-    robot = load(source, parameters_from(settings))
+    robot, source = model.load(), model.source
     if not isinstance(robot, CableRobot):
         raise InputError(
             "robot of cables",
@@ -49,8 +42,8 @@ def print_cables(
             expected="a robot with cables, such as cable-8",
             hint=f"write 'robostiff stiffness {source}' for a robot with legs",
         )
-    wrench, balance = loads
-    rule = _rule(robot, *tensions)
+    wrench, balance = written.wrench, written.balance
+    rule = _rule(robot, written.rule, written.level, written.tensions)
     pose = pose_from(robot, place)
     if wrench is not None:
         if balance is not None:
@@ -61,13 +54,13 @@ def print_cables(
         held = None if balance is None else wrench_from(balance, robot.space)
         result = cable_stiffness(robot, pose, held, tensions=rule)
         text, data = cable_stiffness_text, cable_stiffness_data
-    show(data(result) if as_json else text(result))  # pyright: ignore[reportArgumentType]
+    show(data(result) if answer.as_json else text(result))  # pyright: ignore[reportArgumentType]
     return BAD_STATUS if result.status.is_bad else 0
 
 
-def print_cable_stiffness(result: CableStiffness, as_json: bool) -> int:
+def print_cable_stiffness(result: CableStiffness, answer: Answer) -> int:
     """Print K of a cable robot."""
-    show(cable_stiffness_data(result) if as_json else cable_stiffness_text(result))
+    show(cable_stiffness_data(result) if answer.as_json else cable_stiffness_text(result))
     return BAD_STATUS if result.status.is_bad else 0
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import click
 import sympy as sp
-import typer
 
 from robostiff.analytic import (
     AtCoordinates,
@@ -46,11 +45,11 @@ from robostiff.analytic.export import (
 )
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, rotation_by_name
 from robostiff.analytic.robot_pose import PoseFormula, coordinate_names
-from robostiff.cli.derive_command import FORMATS
-from robostiff.cli.failure import INTERRUPTED
+from robostiff.cli.command import INTERRUPTED
+from robostiff.cli.file_commands import FORMATS, FormulaRequest, Questions, Sheet
+from robostiff.cli.options import Answer, Model, Replacing
 from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child
-from robostiff.cli.written_arguments import parameters_from
 from robostiff.errors import InputError
 from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.io.suggest import did_you_mean
@@ -58,7 +57,6 @@ from robostiff.io.units import Dimension, parse_quantities
 from robostiff.io.whole_file import whole_file
 from robostiff.markup import text_of
 from robostiff.model import Robot
-from robostiff.robots import load
 from robostiff.spatial import Space
 
 
@@ -74,8 +72,7 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
 
     Examples
     --------
-    >>> from robostiff.robots import load
-    >>> pose_from("x = 100 mm", load("3-rpr")).values
+    >>>     >>> pose_from("x = 100 mm", load("3-rpr")).values
     {'x': 0.1}
     """
     word = text.strip()
@@ -119,35 +116,22 @@ def _dimension(robot: Robot, name: str) -> Dimension:
     return Dimension.LENGTH if name in ("x", "y", "z") else Dimension.ANGLE
 
 
-@dataclass(frozen=True)
-class Questions:
-    """Properties of a formula to be printed in place of it."""
+def _answered(questions: Questions, derivation: RobotDerivation, budget: float) -> str:
+    """The properties as text, one or more lines each.
 
-    rank: bool
-    free_motions: bool
-    eigenvalues: bool
-
-    @property
-    def any(self) -> bool:
-        """Whether a property is requested."""
-        return self.rank or self.free_motions or self.eigenvalues
-
-    def answered(self, derivation: RobotDerivation, budget: float) -> str:
-        """The properties as text, one or more lines each.
-
-        Raises
-        ------
-        InputError
-            When one of them needs a closed form, and the formula is in steps.
-        """
-        lines = [f"{derivation.name}, {derivation.where}"]
-        if self.rank:
-            lines += _rank(derivation, budget)
-        if self.free_motions:
-            lines += _free_motions(derivation)
-        if self.eigenvalues:
-            lines += _eigenvalues(derivation, budget)
-        return text_of(lines) + "\n"
+    Raises
+    ------
+    InputError
+        When one of them needs a closed form, and the formula is in steps.
+    """
+    lines = [f"{derivation.name}, {derivation.where}"]
+    if questions.rank:
+        lines += _rank(derivation, budget)
+    if questions.free_motions:
+        lines += _free_motions(derivation)
+    if questions.eigenvalues:
+        lines += _eigenvalues(derivation, budget)
+    return text_of(lines) + "\n"
 
 
 def _rank(derivation: RobotDerivation, budget: float) -> list[str]:
@@ -216,36 +200,16 @@ _SUFFIXES = {
 }
 
 
-@dataclass(frozen=True)
-class FormulaRequest:
-    """The formula to derive, as written on the command line."""
-
-    pose: str
-    symbols: str
-    steps: bool
-    closed: bool
-    limit: int | None
-    budget: float
-    derivative: str | None
-    leg: str | None = None
-    angles: str | None = None
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """The format and the file of a formula."""
-
-    format: str | None
-    output: str | None
-    overwrite: bool = False
-    as_json: bool = False
-
-
 def print_formula(
-    source: str, asked: FormulaRequest, sheet: Sheet, questions: Questions, settings: Sequence[str]
+    model: Model,
+    asked: FormulaRequest,
+    questions: Questions,
+    sheet: Sheet,
+    replacing: Replacing,
+    answer: Answer,
 ) -> int:
     """Derive the stiffness of a robot and write it, or print its properties."""
-    language, output = _language(sheet)
+    language, output = _language(sheet, replacing, answer)
     form = _form(asked)
     checked_budget(asked.budget)
     if questions.any and (asked.derivative is not None or language != "text"):
@@ -260,16 +224,16 @@ def print_formula(
             got=f"--leg {asked.leg}",
             expected="the whole robot: --rank, --free-motions and --eigenvalues without --leg",
         )
-    go_on_in_child(_progress(source, asked, form))
+    go_on_in_child(_progress(model.source, asked, form))
     try:
-        robot, pose = _robot_and_pose(source, asked, settings)
+        robot, pose = _robot_and_pose(model, asked)
         derivation = (
             derive_robot(robot, pose, form, asked.budget)
             if asked.leg is None
             else derive_leg(robot, asked.leg, pose, form, asked.budget)
         )
         if isinstance(derivation, RobotDerivation) and derivation.remark:
-            typer.echo(f"robostiff: {derivation.remark} These are named steps.", err=True)
+            click.echo(f"robostiff: {derivation.remark} These are named steps.", err=True)
         found: _Found = derivation
         if asked.derivative is not None:
             found = differentiate(derivation, _symbol(derivation, asked.derivative))
@@ -278,7 +242,7 @@ def print_formula(
                 derivation_pdf(found, begun)
             return 0
         written = (
-            questions.answered(derivation, asked.budget)
+            _answered(questions, derivation, asked.budget)
             if questions.any and isinstance(derivation, RobotDerivation)
             else _WRITERS[language](found)
         )
@@ -291,10 +255,10 @@ def print_formula(
             + ("--budget" if isinstance(error, OutOfTimeError) else "--limit"),
         ) from None
     except KeyboardInterrupt:
-        typer.echo("robostiff: interrupted; named steps, --steps, are quick", err=True)
+        click.echo("robostiff: interrupted; named steps, --steps, are quick", err=True)
         return INTERRUPTED
     if output is None:
-        typer.echo(written, nl=False)
+        click.echo(written, nl=False)
     else:
         with whole_file(output) as begun:
             begun.write_text(written, encoding="utf-8")
@@ -313,17 +277,14 @@ def _progress(
     return line
 
 
-def _robot_and_pose(
-    source: str, asked: FormulaRequest, settings: Sequence[str]
-) -> tuple[Robot, Any]:
+def _robot_and_pose(model: Model, asked: FormulaRequest) -> tuple[Robot, Any]:
     names = [name.strip() for name in asked.symbols.split(",") if name.strip()]
     symbols = {"all": ALL_PARAMETERS, "none": ()}.get(asked.symbols.strip(), tuple(names))
-    parameters = parameters_from(settings)
-    robot = load(source, parameters, symbols=symbols)
+    robot = model.load(symbols=symbols)
     if not isinstance(robot, Robot):
         raise InputError(
             "robot of a formula",
-            got=source,
+            got=model.source,
             expected="a model, whose parameters can be symbols",
             hint="a snapshot holds the numbers of one pose",
         )
@@ -341,11 +302,11 @@ def _form(asked: FormulaRequest) -> Closed | Steps | None:
     return Closed() if asked.closed else None
 
 
-def _language(sheet: Sheet) -> tuple[str, Path | None]:
+def _language(sheet: Sheet, replacing: Replacing, answer: Answer) -> tuple[str, Path | None]:
     """The format, and the file to write; None for standard output."""
     output = None if sheet.output in (None, "-") else Path(sheet.output)
     name = sheet.format
-    if sheet.as_json:
+    if answer.as_json:
         if name not in (None, "json"):
             raise InputError("--json and --format", got=name, expected="one of them")
         name = "json"
@@ -364,7 +325,7 @@ def _language(sheet: Sheet) -> tuple[str, Path | None]:
     if name == "pdf" and output is None:
         raise InputError("--format", got="pdf", expected="a file", hint="write -o FILE.pdf")
     if output is not None:
-        new_file("--output", output, sheet.overwrite)
+        new_file("--output", output, replacing.overwrite)
     return name, output
 
 

@@ -2,82 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
 
-from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads
+from robostiff.cli.command import BAD_STATUS
+from robostiff.cli.options import Answer, Model, Place, Replacing, named_values
 from robostiff.cli.output import print_data, say
 from robostiff.cli.pictures import draw, picture_file
-from robostiff.cli.written_arguments import (
-    NO_SIDE_FILE,
-    PoseArguments,
-    SideFile,
-    near_from,
-    parameters_from,
-    point_from,
-    pose_from,
-    wrench_from,
-)
+from robostiff.cli.written_arguments import near_from, point_from, pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.model import Mass, Robot, Snapshot
-from robostiff.robots import load
 from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path, modes
 
 _MOST_FACTORS = 1000
 
 
-@dataclass(frozen=True)
-class WrittenLoads:
-    """Loads as written on the command line."""
-
-    wrench: str | None = None
-    weights: Sequence[str] = ()
-    forces: Sequence[str] = ()
-    gravity: str | None = None
-    preloads: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What is asked beside the equilibrium, and how it is shown."""
-
-    critical: bool = False
-    factors: str | None = None
-    as_json: bool = False
-    plot: str | None = None
-    overwrite: bool = False
-
-
-@dataclass(frozen=True)
-class ShownModes:
-    """How modes are shown: as data, and one of them in a picture."""
-
-    as_json: bool = False
-    plot: str | None = None
-    number: int = 1
-    overwrite: bool = False
-
-
 def print_equilibrium(
-    source: str,
-    place: PoseArguments,
+    model: Model,
+    place: Place,
     written: WrittenLoads,
     wanted: Wanted,
-    settings: Sequence[str],
-    side: SideFile = NO_SIDE_FILE,
+    replacing: Replacing,
+    answer: Answer,
 ) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
-    robot = _robot_of_legs(source, settings, side)
+    robot = _robot_of_legs(model)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
-    picture = None if wanted.plot is None else picture_file("--plot", wanted.plot, wanted.overwrite)
+    picture = (
+        None if wanted.plot is None else picture_file("--plot", wanted.plot, replacing.overwrite)
+    )
     options = _options(robot, place, written)
     pose = pose_from(robot, place)
     factors = None if wanted.factors is None else _factors(wanted.factors)
@@ -92,7 +52,7 @@ def print_equilibrium(
         from robostiff.plot.loaded_robot import equilibrium_picture
 
         draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
-    if wanted.as_json:
+    if answer.as_json:
         print_data(equilibrium_data(result, critical, curve))
     else:
         text = equilibrium_text(result, critical)
@@ -101,24 +61,23 @@ def print_equilibrium(
 
 
 def print_modes(
-    source: str,
-    place: PoseArguments,
+    model: Model,
+    place: Place,
+    shown: Vibration,
     written: WrittenLoads,
-    masses: Sequence[str],
-    settings: Sequence[str],
-    side: SideFile = NO_SIDE_FILE,
-    shown: ShownModes | None = None,
+    replacing: Replacing,
+    answer: Answer,
 ) -> int:
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
     from robostiff.io.results.equilibrium import modes_data, modes_text
 
-    shown = ShownModes() if shown is None else shown
-    picture = None if shown.plot is None else picture_file("--plot", shown.plot, shown.overwrite)
-    robot = _robot_of_legs(source, settings, side)
+    picture = (
+        None if shown.plot is None else picture_file("--plot", shown.plot, replacing.overwrite)
+    )
+    robot = _robot_of_legs(model)
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
-    for text in masses:
-        name, mass = _named("--mass", text, _kilograms)
+    for name, mass in _named("--mass", shown.masses, _kilograms):
         moving.setdefault(name, []).append(mass)
     pose = pose_from(robot, place)
     found = modes(robot, pose, moving, wrench=F, **_options(robot, place, written))
@@ -127,15 +86,15 @@ def print_modes(
 
         number = shown.number
         draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
-    if shown.as_json:
+    if answer.as_json:
         print_data(modes_data(found))
     else:
         say(modes_text(found))
     return BAD_STATUS if found.status.is_bad else 0
 
 
-def _robot_of_legs(source: str, settings: Sequence[str], side: SideFile) -> Robot | Snapshot:
-    robot = load(source, parameters_from(settings), **side.options)
+def _robot_of_legs(model: Model) -> Robot | Snapshot:
+    robot, source = model.load(), model.source
     if not isinstance(robot, Robot | Snapshot):
         raise InputError(
             f"equilibrium of {source!r}",
@@ -146,15 +105,13 @@ def _robot_of_legs(source: str, settings: Sequence[str], side: SideFile) -> Robo
     return robot
 
 
-def _options(
-    robot: Robot | Snapshot, place: PoseArguments, written: WrittenLoads
-) -> dict[str, Any]:
+def _options(robot: Robot | Snapshot, place: Place, written: WrittenLoads) -> dict[str, Any]:
     """Loads beside the wrench, and where they act."""
     return {
         "at": point_from(place),
         "loads": _loads(written),
         "gravity": _gravity(written.gravity),
-        "preload": dict(_named("--preload", text, _push) for text in written.preloads),
+        "preload": dict(_named("--preload", written.preloads, _push)),
         "near": near_from(robot, place),
     }
 
@@ -176,20 +133,16 @@ def _curve_text(curve: Any) -> str:
 
 def _loads(written: WrittenLoads) -> dict[str, list[Mass | DeadForce]]:
     loads: dict[str, list[Mass | DeadForce]] = {}
-    for text in written.weights:
-        name, mass = _named("--weight", text, _mass)
+    for name, mass in _named("--weight", written.weights, _mass):
         loads.setdefault(name, []).append(mass)
-    for text in written.forces:
-        name, force = _named("--load", text, _force)
+    for name, force in _named("--load", written.forces, _force):
         loads.setdefault(name, []).append(force)
     return loads
 
 
-def _named(option: str, text: str, read: Any) -> tuple[str, Any]:
-    name, equals, value = text.rpartition("=")
-    if not (name.strip() and equals and value.strip()):
-        raise InputError(option, got=text, expected=f"LEG/PART=VALUE, such as {_SUCH_AS[option]}")
-    return name.strip(), read(value.strip())
+def _named(option: str, texts: tuple[str, ...], read: Any) -> list[tuple[str, Any]]:
+    expected = f"LEG/PART=VALUE, such as {_SUCH_AS[option]}"
+    return [(name, read(value)) for name, value in named_values(option, texts, expected)]
 
 
 _SUCH_AS = {

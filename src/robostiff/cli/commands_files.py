@@ -5,20 +5,14 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from robostiff.cli.file_commands import Converted, NewFile, WantedSchema
+from robostiff.cli.options import Answer, Model, Place, Replacing
 from robostiff.cli.output import new_file, print_data, say
-from robostiff.cli.written_arguments import (
-    NO_SIDE_FILE,
-    PoseArguments,
-    SideFile,
-    near_from,
-    parameters_from,
-    pose_from,
-)
+from robostiff.cli.written_arguments import near_from, pose_from
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
 
@@ -29,13 +23,13 @@ _PLAIN_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]*[A-Za-z0-9]")
 _WORDS_OF_YAML = {"true", "false", "null", "yes", "no", "on", "off"}
 
 
-def print_schema(form: str, output: str | None, overwrite: bool) -> int:
+def print_schema(wanted: WantedSchema, replacing: Replacing) -> int:
     """Print or write the JSON schema of a file format."""
-    schema = _schemas(form)
-    if output is None:
+    schema = _schemas(wanted.form)
+    if wanted.output is None:
         say(json.dumps(schema, indent=2))
         return 0
-    path = new_file("--output", output, overwrite)
+    path = new_file("--output", wanted.output, replacing.overwrite)
     path.write_text(json.dumps(schema, indent=2) + "\n", encoding="utf-8")
     say(str(path))
     return 0
@@ -58,8 +52,9 @@ def templates() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".yaml") for name in names))
 
 
-def write_new(name: str, template: str, as_json: bool = False) -> int:
+def write_new(new: NewFile, answer: Answer) -> int:
     """Write a model file from a template or a shipped robot; nothing is replaced."""
+    name, template = new.name, new.template
     path = Path(name if Path(name).suffix.lower() in _YAML else f"{name}.yaml")
     text = _text_of(template)
     if path.exists() or path.is_symlink():
@@ -70,7 +65,7 @@ def write_new(name: str, template: str, as_json: bool = False) -> int:
     text = re.sub(r"(?m)^name: .*$", lambda _: line, text, count=1)
     with path.open("x", encoding="utf-8") as file:
         file.write(text)
-    if as_json:
+    if answer.as_json:
         print_data({"files": [str(path)], "template": template})
     else:
         say(str(path))
@@ -89,39 +84,23 @@ def _text_of(template: str) -> str:
     raise _unknown("--template", template, (*templates(), *shipped), "a template or a")
 
 
-@dataclass(frozen=True)
-class Converted:
-    """The form and the file of a conversion."""
-
-    form: str
-    output: str | None
-    overwrite: bool = False
-    as_json: bool = False
-
-
 def convert(
-    source: str,
-    place: PoseArguments,
-    wanted: Converted,
-    settings: Sequence[str],
-    side: SideFile = NO_SIDE_FILE,
+    model: Model, wanted: Converted, place: Place, replacing: Replacing, answer: Answer
 ) -> int:
     """Write a robot at a pose in another form, or its results there as a file for MATLAB."""
-    from robostiff.robots import load
-
-    form, output = wanted.form, wanted.output
+    form, output, source = wanted.form, wanted.output, model.source
     if form not in _FORMS:
         raise _unknown("--to", form, _FORMS, "one of")
-    if output is None and (form == "matlab" or wanted.as_json):
+    if output is None and (form == "matlab" or answer.as_json):
         option = "--to matlab" if form == "matlab" else "--json"
         raise InputError(option, expected="a file beside it", hint="write -o FILE")
-    path = None if output is None else new_file("--output", output, wanted.overwrite)
+    path = None if output is None else new_file("--output", output, replacing.overwrite)
     endings = _SUFFIXES.get(form)
     if path is not None and endings is not None and path.suffix.lower() not in endings:
         raise InputError(
             "--output", got=str(path), expected=f"a name that ends in {' or '.join(endings)}"
         )
-    robot = load(source, parameters_from(settings), **side.options)
+    robot = model.load()
     if form == "matlab" and path is not None:
         from robostiff.io.results.matlab import write_matlab
 
@@ -143,14 +122,14 @@ def convert(
             say(text.removesuffix("\n"))
             return 0
         path.write_text(text, encoding="utf-8")
-    if wanted.as_json:
+    if answer.as_json:
         print_data({"files": [str(path)], "form": form})
     else:
         say(str(path))
     return 0
 
 
-def _results(source: str, robot: Any, place: PoseArguments) -> Any:
+def _results(source: str, robot: Any, place: Place) -> Any:
     from robostiff.analysis import stiffness
     from robostiff.model.cable import CableRobot
 
@@ -164,7 +143,7 @@ def _results(source: str, robot: Any, place: PoseArguments) -> Any:
     return result
 
 
-def _frozen(source: str, robot: Any, place: PoseArguments, form: str) -> Any:
+def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
     """The robot at the pose: a snapshot of legs, or a network for the other forms."""
     from robostiff.kinematics import find_posture
     from robostiff.model import Robot, Snapshot

@@ -7,12 +7,11 @@ import shlex
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -36,17 +35,12 @@ from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.new_store import already_there
 from robostiff.analysis.maps.pose_columns import SIX, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
-from robostiff.cli.failure import BAD_STATUS, INTERRUPTED
+from robostiff.cli.command import BAD_STATUS, INTERRUPTED
+from robostiff.cli.options import Answer, Length, Model, Place, Replacing
 from robostiff.cli.output import new_file, print_data, say
+from robostiff.cli.picture_commands import MapPoses, MapQuantities, Run
 from robostiff.cli.pictures import draw, picture_file
-from robostiff.cli.written_arguments import (
-    NO_SIDE_FILE,
-    PoseArguments,
-    SideFile,
-    loaded,
-    near_from,
-    wrench_from,
-)
+from robostiff.cli.written_arguments import length_from, loaded, near_from, wrench_from
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.map_files import (
     check_netcdf,
@@ -66,22 +60,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True)
-class Asked:
-    """A map as written on the command line."""
-
-    axes: Mapping[str, str]
-    joints: Sequence[str]
-    poses: str | None
-    random: int | None
-    seed: int
-    quantities: Sequence[str]
-    wrench: str | None
-    length: str | None
-    near: str | None = None
-
-
-def read_asked_poses(robot: Robot | Linkage, asked: Asked) -> PoseSource:
+def read_asked_poses(robot: Robot | Linkage, asked: MapPoses) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
         if asked.axes or asked.joints or asked.random is not None:
@@ -185,34 +164,20 @@ _WRITERS = {".zarr": None, ".nc": write_map_netcdf, ".csv": write_map_csv}
 _SUFFIXES = ", ".join(_WRITERS)
 
 
-@dataclass(frozen=True)
-class Run:
-    """Output and processors of a map, as written on the command line."""
-
-    output: str
-    resume: bool
-    workers: int | None
-    threads: int | None
-    scheduler: str | None
-    batched: bool = False
-    overwrite: bool = False
-    plot: str | None = None
-
-
 def make_map(
-    source: str,
-    asked: Asked,
+    model: Model,
+    asked: MapPoses,
+    wanted: MapQuantities,
+    length: Length,
+    place: Place,
     run: Run,
-    settings: Sequence[str],
-    as_json: bool,
-    side: SideFile = NO_SIDE_FILE,
+    replacing: Replacing,
+    answer: Answer,
 ) -> int:
     """Compute a map, write it, and print a summary."""
-    output = _checked_output(run)
-    picture = None if run.plot is None else picture_file("--plot", run.plot, run.overwrite)
-    robot = loaded(
-        source, settings, side, PoseArguments(None, "", None), by_joints=bool(asked.joints)
-    )
+    output = _checked_output(run, replacing)
+    picture = None if run.plot is None else picture_file("--plot", run.plot, replacing.overwrite)
+    robot, source = loaded(model, by_joints=bool(asked.joints)), model.source
     if isinstance(robot, CableRobot):
         raise InputError(
             "robot of a map",
@@ -237,10 +202,10 @@ def make_map(
             found = stiffness_map(
                 robot,
                 poses,
-                [_quantity(name) for name in asked.quantities] or [Quantity.PRINCIPAL_STIFFNESS],
-                wrench=None if asked.wrench is None else wrench_from(asked.wrench, robot.space),
-                characteristic_length=_length(asked.length),
-                near=near_from(robot, PoseArguments(None, None, None, asked.near)),
+                [_quantity(name) for name in wanted.quantities] or [Quantity.PRINCIPAL_STIFFNESS],
+                wrench=None if wanted.wrench is None else wrench_from(wanted.wrench, robot.space),
+                characteristic_length=length_from(length),
+                near=near_from(robot, place),
                 method=Batched() if run.batched else None,
                 store=output if in_store else None,
                 resume=run.resume,
@@ -250,7 +215,7 @@ def make_map(
             )
         if output is None:
             for line in map_csv_lines(found):
-                typer.echo(line)
+                click.echo(line)
         elif (writer := _WRITERS[output.suffix]) is not None:
             writer(found, output)
         if picture is not None:
@@ -258,22 +223,22 @@ def make_map(
 
             draw(overview_picture(found), picture)
     except KeyboardInterrupt:
-        typer.echo(f"robostiff: interrupted; {_how_to_go_on(output)}", err=True)
+        click.echo(f"robostiff: interrupted; {_how_to_go_on(output)}", err=True)
         return INTERRUPTED
     except NoAnswerError as error:
-        typer.echo(f"robostiff: error: {error}", err=True)
+        click.echo(f"robostiff: error: {error}", err=True)
         return BAD_STATUS
     facts = _facts(found, output, bar, time.monotonic() - started)
     if output is None:
         return 0 if facts["poses_reachable"] else BAD_STATUS
-    if as_json:
+    if answer.as_json:
         print_data(facts)
     else:
         _print_facts(facts)
     return 0 if facts["poses_reachable"] else BAD_STATUS
 
 
-def _checked_output(run: Run) -> Path | None:
+def _checked_output(run: Run, replacing: Replacing) -> Path | None:
     """Where to write; None for standard output."""
     output = Path(run.output)
     if run.threads is not None and (run.scheduler is not None or run.workers is not None):
@@ -296,7 +261,7 @@ def _checked_output(run: Run) -> Path | None:
             expected="an output that ends in .zarr: no other can be resumed",
         )
     if output.suffix == ".zarr":
-        if run.overwrite:
+        if replacing.overwrite:
             raise InputError(
                 "--overwrite",
                 got=run.output,
@@ -308,14 +273,8 @@ def _checked_output(run: Run) -> Path | None:
         if output.exists() and not run.resume:
             raise already_there(output)
     else:
-        new_file("--output", output, run.overwrite)
+        new_file("--output", output, replacing.overwrite)
     return output
-
-
-def _length(text: str | None) -> float | None:
-    if text is None:
-        return None
-    return parse_quantities(text, [Dimension.LENGTH], ["length"], "--length")[0]
 
 
 def _quantity(name: str) -> Quantity:
@@ -376,4 +335,4 @@ def _print_facts(facts: Mapping[str, Any]) -> None:
     if facts["poses_a_second"]:
         # Not on standard output, which is the same every time.
         rate = f"{facts['poses_a_second']:.3g} poses/s"
-        typer.echo(f"{facts['seconds']:.3g} s, {rate}", err=True)
+        click.echo(f"{facts['seconds']:.3g} s, {rate}", err=True)

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.analysis import cable_response, cable_stiffness, stiffness
+from robostiff.cli.options import Answer, Place, Replacing, named_once
 from robostiff.cli.output import print_data, say
+from robostiff.cli.picture_commands import WHAT, Drawing, Subject
 from robostiff.cli.pictures import draw, picture_file
-from robostiff.cli.plot_command import WHAT
-from robostiff.cli.written_arguments import (
-    PoseArguments,
-    SideFile,
-    near_from,
-    parameters_from,
-    point_from,
-    pose_from,
-    wrench_from,
-)
+from robostiff.cli.written_arguments import near_from, point_from, pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.suggest import did_you_mean
 from robostiff.model import Robot, Snapshot
@@ -36,7 +27,6 @@ from robostiff.plot.maps.slice import overview_picture
 from robostiff.plot.matrix_cells import matrix_picture
 from robostiff.plot.posed_robot import Colouring, picture_of_robot
 from robostiff.plot.posture import surroundings
-from robostiff.robots import load
 from robostiff.statics import deflection, modes
 
 if TYPE_CHECKING:
@@ -46,42 +36,25 @@ _MAPS = (".zarr", ".nc")
 _OF_LOADS = ("deflection", "energy")
 
 
-@dataclass(frozen=True)
-class Asked:
-    """A picture as asked for on the command line."""
-
-    what: str | None
-    wrench: str | None
-    quality: str
-    mode: int
-    quantity: str | None
-    cuts: Sequence[str]
-    output: str
-    overwrite: bool
-    as_json: bool
-
-
 def make_plot(
-    subject: str, place: PoseArguments, asked: Asked, settings: Sequence[str], side: SideFile
+    model: Subject, asked: Drawing, place: Place, replacing: Replacing, answer: Answer
 ) -> int:
     """Draw into a file and print its path; 0."""
-    path = picture_file("--output", asked.output, asked.overwrite)
-    what = _what(subject, asked)
+    path = picture_file("--output", asked.output, replacing.overwrite)
+    what = _what(model.source, asked)
     if what == "map":
-        pictures = (_of_map(subject, asked),)
+        pictures = (_of_map(model.source, asked),)
     else:
-        pictures = _of_robot(
-            what, load(subject, parameters_from(settings), **side.options), place, asked
-        )
+        pictures = _of_robot(what, model.load(), place, asked)
     draw(pictures[0], path, *pictures[1:])
-    if asked.as_json:
+    if answer.as_json:
         print_data({"file": str(path), "what": what})
     else:
         say(str(path))
     return 0
 
 
-def _what(subject: str, asked: Asked) -> str:
+def _what(subject: str, asked: Drawing) -> str:
     """What is drawn: as written, or what the subject and the load suggest."""
     is_map = Path(subject).suffix in _MAPS
     what = asked.what
@@ -109,7 +82,7 @@ def _what(subject: str, asked: Asked) -> str:
     return what
 
 
-def _of_robot(what: str, robot: Any, place: PoseArguments, asked: Asked) -> tuple[Picture, ...]:
+def _of_robot(what: str, robot: Any, place: Place, asked: Drawing) -> tuple[Picture, ...]:
     """The picture, and of a mode the other end of the vibration."""
     pose = pose_from(robot, place)
     if what == "robot":
@@ -132,9 +105,7 @@ def _of_robot(what: str, robot: Any, place: PoseArguments, asked: Asked) -> tupl
     return (_of_stiffness(what, robot, stiffness(robot, pose, **options), asked),)
 
 
-def _of_cables(
-    what: str, robot: CableRobot, pose: Any, place: PoseArguments, asked: Asked
-) -> Picture:
+def _of_cables(what: str, robot: CableRobot, pose: Any, place: Place, asked: Drawing) -> Picture:
     if what in {"energy", "modes"}:
         raise _no_picture(what, robot, "a robot with legs")
     if what == "deflection":
@@ -148,7 +119,7 @@ def _no_picture(what: str, robot: Any, expected: str) -> InputError:
     return InputError(f"--what {what}", got=robot, expected=expected)
 
 
-def _of_stiffness(what: str, robot: Any, result: Any, asked: Asked) -> Picture:
+def _of_stiffness(what: str, robot: Any, result: Any, asked: Drawing) -> Picture:
     if what == "matrix":
         return matrix_picture(result)
     around = surroundings(robot, result)
@@ -166,16 +137,13 @@ def _quality(name: str) -> Quality:
     return known[name]
 
 
-def _of_map(path: str, asked: Asked) -> Picture:
+def _of_map(path: str, asked: Drawing) -> Picture:
     from robostiff.io.map_files.read_map import read_map
 
     at: dict[str, Any] = {}
-    for text in asked.cuts:
-        name, equals, value = text.partition("=")
-        if not (name.strip() and equals and value.strip()):
-            raise InputError("--cut", got=text, expected="NAME=VALUE, such as z=0.3")
-        at[name.strip()] = value.strip()
+    for name, value in named_once("--cut", asked.cuts, "NAME=VALUE, such as z=0.3").items():
+        at[name] = value
         with suppress(ValueError):
-            at[name.strip()] = float(value)
+            at[name] = float(value)
     quantity = None if asked.quantity is None else asked.quantity.replace("-", "_")
     return overview_picture(read_map(path), quantity, at)

@@ -2,35 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.answer_commands import WrittenNetworkLoads
+from robostiff.cli.command import BAD_STATUS
+from robostiff.cli.options import Answer, named_once, named_values
 from robostiff.cli.output import print_data, say
 from robostiff.errors import InputError
 from robostiff.io.results.network import response_data, response_text
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.network import DistributedForce, ForceOnBeam, Network, network_response
-from robostiff.robots import load as load_robot
+from robostiff.robots import load
 from robostiff.spatial import Space
 
 _FORCE = ("fx", "fy", "fz")
+_EXPECTED = "NAME=NUMBERS, such as tip=0 0 -80 N"
 
 
-@dataclass(frozen=True)
-class WrittenNetworkLoads:
-    """Loads of a network as written on the command line, each ``NAME=NUMBERS``."""
-
-    at_nodes: Sequence[str]
-    along_beams: Sequence[str]
-    on_beams: Sequence[str]
-    settlements: Sequence[str]
-
-
-def print_response(source: str, written: WrittenNetworkLoads, as_json: bool) -> int:
+def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
     """Print how a network answers its loads."""
-    network = load_robot(source)
+    source, network = written.source, load(written.source)
     if not isinstance(network, Network):
         raise InputError(
             f"response of {source!r}",
@@ -39,17 +30,15 @@ def print_response(source: str, written: WrittenNetworkLoads, as_json: bool) -> 
             hint=f"write one: robostiff convert {source} --to graph -o network.json",
         )
     loads = _loads(written, network.space)
-    settlements: dict[str, list[float]] = {}
-    for text in written.settlements:
-        name, values = _named("--settle", text)
-        _check_once("--settle", name, settlements)
-        settlements[name] = _row("--settle", values, _twist(network.space))
+    moved = named_once("--settle", written.settlements, _EXPECTED)
+    twist = _twist(network.space)
+    settlements = {name: _row("--settle", values, twist) for name, values in moved.items()}
     if not loads and not settlements:
         raise InputError(
             f"loads of {source!r}", got="none", expected="--load, --along, --on or --settle"
         )
     result = network_response(network, loads, settlements=settlements)
-    if as_json:
+    if answer.as_json:
         print_data(response_data(network, result))
     else:
         say(response_text(network, result))
@@ -60,23 +49,18 @@ Row = dict[str, Dimension]
 
 
 def _loads(written: WrittenNetworkLoads, space: Space) -> dict[str, Any]:
-    loads: dict[str, Any] = {}
-    for text in written.at_nodes:
-        name, values = _named("--load", text)
-        _check_once("--load", name, loads)
-        loads[name] = _force_or_wrench(values, space)
+    at_nodes = named_once("--load", written.at_nodes, _EXPECTED)
+    loads: dict[str, Any] = {n: _force_or_wrench(own, space) for n, own in at_nodes.items()}
     on_beams: dict[str, list[DistributedForce | ForceOnBeam]] = {}
-    for text in written.along_beams:
-        name, values = _named("--along", text)
+    for name, values in named_values("--along", written.along_beams, _EXPECTED):
         q = _row("--along", values, dict.fromkeys(("qx", "qy", "qz"), Dimension.FORCE_PER_LENGTH))
         on_beams.setdefault(name, []).append(DistributedForce(q))
-    for text in written.on_beams:
-        name, values = _named("--on", text)
+    for name, values in named_values("--on", written.on_beams, _EXPECTED):
         numbers = {"s": Dimension.LENGTH, **dict.fromkeys(_FORCE, Dimension.FORCE)}
         s, *force = _row("--on", values, numbers)
         on_beams.setdefault(name, []).append(ForceOnBeam(force, s))
-    for name in on_beams:
-        _check_once("--load", name, loads)
+    for name in on_beams.keys() & loads.keys():
+        raise InputError("--load", got=name, expected="the name of a node, which no beam has")
     return loads | on_beams
 
 
@@ -111,15 +95,3 @@ def _force_or_wrench(text: str, space: Space) -> list[float]:
                     raise error from None
             count = f"3 numbers ({' '.join(force)}) or 6 ({' '.join(wrench)})"
             raise InputError("--load", got=text, expected=count) from None
-
-
-def _named(option: str, text: str) -> tuple[str, str]:
-    name, equals, values = (part.strip() for part in text.rpartition("="))
-    if not (name and equals and values):
-        raise InputError(option, got=text, expected="NAME=NUMBERS, such as tip=0 0 -80 N")
-    return name, values
-
-
-def _check_once(option: str, name: str, known: dict[str, Any]) -> None:
-    if name in known:
-        raise InputError(option, got=name, expected="each name once")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 
+from robostiff.cli.options import Answer
 from robostiff.cli.output import on_terminal, print_data, shown
 from robostiff.robots import (
     RobotInfo,
@@ -15,11 +16,11 @@ from robostiff.robots import (
 )
 
 
-def list_robots(as_json: bool) -> int:
+def list_robots(answer: Answer) -> int:
     """Print the shipped robots."""
     names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
     listed = {name: describe(name) for name in sorted(names)}
-    if as_json:
+    if answer.as_json:
         robots = [
             {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
         ]

@@ -2,38 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from robostiff.analysis.verification import Comparison, Verification, verify
-from robostiff.cli.failure import BAD_STATUS
+from robostiff.cli.command import BAD_STATUS
+from robostiff.cli.options import Answer, Model, Place
 from robostiff.cli.output import show
-from robostiff.cli.written_arguments import (
-    NO_SIDE_FILE,
-    PoseArguments,
-    SideFile,
-    near_from,
-    parameters_from,
-    pose_from,
-)
+from robostiff.cli.written_arguments import near_from, pose_from
 from robostiff.io.results.data import picked, plain
 from robostiff.io.results.text import about
 from robostiff.markup import text_of
-from robostiff.robots import load
 from robostiff.version import __version__
 
 
-def print_verification(
-    source: str,
-    place: PoseArguments,
-    settings: Sequence[str],
-    as_json: bool,
-    side: SideFile = NO_SIDE_FILE,
-) -> int:
+def print_verification(model: Model, place: Place, answer: Answer) -> int:
     """Print the distances between the methods at a pose; 1 when they disagree."""
-    robot = load(source, parameters_from(settings), **side.options)
+    robot = model.load()
     result = verify(robot, pose_from(robot, place), near=near_from(robot, place))
-    show(_data(result) if as_json else _text(result))
+    show(_data(result) if answer.as_json else _text(result))
     return 0 if result.agree else BAD_STATUS
 
 

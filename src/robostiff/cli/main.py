@@ -1,45 +1,74 @@
-"""Commands of ``robostiff``; heavy imports happen inside them, so that help is fast."""
+"""Commands of ``robostiff``, each imported when it is used."""
 
 from __future__ import annotations
 
 import gc
 import os
-from typing import Annotated
+from importlib import import_module
+from typing import Any
 
-import typer
+import click
 
-from robostiff.cli.cable_command import cables
-from robostiff.cli.check_command import check
-from robostiff.cli.derive_command import derive
-from robostiff.cli.equilibrium_command import equilibrium, modes
-from robostiff.cli.failure import ready_streams, reported
-from robostiff.cli.file_formats import convert, new, schema
-from robostiff.cli.map_command import map_
-from robostiff.cli.plot_command import plot
-from robostiff.cli.report_command import report
-from robostiff.cli.response_command import response
-from robostiff.cli.shared_options import (
-    AtOption,
-    JointsOption,
-    JsonOption,
-    NearOption,
-    PoseOption,
-    RobotArgument,
-    SetOption,
-    SideOption,
-    XacroOption,
-)
-from robostiff.cli.view_command import view
+from robostiff.cli.command import ready_streams
 from robostiff.version import __version__
 
-app = typer.Typer(
-    name="robostiff",
+_HOMES = {
+    "answer_commands": (
+        *("robots", "check", "stiffness", "deflection", "equilibrium", "modes"),
+        *("response", "indices", "verify", "cables"),
+    ),
+    "picture_commands": ("plot", "report", "map", "view"),
+    "file_commands": ("derive", "schema", "new", "convert"),
+}
+
+
+class _Commands(click.Group):
+    """All commands; the module of one is imported when it is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names, in the order of help."""
+        return [name for names in _HOMES.values() for name in names]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """A command by its name."""
+        for home, names in _HOMES.items():
+            if cmd_name in names:
+                commands = import_module(f"robostiff.cli.{home}").COMMANDS
+                return commands[cmd_name].named(cmd_name)
+        return None
+
+
+def _shell(install: bool) -> Any:
+    def done(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
+        if wanted:
+            from robostiff.cli.completion import install_completion, show_completion
+
+            ctx.exit(install_completion() if install else show_completion())
+
+    return done
+
+
+app = _Commands(
+    "robostiff",
     help="Cartesian stiffness of robots with elastic links, elastic actuators and passive joints.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
+    params=[
+        click.Option(
+            [f"--{word}-completion"],
+            is_flag=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_shell(install=word == "install"),
+            help=f"{words} shell, by $SHELL: bash, zsh or fish.",
+        )
+        for word, words in (
+            ("install", "Install the completion of commands, options and robots for your"),
+            ("show", "Print the completion for your"),
+        )
+    ],
 )
+click.version_option(__version__, message="%(prog)s %(version)s", help="Print the version.")(app)
 
 
 def start_quickly() -> None:
@@ -52,177 +81,11 @@ def start_quickly() -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"robostiff {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _options(
-    version: Annotated[
-        bool,
-        typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="Print the version."
-        ),
-    ] = False,
-) -> None:
-    pass
-
-
-@app.command()
-@reported
-def robots(json_: JsonOption = False) -> int:
-    """List the shipped robots with their sources."""
-    from robostiff.cli.commands_robots import list_robots
-
-    return list_robots(json_)
-
-
-app.command()(check)
-
-
-@app.command()
-@reported
-def stiffness(
-    robot: RobotArgument,
-    pose: PoseOption = None,
-    joints: JointsOption = None,
-    near: NearOption = None,
-    at: AtOption = None,
-    method: Annotated[
-        str,
-        typer.Option(
-            "--method",
-            metavar="NAME",
-            help="wrench-basis, saddle-point, block, recursive or index-rules.",
-        ),
-    ] = "wrench-basis",
-    side: SideOption = None,
-    allow_xacro: XacroOption = False,
-    set_: SetOption = None,
-    json_: JsonOption = False,
-) -> int:
-    """Print the Cartesian stiffness matrix of a robot at a pose, its rank and free motions.
-
-    Example: robostiff stiffness gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"
-
-    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
-    """
-    from robostiff.cli.commands import print_stiffness
-    from robostiff.cli.written_arguments import PoseArguments, SideFile
-
-    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, at, near)
-    return print_stiffness(robot, place, method, set_ or [], json_, described)
-
-
-@app.command()
-@reported
-def deflection(
-    robot: RobotArgument,
-    wrench: Annotated[
-        str,
-        typer.Option(
-            "--wrench",
-            metavar='"fx fy fz mx my mz"',
-            help="Force [N] and moment [N m] on the platform about the reference point.",
-        ),
-    ],
-    pose: PoseOption = None,
-    joints: JointsOption = None,
-    near: NearOption = None,
-    at: AtOption = None,
-    side: SideOption = None,
-    allow_xacro: XacroOption = False,
-    set_: SetOption = None,
-    json_: JsonOption = False,
-) -> int:
-    """Print deflection, elastic energy of parts and actuator loads of a robot under a load.
-
-    Example: robostiff deflection gough-stewart-b-beams --wrench "200 N 0 -500 0 0 0"
-
-    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
-    """
-    from robostiff.cli.commands import print_deflection
-    from robostiff.cli.written_arguments import PoseArguments, SideFile
-
-    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, at, near)
-    return print_deflection(robot, place, wrench, set_ or [], json_, described)
-
-
-for _command in (equilibrium, modes, response):
-    app.command()(_command)
-
-
-@app.command()
-@reported
-def indices(
-    robot: RobotArgument,
-    pose: PoseOption = None,
-    joints: JointsOption = None,
-    near: NearOption = None,
-    at: AtOption = None,
-    length: Annotated[
-        str | None,
-        typer.Option(
-            "--length",
-            metavar="LENGTH",
-            help="Characteristic length of the indices that need one [m]; by default that of "
-            "the robot at the pose.",
-        ),
-    ] = None,
-    set_: SetOption = None,
-    json_: JsonOption = False,
-) -> int:
-    """Print stiffness indices: principal stiffnesses, directions, centres and axes.
-
-    Example: robostiff indices hexapod --pose "60 mm 0 0.9 0 10 deg 0" --length "100 mm"
-
-    Exit status: 0 for an answer, 1 for an answer with a bad status, 2 for bad input.
-    """
-    from robostiff.cli.commands import print_indices
-    from robostiff.cli.written_arguments import PoseArguments
-
-    return print_indices(robot, PoseArguments(pose, joints, at, near), length, set_ or [], json_)
-
-
-@app.command()
-@reported
-def verify(
-    robot: RobotArgument,
-    pose: PoseOption = None,
-    joints: JointsOption = None,
-    near: NearOption = None,
-    side: SideOption = None,
-    allow_xacro: XacroOption = False,
-    set_: SetOption = None,
-    json_: JsonOption = False,
-) -> int:
-    """Compute the stiffness matrix by all methods, and report whether they agree.
-
-    Example: robostiff verify gough-stewart-b --pose "10 mm 0 0.8 0 0 10 deg"
-
-    Exit status: 0 when the methods agree, 1 when they do not, 2 for bad input.
-    """
-    from robostiff.cli.commands_verify import print_verification
-    from robostiff.cli.written_arguments import PoseArguments, SideFile
-
-    described, place = SideFile(side, allow_xacro), PoseArguments(pose, joints, None, near)
-    return print_verification(robot, place, set_ or [], json_, described)
-
-
-for _command in (plot, report):
-    app.command()(_command)
-app.command("map")(map_)
-for _command in (derive, cables, view, schema, new, convert):
-    app.command()(_command)
-
-
 def main() -> None:
     """Run the command line."""
     start_quickly()
     ready_streams()
-    app()
+    app(prog_name="robostiff")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
-import typer
+import click
 
 from robostiff.errors import InputError, printable
 
@@ -38,13 +38,13 @@ def on_terminal() -> bool:
 
 def say(text: str) -> None:
     """Print lines of text."""
-    typer.echo("\n".join(map(shown, text.split("\n"))))
+    click.echo("\n".join(map(shown, text.split("\n"))))
 
 
 def print_data(data: Mapping[str, Any]) -> None:
     """Print plain data as one JSON object, in ASCII, with the name and version of its form."""
     form = {"schema": f"robostiff {running.get()} {JSON_VERSION}"}
-    typer.echo(json.dumps({**form, **data}, indent=1, allow_nan=False))
+    click.echo(json.dumps({**form, **data}, indent=1, allow_nan=False))
 
 
 def show(answer: str | Mapping[str, Any]) -> None:

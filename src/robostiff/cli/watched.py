@@ -15,9 +15,9 @@ import warnings
 from collections.abc import Callable
 from contextlib import suppress
 
-import typer
+import click
 
-from robostiff.cli.failure import INTERRUPTED
+from robostiff.cli.command import INTERRUPTED
 
 _INTERVAL = 0.05
 _PATIENCE = 0.4  # seconds that the child has to end by itself
@@ -52,7 +52,7 @@ def go_on_in_child(progress: Callable[[float], str]) -> None:
     except KeyboardInterrupt:
         shown.clear()
         status = _ended(child)
-    raise typer.Exit(status)
+    raise click.exceptions.Exit(status)
 
 
 def _waited(child: int, shown: _Progress) -> int:
@@ -87,7 +87,7 @@ def _ended(child: int) -> int:
             time.sleep(_INTERVAL)
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
-    typer.echo("robostiff: interrupted", err=True)
+    click.echo("robostiff: interrupted", err=True)
     return INTERRUPTED
 
 
@@ -96,7 +96,7 @@ def _exit_status(status: int) -> int:
     if code >= 0:
         return code
     if -code == signal.SIGINT:
-        typer.echo("robostiff: interrupted", err=True)
+        click.echo("robostiff: interrupted", err=True)
     return 128 - code
 
 

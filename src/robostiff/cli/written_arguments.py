@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from robostiff.cli.options import Length, Model, Place
 from robostiff.errors import InputError
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
@@ -25,46 +25,6 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 
-
-@dataclass(frozen=True)
-class PoseArguments:
-    """Pose and reference point, as written on the command line."""
-
-    pose: str | None
-    joints: str | None
-    at: str | None
-    near: str | None = None
-
-
-@dataclass(frozen=True)
-class SideFile:
-    """The side file of a robot description, and whether it may name a xacro."""
-
-    file: str | None = None
-    allow_xacro: bool = False
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Keyword arguments of `robostiff.load`."""
-        return {"side": self.file, "allow_xacro": self.allow_xacro}
-
-
-NO_SIDE_FILE = SideFile()
-
-
-def parameters_from(settings: Sequence[str]) -> dict[str, str]:
-    """Parameters of a model file, from ``NAME=VALUE``."""
-    parameters = {}
-    for setting in settings:
-        name, equals, value = setting.partition("=")
-        if not (name.strip() and equals and value.strip()):
-            raise InputError("--set", got=setting, expected="NAME=VALUE, such as R=350mm")
-        if name.strip() in parameters:
-            raise InputError("--set", got=setting, expected=f"one value for {name.strip()}")
-        parameters[name.strip()] = value.strip()
-    return parameters
-
-
 _POSE_DIMENSIONS = {
     Coordinate.X: Dimension.LENGTH,
     Coordinate.Y: Dimension.LENGTH,
@@ -75,33 +35,31 @@ _POSE_DIMENSIONS = {
 }
 
 
-def loaded(
-    source: str,
-    settings: Sequence[str],
-    side: SideFile = NO_SIDE_FILE,
-    place: PoseArguments | None = None,
-    *,
-    by_joints: bool = False,
-) -> Any:
-    """The robot of a name or file; its linkage where joints move a network, or legs `by_joints`."""
-    from robostiff.robots import load
-    from robostiff.robots.descriptions import describes_bodies, load_linkage
+def loaded(model: Model, place: Place | None = None, *, by_joints: bool = False) -> Any:
+    """The robot of a name or file; its linkage where joints move a network, or legs `by_joints`.
 
-    parameters = parameters_from(settings)
-    robot = load(source, parameters, **side.options)
-    moves = place is not None and (place.joints is not None or place.pose is not None)
+    Without a place, as for maps, a network is to be moved.
+    """
+    robot = model.load()
+    moves = place is None or place.joints is not None or place.pose is not None
     moved = isinstance(robot, Network) or (
         by_joints and isinstance(robot, Robot) and not robot.is_serial
     )
-    if moves and moved and describes_bodies(source):
-        return load_linkage(source, parameters, **side.options)
-    return robot
+    if not (moves and moved):
+        return robot
+    from robostiff.robots.descriptions import describes_bodies, load_linkage
+
+    if not describes_bodies(model.source):
+        return robot
+    return load_linkage(
+        model.source, model.parameters, side=model.side, allow_xacro=model.allow_xacro
+    )
 
 
 Posed = Robot | Snapshot | Network | Linkage | CableRobot
 
 
-def pose_from(robot: Posed, place: PoseArguments) -> Any:
+def pose_from(robot: Posed, place: Place) -> Any:
     """The pose."""
     if place.pose is not None and place.joints is not None:
         raise InputError("--pose and --joints", expected="one of them")
@@ -110,7 +68,7 @@ def pose_from(robot: Posed, place: PoseArguments) -> Any:
     return _of_robot(robot, place)
 
 
-def _of_robot(robot: Robot | Snapshot | Network | CableRobot, place: PoseArguments) -> Pose:
+def _of_robot(robot: Robot | Snapshot | Network | CableRobot, place: Place) -> Pose:
     if isinstance(robot, Snapshot | Network):
         kind = "network" if isinstance(robot, Network) else "snapshot"
         if place.pose is not None or place.joints is not None:
@@ -206,7 +164,7 @@ def _by_name(robot: Robot, text: str) -> dict[str, float]:
     return found
 
 
-def _of_linkage(linkage: Linkage, place: PoseArguments) -> Any:
+def _of_linkage(linkage: Linkage, place: Place) -> Any:
     """Coordinates of some joints by name, or of all actuated ones."""
     if place.pose is not None:
         raise InputError(
@@ -238,7 +196,7 @@ def _of_linkage(linkage: Linkage, place: PoseArguments) -> Any:
 _DIMENSIONS = {"m": Dimension.LENGTH, "rad": Dimension.ANGLE}
 
 
-def near_from(robot: Posed, place: PoseArguments) -> list[float] | None:
+def near_from(robot: Posed, place: Place) -> list[float] | None:
     """Joint coordinates that choose a posture."""
     if place.near is None:
         return None
@@ -266,7 +224,7 @@ def _dimensions(robot: Robot) -> dict[str, Dimension]:
     }
 
 
-def point_from(place: PoseArguments) -> list[float] | None:
+def point_from(place: Place) -> list[float] | None:
     """The given point, or None for the robot's own."""
     if place.at is None:
         return None
@@ -278,3 +236,10 @@ def wrench_from(text: str, space: Space) -> list[float]:
     dimensions = [Dimension.FORCE] * space.translations
     dimensions += [Dimension.MOMENT] * (space.size - space.translations)
     return parse_quantities(text, dimensions, space.wrench_order, "--wrench")
+
+
+def length_from(written: Length) -> float | None:
+    """A characteristic length, or None for that of the robot."""
+    if written.length is None:
+        return None
+    return parse_quantities(written.length, [Dimension.LENGTH], ["length"], "--length")[0]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.analysis.careful_form import careful_stiffness

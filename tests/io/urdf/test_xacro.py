@@ -1,7 +1,7 @@
 """Xacro runs Python: only where the user asks for it, and fenced in."""
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app

@@ -1,0 +1,205 @@
+"""Commands as the shell has them: options, help, exit status, errors as one message."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import click
+
+from robostiff.cli.options import Part, arguments_in_words, built, parameters_of
+from robostiff.cli.output import running
+from robostiff.errors import (
+    DisagreementError,
+    InputError,
+    NoAnswerError,
+    PlausibilityWarning,
+    printable,
+)
+
+BAD_STATUS = 1
+BAD_INPUT = 2
+INTERRUPTED = 130
+#: The exit status that a shell reports for a program ended by SIGPIPE.
+NO_READER = 141
+
+_QUIET = "Print no warnings: results and errors alone."
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command: the function that answers, the classes of its options, and its words.
+
+    Parameters
+    ----------
+    run : str
+        Module of this package and its function, which gets one object of each class and returns the
+        exit status. It is imported when the command runs.
+    takes : tuple of classes
+        Of options.
+    words, further : str
+        What it does, and a second paragraph.
+    examples : tuple of str
+    status : str
+        What its exit status means.
+    """
+
+    run: str
+    takes: tuple[type | Part, ...]
+    words: str
+    further: str = ""
+    examples: tuple[str, ...] = ()
+    status: str = ""
+
+    @property
+    def function(self) -> Callable[..., int]:
+        """What answers."""
+        module, name = self.run.split(":")
+        return getattr(import_module(f"robostiff.cli.{module}"), name)
+
+    def named(self, name: str) -> click.Command:
+        """As the parser has it; every command gets the option ``--quiet``."""
+
+        def answer(quiet: bool, **given: Any) -> None:
+            running.set(name)
+            with ended_by_status(quiet) as ended:
+                ended.status = self.function(*(built(taken, given) for taken in self.takes))
+            raise click.exceptions.Exit(ended.status)
+
+        quiet = click.Option(["--quiet"], is_flag=True, help=_QUIET)
+        parameters = [own for taken in self.takes for own in parameters_of(taken)]
+        return _Parsed(
+            name,
+            params=[*parameters, quiet],
+            callback=answer,
+            help=self._help,
+            short_help=self.words,
+            context_settings={"show_default": True},
+            arguments=[own for taken in self.takes for own in arguments_in_words(taken)],
+        )
+
+    @property
+    def _help(self) -> str:
+        paragraphs = [self.words, self.further]
+        if self.examples:
+            head = "Example" if len(self.examples) == 1 else "Examples"
+            lines = "\n".join(f"  robostiff {example}" for example in self.examples)
+            paragraphs.append(f"\b\n{head}:\n{lines}")
+        paragraphs.append(self.status and f"Exit status: {self.status}")
+        return "\n\n".join(filter(None, paragraphs))
+
+
+class _Parsed(click.Command):
+    """A command whose help explains what is given without a name, too."""
+
+    def __init__(self, *words: Any, arguments: list[tuple[str, str]], **more: Any) -> None:
+        super().__init__(*words, **more)
+        self._arguments = arguments
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Arguments before options."""
+        if self._arguments:
+            with formatter.section("Arguments"):
+                formatter.write_dl(self._arguments)
+        super().format_options(ctx, formatter)
+
+
+@contextmanager
+def slips(show: Callable[[str], object]) -> Iterator[None]:
+    """Pass every warning of a probable slip to a function, once."""
+    seen: set[str] = set()
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", PlausibilityWarning)
+        elsewhere = warnings.showwarning
+        own = elsewhere.__module__ == __name__
+
+        def shown(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+            is_slip = issubclass(category, PlausibilityWarning)
+            if is_slip and str(message) not in seen:
+                seen.add(str(message))
+                show(str(message))
+            if own or not is_slip:
+                elsewhere(message, category, *rest, **more)
+
+        warnings.showwarning = shown
+        yield
+
+
+class _Ended:
+    """How a command ended."""
+
+    status = 0
+
+
+@contextmanager
+def ended_by_status(quiet: bool = False) -> Iterator[_Ended]:
+    """Turn bad input and what else ends a command into a message and an exit status."""
+    ended = _Ended()
+    try:
+        with slips(_ignore if quiet else _warn):
+            yield ended
+    except InputError as error:
+        ended.status = _complain(str(error), BAD_INPUT)
+    except (NoAnswerError, DisagreementError) as error:
+        ended.status = _complain(str(error), BAD_STATUS)
+    except KeyboardInterrupt:
+        click.echo("robostiff: interrupted", err=True)
+        ended.status = INTERRUPTED
+    except BrokenPipeError:  # the reader of the pipe has closed it
+        _write_no_more()
+        ended.status = NO_READER
+    except UnicodeEncodeError as error:
+        letters = ascii(error.object[error.start : error.end][:20])
+        ended.status = _complain(
+            f"standard output: its encoding, {error.encoding}, has no {letters}; "
+            "write to a file with -o, or set PYTHONIOENCODING=utf-8",
+            BAD_INPUT,
+        )
+    except MemoryError:
+        ended.status = _complain("there is not enough memory; compute less at a time", BAD_INPUT)
+    except OSError as error:
+        _write_no_more()
+        where = f" {str(error.filename)!r}" if error.filename else ""
+        reason = error.strerror or str(error)
+        ended.status = _complain(f"could not read or write{where}: {reason}", BAD_INPUT)
+
+
+def ready_streams() -> None:
+    """Make standard streams usable that were closed when the program began; exit without output."""
+    if sys.stdin is None:
+        sys.stdin = open(os.devnull, encoding="utf-8")  # noqa: SIM115
+    if sys.stdout is None:
+        # Otherwise the first opened file would take this descriptor.
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        if sys.stderr is not None:
+            _complain("standard output is closed", BAD_INPUT)
+        raise SystemExit(BAD_INPUT)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+def _complain(message: str, status: int) -> int:
+    click.echo(f"robostiff: error: {printable(message, kept=chr(10))}", err=True)
+    return status
+
+
+def _warn(message: str) -> None:
+    click.echo(f"robostiff: warning: {printable(message, kept=chr(10))}", err=True)
+
+
+def _ignore(_: str) -> None:
+    """Show nothing."""
+
+
+def _write_no_more() -> None:
+    """Discard buffered output when the program ends, without a second error message."""
+    with suppress(OSError, AttributeError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)

@@ -1,0 +1,181 @@
+"""Commands that write formulas, model files and other formats: their options and words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import click
+
+from robostiff.cli.command import Command
+from robostiff.cli.options import (
+    Answer,
+    Model,
+    Place,
+    Replacing,
+    argument,
+    option,
+    output_option,
+    part,
+)
+
+FORMATS = ("text", "latex", "pdf", "md", "html", "json", "python", "c", "julia", "matlab")
+_OUTPUT = "The file to write; standard output when left out."
+
+
+@dataclass(frozen=True)
+class FormulaRequest:
+    """The formula to derive, as it is written."""
+
+    pose: str = option(
+        "--pose",
+        metavar="POSE",
+        default="home",
+        help="home; symbolic, a general pose in symbols; or coordinates with units, such as "
+        "'x=100 mm, gamma=10 deg' (q1, q2 ... of a serial arm). Others stay at home.",
+    )
+    angles: str | None = option(
+        "--angles",
+        metavar="NAME",
+        help="Coordinates of the rotation of --pose: rpy, quaternion, or Euler angles such as ZXZ "
+        "(axes that move along) or xyz (axes that stay).",
+    )
+    symbols: str = option(
+        "--symbols",
+        metavar="NAMES",
+        default="all",
+        help="Parameters that are symbols, such as R,r,h; all; or none. The others are numbers.",
+    )
+    leg: str | None = option(
+        "--leg",
+        metavar="NAME",
+        help="One leg alone: its stiffness without passive joints, then joint by joint.",
+    )
+    steps: bool = option(
+        "--steps", help="Named steps of moderate size; the default away from home."
+    )
+    closed: bool = option("--closed", help="One expression for each entry; the default at home.")
+    limit: int | None = option(
+        "--limit",
+        metavar="TERMS",
+        type=click.IntRange(min=1),
+        help="Most terms of an entry of a closed form, at least 1.",
+    )
+    budget: float = option(
+        "--budget",
+        metavar="SECONDS",
+        type=float,
+        default=20.0,
+        help="Computing time of a closed form; named steps are the answer when it ends.",
+    )
+    derivative: str | None = option(
+        "--derivative", metavar="SYMBOL", help="dK by a symbol in place of K."
+    )
+
+
+@dataclass(frozen=True)
+class Questions:
+    """Properties of a formula to be printed in place of it."""
+
+    rank: bool = option("--rank", help="Print the rank of K and where it drops, in place of K.")
+    free_motions: bool = option("--free-motions", help="Print the free motions, in place of K.")
+    eigenvalues: bool = option(
+        "--eigenvalues", help="Print the principal stiffnesses in translation and in rotation."
+    )
+
+    @property
+    def any(self) -> bool:
+        """Whether a property is requested."""
+        return self.rank or self.free_motions or self.eigenvalues
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The format and the file of a formula."""
+
+    format: str | None = option(
+        "--format",
+        metavar="NAME",
+        help=f"{', '.join(FORMATS)}; that of the file's name, or text, when left out.",
+    )
+    output: str | None = output_option(_OUTPUT, None)
+
+
+@dataclass(frozen=True)
+class WantedSchema:
+    """The schema of a file format, and its file."""
+
+    form: str = argument("[model|snapshot|graph]", "The file format.", "model")
+    output: str | None = output_option(_OUTPUT, None)
+
+
+@dataclass(frozen=True)
+class NewFile:
+    """A model file to begin with."""
+
+    name: str = argument("NAME", "Of the robot, and of NAME.yaml.")
+    template: str = option(
+        "--template",
+        metavar="NAME",
+        default="parallel",
+        help="arm (by a table of Denavit and Hartenberg), beams (an arm element by element), "
+        "parallel, planar, cables, or a shipped robot to copy.",
+    )
+
+
+@dataclass(frozen=True)
+class Converted:
+    """The form and the file of a conversion."""
+
+    form: str = option(
+        "--to",
+        metavar="snapshot|graph|matlab|opensees|calculix",
+        default="snapshot",
+        help="By legs, as bodies and joints, the results at the pose as a .mat file, or a model of "
+        "OpenSees (.tcl or .py) or CalculiX (.inp).",
+    )
+    output: str | None = output_option(_OUTPUT, None)
+
+
+COMMANDS = {
+    "derive": Command(
+        "commands_derive:print_formula",
+        (part(Model, "source", "settings"), FormulaRequest, Questions, Sheet, Replacing, Answer),
+        "Write the stiffness matrix of a robot as a formula: text, LaTeX, PDF, Python, C, Julia.",
+        examples=(
+            "derive gough-stewart-b",
+            "derive gough-stewart-a --rank --free-motions --eigenvalues",
+            "derive 3-rpr --pose symbolic --steps -o stiffness.pdf",
+            "derive hexapod --pose symbolic --angles ZXZ",
+            'derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py',
+            "derive gough-stewart-b-beams --leg leg1",
+        ),
+        status="0 for a formula, 2 for bad input or a formula beyond the limit, 130 when "
+        "interrupted.",
+    ),
+    "schema": Command(
+        "commands_files:print_schema",
+        (WantedSchema, Replacing),
+        "Print the JSON schema of a file format, by which editors complete and explain keys.",
+        examples=("schema model -o robostiff.schema.json",),
+        status="0 for a schema, 2 for bad input.",
+    ),
+    "new": Command(
+        "commands_files:write_new",
+        (NewFile, Answer),
+        "Write a model file to begin with, which can be used as it is. Nothing is replaced.",
+        examples=("new my-arm --template arm", "new my-delta --template delta"),
+        status="0 for a new file, 2 for bad input.",
+    ),
+    "convert": Command(
+        "commands_files:convert",
+        (Model, Converted, part(Place, "pose", "joints", "near"), Replacing, Answer),
+        "Write a robot at a pose as a file: a snapshot, a finite element model, results for "
+        "MATLAB.",
+        examples=(
+            'convert hexapod --pose "0 0 0.85 0 0 0" --to graph -o hexapod.json',
+            'convert hexapod --pose "0 0 0.85 0 0 0" --to matlab -o hexapod.mat',
+            'convert hexapod --pose "0 0 0.85 0 0 0" --to opensees -o hexapod.tcl',
+        ),
+        status="0 for a file, 1 when the pose is out of reach, 2 for bad input.",
+    ),
+}

@@ -1,0 +1,263 @@
+"""Options of commands, declared once with their words: classes of which commands take any.
+
+A command takes some of these classes and gets one object of each; the fields of a class are its
+options. Nothing here computes, so that help is fast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from robostiff.errors import InputError
+
+_POSE = '"x y z rx ry rz"'
+_WRENCH = '"fx fy fz mx my mz"'
+_JOINTS = '"q1 q2 ..."'
+
+
+def option(*names: str, default: Any = None, **words: Any) -> Any:
+    """A field of a class that is an option.
+
+    One with ``multiple`` is a tuple, one without
+    ``metavar`` a flag. Without a default (``...``) it must be given.
+    """
+    if words.get("multiple"):
+        default = ()
+    elif "metavar" not in words:
+        words["is_flag"], default = True, False
+    if words.get("metavar") in {"FILE", "FILE.csv"}:
+        words["shell_complete"] = _files
+    if default is ...:
+        return field(metadata={"names": names, "words": {**words, "required": True}})
+    return field(default=default, metadata={"names": names, "words": words})
+
+
+def argument(metavar: str, text: str, default: Any = ..., **words: Any) -> Any:
+    """A field of a class that is given without a name."""
+    metadata = {"words": {"metavar": metavar, **words}, "text": text}
+    return field(metadata=metadata) if default is ... else field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some of the options of a class, where a command has no use for the others."""
+
+    of: type
+    names: tuple[str, ...]
+
+    def __call__(self, **given: Any) -> Any:
+        """An object of the class."""
+        return self.of(**given)
+
+
+def part(of: type, *names: str) -> Part:
+    """A class of options with these alone."""
+    return Part(of, names)
+
+
+def _fields(taken: type | Part) -> Iterator[Field[Any]]:
+    of, names = (taken.of, taken.names) if isinstance(taken, Part) else (taken, None)
+    return (own for own in fields(of) if names is None or own.name in names)
+
+
+def parameters_of(taken: type | Part) -> list[click.Parameter]:
+    """The fields of a class, as the parser has them."""
+    found: list[click.Parameter] = []
+    for own in _fields(taken):
+        words = dict(own.metadata["words"])
+        if own.default is not MISSING and not words.get("multiple"):
+            words["default"] = own.default
+        if "names" in own.metadata:
+            found.append(click.Option([*own.metadata["names"], own.name], **words))
+        else:
+            found.append(click.Argument([own.name], required=own.default is MISSING, **words))
+    return found
+
+
+def arguments_in_words(taken: type | Part) -> list[tuple[str, str]]:
+    """What is given without a name, for help."""
+    return [
+        (own.metadata["words"]["metavar"], own.metadata["text"])
+        for own in _fields(taken)
+        if "text" in own.metadata
+    ]
+
+
+def built(taken: type | Part, given: Mapping[str, Any]) -> Any:
+    """The object of a class, of what the command line has for its fields."""
+    return taken(**{own.name: given[own.name] for own in _fields(taken)})
+
+
+def _files(*_: Any) -> list[CompletionItem]:
+    return [CompletionItem("", type="file")]
+
+
+def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[CompletionItem]:
+    """Shipped robots whose names begin so; the shell itself completes files."""
+    from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
+
+    names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())
+    found = sorted(name for name in names if name.startswith(incomplete))
+    return [*_files(), *map(CompletionItem, found)]
+
+
+def robot_argument(metavar: str = "ROBOT", more: str = "") -> Any:
+    """The robot of a command, first of its arguments."""
+    return argument(
+        metavar,
+        "A shipped robot (see 'robostiff robots'), a model file, a snapshot or network file, a "
+        f"robot description (URDF, xacro, MJCF){more}, or - for standard input.",
+        shell_complete=robot_names,
+    )
+
+
+def wrench_option(text: str, *, name: str = "--wrench", default: Any = None) -> Any:
+    """Force and moment on the platform."""
+    return option(name, metavar=_WRENCH, default=default, help=f"{text} [N, N m].")
+
+
+def output_option(text: str, default: Any = ...) -> Any:
+    """A file to be written."""
+    return option("-o", "--output", metavar="FILE", default=default, help=text)
+
+
+def plot_option(text: str) -> Any:
+    """A picture beside the answer."""
+    return option(
+        "--plot", metavar="FILE", help=f"{text} into a new file: .png, .svg, .pdf or .html."
+    )
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot, as it is written: its file, other values of parameters, its side file."""
+
+    source: str = robot_argument()
+    side: str | None = option(
+        "--side",
+        metavar="FILE",
+        help="Stiffnesses, passive joints and loops of a robot description (URDF, xacro, MJCF). "
+        "By default NAME.stiffness.yaml beside it.",
+    )
+    allow_xacro: bool = option(
+        "--allow-xacro",
+        help="Expand a xacro that is named in a side file, which runs the Python written in it.",
+    )
+    settings: tuple[str, ...] = option(
+        "--set",
+        metavar="NAME=VALUE",
+        multiple=True,
+        help="Give a parameter of the model file another value, such as --set R=350mm; repeatable.",
+    )
+
+    @property
+    def parameters(self) -> dict[str, str]:
+        """Parameters of the model file."""
+        return named_once("--set", self.settings, "NAME=VALUE, such as R=350mm")
+
+    def load(self, moved: Mapping[str, str] | None = None, **options: Any) -> Any:
+        """The robot; `moved` are further parameters."""
+        from robostiff.robots import load
+
+        parameters = {**self.parameters, **(moved or {})}
+        files = {"side": self.side, "allow_xacro": self.allow_xacro}
+        return load(self.source, parameters, **files, **options)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Pose, posture and reference point, as they are written."""
+
+    pose: str | None = option(
+        "--pose",
+        metavar=_POSE,
+        help="Platform pose: point [m] and rotation vector [rad], units may be written ('10 mm 0 "
+        "0.5 0 0 10 deg'); or the robot's free coordinates alone; or tip and axis of the tool, "
+        "'tip 0.1 0 0.5 axis 0 0.1 1'. Home when left out.",
+    )
+    joints: str | None = option(
+        "--joints",
+        metavar=_JOINTS,
+        help="Joint coordinates of a serial arm, or those of the actuators of any other robot "
+        "[m, rad], in place of --pose; or some by name, 'leg1/slide=20 mm'.",
+    )
+    near: str | None = option(
+        "--near",
+        metavar=_JOINTS,
+        help="Joint coordinates of all legs, one after the other [m, rad]: the nearest posture is "
+        "taken. By default that of home.",
+    )
+    at: str | None = option(
+        "--at",
+        metavar='"x y z"',
+        help="Point of the platform, in world coordinates, about which the answer is given [m].",
+    )
+
+
+@dataclass(frozen=True)
+class Answer:
+    """How an answer is printed."""
+
+    as_json: bool = option("--json", help="Print one JSON object.")
+
+
+@dataclass(frozen=True)
+class Replacing:
+    """Whether files are replaced."""
+
+    overwrite: bool = option("--overwrite", help="Replace a file that is there already.")
+
+
+@dataclass(frozen=True)
+class Length:
+    """The length of the indices that need one."""
+
+    length: str | None = option(
+        "--length",
+        metavar="LENGTH",
+        help="Characteristic length of the indices that need one [m]; by default that of the robot "
+        "at the pose, in a map at home.",
+    )
+
+
+def named_values(option: str, texts: tuple[str, ...], expected: str) -> list[tuple[str, str]]:
+    """Names and values of ``NAME=VALUE``, in which a name may have an equals sign.
+
+    Raises
+    ------
+    InputError
+        When one of both is missing.
+
+    Examples
+    --------
+    >>> named_values("--load", ("tip = 0 0 -80 N",), "NAME=NUMBERS")
+    [('tip', '0 0 -80 N')]
+    """
+    found = []
+    for text in texts:
+        name, equals, value = (piece.strip() for piece in text.rpartition("="))
+        if not (name and equals and value):
+            raise InputError(option, got=text, expected=expected)
+        found.append((name, value))
+    return found
+
+
+def named_once(option: str, texts: tuple[str, ...], expected: str) -> dict[str, str]:
+    """`named_values`, of which each name may stand once.
+
+    Examples
+    --------
+    >>> named_once("--set", ("R=350mm", "h=1"), "NAME=VALUE")
+    {'R': '350mm', 'h': '1'}
+    """
+    found: dict[str, str] = {}
+    for name, value in named_values(option, texts, expected):
+        if name in found:
+            raise InputError(option, got=f"{name}={value}", expected=f"one value for {name}")
+        found[name] = value
+    return found

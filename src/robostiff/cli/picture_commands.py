@@ -1,0 +1,260 @@
+"""Commands that write maps, pictures and pages: their options, words and examples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from robostiff.cli.command import Command
+from robostiff.cli.options import (
+    Answer,
+    Length,
+    Model,
+    Place,
+    Replacing,
+    option,
+    output_option,
+    part,
+    plot_option,
+    robot_argument,
+    wrench_option,
+)
+
+
+def _axis(name: str, unit: str) -> Any:
+    return option(f"--{name}", metavar='"START STOP COUNT"', help=f"Values of {name} [{unit}].")
+
+
+@dataclass(frozen=True)
+class MapPoses:
+    """The poses of a map, as they are written."""
+
+    x: str | None = _axis("x", "m")
+    y: str | None = _axis("y", "m")
+    z: str | None = _axis("z", "m")
+    rx: str | None = _axis("rx", "rad")
+    ry: str | None = _axis("ry", "rad")
+    rz: str | None = _axis("rz", "rad")
+    joints: tuple[str, ...] = option(
+        "--joint",
+        metavar='"NAME START STOP COUNT"',
+        multiple=True,
+        help="Values of a joint of a serial arm or a linkage [m or rad]; repeatable.",
+    )
+    poses: str | None = option(
+        "--poses",
+        metavar="FILE.csv",
+        help="Poses from a file in place of a grid: a line of names, such as 'time, x [mm], rz "
+        "[deg]', then a line a pose.",
+    )
+    random: int | None = option(
+        "--random",
+        metavar="COUNT",
+        type=int,
+        help="Random poses in place of a grid; --x and the like then hold START and STOP.",
+    )
+    seed: int = option(
+        "--seed", metavar="NUMBER", type=int, default=0, help="Seed of random poses."
+    )
+
+    @property
+    def axes(self) -> dict[str, str]:
+        """Ranges of coordinates of the platform, by their names."""
+        names = ("x", "y", "z", "rx", "ry", "rz")
+        return {name: text for name in names if (text := getattr(self, name)) is not None}
+
+
+@dataclass(frozen=True)
+class MapQuantities:
+    """What is computed at each pose."""
+
+    quantities: tuple[str, ...] = option(
+        "--quantity",
+        metavar="NAME",
+        multiple=True,
+        help="stiffness, principal-stiffness (when left out), worst-deflection, indices, "
+        "deflection or actuator-forces; repeatable. Rank and status are always included.",
+    )
+    wrench: str | None = wrench_option(
+        "Load about the reference point, for deflection and actuator-forces"
+    )
+
+
+@dataclass(frozen=True)
+class Run:
+    """Where a map goes, and by which processors."""
+
+    output: str = output_option(
+        "FILE.zarr (of any size, can be resumed), FILE.nc (NetCDF), FILE.csv, or - for CSV on "
+        "standard output."
+    )
+    resume: bool = option("--resume", help="Continue an interrupted map in FILE.zarr.")
+    plot: str | None = plot_option(
+        "Draw the first quantity over the first two coordinates ('robostiff plot FILE.nc' draws "
+        "others)"
+    )
+    workers: int | None = option(
+        "--workers", metavar="COUNT", type=int, help="Processes of this machine to start."
+    )
+    threads: int | None = option(
+        "--threads",
+        metavar="COUNT",
+        type=int,
+        help="Threads; as many as processors when left out.",
+    )
+    scheduler: str | None = option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="A Dask scheduler, such as tcp://host:8786; its workers must see FILE.zarr.",
+    )
+    batched: bool = option(
+        "--batched",
+        help="Compute every pose as 'stiffness' does, without a kernel; large maps have one "
+        "otherwise.",
+    )
+
+
+WHAT = ("robot", "deflection", "energy", "ellipsoids", "free-motions", "matrix", "modes", "map")
+"""What can be drawn."""
+
+
+@dataclass(frozen=True)
+class Subject(Model):
+    """What is drawn: a robot, or a map."""
+
+    source: str = robot_argument("ROBOT|MAP", ", a map (FILE.zarr or FILE.nc)")
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A picture, as it is written."""
+
+    output: str = output_option("FILE.png, .svg or .pdf, or .html to be turned.")
+    what: str | None = option(
+        "--what",
+        metavar="|".join(WHAT),
+        help="What is drawn: the robot with its parts and joints named, when left out; under "
+        "--wrench its deflection.",
+    )
+    wrench: str | None = wrench_option("A load on the platform, for deflection and energy")
+    quality: str = option(
+        "--quality",
+        metavar="NAME",
+        default="compliance",
+        help="Of ellipsoids: compliance, stiffness, rotational-compliance or rotational-stiffness.",
+    )
+    mode: int = option(
+        "--mode",
+        metavar="NUMBER",
+        type=int,
+        default=1,
+        help="Of modes: which, 1 for the slowest.",
+    )
+    quantity: str | None = option(
+        "--quantity",
+        metavar="NAME",
+        help="Of a map: worst_deflection, rank, status or any other variable of it.",
+    )
+    cuts: tuple[str, ...] = option(
+        "--cut",
+        metavar="NAME=VALUE",
+        multiple=True,
+        help="Of a map: where a coordinate is cut, or which component is shown, such as z=0.3 or "
+        "displacement_axis=dz; repeatable.",
+    )
+
+
+def _line(name: str, more: str = "") -> Any:
+    return option(name, metavar="TEXT", default="", help=f"Line of the title block{more}.")
+
+
+@dataclass(frozen=True)
+class Pages:
+    """Contents of a report besides the pose, its files, and its title block."""
+
+    output: str = output_option("What to write: FILE.html, or FILE.pdf.")
+    wrench: str | None = wrench_option(
+        "A load on the platform: adds the deflection and the elastic energy of parts"
+    )
+    map_file: str | None = option(
+        "--map",
+        metavar="FILE",
+        help="A map of the robot, .zarr or .nc: adds slices of the workspace.",
+    )
+    finite: bool = option(
+        "--finite-load",
+        help="With --wrench: where the robot comes to rest under it, its stiffness there, the "
+        "critical load, and the force-deflection curve.",
+    )
+    pdf: bool = option("--pdf", help="Write FILE.pdf besides FILE.html.")
+    compare: str | None = option(
+        "--compare",
+        metavar="ROBOT",
+        help="Another design beside it, at the same pose and under the same load.",
+    )
+    project: str = _line("--project")
+    author: str = _line("--author")
+    date: str = _line("--date", ", such as 2026-11-22, or 'today'")
+    revision: str = _line("--revision")
+
+
+@dataclass(frozen=True)
+class Page:
+    """Load at the beginning, port, and whether a browser is opened."""
+
+    wrench: str | None = wrench_option("Load on the platform at the beginning")
+    port: int = option(
+        "--port",
+        metavar="NUMBER",
+        type=click.IntRange(1, 65535),
+        default=8080,
+        help="Where to listen on this computer, from 1 to 65535; the next free port is taken where "
+        "it is in use.",
+    )
+    no_browser: bool = option("--no-browser", help="Print the address, and open no browser.")
+
+
+COMMANDS = {
+    "plot": Command(
+        "commands_plot:make_plot",
+        (Subject, Drawing, Place, Replacing, Answer),
+        "Draw a robot, a snapshot, a network, a linkage, a cable robot, or a map.",
+        examples=(
+            'plot hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.png',
+            "plot cable-8 --what ellipsoids -o cables.html",
+            "plot map.nc --quantity status --cut z=0.3 -o map.pdf",
+        ),
+        status="0 for a picture, 1 where there is nothing to draw, 2 for bad input.",
+    ),
+    "report": Command(
+        "commands_report:make_report",
+        (Model, Pages, Place, Replacing, Answer),
+        "Write all results about a robot as one self-contained HTML page, or as a PDF.",
+        examples=('report hexapod --wrench "500 N 0 0 0 0 0" -o hexapod.html',),
+        status="0 for an answer, 1 for an answer with a bad status, 2 for bad input.",
+    ),
+    "map": Command(
+        "commands_map:make_map",
+        (Model, MapPoses, MapQuantities, Length, part(Place, "near"), Run, Replacing, Answer),
+        "Compute stiffness at many poses: over a grid, along a trajectory, or at random.",
+        "Coordinates left out stay at home.",
+        examples=(
+            'map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc',
+            'map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0" '
+            "-o path.csv",
+            'map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume',
+        ),
+        status="0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.",
+    ),
+    "view": Command(
+        "commands_view:show_view",
+        (Model, part(Place, "pose", "joints"), Page),
+        "Show a robot in the browser, with sliders for its pose, its parameters and a load.",
+        "Stiffness, ellipsoids, free motions, deflection and elastic energy follow the sliders. "
+        "Only this computer can open the page. Ctrl-C ends it.",
+        examples=('view hexapod --wrench "500 N 0 0 0 0 0"',),
+        status="0 when it is ended, 2 for bad input.",
+    ),
+}
