@@ -77,11 +77,18 @@ class PostureFinder:
         #: Closures of all legs together, by the coordinates that they decide.
         self.tasks: dict[tuple[int, ...], NewtonTask] = {}
         self.length = reach(self.robot, self.home_pose)
+        self._closing: dict[int, LegSolver] = {}
+
+    def closing(self, i: int) -> LegSolver:
+        """The way to close a leg by its number, whatever the others do."""
+        if i not in self._closing:
+            self._closing[i] = leg_solver(self.robot.legs[i], self.home_pose, self.length)
+        return self._closing[i]
 
     @cached_property
     def solvers(self) -> tuple[LegSolver, ...]:
         """The way to close each leg."""
-        solvers = (leg_solver(leg, self.home_pose, self.length) for leg in self.robot.legs)
+        solvers = map(self.closing, range(len(self.robot.legs)))
         return tuple(
             solver.that_holds_at(self._near_home.coordinates, self._near_home.R)
             if solver.leg.chain.has_blocks and self.robot.coordinates

@@ -9,7 +9,6 @@ import numpy as np
 from robostiff.io.model_file.place import Place
 from robostiff.io.suggest import Words
 from robostiff.kinematics import place_chain, posture_finder
-from robostiff.kinematics.closure import leg_solver
 from robostiff.kinematics.mobility import (
     determine_pose,
     fitting_coordinates,
@@ -32,9 +31,9 @@ def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> 
             _check_plane(place, leg)
     finder = posture_finder(robot)
     q = []
-    for place, leg in zip(places, robot.legs, strict=True):
+    for i, place in enumerate(places):
         with place.complaints():
-            q.append(leg_solver(leg, finder.home_pose, finder.length).home)
+            q.append(finder.closing(i).home)
     if robot.is_serial or (chosen and len(robot.coordinates) == 6):
         return robot
     mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
