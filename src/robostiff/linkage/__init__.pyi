@@ -1,7 +1,7 @@
 from robostiff.linkage.closure import Configuration, close
 from robostiff.linkage.driven import DrivenLinkage
 from robostiff.linkage.essential import essential, welded_places
-from robostiff.linkage.legs import robot_of
+from robostiff.linkage.legs import robot_of, with_roles
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
 from robostiff.linkage.network_at import network_at
 
@@ -16,4 +16,5 @@ __all__ = [
     "network_at",
     "robot_of",
     "welded_places",
+    "with_roles",
 ]

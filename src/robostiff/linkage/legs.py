@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from robostiff.elasticity import moved
+from robostiff.errors import InputError
 from robostiff.kinematics import place_chain
 from robostiff.kinematics.turn import vector_of_turn
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.model import (
     Chain,
+    Coupling,
     Element,
     Joint,
     JointKind,
@@ -21,6 +24,7 @@ from robostiff.model import (
     Link,
     Rigid,
     Robot,
+    Role,
     planar,
     universal,
 )
@@ -77,7 +81,20 @@ def _link(link: Link) -> Link:
     return Link(-np.asarray(link.to), elasticity, np.eye(3), link.name)
 
 
-def robot_of(part: Linkage, found: Configuration) -> Robot | None:
+def with_roles(part: Linkage, roles: Mapping[str, Role]) -> Linkage:
+    """The linkage with other roles of some of its joints, by their names."""
+    connections = tuple(
+        replace(c, element=replace(c.element, role=roles[c.name]))
+        if c.name in roles and isinstance(c.element, Joint)
+        else c
+        for c in part.connections
+    )
+    return replace(part, connections=connections)
+
+
+def robot_of(
+    part: Linkage, found: Configuration, couplings: Sequence[Coupling] = ()
+) -> Robot | None:
     """An essential linkage as a serial arm or a parallel robot; None when its legs are connected.
 
     A closed configuration becomes the home configuration. All six coordinates of the platform are
@@ -89,11 +106,13 @@ def robot_of(part: Linkage, found: Configuration) -> Robot | None:
         From `essential`.
     found : Configuration
         Of that part, closed.
+    couplings : sequence of Coupling
+        Of its joints, each between those of one leg.
 
     Raises
     ------
     InputError
-        When a leg has no compliance at all.
+        When a leg has no compliance at all, or joints of different legs are coupled.
     """
     chains = _chains(_with_closed_home(part, found))
     if chains is None:
@@ -103,6 +122,7 @@ def robot_of(part: Linkage, found: Configuration) -> Robot | None:
         legs = (_arm(part.name, chains[0]),)
     else:
         legs = tuple(_leg(chain[0].name, chain) for chain in chains)
+    legs = _coupled(legs, couplings)
     robot = Robot(
         part.name,
         legs,
@@ -112,6 +132,25 @@ def robot_of(part: Linkage, found: Configuration) -> Robot | None:
         source=part.source,
     )
     return replace(robot, home=None, coordinates=()) if serial else robot
+
+
+def _coupled(legs: Sequence[Leg], couplings: Sequence[Coupling]) -> tuple[Leg, ...]:
+    """The legs with the couplings of their joints."""
+    own: dict[int, list[Coupling]] = {}
+    for one in couplings:
+        names = {name for name, _ in one.terms}
+        fits = [i for i, leg in enumerate(legs) if names <= {e.name for e, _ in leg.chain.moving}]
+        if not fits:
+            raise InputError(
+                f"joints {', '.join(map(repr, sorted(names)))}",
+                got="joints of different legs, one of which follows the other",
+                expected=f"joints of one leg, or a role of its own for {one.terms[0][0]!r}",
+            )
+        own.setdefault(fits[0], []).append(one)
+    return tuple(
+        replace(leg, chain=Chain(leg.chain.elements, tuple(own.get(i, ()))))
+        for i, leg in enumerate(legs)
+    )
 
 
 def _with_closed_home(part: Linkage, found: Configuration) -> Linkage:

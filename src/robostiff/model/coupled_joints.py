@@ -28,8 +28,8 @@ class Coupling:
     Attributes
     ----------
     terms : tuple of (str, float or formula)
-        Names of revolute, prismatic or helical joints of the chain, with their factors. Where one
-        of them slides, s is a length [m], and the factor of a turn a length for one radian.
+        Names of revolute, prismatic or helical joints of the chain, with their factors. s is a
+        length or an angle as the coordinate of the first is; the factors of others convert theirs.
     role : Locked or Actuated
         Locked by a gear, rigid or with a stiffness against s; actuated where s is what a drive
         moves.
@@ -218,7 +218,7 @@ def _follower(
 ) -> str:
     """The passive joint whose place among the coordinates a coupling takes: the first that can."""
     factors = dict(own.terms)
-    slides = any(not joints[name][1].freedoms[0].turns for name in factors)
+    turns = joints[own.terms[0][0]][1].freedoms[0].turns
     passive = [name for name in row if isinstance(joints[name][1].role, Passive)]
     if not any(isinstance(joints[name][1].role, Passive) for name in factors):
         raise InputError(
@@ -242,13 +242,14 @@ def _follower(
             hint="leave it out",
         )
     for name in left:
-        if joints[name][1].freedoms[0].turns is not slides:
+        if joints[name][1].freedoms[0].turns is turns:
             return name
+    kind, unit = ("joint that turns", "an angle") if turns else ("slide", "a length")
     raise InputError(
         f"roles in {own.name!r}",
-        got="slides that are all driven or locked",
-        expected="a passive slide, as the sum is a length",
-        hint="let the turning joint be actuated and the slide follow it",
+        got="passive joints of the other kind only",
+        expected=f"a passive {kind}, as the sum is {unit}",
+        hint="write first a joint that is passive",
     )
 
 

@@ -255,10 +255,30 @@ def test_equalities_that_are_no_loops(tmp_path):
     with pytest.raises(rs.FileError, match="degree two or more"):
         _loaded(tmp_path, quadratic, FOUR_BAR_SIDE)
     linear = FOUR_BAR.replace("<equality>", coupled.format("-2 0"))
-    with pytest.raises(rs.FileError, match=r"'rocker'.*follows another one"):
+    with pytest.raises(rs.FileError, match=r"'rocker'.*of different legs, one of which follows"):
         _loaded(tmp_path, linear, FOUR_BAR_SIDE)
     inactive = linear.replace("<joint joint1", '<joint active="false" joint1')
     assert _loaded(tmp_path, inactive, FOUR_BAR_SIDE).legs[1].chain.roles[0] == rs.Passive()
+
+
+FINGER = """<mujoco><worldbody><body name="palm"><body name="near" pos="0 0 0.1">
+  <joint name="mcp" axis="0 1 0"/><body name="far" pos="0 0 0.05"><joint name="pip" axis="0 1 0"/>
+  <site name="tip" pos="0 0 0.04"/></body></body></body></worldbody>
+  <equality><joint joint1="pip" joint2="mcp" polycoef="0.1 0.7 0 0 0"/></equality>
+  <actuator><motor joint="mcp"/></actuator></mujoco>"""
+
+
+def test_a_joint_equality_couples_joints(tmp_path):
+    """Rigid links: C = t t^T / k, t the motion of the tip while both joints turn."""
+    side = "robostiff: 1\nsource: chosen here\ntool: tip\njoints: {mcp: {stiffness: 20}}\n"
+    robot = _loaded(tmp_path, FINGER, side + "home: {mcp: 0.2}\n")
+    (leg,) = robot.legs
+    assert leg.chain.joint_coordinates(leg.chain.home) == pytest.approx([0.2, 0.24])
+    a, b = 0.2, 0.44
+    near = np.array([0.05 * np.cos(a), 0, -0.05 * np.sin(a)])
+    far = np.array([0.04 * np.cos(b), 0, -0.04 * np.sin(b)])
+    t = np.concatenate([near + far + 0.7 * far, [0, 1.7, 0]])
+    assert rs.compliance(robot) == pytest.approx(np.outer(t, t) / 20, abs=1e-12)
 
 
 def test_names_that_are_missing_or_twice_are_made(tmp_path):

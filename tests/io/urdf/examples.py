@@ -16,6 +16,7 @@ import robostiff as rs
 _ROBOTS = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 UR5 = _ROBOTS / "ur_description/urdf/ur5_robot.urdf"
 PANDA = _ROBOTS / "panda_description/urdf/panda.urdf"
+ROMEO = _ROBOTS / "romeo_description/urdf/romeo.urdf"
 TALOS = _ROBOTS / "talos_data/robots/talos_full_v2.urdf"
 
 UR5_JOINTS = (

@@ -10,6 +10,7 @@ from robostiff.io.document import parse_document
 from robostiff.io.rigid_tree.written_side import WrittenSide
 from robostiff.io.validation import validate
 from tests.io.urdf.examples import (
+    ROMEO,
     UR5,
     UR5_SIDE,
     matrix_distance,
@@ -108,18 +109,53 @@ def test_limits_of_the_description_are_kept_unless_others_are_given(arm, tmp_pat
     assert roles[1] == rs.Actuated(1.0, (np.radians(-10), np.radians(10)))
 
 
-def test_a_joint_that_follows_another_one_needs_a_role_where_it_is_felt(arm, tmp_path):
-    """The grippers of most arms hold such joints, and do not matter."""
+def test_a_joint_that_follows_one_outside_of_the_chain_is_held_by_its_drive(arm, tmp_path):
+    """q = 2 g + 0.01, so that a drive of k at g is one of k / 4 at q."""
     assert robot_of(arm, with_side(tmp_path, STIFF)).legs[0].chain.size == 2
     tool = STIFF.replace("tool: tip", "tool: other finger")
-    with pytest.raises(rs.FileError, match=r"'grip 2'.*follows another one.*role: locked"):
-        rs.load(arm, side=with_side(tmp_path, tool))
+    robot = robot_of(arm, with_side(tmp_path, tool + "home: {grip: 20 mm}\n"))
+    assert robot.legs[0].chain.roles[2] == rs.Actuated(2.5e3)
+    assert robot.legs[0].chain.home.tolist() == [0, 0, pytest.approx(0.05)]
     decided = tool.replace('joints: {"*"', 'joints: {grip 2: {role: locked}, "*"')
     robot = robot_of(arm, with_side(tmp_path, decided + "home: {grip: 20 mm}\n"))
     assert robot.legs[0].chain.home.tolist() == [0, 0, pytest.approx(0.05)]
     assert robot.legs[0].chain.roles[2] == rs.Locked()
     driven = tool.replace('joints: {"*"', 'joints: {grip 2: {stiffness: 2e5}, "*"')
     assert robot_of(arm, with_side(tmp_path, driven)).legs[0].chain.roles[2] == rs.Actuated(2e5)
+
+
+def test_joints_that_follow_one_another_in_a_circle_are_refused(arm, tmp_path):
+    circle = ARM.replace(
+        '<axis xyz="1 0 0"/></joint>', '<axis xyz="1 0 0"/><mimic joint="grip 2"/></joint>'
+    )
+    arm.write_text(circle, encoding="utf-8")
+    tool = STIFF.replace("tool: tip", "tool: other finger")
+    with pytest.raises(rs.FileError, match=r"'grip 2'.*does not follow it in turn"):
+        rs.load(arm, side=with_side(tmp_path, tool))
+
+
+@needs_examples
+def test_fingers_of_romeo_follow_its_hand(tmp_path):
+    """Rigid fingers: C = t t^T / k with the columns of Pinocchio."""
+    pin = pytest.importorskip("pinocchio")
+    side = with_side(
+        tmp_path,
+        HEAD + "base: l_wrist\ntool: LFinger13Link\njoints: {LHand: {stiffness: 12}}\n"
+        "home: {LHand: 0.3}\n",
+    )
+    C = rs.compliance(robot_of(ROMEO, side))
+    model = pin.buildModelFromUrdf(str(ROMEO))
+    data, q = model.createData(), pin.neutral(model)
+    joints = [model.joints[model.getJointId(n)] for n in ("LHand", "LFinger12", "LFinger13")]
+    for joint in joints:
+        q[joint.idx_q] = 0.3
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    frame, wrist = (model.getFrameId(name) for name in ("LFinger13Link", "l_wrist"))
+    J = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+    t = J[:, sorted({joint.idx_v for joint in joints})].sum(axis=1)
+    t = np.kron(np.eye(2), data.oMf[wrist].rotation.T) @ t
+    assert matrix_distance(C, np.outer(t, t) / 12) < 1e-12
 
 
 def test_a_link_leads_from_its_joint_to_the_next(arm, tmp_path):

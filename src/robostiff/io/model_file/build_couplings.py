@@ -63,7 +63,13 @@ def _follower(place: Place, written: WrittenFollower, joints: dict[str, Joint]) 
 def _sum(place: Place, written: WrittenSum, joints: dict[str, Joint]) -> Coupling:
     here = place / "sum"
     slides = {name: _slides(here / name, name, joints) for name in written.sum}
-    of_lengths = any(slides.values())
+    of_lengths = next(iter(slides.values()))
+    if not of_lengths and any(slides.values()):
+        raise here.error(
+            "sum of joint coordinates",
+            got=list(written.sum),
+            expected="a slide as the first, so that the sum is a length",
+        )
     terms = []
     for name, factor in written.sum.items():
         dimension = _SLIDE if of_lengths and not slides[name] else Dimension.NUMBER

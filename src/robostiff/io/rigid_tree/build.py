@@ -15,14 +15,26 @@ from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.verify import verified
 from robostiff.io.model_file.written_robot import VERSION
-from robostiff.io.rigid_tree.build_joints import build_joints, undecided_mimics
+from robostiff.io.rigid_tree.build_joints import (
+    build_joints,
+    couplings_between,
+    undecided_mimics,
+)
 from robostiff.io.rigid_tree.build_links import TOOL, LinkEnd, build_links, far_body
 from robostiff.io.rigid_tree.build_loops import BuiltLoop, build_loops, drawn_links, starting
 from robostiff.io.rigid_tree.tree import RigidTree
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool, check_known
 from robostiff.io.suggest import Words, listing
 from robostiff.io.validation import validate
-from robostiff.linkage import Connection, Linkage, close, essential, robot_of, welded_places
+from robostiff.linkage import (
+    Connection,
+    Linkage,
+    close,
+    essential,
+    robot_of,
+    welded_places,
+    with_roles,
+)
 from robostiff.linkage.network_at import network_of
 from robostiff.model import Coordinate, Joint, Robot
 from robostiff.model.chain import is_elastic
@@ -162,6 +174,12 @@ def robot_of_tree(
     """
     written, top = _read(side, parameters)
     _, linkage = _linkages(written, top, tree)
+    undecided = undecided_mimics(written, tree, top)
+    joints = build_joints(top, written, tree)
+    felt = {joint.name for joint in linkage.joints}
+    couplings, roles = couplings_between(undecided, felt, tree, joints)
+    linkage = with_roles(linkage, roles)
+    _check_is_elastic(linkage, top)
     found = close(linkage)
     if not found.is_closed:
         raise (top / "home").error(
@@ -172,8 +190,9 @@ def robot_of_tree(
             "follow",
         )
     with (top / "joints").complaints(hint=_hint(linkage)):
-        robot = robot_of(linkage, found)
+        robot = robot_of(linkage, found, couplings)
     if robot is None:
+        _refuse_followers(undecided & felt, top)
         return network_of(linkage, found)
     return _with_coordinates(robot, written, top)
 
@@ -189,7 +208,11 @@ def linkage_of_tree(
         At the place in the side file or in the description that is to blame.
     """
     written, top = _read(side, parameters)
-    return _linkages(written, top, tree)[0]
+    linkage, part = _linkages(written, top, tree)
+    _check_is_elastic(part, top)
+    felt = {joint.name for joint in part.joints}
+    _refuse_followers(undecided_mimics(written, tree, top) & felt, top)
+    return linkage
 
 
 def _read(
@@ -204,24 +227,29 @@ def _linkages(written: WrittenSide, top: Place, tree: RigidTree) -> tuple[Linkag
     linkage = build_linkage(top, written, tree)
     with (top / "tool").complaints():
         part = essential(linkage)
-    felt = {joint.name for joint in part.joints}
-    following = [name for name in undecided_mimics(written, tree, top) if name in felt]
-    if following:
-        raise (top / "joints").error(
-            f"joint {sorted(following)[0]!r}",
-            got=Words("a joint that follows another one"),
-            expected="its role, as if it were a joint of its own",
-            hint=f"write {sorted(following)[0]}: {{role: locked}}, or {{stiffness: ...}} of what "
-            "makes it follow",
-        )
+    return linkage, part
+
+
+def _check_is_elastic(part: Linkage, top: Place) -> None:
     if not any(is_elastic(c.element) for c in part.connections):
         raise (top / "joints").error(
-            f"robot {linkage.name!r}",
+            f"robot {part.name!r}",
             got=Words("no compliance at all"),
             expected="the stiffness of at least one joint or link",
             hint=_hint(part),
         )
-    return linkage, part
+
+
+def _refuse_followers(following: frozenset[str], top: Place) -> None:
+    """Raise where joints in loops that several legs share follow others."""
+    if following:
+        name = min(following)
+        raise (top / "joints").error(
+            f"joint {name!r}",
+            got=Words("a joint that follows another one, in a robot whose legs are connected"),
+            expected="its role, as if it were a joint of its own",
+            hint=f"write {name}: {{role: locked}}, or {{stiffness: ...}} of what makes it follow",
+        )
 
 
 def _hint(part: Linkage) -> str:

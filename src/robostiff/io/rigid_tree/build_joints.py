@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from robostiff.errors import InputError
 from robostiff.io._wording import shown, values
 from robostiff.io.model_file.build_joint import build_role
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_elements import WrittenDrive
-from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
+from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known, chosen
+from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,
+    Coupling,
     Joint,
+    Locked,
     Passive,
     Role,
+    StiffnessLaw,
+    coupling,
     planar,
     prismatic,
     revolute,
@@ -66,6 +71,96 @@ def undecided_mimics(written: WrittenSide, tree: RigidTree, top: Place) -> froze
         if entry.role is not None or (name in written.joints and entry.stiffness is not None)
     }
     return frozenset(j.name for j in tree.joints if j.mimic is not None and j.name not in decided)
+
+
+def couplings_between(
+    undecided: Collection[str],
+    felt: Collection[str],
+    tree: RigidTree,
+    joints: Mapping[str, Joint | None],
+) -> tuple[tuple[Coupling, ...], dict[str, Role]]:
+    """Couplings between the joints of a chain, and the roles that they then have.
+
+    Joints that follow one outside of the chain, which carries no load, are held by its drive: as
+    stiff as that, referred to their own motion.
+
+    Parameters
+    ----------
+    undecided : collection of str
+        Joints that follow another one.
+    felt : collection of str
+        All joints of the chain.
+    tree : RigidTree
+    joints : mapping of str to Joint or None
+        All joints, with roles as if each was one of its own.
+
+    Raises
+    ------
+    FileError
+        When joints follow one another in a circle, or what a joint follows is none.
+    """
+    roles: dict[str, Role] = {}
+    leaders: dict[str, tuple[str, float, float]] = {}
+    couplings = []
+    for joint in tree.joints:
+        if joint.name not in undecided or joint.name not in felt:
+            continue
+        name = joint.name
+        root, factor, offset = _root(name, undecided, tree)
+        if factor == 0:
+            roles[name] = Locked()
+            continue
+        if root not in leaders and root not in felt:
+            leaders[root] = (name, factor, offset)
+            roles[name] = _driven_from(joints.get(root), factor, offset, name, tree)
+            continue
+        leader, of_leader, start = leaders.setdefault(root, (root, 1.0, 0.0))
+        has_spring = not isinstance(joint.role, Passive) and joint.role.stiffness is not None
+        roles[name] = joint.role if has_spring else Passive()
+        ratio = factor / of_leader
+        couplings.append(coupling(name, follows=leader, ratio=ratio, offset=offset - ratio * start))
+    return tuple(couplings), roles
+
+
+def _root(name: str, undecided: Collection[str], tree: RigidTree) -> tuple[str, float, float]:
+    """The joint of its own that moves another one in the end: its name, factor and offset."""
+    by_name = {joint.name: joint for joint in tree.joints}
+    passed, factor, offset = [name], 1.0, 0.0
+    while factor != 0 and passed[-1] in undecided:
+        mimic = cast("Mimic", by_name[passed[-1]].mimic)
+        factor, offset = factor * mimic.multiplier, offset + factor * mimic.offset
+        if factor != 0 and (mimic.joint not in by_name or mimic.joint in passed):
+            raise tree.error(
+                f"joint {name!r}",
+                got=Words(f"a joint that follows {mimic.joint!r}"),
+                expected="another joint, which does not follow it in turn",
+            )
+        passed.append(mimic.joint)
+    return passed[-1], factor, offset
+
+
+def _driven_from(
+    leader: Joint | None, factor: float, offset: float, name: str, tree: RigidTree
+) -> Role:
+    """The role of a joint that the drive of another one moves alone."""
+    role = None if leader is None else leader.role
+    if isinstance(role, Passive):
+        return role
+    k = None if role is None else role.stiffness
+    if isinstance(k, StiffnessLaw):
+        raise tree.error(
+            f"joint {name!r}",
+            got=Words("a drive whose stiffness depends on the coordinate of another joint"),
+            expected="a constant one",
+        )
+    k = None if k is None else k / factor**2
+    if not isinstance(role, Actuated):
+        return Locked(k)
+    limits = None
+    if role.limits is not None:
+        low, high = sorted(factor * x + offset for x in role.limits)
+        limits = low, high
+    return Actuated(k, limits)
 
 
 def given_coordinates(
