@@ -1,5 +1,7 @@
 """Gears and differentials: against networks, least energy, 40 digits and closed forms."""
 
+import json
+
 import mpmath
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 import robostiff as rs
 from robostiff.errors import InputError
 from robostiff.io.model_file import read_model
+from robostiff.io.snapshot import snapshot_to_data
 from robostiff.kinematics import find_posture, leg_compliance
 from robostiff.model import (
     Actuated,
@@ -26,6 +29,7 @@ from robostiff.model import (
     spherical,
 )
 from robostiff.network import condense, energy_stiffness, network_of_snapshot
+from robostiff.plot.geometry.displacement import motion_under
 from robostiff.spatial import Frame, move_stiffness
 
 SECTION, STEEL = rs.circle(0.03), rs.material("steel")
@@ -368,3 +372,42 @@ def test_a_ratio_may_be_a_symbol(tmp_path):
 def test_errors_of_couplings_have_a_place(tmp_path, old: str, new: str, words: str):
     with pytest.raises(InputError, match=words):
         model(tmp_path, MODEL.replace(old, new))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_snapshot_files_keep_couplings(case: str, tmp_path):
+    robot = arm(*CASES[case])
+    snapshot = find_posture(robot).snapshot.one(0)
+    path = tmp_path / "arm.json"
+    path.write_text(json.dumps(snapshot_to_data(snapshot)))
+    read = rs.load(path)
+    assert apart(rs.stiffness(read).K, rs.stiffness(robot).K) < 1e-11
+    by_rows = condense(network_of_snapshot(read)).whole
+    assert int(by_rows.rank) == int(rs.stiffness(robot).rank)
+
+
+def test_errors_of_couplings_in_snapshot_files(tmp_path):
+    data = snapshot_to_data(find_posture(arm((BELT,))).snapshot.one(0))
+    path = tmp_path / "arm.json"
+    for change, words in (
+        ({"sum": {"b": 1, "x": 2}}, "a joint of the same chain"),
+        ({"k": -1}, "k"),
+    ):
+        own = {**data["legs"][0]["couplings"][0], **change}
+        path.write_text(json.dumps({**data, "legs": [{**data["legs"][0], "couplings": [own]}]}))
+        with pytest.raises(InputError, match=rf"couplings\[0\].*{words}"):
+            rs.load(path)
+
+
+def test_bodies_between_coupled_joints_move_as_in_the_network():
+    """The picture of a deflected arm: the body behind each joint, against the network's nodes."""
+    robot, F = arm(*CASES["belt"]), np.array([100.0, 200, -300, 1, 2, 3])
+    snapshot = find_posture(robot).snapshot.one(0)
+    (leg,) = motion_under(snapshot, rs.deflection(robot, None, F)).legs
+    network = network_of_snapshot(snapshot)
+    found = rs.network_response(network, {"platform": F}).twists
+    for name, twist in found.items():
+        for i, element in enumerate(snapshot.legs[0].elements):
+            if name.endswith(f" {getattr(element, 'joint', element.name)}"):
+                node = next(node.point for node in network.nodes if node.name == name)
+                assert leg.bodies[i + 1].displacement(node) == pytest.approx(twist[:3], abs=1e-12)

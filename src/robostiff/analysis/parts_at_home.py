@@ -14,6 +14,7 @@ from robostiff.markup import number
 from robostiff.model import (
     Actuated,
     Chain,
+    CoupledFreedom,
     Link,
     ParallelBlock,
     PlacedFreedom,
@@ -31,7 +32,8 @@ def parts_at_home(robot: Robot | Snapshot) -> dict[str, list[dict[str, Any]]]:
     found = {}
     each = zip(robot.legs, posture.snapshot.legs, posture.coordinates, strict=True)
     for leg, placed, q in each:
-        known = dict(zip(leg.chain.coordinate_names, map(float, np.ravel(q)), strict=True))
+        joints = map(float, leg.chain.joint_coordinates(np.ravel(q)))
+        known = dict(zip(leg.chain.joint_names, joints, strict=True))
         lengths = dict(_lengths(leg.chain, ""))
         found[leg.name] = [_part(part, known, lengths) for part in placed.parts]
     return found
@@ -87,6 +89,8 @@ def _part(
     part: PlacedFreedom | PlacedSpring, known: dict[str, float], lengths: dict[str, float]
 ) -> dict[str, Any]:
     point = np.ravel(part.point).tolist()
+    if isinstance(part, CoupledFreedom):
+        part = part.alone  # what couples it is listed by itself
     if isinstance(part, PlacedSpring):
         length = {"length": lengths[part.name]} if part.name in lengths else {}
         return {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Self, cast
+from typing import Any, Self
 
 import numpy as np
 
@@ -168,32 +168,8 @@ class ChainWalk:
             self.over(element)
         if chain.transmission is not None:
             given = self.way.given[..., place : place + chain.size][..., list(chain.own_places)]
-            self.couple(chain.transmission, start, given)
-
-    def couple(self, own: Transmission, start: int, given: np.ndarray) -> None:
-        """Give the joints placed from a start on the motions of the coordinates of their chain."""
-        moving = [
-            k for k in range(start, len(self.placed)) if isinstance(self.placed[k], PlacedFreedom)
-        ]
-        joints = [cast("PlacedFreedom", self.placed[k]) for k in moving]
-        for i, (k, joint) in enumerate(zip(moving, joints, strict=True)):
-            moves = [(own.T[j, i], other) for j, other in enumerate(joints) if own.T[j, i] != 0]
-            one = own.sums.get(i)
-            if one is None and len(moves) == 1:
-                continue
-            role, name = (joint.role, joint.name) if one is None else (one.role, one.name)
-            factors = enumerate(own.A[i])
-            self.placed[k] = CoupledFreedom(
-                joint.axis,
-                joint.point,
-                joint.pitch,
-                name if one is None else self.prefix + name,
-                role,
-                own_coordinate(role, given[..., i]),
-                joint.name,
-                tuple((s.name, share, Screw(s.axis, s.point, s.pitch)) for share, s in moves),
-                tuple((joints[j].name, factor) for j, factor in factors if factor != 0),
-            )
+            alone = self.placed[start:]
+            self.placed[start:] = coupled(alone, chain.transmission, given, self.prefix)
 
     def over(self, element: Element) -> None:
         """Walk over one element."""
@@ -304,6 +280,55 @@ class ChainWalk:
             self.p = self.p + np.einsum("...ij,...j->...i", R_spring, deflection[..., :3])
             turn = turn_by_vector(np.einsum("...ij,...j->...i", R_spring, deflection[..., 3:]))
             self.R = product(turn, self.R)
+
+
+_Placed = PlacedFreedom | PlacedSpring | PlacedBlock
+
+
+def coupled(
+    placed: Sequence[_Placed],
+    own: Transmission,
+    given: np.ndarray | None = None,
+    prefix: str = "",
+) -> list[_Placed]:
+    """Elements of a chain, its joints with the motions of the coordinates that move them.
+
+    Parameters
+    ----------
+    placed : sequence of PlacedFreedom, PlacedSpring or PlacedBlock
+        With joints as if each moved alone.
+    own : Transmission
+        Of these joints, in the order in which they are placed.
+    given : (..., n) array, optional
+        Its coordinates, for drives whose stiffness depends on them.
+    prefix : str
+        Before the names of couplings.
+    """
+    found = list(placed)
+    joints = {k: e for k, e in enumerate(placed) if isinstance(e, PlacedFreedom)}
+    names = [joint.name for joint in joints.values()]
+    for i, (k, joint) in enumerate(joints.items()):
+        moves = [
+            (other.name, own.T[j, i], Screw(other.axis, other.point, other.pitch))
+            for j, other in enumerate(joints.values())
+            if own.T[j, i] != 0
+        ]
+        one = own.sums.get(i)
+        if one is None and len(moves) == 1:
+            continue
+        role = joint.role if one is None else one.role
+        found[k] = CoupledFreedom(
+            joint.axis,
+            joint.point,
+            joint.pitch,
+            joint.name if one is None else prefix + one.name,
+            role,
+            None if given is None else own_coordinate(role, given[..., i]),
+            joint.name,
+            tuple(moves),
+            tuple((names[j], factor) for j, factor in enumerate(own.A[i]) if factor != 0),
+        )
+    return found
 
 
 def own_coordinate(role: Role, q: Any) -> Any:

@@ -162,27 +162,46 @@ class Chain:
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """Name of each coordinate: the joint's, ``block/branch/joint`` inside a parallel block."""
-        return tuple(self._coordinate_names(""))
+        """Name of each coordinate: the joint's, ``block/branch/joint`` inside a parallel block.
 
-    def _coordinate_names(self, prefix: str) -> Iterator[str]:
+        That of a sum of joints that a drive moves is the name of its coupling.
+        """
+        names = list(self.joint_names)
+        for i, own in self._driven_sums():
+            names[i] = own
+        return tuple(names)
+
+    def _driven_sums(self, prefix: str = "", start: int = 0) -> Iterator[tuple[int, str]]:
+        """Places and names of couplings that a drive moves, those inside of blocks included."""
+        if self.transmission is not None:
+            for i, own in self.transmission.sums.items():
+                if not isinstance(own.role, Locked):
+                    yield start + self.own_places[i], prefix + own.name
+        for element in self.elements:
+            if isinstance(element, ParallelBlock):
+                for branch in element.branches:
+                    yield from branch.chain._driven_sums(
+                        f"{prefix}{element.name}/{branch.name}/", start
+                    )
+                    start += branch.chain.size
+            elif isinstance(element, Joint | Telescope):
+                start += element.size if isinstance(element, Joint) else 1
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Name of each motion of a joint, as those of coordinates."""
+        return tuple(self._joint_names(""))
+
+    def _joint_names(self, prefix: str) -> Iterator[str]:
         for element in self.elements:
             if isinstance(element, ParallelBlock):
                 for branch in element.branches:
                     own = f"{prefix}{element.name}/{branch.name}/"
-                    yield from branch.chain._coordinate_names(own)
+                    yield from branch.chain._joint_names(own)
             elif isinstance(element, Joint) and element.size > 1:
                 yield from (f"{prefix}{element.name}[{i}]" for i in range(element.size))
             elif isinstance(element, Joint | Telescope):
-                driven = self._driven_sums.get(element.name)
-                yield prefix + (element.name if driven is None else driven.name)
-
-    @cached_property
-    def _driven_sums(self) -> dict[str, Coupling]:
-        """Couplings that a drive moves, by the names of the joints whose place they take."""
-        sums = {} if self.transmission is None else self.transmission.sums
-        names = {place: element.name for element, place in _own_moving(self.elements)}
-        return {names[i]: own for i, own in sums.items() if not isinstance(own.role, Locked)}
+                yield prefix + element.name
 
     @cached_property
     def size(self) -> int:

@@ -176,6 +176,11 @@ class Robot(InNotebooks):
         if self.platform is not None:
             _ = self.holds
 
+    @property
+    def is_coupled(self) -> bool:
+        """Whether joints of a leg are coupled."""
+        return any(leg.chain.is_coupled for leg in self.legs)
+
     @cached_property
     def holds(self) -> tuple[str, ...]:
         """The node of its flexible platform that holds each leg; none with a rigid platform.

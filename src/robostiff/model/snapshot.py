@@ -318,7 +318,12 @@ class Snapshot:
 
     def check_has_no_couplings(self, subject: str) -> None:
         """Raise an InputError if joints are coupled, in a question that does not take them."""
-        names = [e.joint for leg in self.legs for e in leg.parts if isinstance(e, CoupledFreedom)]
+        names = [
+            f"{leg.name}/{e.joint}"
+            for leg in self.legs
+            for e in leg.parts
+            if isinstance(e, CoupledFreedom)
+        ]
         if names:
             raise InputError(
                 f"{subject} of {self.name!r}",

@@ -325,8 +325,10 @@ def _under_load(
 
 
 def _modes(robot: Robot | Snapshot | Network, pose: Pose, near: Near) -> Modes | None:
-    """Of the masses of the model; none of a robot without, or with a flexible platform."""
-    if isinstance(robot, Network) or robot.platform is not None or not has_masses(robot):
+    """Of the masses of the model; none without any, of flexible platforms and coupled joints."""
+    if isinstance(robot, Network) or robot.platform is not None or robot.is_coupled:
+        return None
+    if not has_masses(robot):
         return None
     found = modes(robot, pose, near=near, gravity=np.zeros(3))
     return found if found.each else None

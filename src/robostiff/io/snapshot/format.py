@@ -169,6 +169,20 @@ class Spring6Part(Chained, Spring6Data):
     type: Literal["spring6"]
 
 
+class CouplingPart(FilePart):
+    """A gear or differential: a sum of coordinates of joints in the chain, which is held."""
+
+    name: Name | None = Field(None, description="by default the names of the joints")
+    sum: Annotated[dict[Name, Number], Field(min_length=2)] = Field(
+        description="joints of the chain with their factors, at least one of them passive"
+    )
+    k: Positive | None = Field(
+        description="the stiffness against the sum, N m/rad or N/m as for the first joint; null "
+        "where it is rigid"
+    )
+    note: Informative = None
+
+
 class BranchPart(FilePart):
     """A chain from the body before a parallel block to the body after it."""
 
@@ -177,6 +191,7 @@ class BranchPart(FilePart):
     chain: list[ElementPart] = Field(
         description="the elements from body to body, none for a rigid branch; all else is rigid"
     )
+    couplings: list[CouplingPart] = Field(default=[], description="of joints in the chain")
     note: Informative = None
 
 
@@ -202,6 +217,7 @@ class LegPart(FilePart):
     chain: list[ElementPart] = Field(
         min_length=1, description="the elements from base to platform; all else is rigid"
     )
+    couplings: list[CouplingPart] = Field(default=[], description="of joints in the chain")
     note: Informative = None
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -20,7 +21,12 @@ from robostiff.io.snapshot.format import (
 )
 from robostiff.io.validation import validate
 from robostiff.kinematics import spring_compliance
+from robostiff.kinematics.frames import coupled
 from robostiff.model import (
+    Coupling,
+    Joint,
+    JointKind,
+    Locked,
     PlacedBlock,
     PlacedElement,
     PlacedFreedom,
@@ -28,6 +34,7 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
+from robostiff.model.coupled_joints import Transmission, transmission
 from robostiff.spatial import Space
 
 _IN_PLANE = list(Space.PLANAR.rows)
@@ -215,7 +222,7 @@ def _refuse_graph(document: Document) -> None:
 
 
 def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
-    if not _is_elastic(part.chain):
+    if not (_is_elastic(part.chain) or any(own.k is not None for own in part.couplings)):
         raise place.at("chain").error(
             f"leg {part.name} without compliance",
             expected="at least one beam, spring or spring6",
@@ -248,7 +255,36 @@ def _chain(
         else:
             elements.append(placed(element, name, chain.at(i)))
     question_joints(part.chain, chain)
-    return tuple(elements)
+    if not part.couplings:
+        return tuple(elements)
+    return tuple(coupled(elements, _transmission(part, place, elements, prefix), prefix=prefix))
+
+
+def _transmission(
+    part: LegPart | BranchPart,
+    place: DocumentPlace,
+    elements: Sequence[PlacedElement],
+    prefix: str,
+) -> Transmission:
+    """How the coordinates of a leg or branch with couplings move its joints."""
+    freedoms = [e for e in elements if isinstance(e, PlacedFreedom)]
+    joints = {
+        freedom.name.removeprefix(prefix): (i, Joint(_kind(freedom), (freedom,), freedom.role))
+        for i, freedom in enumerate(freedoms)
+    }
+    couplings: list[Coupling] = []
+    found = None
+    for i, own in enumerate(part.couplings):
+        with place.at("couplings", i).to_blame():
+            couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
+            found = transmission(joints, len(joints), couplings)
+    return cast("Transmission", found)
+
+
+def _kind(freedom: PlacedFreedom) -> JointKind:
+    if not freedom.turns:
+        return JointKind.PRISMATIC
+    return JointKind.HELICAL if freedom.slides else JointKind.REVOLUTE
 
 
 def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,14 @@ from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.snapshot.elements import one_pose, screw_data
 from robostiff.model import (
+    CoupledFreedom,
+    Locked,
     PlacedBlock,
     PlacedElement,
     PlacedFreedom,
     PlacedLeg,
     PlacedSpring,
+    Role,
     Snapshot,
 )
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
@@ -63,7 +67,6 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
             hint="write it as a graph: network_to_data(network_of_snapshot(snapshot))",
         )
     snapshot.check_has_no_springs("file of legs")
-    snapshot.check_has_no_couplings("file of legs")
     data: dict[str, Any] = {"name": snapshot.name or "robot"}
     if snapshot.description:
         data["description"] = snapshot.description
@@ -88,13 +91,55 @@ def _leg(leg: PlacedLeg, name: str) -> dict[str, Any]:
 
 def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
     """A leg or a branch; names lose the ``block/branch/`` that the reader puts before them."""
-    elements = [e for e in leg.elements if not _is_rigid(e)]
+    alone = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
+    held = _held_alone(leg, {e.name for e in alone if _is_rigid(e)})
+    elements = [
+        replace(e, role=held[e.name]) if isinstance(e, PlacedFreedom) and e.name in held else e
+        for e in alone
+    ]
+    elements = [e for e in elements if not _is_rigid(e)]
     names = distinct(e.name.removeprefix(prefix) for e in elements)
     chain = [
         _block(e, n) if isinstance(e, PlacedBlock) else _element(e, n)
         for e, n in zip(elements, names, strict=True)
     ]
-    return {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
+    written = dict(zip((e.name for e in elements), names, strict=True))
+    couplings = list(_couplings(leg, written, held, prefix))
+    data = {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
+    return {**data, "couplings": couplings} if couplings else data
+
+
+def _held_alone(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
+    """Joints that a coupling holds by themselves, as all others of its sum are held rigidly."""
+    held: dict[str, Role] = {}
+    left = [e for e in leg.elements if isinstance(e, CoupledFreedom) and len(e.sum) > 1]
+    while left:
+        rest = []
+        for element in left:
+            moving = [(joint, a) for joint, a in element.sum if joint not in rigid]
+            if len(moving) > 1:
+                rest.append(element)
+                continue
+            for joint, a in moving:
+                k = element.stiffness
+                held[joint] = Locked(None if k is None else k * float(a) ** 2)
+                rigid = rigid | ({joint} if k is None else set())
+        if len(rest) == len(left):
+            break
+        left = rest
+    return held
+
+
+def _couplings(
+    leg: PlacedLeg, written: dict[str, str], held: dict[str, Role], prefix: str
+) -> Iterator[dict[str, Any]]:
+    """Couplings of a leg or branch, between the joints that are written."""
+    for element in leg.elements:
+        if isinstance(element, CoupledFreedom) and len(element.sum) > 1:
+            terms = {written[joint]: float(a) for joint, a in element.sum if joint in written}
+            if len(terms) > 1:
+                name = element.name.removeprefix(prefix)
+                yield {"name": name, "sum": terms, "k": element.stiffness}
 
 
 def _block(block: PlacedBlock, name: str) -> dict[str, Any]:

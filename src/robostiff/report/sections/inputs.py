@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.analysis.parts_at_home import parts_at_home
 from robostiff.markup import Cell, Heading, Number, Paragraph, Table, Tone, number, row
-from robostiff.model import Actuated, PlacedFreedom, Robot
+from robostiff.model import Actuated, Locked, PlacedFreedom, Robot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network, SpringElement
 from robostiff.report.contents import ReportContents
@@ -35,6 +35,8 @@ def inputs_section(contents: ReportContents) -> Section:
         tables: list[Any] = []
         for leg, found in parts_at_home(numeric).items():
             tables += [Heading(leg), *_parts_of(found)]
+        if isinstance(numeric, Robot) and numeric.is_coupled:
+            tables += [Heading("Coupled joints"), _couplings(numeric)]
         parts.append(Folded(words, tuple(tables)))
     if not isinstance(numeric, CableRobot):
         parts.append(Paragraph("Parts that are not listed as elastic are rigid.", Tone.QUIET))
@@ -67,6 +69,27 @@ def _parts_of(found: list[dict[str, Any]]) -> Iterator[Table]:
             ["elastic part", "end", "length", "forces x y z [N/m]", "moments x y z [N m/rad]"],
             [_elastic(part) for part in elastic],
         )
+
+
+def _couplings(robot: Robot) -> Table:
+    """Sums of joint coordinates, what they are at home, and what holds them."""
+    rows: list[list[Cell]] = []
+    for leg in robot.legs:
+        own = leg.chain.transmission
+        for i, one in () if own is None else own.sums.items():
+            place = leg.chain.own_places[i]
+            turns = leg.chain.freedoms[place].turns
+            k = one.role.stiffness if isinstance(one.role, Actuated | Locked) else None
+            rows.append(
+                [
+                    f"{leg.name}/{one.name}",
+                    one.in_words,
+                    Number(float(leg.chain.home[place]), "rad" if turns else "m"),
+                    "actuated" if isinstance(one.role, Actuated) else "locked",
+                    "rigid" if k is None else Number(float(k), _UNITS[bool(turns)]),
+                ]
+            )
+    return Table(["coupling", "sum", "at home", "role", "stiffness"], rows)
 
 
 def _network(network: Network) -> Iterator[Table]:
