@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,6 +36,8 @@ class Equations:
     stiffness : float
         Characteristic stiffness [N/m].
     tolerance : Tolerance
+    connections : tuple of RelativeMotion or CoupledMotion
+        Beams, springs, joints, then couplings; compliance in units of 1 / `stiffness`.
     """
 
     network: Network
@@ -42,6 +45,7 @@ class Equations:
     length: float
     stiffness: float
     tolerance: Tolerance
+    connections: tuple[Motion, ...]
 
     @property
     def size(self) -> int:
@@ -52,13 +56,6 @@ class Equations:
     def scale(self) -> np.ndarray:
         """Factors that turn a twist into lengths (n,)."""
         return scaling(np.array(self.length), self.network.space)
-
-    @cached_property
-    def connections(self) -> tuple[Motion, ...]:
-        """Beams, springs, joints, then couplings."""
-        # Compliance in units of 1 / stiffness.
-        scale = self.scale * np.sqrt(self.stiffness)
-        return _connections(self.network, self.points, scale, self.tolerance)
 
     def transport(self, node: str, to: np.ndarray) -> np.ndarray:
         """Scaled displacement at a point of a body from that of the body (n, n)."""
@@ -84,22 +81,23 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         )
     points = _points(network)
     length = network.characteristic_length
-    of_elements = _length_of_elements(network, points, tolerance)
+    connections = _connections(network, points, length or 1.0, tolerance)
+    of_elements = _length_of_elements(connections) * (length or 1.0)
     if length <= tolerance.independence * of_elements:  # all in one point, relative to the springs
         length = of_elements or 1.0
-    scale = scaling(np.array(length), network.space)
+        connections = _connections(network, points, length, tolerance)
     soft = [
-        np.trace(c.S) / max(1, np.count_nonzero(~c.rigid))
-        for c in _connections(network, points, scale, tolerance)
-        if not c.rigid.all()
+        np.trace(c.S) / max(1, np.count_nonzero(~c.rigid)) for c in connections if not c.rigid.all()
     ]
     stiffness = 1.0 / float(np.exp(np.mean(np.log(soft)))) if soft else 1.0
-    return Equations(network, points, length, stiffness, tolerance)
+    scaled = tuple(replace(c, S=c.S * stiffness) for c in connections)
+    return Equations(network, points, length, stiffness, tolerance, scaled)
 
 
 def _connections(
-    network: Network, points: dict[str, np.ndarray], scale: np.ndarray, tolerance: Tolerance
+    network: Network, points: dict[str, np.ndarray], length: float, tolerance: Tolerance
 ) -> tuple[Motion, ...]:
+    scale = scaling(np.array(length), network.space)
     between = [
         connection_of(element, points[element.a], scale, network.space, tolerance)
         for element in network.elements
@@ -121,12 +119,8 @@ def _points(network: Network) -> dict[str, np.ndarray]:
     return points
 
 
-def _length_of_elements(
-    network: Network, points: dict[str, np.ndarray], tolerance: Tolerance
-) -> float:
-    """Largest length given by the springs [m]; 0 for none."""
-    one = np.ones(network.space.size)
-    connections = _connections(network, points, one, tolerance)
+def _length_of_elements(connections: Sequence[Motion]) -> float:
+    """Largest length given by the springs, as a part of the one that scales them; 0 for none."""
     lengths = [
         float(matrix_length(c.W @ c.S @ c.W.T, c.freedoms))
         for c in connections

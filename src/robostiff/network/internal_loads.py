@@ -138,10 +138,10 @@ def motions_under(
     if np.linalg.norm(missing) > _MISSED * np.linalg.norm(x[rows] + missing):  # a free motion
         x = x + _led(equations, missing)[1]
     twists = {}
-    for node in network.nodes:
+    for name, point in equations.points.items():
         t = np.zeros(6)
-        t[list(network.space.rows)] = x[system.rows_of[node.name]] / equations.scale
-        twists[node.name] = (t, equations.points[node.name])
+        t[list(network.space.rows)] = system.twist(equations, x, name, point)
+        twists[name] = (t, point)
     return twists
 
 
@@ -150,9 +150,8 @@ def _under(
 ) -> tuple[SaddlePointSystem, np.ndarray, Redundancy]:
     """Displacements and wrenches, scaled, under a wrench about the platform's own point."""
     system, _, dependent = system_of(equations)
-    right = np.zeros((system.size, 1))
-    rows = system.rows_of[equations.network.platform]
-    right[rows, 0] = wrench / equations.scale / equations.stiffness
+    platform = equations.network.platform
+    right = system.forces(equations, {platform: (wrench, equations.points[platform])})
     return system, system.solve(right)[0][:, 0], dependent
 
 
@@ -191,7 +190,7 @@ def loads_of_parts(
                 energy = 0.5 * equations.stiffness * float(f @ c.S @ f)
                 energies.append((*_two(c.name), energy + (of_beam_loads or {}).get(k, 0.0)))
             continue
-        F = _wrench(equations, c, f)
+        F = carried_wrench(equations, c, f)
         is_determined = k not in dependent.undetermined
         if is_determined and element.freedoms:
             names = ", ".join(freedom.name for freedom in element.freedoms)
@@ -208,7 +207,7 @@ def loads_of_parts(
     return InternalLoads(tuple(energies), tuple(reactions), tuple(actuators))
 
 
-def _wrench(equations: Equations, c: RelativeMotion, f: np.ndarray) -> np.ndarray:
+def carried_wrench(equations: Equations, c: RelativeMotion, f: np.ndarray) -> np.ndarray:
     """Force and moment about the connection's point (6,), zero out of the plane of a planar one."""
     F = np.zeros(6)
     F[list(equations.network.space.rows)] = equations.scale * (c.W @ f) * equations.stiffness

@@ -15,7 +15,7 @@ from robostiff.network.beam_loads import BeamLoad, DistributedForce, ForceOnBeam
 from robostiff.network.connection import RelativeMotion
 from robostiff.network.elements import BeamElement
 from robostiff.network.equations import Equations, equations_of
-from robostiff.network.internal_loads import InternalLoads, loads_of_parts
+from robostiff.network.internal_loads import InternalLoads, carried_wrench, loads_of_parts
 from robostiff.network.mobility import Mechanism, Mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import Redundancy
@@ -163,7 +163,7 @@ def network_response(
     return NetworkResponse(
         network.name,
         {
-            name: equations.transport(name, point) @ x[system.rows_of[name], 0] / equations.scale
+            name: system.twist(equations, x[:, 0], name, point)
             for name, point in points.items()
             if name not in free
         },
@@ -253,18 +253,12 @@ def _right_side(
 ) -> np.ndarray:
     """Right side (size, 1) of the scaled equations."""
     network, rows = equations.network, list(equations.network.space.rows)
-    right = np.zeros((system.size, 1))
-    unit = equations.scale * equations.stiffness
-    for name, F in at_nodes.items():
-        D = equations.transport(name, points[name])
-        right[system.rows_of[name], 0] += D.T @ (F / unit)
+    right = system.forces(equations, {name: (F, points[name]) for name, F in at_nodes.items()})
     for k, (_, load) in on_beams.items():
-        beam, c = network.beams[k], equations.connections[k]
+        beam, c = network.beams[k], cast("RelativeMotion", equations.connections[k])
         axes = block_rotation(beam.rotation)
         total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
-        right[system.rows_of[beam.a], 0] += equations.transport(beam.a, beam.start).T @ (
-            total / unit
-        )
+        right += system.forces(equations, {beam.a: (total, beam.start)})
         right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
     return right
 
@@ -326,9 +320,7 @@ def _beams(
     found = {}
     for k, beam in enumerate(equations.network.beams):
         c = cast("RelativeMotion", equations.connections[k])
-        F = np.zeros(6)
-        f = x[system.wrench_rows[k]] * equations.stiffness
-        F[list(equations.network.space.rows)] = equations.scale * (c.W @ f)
+        F = carried_wrench(equations, c, x[system.wrench_rows[k]])
         end = block_rotation(beam.rotation).T @ F
         start = _at_start(beam, end)
         if k in on_beams:

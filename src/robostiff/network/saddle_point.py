@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -73,6 +74,23 @@ class SaddlePointSystem:
         solution[self.kept] = part
         whole = np.abs(part).max(initial=np.finfo(float).tiny)
         return solution, float(np.abs(step).max(initial=0.0) / whole)
+
+    def forces(
+        self, equations: Equations, at: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    ) -> np.ndarray:
+        """Right side (size, 1) of wrenches (n,) at nodes, each about a point (3,) [N, N m; m]."""
+        right = np.zeros((self.size, 1))
+        for node, (F, point) in at.items():
+            D = equations.transport(node, point)
+            scaled = F / equations.scale / equations.stiffness
+            right[self.rows_of[node], 0] += D.T @ scaled
+        return right
+
+    def twist(
+        self, equations: Equations, x: np.ndarray, node: str, point: np.ndarray
+    ) -> np.ndarray:
+        """Twist (n,) of a node about a point (3,) in a solution x (size,) [m, rad]."""
+        return equations.transport(node, point) @ x[self.rows_of[node]] / equations.scale
 
 
 def saddle_point_system(
