@@ -91,7 +91,8 @@ class _MatplotlibPencil:
             handle = self._arrow(item, colour)
         elif isinstance(item, Text):
             place = tuple(self._places(item.point[None])[:, 0])
-            handle = self.ax.text(*place, f"  {item.words}", color=colour, fontsize="x-small")
+            look = {"color": colour, "fontsize": "x-small", "va": "bottom"}  # above its own line
+            handle = self.ax.text(*place, f"  {item.words}", **look)
         else:
             handle = self._faces(item, colour)
         if item.label:

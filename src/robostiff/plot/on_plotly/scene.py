@@ -34,6 +34,7 @@ _HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
 _SCENE, _NO_LABELS = 500, 40  # pixels
 _MARGIN = 0.04  # of the longest side of the box
+_WITH_NAMES = 1.15  # how much farther, so that names at the corners are not cut
 _EYE = {"x": 1.28, "y": -1.62, "z": 0.78}
 
 
@@ -47,6 +48,7 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         traces.append(_scale_alone(picture.scale, palette, picture.is_flat))
     made = figure(palette, picture.title, traces, picture.notes, _SCENE)
     x, y, z = picture.axes
+    away = _WITH_NAMES if any(isinstance(item, Text) for item in picture.items) else 1.0
     if picture.is_flat:
         made.update_xaxes(title=x)
         made.update_yaxes(title=y, scaleanchor="x")
@@ -55,7 +57,7 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         xaxis_title=x,
         yaxis_title=y,
         zaxis_title=z,
-        camera={"eye": _EYE, "center": {"x": 0, "y": 0, "z": -0.15}},
+        camera={"eye": {axis: away * place for axis, place in _EYE.items()}, "center": {"x": 0, "y": 0, "z": -0.15}},
         domain={"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
     )
     # nothing is written below a scene but its legend
@@ -102,7 +104,8 @@ class _PlotlyPencil:
             return self._arrow(item, colour)
         if isinstance(item, Text):
             look = {"textfont": {"color": colour, "size": 11}, "textposition": "top right"}
-            return [self._scatter(item.point[None], item, "text", text=[item.words], **look)]
+            # beside the mark, not on it
+            return [self._scatter(item.point[None], item, "text", text=[f"  {item.words}"], **look)]
         return [self._surface(item, colour)]
 
     def _marks(self, item: Marks, colour: str) -> Any:
