@@ -276,9 +276,10 @@ def check_held_sums(robot: Robot, q: np.ndarray) -> None:
         place = chain.own_places[i]
         held, given = float(chain.home[place]), q[..., place]
         if isinstance(own.role, Locked) and np.any(np.abs(given - held) > _HELD):
+            worst = np.ravel(given)[np.argmax(np.abs(np.ravel(given) - held))]
             raise InputError(
                 f"coordinate {place + 1} of {robot.name!r}",
-                got=float(given.reshape(-1)[np.argmax(np.abs(given.reshape(-1) - held))]),
+                got=round(float(worst), 10),
                 expected=f"{held:.10g}: it is the sum {own.in_words}, which is held",
                 hint="the joint follows the others by itself",
             )
