@@ -175,9 +175,9 @@ def test_a_child_passes_its_exit_status_and_its_messages_on():
     found = subprocess.run([*command, "3-rpp"], capture_output=True, text=True, check=False)
     assert found.returncode == 2
     assert found.stderr.count("did you mean") == 1
-    found = subprocess.run([*command, "3-rpr"], capture_output=True, text=True, check=False)
+    found = subprocess.run([*command, "planar-link"], capture_output=True, text=True, check=False)
     assert (found.returncode, found.stderr) == (0, "")
-    assert found.stdout.count("Cartesian stiffness matrix 3-rpr") == 1
+    assert found.stdout.count("Cartesian stiffness matrix planar-link") == 1
 
 
 def test_progress_is_shown_on_a_terminal_alone():
