@@ -89,7 +89,11 @@ def transmitted_by(
             0 if most_size(drive) <= _LOST * own else drive
             for drive, own in zip(drives, sizes, strict=True)
         ]
-        safety = [least_size(drive) / own for drive, own in zip(drives, sizes, strict=True)]
+        # What passes a joint that none of the wrenches moves has no size.
+        safety = [
+            least_size(drive) / own if own else 0.0
+            for drive, own in zip(drives, sizes, strict=True)
+        ]
         active = [i for i, drive in enumerate(drives) if not is_zero(drive)]
         redundant.append(not active)
         if not active:

@@ -109,7 +109,10 @@ class Screw:
         >>> Screw(e, o, None).twist(np.array([2.0, 0.0, 0.0]))
         array([0., 0., 1., 0., 0., 0.])
         """
-        e = np.broadcast_to(self.axis, np.broadcast_shapes(self.axis.shape, at.shape))
+        # A slide before it moves the point of an axis that keeps its direction.
+        e = np.broadcast_to(
+            self.axis, np.broadcast_shapes(self.axis.shape, at.shape, np.shape(self.point))
+        )
         if self.pitch is None:
             return _six(e, np.zeros(3, dtype=int) if e.dtype == object else np.zeros(3))
         moved = cross(e, np.broadcast_to(at - self.point, e.shape))

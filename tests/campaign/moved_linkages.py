@@ -1,0 +1,361 @@
+"""Random linkages moved by their joints: networks, records and maps against forces by hand.
+
+A linkage is drawn as circuits of bodies that close at home by construction. Its stiffness follows
+here from the wrenches of all connections alone: those in equilibrium at every body, which do no
+work on passive freedoms, and their energy. Places of axes follow from products of exponentials.
+Nothing of this is shared with networks, records or closures but the elements themselves.
+"""
+# pyright: reportArgumentType=false
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.analysis.compiled_answer import CompiledAnswer
+from robostiff.analysis.linkage_stiffness import AskedConfigurations
+from robostiff.elasticity import circle, material
+from robostiff.elastostatics import Status
+from robostiff.linkage import Configuration, Connection, Linkage, essential
+from robostiff.model import (
+    Actuated,
+    Joint,
+    JointKind,
+    Link,
+    Locked,
+    Passive,
+    beam_link,
+    cylindrical,
+    helical,
+    planar,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+)
+from robostiff.spatial import Frame
+from tests.campaign.answers import Complaint, Judge
+
+_BASE, _TOOL = "base", "tool"
+_INDEPENDENT, _DOUBT = 1e-8, 1e-4  # singular values of unit wrenches
+_AGREEMENT = 1e-6  # of floats, with wrenches of all connections at once
+_CLOSED = 1e-6
+_RECORDED = 0.3  # part of the linkages whose record is made as well
+
+
+@dataclass(frozen=True)
+class ByForces:
+    """Stiffness from wrenches in equilibrium.
+
+    Attributes
+    ----------
+    K : (6, 6) array or None
+        About the reference point; None where a direction is rigid.
+    rank : int
+    is_clear : bool
+        Whether no decision is near.
+    """
+
+    K: np.ndarray | None
+    rank: int
+    is_clear: bool
+
+
+def motion(joint: Joint, q: Sequence[float]) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Rotation and shift of a joint, and columns (6,) of its freedoms about where it begins."""
+    if joint.kind is JointKind.SPHERICAL:
+        R = Rotation.from_rotvec(q).as_matrix()
+        return R, np.zeros(3), [np.concatenate([np.zeros(3), e]) for e in np.eye(3)]
+    R, p, columns = np.eye(3), np.zeros(3), []
+    for screw, x in zip(joint.freedoms, q, strict=True):
+        axis = R @ screw.axis
+        turns = screw.pitch is not None
+        along = axis * (screw.pitch if turns else 1.0)
+        # A turn about a line through p moves the origin by p x axis.
+        columns.append(
+            np.concatenate([np.cross(p, axis) + along, axis])
+            if turns
+            else np.concatenate([axis, np.zeros(3)])
+        )
+        if turns:
+            R = Rotation.from_rotvec(axis * x).as_matrix() @ R
+        p = p + along * x
+    return R, p, columns
+
+
+def by_forces(linkage: Linkage, found: Configuration) -> ByForces:
+    """The stiffness of a linkage in a configuration, from its connections alone."""
+    tool = found.frames[linkage.platform]
+    point = tool.p + tool.R @ linkage.reference_point
+    bodies = [body for body in linkage.bodies if body != linkage.base]
+    n = len(linkage.connections)
+    length = max(float(np.abs(f.p - point).max()) for f in found.frames.values()) or 1.0
+    scale = np.array([1.0] * 3 + [length] * 3)
+    balance = np.zeros((len(bodies), 6, n + 1, 6))
+    balance[bodies.index(linkage.platform), :, n] = np.eye(6)
+    no_work, energy = [], np.zeros((n, 6, n, 6))
+    for k, c in enumerate(linkage.connections):
+        for body, sign in ((c.a, -1.0), (c.b, 1.0)):
+            if body != linkage.base:
+                # On body b acts what is carried, on body a its opposite; the load is on the tool.
+                balance[bodies.index(body), :, k] = -sign * np.eye(6)
+        at = found.frames[c.a] @ c.before
+        if isinstance(c.element, Link):
+            own = _to_point(at.p + at.R @ c.element.to - point)
+            turned = np.kron(np.eye(2), at.R @ c.element.axes).T
+            B = turned @ own * scale
+            energy[k, :, k] += B.T @ c.element.elasticity.compliance @ B
+        if isinstance(c.element, Joint):
+            _, _, columns = motion(c.element, found.coordinates[c.name].tolist())
+            for column in columns:
+                v = np.kron(np.eye(2), at.R) @ column
+                v = np.concatenate([v[:3] + np.cross(at.p - point, v[3:]), v[3:]])
+                row = np.zeros((n + 1, 6))
+                row[k] = v * scale
+                size = np.linalg.norm(row)
+                if isinstance(c.element.role, Passive):
+                    no_work.append(row.ravel() / size)
+                elif c.element.role.stiffness is not None:
+                    energy[k, :, k] += np.outer(row[k], row[k]) / c.element.role.stiffness
+    A = np.vstack([balance.reshape(-1, 6 * (n + 1)), *no_work])
+    _, values, Vt = np.linalg.svd(A)
+    values = np.concatenate([values, np.zeros(Vt.shape[0] - len(values))]) / values[0]
+    Z = Vt[values <= _INDEPENDENT].T
+    clear = not np.any((values > 1e-13) & (values < _DOUBT))
+    on_tool, inside = Z[-6:], Z[:-6]
+    values = np.linalg.svd(on_tool, compute_uv=False) if Z.shape[1] else np.zeros(0)
+    rank = int(np.count_nonzero(values > _INDEPENDENT))
+    clear &= not np.any((values > 1e-12) & (values < _DOUBT))
+    Q = inside.T @ energy.reshape(6 * n, 6 * n) @ inside
+    K = np.zeros((6, 6))
+    if Z.shape[1]:
+        # What rounding leaves of no energy at all is none.
+        size = max(np.trace(Q) / len(Q), 1e-3 * float(np.abs(energy).max())) or 1.0
+        w, V = np.linalg.eigh(Q / size)
+        soft = w > 1e-11
+        clear &= not np.any((w > 1e-14) & (w < 1e-8))
+        if np.abs(on_tool @ V[:, ~soft]).max(initial=0.0) > 1e-6:
+            return ByForces(None, rank, clear)
+        G = on_tool @ V[:, soft]
+        K = (G / w[soft]) @ G.T / size
+    return ByForces(K * np.outer(scale, scale), rank, bool(clear))
+
+
+def _to_point(v: np.ndarray) -> np.ndarray:
+    """From a wrench about the reference point to that about the point v away (6, 6)."""
+    T = np.eye(6)
+    T[3:, :3] = -np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return T
+
+
+def open_by(linkage: Linkage, found: Configuration) -> float:
+    """How far a configuration is open, by products of exponentials."""
+    widest = 0.0
+    for c in linkage.connections:
+        R, p = np.eye(3), np.zeros(3)
+        if isinstance(c.element, Joint):
+            R, p, _ = motion(c.element, found.coordinates[c.name].tolist())
+        elif isinstance(c.element, Link):
+            p = np.asarray(c.element.to)
+        there = found.frames[c.a] @ c.before @ Frame(R, p) @ c.after
+        b = found.frames[c.b]
+        widest = max(widest, np.abs(there.R - b.R).max(), np.abs(there.p - b.p).max())
+    return float(widest)
+
+
+def random_linkage(rng: np.random.Generator) -> Linkage:
+    """One to three circuits of bodies, in space, in a plane, or about a point."""
+    style = str(rng.choice(["space", "plane", "point", "even"], p=[0.4, 0.35, 0.1, 0.15]))
+    frames = {_BASE: Frame.identity()}
+    connections: list[Connection] = []
+    for circuit in range(int(rng.integers(1, 4))):
+        bodies = list(frames)
+        start, stop = (
+            (_BASE, _BASE) if len(bodies) == 1 else tuple(rng.choice(bodies, 2, replace=False))
+        )
+        elements = _circuit(rng, style, first=circuit == 0)
+        names = [f"{circuit}.{i}" for i in range(len(elements))]
+        path = [str(start), *(f"body {name}" for name in names[1:]), str(stop)]
+        for body in path[1:-1]:
+            frames[body] = _frame(rng, style)
+        for name, element, a, b in zip(names, elements, path, path[1:], strict=False):
+            own = replace(element, name=name)
+            if rng.random() < 0.3:
+                a, b = b, a  # noqa: PLW2901
+            connections.append(_fitting(rng, style, name, a, b, frames, own))
+    tool = str(rng.choice([body for body in frames if body != _BASE]))
+    order = rng.permutation(len(connections))
+    tip = rng.normal(size=3) * 0.3
+    return Linkage("random", tuple(connections[i] for i in order), _BASE, tool, tip)
+
+
+def _frame(rng: np.random.Generator, style: str) -> Frame:
+    place = rng.normal(size=3) * (np.array([1, 1, 0]) if style in ("plane", "even") else 1.0)
+    if style == "even":
+        return Frame(np.eye(3), np.round(2 * place) / 2)
+    turn = np.array([0, 0, rng.uniform(-3, 3)]) if style == "plane" else rng.normal(size=3)
+    return Frame(Rotation.from_rotvec(turn).as_matrix(), place)
+
+
+def _circuit(rng: np.random.Generator, style: str, *, first: bool) -> list[Joint | Link]:
+    """Elements of a circuit, about as many freedoms as close it and move."""
+    needed = {"space": 6, "point": 3}.get(style, 3) + int(rng.integers(-1, 2)) + int(first)
+    joints: list[Joint] = []
+    while sum(joint.size for joint in joints) < needed or len(joints) < 2:
+        joints.append(_joint(rng, style))
+    drive = int(rng.integers(len(joints)))
+    if rng.random() < 0.7 and joints[drive].size == 1:
+        role = Actuated(float(10 ** rng.uniform(4, 6)) if rng.random() < 0.8 else None)
+        joints[drive] = replace(joints[drive], role=role)
+    elements: list[Joint | Link] = list(joints)
+    for _ in range(int(rng.integers(0, 4))):
+        place = int(rng.integers(len(elements) + 1))
+        to = rng.normal(size=3) * (np.array([1, 1, 0]) if style in ("plane", "even") else 1.0)
+        elements.insert(place, beam_link(to, material("steel"), circle(0.03)))
+    if rng.random() < 0.2:
+        elements.insert(0, revolute([0, 0, 1], Locked(1e5)))
+    return elements
+
+
+def _joint(rng: np.random.Generator, style: str) -> Joint:
+    home = rng.uniform(-0.5, 0.5, 3) * (style != "even")
+    z = np.array([0.0, 0, 1])
+    if style in ("plane", "even"):
+        if rng.random() < 0.75:
+            return revolute(z, Passive(), home=home[:1])
+        along = np.array([*rng.normal(size=2), 0.0])
+        if style == "even":
+            along = np.eye(3)[rng.integers(2)]
+        return prismatic(along, Passive(), home=home[:1])
+    axis, other = rng.normal(size=3), rng.normal(size=3)
+    if style == "point":
+        return revolute(axis, Passive(), home=home[:1])
+    match str(
+        rng.choice(["R", "P", "U", "S", "C", "H", "E"], p=[0.35, 0.15, 0.15, 0.15, 0.1, 0.07, 0.03])
+    ):
+        case "P":
+            return prismatic(axis, Passive(), home=home[:1])
+        case "U":
+            return universal(axis, other, Passive(), home=home[:2])
+        case "S":
+            return spherical(Passive(), home=home)
+        case "C":
+            return cylindrical(axis, Passive(), home=home[:2])
+        case "H":
+            return helical(axis, 0.1, Passive(), home=home[:1])
+        case "E":
+            return planar(axis, Passive(), home=home)
+    return revolute(axis, Passive(), home=home[:1])
+
+
+def _fitting(
+    rng: np.random.Generator,
+    style: str,
+    name: str,
+    a: str,
+    b: str,
+    frames: dict[str, Frame],
+    element: Joint | Link,
+) -> Connection:
+    """A connection that closes at home."""
+    before = _frame(rng, style)
+    if style == "point" and isinstance(element, Joint):  # its axis meets the origin of the base
+        seen = frames[a].inverse
+        before = Frame(before.R, seen.p)
+    start = frames[a] @ before
+    R, p = np.eye(3), np.zeros(3)
+    if isinstance(element, Joint):
+        R, p, _ = motion(element, list(element.home))
+    else:
+        p = np.asarray(element.to)
+    return Connection(name, a, b, before, element, (start @ Frame(R, p)).inverse @ frames[b])
+
+
+def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
+    """A linkage at home, near it and far from it, by networks, by its record, and by hand."""
+    judge = Judge(None, 1.0, False)
+    linkage = random_linkage(rng)
+    try:
+        part = essential(linkage)
+    except rs.InputError:  # a circuit that ends where it begins is left out
+        return []
+    actuated = [joint for joint in part.joints if isinstance(joint.role, Actuated)]
+    spread = np.array([0.0, 0.05, -0.1, 0.4, -1.5])
+    ways = rng.uniform(-1, 1, len(actuated))
+    values = {
+        joint.name: float(joint.home[0]) + spread * way
+        for joint, way in zip(actuated, ways, strict=True)
+    }
+    asked = AskedConfigurations.of(linkage, values)
+    configurations = asked.kept.driven.at(asked.numbers)
+    networks = rs.stiffness(linkage, values)
+    for i, found in enumerate(configurations):
+        one = networks[i] if networks.batch_shape else networks
+        _judge(judge, f"network {i}", part, found, one.status, int(one.rank), one.matrix)
+    answer = _by_record(linkage, values) if actuated and rng.random() < _RECORDED else None
+    if answer is not None:
+        for i in np.flatnonzero(~answer.guarded).tolist():
+            status, rank = Status(int(answer.status_codes[i])), int(answer.rank[i])
+            K = answer.values["K"][i]
+            _judge(judge, f"record {i}", part, configurations[i], status, rank, K)
+    return judge.complaints
+
+
+def _by_record(linkage: Linkage, values: dict[str, np.ndarray]) -> CompiledAnswer | None:
+    try:
+        fast = rs.compile(linkage, backend=rs.Backend.ARRAYS)
+    except (rs.InputError, rs.NoAnswerError):  # rigid, undetermined, singular: with the reason
+        return None
+    return fast.attempt(values) if fast.verified else None
+
+
+def _judge(
+    judge: Judge,
+    way: str,
+    part: Linkage,
+    found: Configuration,
+    status: Status,
+    rank: int,
+    K: np.ndarray,
+) -> None:
+    """Complain where an answer at a configuration is not what forces and exponentials say."""
+    if status & (Status.ILL_CONDITIONED | Status.UNREACHABLE):
+        if Status.UNREACHABLE in status and found.is_closed:
+            judge.say(way, "unreachable, and closed", str(status))
+        return
+    if (gap := open_by(part, found)) > _CLOSED:
+        judge.say(way, "open", f"{gap:.1e}")
+        return
+    truth = by_forces(part, found)
+    if not truth.is_clear:
+        return
+    if truth.rank != rank:
+        judge.say(way, "another rank", f"{rank} for {truth.rank}")
+    elif (truth.K is None) != bool(status & Status.RIGID_DIRECTION):
+        judge.say(way, "another answer about rigid directions", str(status))
+    elif truth.K is not None and np.any(truth.K):
+        size = np.sqrt(np.abs(np.diag(truth.K)))
+        size = np.maximum(size, 1e-3 * np.repeat([size[:3].max(), size[3:].max()], 3))
+        off = float(np.max(np.abs(K - truth.K) / np.outer(size, size)))
+        if not off <= _AGREEMENT:
+            judge.say(way, "another K", f"{off:.2e}, {status}")
+
+
+def run(count: int, seed: int, first: int = 0) -> int:
+    """Judge so many linkages; how many were wrong."""
+    failed = 0
+    for number in range(first, first + count):
+        try:
+            complaints = moved_linkage(np.random.default_rng([seed, number]))
+        except Exception as error:  # whatever is raised is a finding
+            complaints = [Complaint("linkage", type(error).__name__, str(error)[:300])]
+        for complaint in complaints:
+            sys.stdout.write(f"{number}: {complaint}\n")
+        failed += bool(complaints)
+    sys.stdout.write(f"{count} linkages, {failed} failed\n")
+    return failed
