@@ -1,10 +1,13 @@
 """Compliance as a formula, and chains from their compliance."""
 
+import numpy as np
 import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import Steps, compliance_formula, derive_chain
+from robostiff.analytic import Steps, compliance_formula, compliance_steps, derive_chain
+from robostiff.analytic.agreement import closed_places
+from robostiff.analytic.robot_placement import place_robot
 from robostiff.elasticity import cantilever_stiffness
 from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, stewart
 
@@ -52,3 +55,46 @@ def test_either_stiffness_or_compliance():
     for arguments in ({"joints": {}}, {"K0": BEAM, "C": BEAM, "joints": {}}, {"K0": BEAM}):
         with pytest.raises(rs.InputError, match="either K0 or C, and joints"):
             derive_chain(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "pose"),
+    [("3-rpr", rs.AtSymbols()), ("3-rrr", rs.AtHome()), ("3-prs", rs.AtSymbols())],
+)
+def test_compliance_in_steps_is_the_inverse_at_random_parameters_and_poses(name, pose):
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    found = compliance_steps(rs.derive(robot, pose=pose))
+    function = found.lambdify()
+    for values, result, _ in closed_places(place_robot(robot, pose), sets=2, poses=2):
+        C = function(**{s.name: values[s.name] for s in found.symbols})
+        inverse = np.linalg.inv(result.K)
+        sizes = np.sqrt(np.outer(np.diag(inverse), np.diag(inverse)))
+        assert np.max(np.abs(C - inverse) / sizes) < 1e-9
+
+
+def test_compliance_in_steps_is_refused_where_the_platform_moves_freely():
+    with pytest.raises(rs.InputError, match="rank below 6"):
+        compliance_steps(rs.derive("gough-stewart-a", symbols=("k",)))
+    g = sp.Symbol("g", real=True)
+    turned = rs.derive("gough-stewart-b", symbols=("k",), pose=rs.AtCoordinates({"gamma": g}))
+    function = compliance_steps(turned).lambdify("g", "k")
+    assert np.all(np.isfinite(function(0.3, 1e8)))
+    with pytest.raises(rs.NoAnswerError, match="does not hold"):
+        function(np.pi / 2, 1e8)
+
+
+def test_the_deflection_of_a_chain_in_steps_is_that_of_its_closed_form():
+    F = sp.Symbol("F")
+    joint = {"Rx": [0, 0, 0, 1, 0, 0]}
+    K = sp.Matrix(BEAM)
+    chain = derive_chain(K, joint)
+    with pytest.raises(rs.InputError, match="stiffness"):
+        compliance_steps(chain)
+    steps = compliance_steps(derive_chain(K, {}, Steps()))
+    exact = compliance_formula(BEAM) * sp.Matrix([0, F, 0, 0, 0, 0])
+    written = steps.deflection([0, F, 0, 0, 0, 0])
+    for d in reversed(steps.definitions):
+        written = written.xreplace({d.symbol: d.expression})
+    assert (written - exact).applyfunc(sp.simplify) == sp.zeros(6, 1)
+    with pytest.raises(rs.InputError, match="wrench"):
+        steps.deflection([0, F])

@@ -20,7 +20,7 @@ from robostiff.analytic.eigenvalues import (
 )
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.formula_function import FormulaFunction
-from robostiff.analytic.inverse import compliance_formula
+from robostiff.analytic.inverse import ComplianceSteps, compliance_formula, compliance_steps
 from robostiff.analytic.leg_elimination import LegElimination, derive_leg
 from robostiff.analytic.pose_rotation import EulerAngles, UnitQuaternion, roll_pitch_yaw
 from robostiff.analytic.products import FormulaTooLargeError
@@ -41,6 +41,7 @@ __all__ = [
     "AtHome",
     "AtSymbols",
     "Closed",
+    "ComplianceSteps",
     "Condition",
     "Definition",
     "Derivation",
@@ -64,6 +65,7 @@ __all__ = [
     "Unsolved",
     "canonical",
     "compliance_formula",
+    "compliance_steps",
     "decoupling_conditions",
     "derivative_formula",
     "derive_chain",

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
+from robostiff.analytic.derivation import Condition, Definition, Derivation, used_definitions
 from robostiff.analytic.elimination import echelon
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.questions import closed_matrix
+from robostiff.analytic.questions import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
+
+if TYPE_CHECKING:
+    from robostiff.analytic.formula_function import FormulaFunction
 
 
 def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMatrix:
@@ -29,7 +36,8 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
     Raises
     ------
     InputError
-        For a derivation in steps, and for a matrix without an inverse.
+        For a matrix without an inverse, and for a derivation in steps: `compliance_steps` has its
+        compliance.
     OutOfTimeError
         When it does not end in time.
 
@@ -45,6 +53,143 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
     """
     matrix = closed_matrix(K, "compliance")
     return within(budget, lambda: _inverse(matrix), "compliance")
+
+
+@dataclass(frozen=True)
+class ComplianceSteps:
+    """Compliance as named steps.
+
+    Attributes
+    ----------
+    name : str
+    C : sympy.ImmutableMatrix
+        (n, n), about the reference point, in symbols given or defined.
+    definitions : tuple of Definition
+        What names stand for, in the order in which they can be computed.
+    conditions : tuple of Condition
+        Under which the stiffness holds.
+    """
+
+    name: str
+    C: sp.ImmutableMatrix
+    definitions: tuple[Definition, ...]
+    conditions: tuple[Condition, ...] = ()
+
+    @cached_property
+    def _formula(self) -> Derivation:
+        return Derivation(
+            self.name, self.C, (), self.C, self.definitions, conditions=self.conditions
+        )
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """The given symbols, in alphabetical order."""
+        return self._formula.symbols
+
+    def deflection(self, wrench: Sequence[Any]) -> sp.ImmutableMatrix:
+        """Twist C w of the reference point under a wrench there (n, 1), in the same names.
+
+        Parameters
+        ----------
+        wrench : sequence of n numbers or formulas
+            Force and moment, such as ``(0, 0, F, 0, 0, 0)``.
+
+        Raises
+        ------
+        InputError
+            When it has another length.
+        """
+        entries = [sp.sympify(x) for x in wrench]
+        if len(entries) != self.C.rows:
+            raise InputError(
+                "wrench", got=f"{len(entries)} entries", expected=f"{self.C.rows}: force and moment"
+            )
+        return sp.ImmutableMatrix(self.C * sp.Matrix(entries))
+
+    def substituted(self, values: Mapping[Any, Any]) -> sp.ImmutableMatrix:
+        """C at given values of all symbols, see `Derivation.substituted`."""
+        return self._formula.substituted(values)
+
+    def lambdify(self, *arguments: Any) -> FormulaFunction:
+        """C as a function of numbers and arrays, see `Derivation.lambdify`."""
+        return self._formula.lambdify(*arguments)
+
+
+def compliance_steps(derivation: Derivation) -> ComplianceSteps:
+    """Compliance C = K^-1 of any derivation as named steps, which never explode.
+
+    Coordinates are released one after the other. Each pivot is the stiffness against one of them,
+    those released before being free to move: it is positive wherever K has full rank, so that the
+    steps hold wherever C exists.
+
+    Parameters
+    ----------
+    derivation : Derivation
+        In closed form, of which entries get names, or in steps.
+
+    Raises
+    ------
+    InputError
+        When K has not full rank.
+
+    Examples
+    --------
+    >>> k, x = sp.symbols("k x", positive=True)
+    >>> K = sp.ImmutableMatrix([[k, k * x, 0], [k * x, k * x**2 + k, 0], [0, 0, k]])
+    >>> found = compliance_steps(Derivation("K_C", K, (), K))
+    >>> found.substituted({"k": 2, "x": 3})
+    Matrix([
+    [   5, -3/2,   0],
+    [-3/2,  1/2,   0],
+    [   0,    0, 1/2]])
+    """
+    source = getattr(derivation, "named", None) or derivation
+    K, definitions = matrix_by_entries(source.K, source.definitions)
+    n = K.rows
+    rank = getattr(derivation, "general_rank", None)
+    if (rank is not None and rank < n) or any(not any(K.row(i)) for i in range(n)):
+        raise InputError(
+            f"compliance of {derivation.name!r}",
+            got=f"a stiffness of a rank below {n}",
+            expected="full rank",
+            hint="free_motion_formulas(...) gives its free motions",
+        )
+    steps = list(definitions)
+    taken = {s.name for d in steps for s in (d.symbol, *d.expression.free_symbols)}
+    taken |= {s.name for s in K.free_symbols}
+
+    def named(i: int, j: int, released: int, value: Any) -> Any:
+        if value.is_Atom or (-value).is_Atom:
+            return value
+        name = f"a{released + 1}_{i + 1}{j + 1}"
+        while name in taken:
+            name += "'"
+        symbol = sp.Symbol(name, real=True)
+        steps.append(Definition(symbol, value))
+        return symbol
+
+    A = {(i, j): K[i, j] for i in range(n) for j in range(i, n)}
+    for k in range(n):
+        column = [A[min(i, k), max(i, k)] for i in range(n)]
+        pivot = column[k]
+        if pivot == 0:
+            raise InputError(
+                f"compliance of {derivation.name!r}",
+                got=f"no stiffness against coordinate {k + 1} where those before it are free",
+                expected="a positive definite stiffness",
+            )
+        ratio = [sp.S.Zero if i == k else named(i, k, k, column[i] / pivot) for i in range(n)]
+        for i in range(n):
+            for j in range(i, n):
+                if k not in (i, j) and ratio[i] != 0 and column[j] != 0:
+                    A[i, j] = named(i, j, k, A[i, j] - ratio[i] * column[j])
+        for i in range(n):
+            A[min(i, k), max(i, k)] = ratio[i]
+        A[k, k] = -1 / pivot
+    C = sp.ImmutableMatrix(n, n, lambda i, j: -A[min(i, j), max(i, j)])
+    used = used_definitions(steps, [C])
+    name = f"compliance of {derivation.name}"
+    return ComplianceSteps(name, C, used, derivation.conditions)
 
 
 def _inverse(K: Any) -> sp.ImmutableMatrix:

@@ -95,7 +95,9 @@ def closed_matrix(formula: Any, question: str) -> sp.Matrix:
             got="named steps",
             expected="a closed form",
             hint="take the home pose, fewer symbols, or form=Closed(); subs(...) with values for "
-            "all symbols but a few makes steps short",
+            "all symbols but a few makes steps short"
+            + "; compliance_steps(...) has it in steps"
+            * (question == "compliance"),
         )
     return sp.Matrix(formula.K)
 
