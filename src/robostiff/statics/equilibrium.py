@@ -167,6 +167,8 @@ def solved(
         status |= EquilibriumStatus.BEYOND_CRITICAL_LOAD
     if not found.converged:
         status |= EquilibriumStatus.NO_EQUILIBRIUM
+        if displacement is None and not _holds(problem, unloaded):
+            status |= EquilibriumStatus.FREE_MOTIONS
         return Equilibrium(question.name, question.space, status, critical)
     return _answer(question, loading, margins, found, status, critical, displacement is not None)
 

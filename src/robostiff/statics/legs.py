@@ -247,8 +247,8 @@ class LegGroup:
                 body = self.body_places[chain.end]
                 constant[wrench, body] -= np.eye(r)
                 constant[body, wrench] += np.eye(r)
-        every = (np.concatenate([one.ravel() for one in own]) for own in (entries, sides, shares))
-        return _Places(*every, constant, by_twist)
+        flat = [np.concatenate([one.ravel() for one in own]) for own in (entries, sides, shares)]
+        return _Places(flat[0], flat[1], flat[2], constant, by_twist)
 
     def anchored(self, state: LegState) -> list[tuple[np.ndarray, np.ndarray]]:
         """Where springs are held on every chain (A, 3) [m], and their velocities (A, 3, m)."""
