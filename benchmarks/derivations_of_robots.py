@@ -8,7 +8,7 @@ numbers.
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from robostiff.analytic.agreement import closed_places
 from robostiff.analytic.robot_derivation import InNames
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.sum_of_springs import different_entries, operations_of
+from robostiff.analytic.vector_expressions import Coordinates, Stacked, Sum, Vector
 from robostiff.errors import InputError
 
 POSES = {"home": AtHome(), "symbolic": AtSymbols()}
@@ -118,19 +119,26 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     defects += wasted(named.definitions, values)
     defects += hidden_zeros(named.K, K)
     form = "springs" if derivation.named else "closed" if derivation.is_closed else "steps"
-    entries, definitions = list(named.K), named.definitions
+    entries, definitions = named.K.flat(), named.definitions
     series = derivation.in_series if pose == "home" and len(derivation.legs) == 1 else None
     if series is not None:
         form, definitions = "series", series.definitions
         entries = [*series.C, *series.axes, *series.arm]
-    written = [d for d in definitions if d.expression.free_symbols]
+    vectors = None
+    if form == "steps" and pose == "home" and derivation.vectors is not None:
+        form, vectors = "vectors", derivation.vectors
+        entries = [] if vectors.average is None else vectors.average.flat()
+        definitions = vectors.names
+    equations = () if vectors is None else (*vectors.pose, *vectors.leg)
+    written = [*(d for d in definitions if d.expression.free_symbols), *equations]
     entries = [x for x in different_entries(entries) if x.free_symbols]
     row = Row(
         robot=stem,
         pose=pose,
         form=form,
         seconds=seconds,
-        operations=operations_of(entries, definitions),
+        operations=operations_of(entries, definitions)
+        + sum(operations_of_vectors(e.expression) for e in equations),
         lines=len(written) + len(entries),
         names=len(definitions),
         sets=len(K),
@@ -138,6 +146,20 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
         defects=tuple(defects),
     )
     return row, derivation
+
+
+def operations_of_vectors(expression: Any) -> int:
+    """Operations of an expression of vectors: sums, products and norms count one each."""
+    if isinstance(expression, sp.Basic):
+        return int(expression.count_ops())
+    if isinstance(expression, tuple):
+        return sum(map(operations_of_vectors, expression))
+    if not is_dataclass(expression):
+        return 0
+    parts = [getattr(expression, f.name) for f in fields(expression)]
+    own = len(expression.terms) - 1 if isinstance(expression, Sum) else 1
+    is_plain = isinstance(expression, Coordinates | Vector | Stacked)
+    return (0 if is_plain else own) + sum(map(operations_of_vectors, parts))
 
 
 def random_places(

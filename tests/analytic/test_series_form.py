@@ -58,6 +58,8 @@ def test_exports_begin_with_the_compliance():
     text = derivation_text(derivation)
     assert "Compliance: a sum over the springs" in text
     assert "K_0 = C^-1" in text.splitlines()
+    # Wrenches made conjugate to one another say no more.
+    assert "w_1_1" not in text
     assert r"\mathbf{C}^{-1}" in derivation_latex(derivation)
 
 

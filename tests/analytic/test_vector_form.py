@@ -205,3 +205,28 @@ def test_all_languages_write_it():
     assert "bold(upright(d))_(i) = " in derivation_typst(derivation)
     assert copy.deepcopy(derivation).vectors == derivation.vectors
     assert derivation.subs({"k": 1e8}).vectors is None
+
+
+@pytest.mark.parametrize("name", ["hexa", "hexapod-pus"])
+def test_turns_of_one_wrench_are_averaged_in_its_entries(name):
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    form = rs.derive(robot).vectors
+    assert form is not None
+    average = form.average
+    assert average is not None
+    random = np.random.default_rng(2)
+    values = {k: v * random.uniform(0.98, 1.02) for k, v in robot.nominal.items()}
+    w, c = next(form.wrenches_at(values))
+    entries = dict(zip(("u_x", "u_y", "u_z", "m_x", "m_y", "m_z"), w[0], strict=True))
+    at = {s: entries.get(s.name, c[0]) for s in average.free_symbols}
+    found = np.array(average.xreplace(at), dtype=float)
+    wanted = rs.stiffness(robot.substituted(values)).K
+    assert matrix_distance(found, wanted, 0.5) < 1e-9
+    assert max(int(x.count_ops()) for x in average) < 10
+
+
+def test_a_robot_of_long_legs_ends_with_the_sum():
+    derivation = rs.derive("hexaglide", symbols=("l", "r", "k"))
+    text = derivation_text(derivation)
+    assert "K_C = sum over i of w_i w_i^T / c_i" in text
+    assert "w_1 =" not in text

@@ -10,6 +10,11 @@ import sympy as sp
 
 _SAME = 1e-10
 
+#: Names of the entries of a wrench: force, moment.
+COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
+
+Products = list[tuple[Any, Any, Any]]  # number, and two entries
+
 
 @dataclass(frozen=True)
 class Orbit:
@@ -93,3 +98,38 @@ def _alike(a: np.ndarray, b: np.ndarray) -> bool:
 
 # Moments are turned the other way about by a mirror.
 _MIRRORS = (sp.diag(1, -1, 1, -1, 1, -1), sp.diag(-1, 1, 1, 1, -1, -1))
+
+
+def averages(
+    wrenches: list[list[Any]], orbits: list[Orbit] | None
+) -> dict[tuple[int, int], Products]:
+    """Products whose sum is that of w w^T, by averages where the wrenches are turns of one."""
+    M: dict[tuple[int, int], Products] = {(i, j): [] for i in range(6) for j in range(i, 6)}
+    if orbits is None:
+        for w in wrenches:
+            for (i, j), products in M.items():
+                products.append((1, w[i], w[j]))
+        return M
+    for orbit in orbits:
+        f1, f2, f3, m1, m2, m3 = wrenches[orbit.first]
+        count = sp.Integer(len(orbit.images))
+        half = count / 2
+        averages = {
+            (0, 0): [(half, f1, f1), (half, f2, f2)],
+            (1, 1): [(half, f1, f1), (half, f2, f2)],
+            (2, 2): [(count, f3, f3)],
+            (3, 3): [(half, m1, m1), (half, m2, m2)],
+            (4, 4): [(half, m1, m1), (half, m2, m2)],
+            (5, 5): [(count, m3, m3)],
+            (0, 4): [(half, f1, m2), (-half, f2, m1)],
+            (1, 3): [(-half, f1, m2), (half, f2, m1)],
+        }
+        if not orbit.is_mirrored:
+            averages |= {
+                (0, 3): [(half, f1, m1), (half, f2, m2)],
+                (1, 4): [(half, f1, m1), (half, f2, m2)],
+                (2, 5): [(count, f3, m3)],
+            }
+        for place, products in averages.items():
+            M[place] += products
+    return M

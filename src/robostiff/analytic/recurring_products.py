@@ -117,7 +117,7 @@ def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
 
     For s = L_a/L_b with L_a^2 = L_b^2 - x^2 it is sqrt(1 - (x/L_b)^2), and L_a becomes s L_b.
     """
-    full = {d.symbol: d.expression for d in written.definitions}
+    full: dict[Any, Any] = {d.symbol: d.expression for d in written.definitions}
     above, below = new.expression.as_numer_denom()
     squares = [full.get(length, sp.Integer(0)) ** 2 for length in (above, below)]
     rest: Any = sp.factor_terms(sp.expand(squares[1] - squares[0]))
@@ -218,10 +218,10 @@ def _with_name(written: Written, new: Definition) -> Written:
 
 def _in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
     """Definitions so that each uses those before, otherwise as they came."""
-    left = {d.symbol: d for d in definitions}
+    left: dict[Any, Definition] = {d.symbol: d for d in definitions}
 
     def with_its_own(d: Definition) -> Iterator[Definition]:
-        for symbol in sorted(d.expression.free_symbols & left.keys(), key=list(left).index):
+        for symbol in sorted(d.expression.free_symbols & left.keys(), key=str):
             if symbol in left:
                 yield from with_its_own(left[symbol])
         if left.pop(d.symbol, None) is not None:
@@ -277,7 +277,7 @@ def _products(formula: Any) -> list[_Powers]:
 
 
 _Powers = dict[Any, Any]  # powers of the factors of a product
-_Part = tuple[tuple[Any, int], tuple[Any, int]]  # two factors with their powers
+_Part = tuple[tuple[Any, int], ...]  # two factors with their powers
 
 
 def _parts_of(powers: _Powers, components: set[Any]) -> Iterator[_Part]:
@@ -318,10 +318,9 @@ def _may_be_a_length(symbol: Any) -> bool:
 
 def _name_of(product: Any, others: Sequence[Any], components: Sequence[str], used: set[str]) -> str:
     """The name of the entry of a wrench that it is, up to its sign, or a letter with a number."""
-    for matrix in others:
-        if not isinstance(matrix, sp.MatrixBase):
-            continue
-        for name, entry in zip(components, matrix, strict=False):
+    matrices = [x for x in others if isinstance(x, sp.MatrixBase)]
+    for matrix in matrices:
+        for name, entry in zip(components, matrix.flat(), strict=False):
             if entry in (product, -product) and name not in used:
                 return name
     number = 0

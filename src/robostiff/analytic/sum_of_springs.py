@@ -19,7 +19,7 @@ from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.numeric_value import values_of
-from robostiff.analytic.orbits import Orbit, orbits_of
+from robostiff.analytic.orbits import COMPONENTS, Orbit, Products, averages, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import written_size
 from robostiff.analytic.recurring_products import Written, as_printed
@@ -32,7 +32,6 @@ from robostiff.record import Entry, is_zero
 _SAME = 1e-10
 _PRINTED = 600  # operations of all of K, beyond which nobody reads it at a glance
 _FEW = 6  # products that are also written one by one
-_COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
 _IN_PLANE = ("u_x", "u_y", "m_z")
 _LONG_ENTRY = 14  # operations of an entry of a wrench that is given a name
 _MOST = 5000  # operations of a sum that is written out to see whether it becomes shorter
@@ -139,7 +138,7 @@ class _Group:
                 written = [shortest_trigonometry(x) for x in written]
             if max(map(_operations, written), default=0) > _LONG_ENTRY:
                 self.in_names.add(i)
-                for letter, x in zip(_COMPONENTS, self.wrenches[i], strict=True):
+                for letter, x in zip(COMPONENTS, self.wrenches[i], strict=True):
                     if isinstance(x, Entry) and _operations(read(x)) > _SHORT:
                         read.named(letter, x)
 
@@ -189,8 +188,8 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
             group.wrenches.append(one.about(reference, search))
     for group in groups.values():
         group.find_orbits(search, read)
-    averages: dict[Any, tuple[Any, Any]] = {}
-    K = _matrix(list(groups.values()), search, read, averages)
+    squares: dict[Any, tuple[Any, Any]] = {}
+    K = _matrix(list(groups.values()), search, read, squares)
     if K is None:
         return None
     taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
@@ -213,7 +212,7 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
     )
     definitions, numbers = _without_numbers([*first, *lengths, *last])
     plain, shorter = (
-        K.xreplace({s: _in_names(both[i], first) for s, both in averages.items()}).xreplace(numbers)
+        K.xreplace({s: _in_names(both[i], first) for s, both in squares.items()}).xreplace(numbers)
         for i in (0, 1)
     )
     in_names = [
@@ -245,7 +244,7 @@ def _with_components(
         if d.expression.is_Add:
             put = {d.expression: d.symbol, -d.expression: -d.symbol}
             others = [x.xreplace(put) for x in others]
-    names = _COMPONENTS if K.rows == len(_COMPONENTS) else _IN_PLANE
+    names = COMPONENTS if K.rows == len(COMPONENTS) else _IN_PLANE
     plain = Written(tuple(entries), found.definitions, tuple(others))
     written = as_printed(plain, placed.symbols, names, _always_one_at(placed))
     if written is plain and K == found.K:
@@ -268,18 +267,18 @@ def _matrix(
     groups: list[_Group],
     search: WrenchSearch,
     read: NamedReading,
-    averages: dict[Any, tuple[Any, Any]],
+    squares: dict[Any, tuple[Any, Any]],
 ) -> sp.ImmutableMatrix | None:
     """The sum of all groups; None where that is long, as of many legs that are all different.
 
-    An average of squares that is shorter by the unit length has a symbol: `averages` has both.
+    An average of squares that is shorter by the unit length has a symbol: `squares` has both.
     """
     rows = list(search.space.rows)
     n = len(rows)
     total: dict[tuple[int, int], list[Any]] = {}
     operations = 0
     for group in groups:
-        entries = _entries(group.wrenches, group.orbits)
+        entries = averages(group.wrenches, group.orbits)
         others = _by_unit_length(group)
         known: dict[Any, Any] = {}
         for i in range(n):
@@ -290,7 +289,7 @@ def _matrix(
                     other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
                     if _operations(other) < _operations(term):
                         symbol = sp.Symbol(f"average {other}", positive=True)
-                        averages[symbol] = term, other
+                        squares[symbol] = term, other
                         term = symbol
                 if term not in known:
                     known[term] = term / group.compliance
@@ -301,11 +300,8 @@ def _matrix(
     return sp.ImmutableMatrix(n, n, lambda i, j: sp.Add(*total.get((min(i, j), max(i, j)), ())))
 
 
-_Products = list[tuple[Any, Any, Any]]  # number, and two entries
-
-
 def _written(
-    products: _Products, place: tuple[int, int], search: WrenchSearch, read: NamedReading
+    products: Products, place: tuple[int, int], search: WrenchSearch, read: NamedReading
 ) -> Any:
     """A sum of products, simplified as a whole or product by product, whichever is shorter."""
     scale = search.length ** sum(i > 2 for i in place)
@@ -324,7 +320,7 @@ def _operations(expression: Any) -> int:
     return int(expression.count_ops())
 
 
-def _total(products: _Products, search: WrenchSearch, scale: float) -> Any:
+def _total(products: Products, search: WrenchSearch, scale: float) -> Any:
     """A sum of products; what two orbits have in common counts twice."""
     simplified = search.record.simplified
     total: Any = sp.Integer(0)
@@ -334,41 +330,6 @@ def _total(products: _Products, search: WrenchSearch, scale: float) -> Any:
     for number, part in by_number.items():
         total = total + number * simplified(part, scale)
     return simplified(total, scale)
-
-
-def _entries(
-    wrenches: list[list[Any]], orbits: list[Orbit] | None
-) -> dict[tuple[int, int], _Products]:
-    """Products whose sum is that of w w^T, by averages where the wrenches are turns of one."""
-    M: dict[tuple[int, int], _Products] = {(i, j): [] for i in range(6) for j in range(i, 6)}
-    if orbits is None:
-        for w in wrenches:
-            for (i, j), products in M.items():
-                products.append((1, w[i], w[j]))
-        return M
-    for orbit in orbits:
-        f1, f2, f3, m1, m2, m3 = wrenches[orbit.first]
-        count = sp.Integer(len(orbit.images))
-        half = count / 2
-        averages = {
-            (0, 0): [(half, f1, f1), (half, f2, f2)],
-            (1, 1): [(half, f1, f1), (half, f2, f2)],
-            (2, 2): [(count, f3, f3)],
-            (3, 3): [(half, m1, m1), (half, m2, m2)],
-            (4, 4): [(half, m1, m1), (half, m2, m2)],
-            (5, 5): [(count, m3, m3)],
-            (0, 4): [(half, f1, m2), (-half, f2, m1)],
-            (1, 3): [(-half, f1, m2), (half, f2, m1)],
-        }
-        if not orbit.is_mirrored:
-            averages |= {
-                (0, 3): [(half, f1, m1), (half, f2, m2)],
-                (1, 4): [(half, f1, m1), (half, f2, m2)],
-                (2, 5): [(count, f3, m3)],
-            }
-        for place, products in averages.items():
-            M[place] += products
-    return M
 
 
 def _by_unit_length(group: _Group) -> dict[tuple[int, int], list[tuple[Any, Any]]]:

@@ -5,7 +5,7 @@ The equations of a generic leg with a table of what differs are a robot at vecto
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -153,6 +153,9 @@ class VectorForm:
     turned : tuple of tuples of str
         Legs that are turns of one another about the vertical, where only angles differ.
     space : Space
+    average : sympy.ImmutableMatrix or None
+        K in the components u_x, ..., m_z of the wrench of the first leg, and in c, where the
+        wrenches of all legs are turns of it, or mirror images.
     """
 
     pose: tuple[Equation, ...]
@@ -163,6 +166,7 @@ class VectorForm:
     legs: tuple[str, ...]
     turned: tuple[tuple[str, ...], ...]
     space: Space
+    average: Any = None
 
     def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
         """K (n, n) in numbers, by the very equations that are printed.
@@ -172,23 +176,30 @@ class VectorForm:
         values : mapping of names to float
             Of the given symbols.
         """
+        rows = list(self.space.rows)
+        K = np.zeros((6, 6))
+        for w, c in self.wrenches_at(values):
+            K += np.einsum("ki,k,kj->ij", w, 1 / c, w)
+        return K[np.ix_(rows, rows)]
+
+    def wrenches_at(self, values: Mapping[str, float]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Wrenches (k, 6) and compliances (k) of each leg in numbers."""
         known: dict[str, Any] = dict(values)
         for definition in self.names:
             given = {s: known[str(s)] for s in definition.expression.free_symbols}
             known[definition.symbol.name] = values_of([definition.expression], given)[0]
         for equation in self.pose:
             known[equation.name] = vector_value(equation.expression, known)
-        rows = list(self.space.rows)
-        K = np.zeros((6, 6))
         for number in range(len(self.legs)):
             own = dict(known)
             for name, column in self.columns.items():
                 own[name] = vector_value(column[number], known)
             for equation in self.leg:
                 own[equation.name] = vector_value(equation.expression, own)
-            for w, c in self.wrenches:
-                K += np.outer(own[w], own[w]) / own[c]
-        return K[np.ix_(rows, rows)]
+            yield (
+                np.array([own[w] for w, _ in self.wrenches]),
+                np.array([own[c] for _, c in self.wrenches]),
+            )
 
 
 def vector_value(expression: Any, known: Mapping[str, Any]) -> Any:

@@ -20,6 +20,7 @@ from robostiff.analytic.derivation import used_definitions
 from robostiff.analytic.known_reading import KnownContributions, KnownReading
 from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.leg_table import LegTable
+from robostiff.analytic.orbits import COMPONENTS, averages, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot
@@ -53,6 +54,7 @@ from robostiff.analytic.vector_rods import (
 )
 from robostiff.errors import DisagreementError
 from robostiff.model import PlacedLeg
+from robostiff.spatial import Space
 
 _SAME = 1e-9
 _LONGEST = 80  # operations of a compliance that is printed for a generic leg
@@ -72,9 +74,41 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
         found = _Recognition(placed).form()
     except (FormulaTooLargeError, NotHeldByUnitWrenchesError):
         return None
-    if found is not None:
-        check_vector_form(found, placed)
-    return found
+    if found is None:
+        return None
+    check_vector_form(found, placed)
+    return replace(found, average=_average(found, placed))
+
+
+def _average(found: VectorForm, placed: PlacedRobot) -> sp.ImmutableMatrix | None:
+    """K by the wrench of the first leg, of which all others are turns or mirror images."""
+    if len(found.wrenches) > 1 or placed.coordinates or found.space is not Space.SPATIAL:
+        return None
+    names = placed.symbols
+    values = [
+        {name: float(placed.record.input(name).sample[i]) for name in names}
+        for i in range(placed.record.count)
+    ]
+    each = [list(found.wrenches_at(at)) for at in values]
+    c = np.array([[float(own[1][0]) for own in legs] for legs in each])
+    if np.max(np.abs(c - c[:, :1]) / c) > _SAME:
+        return None
+    scale = np.array([1.0] * 3 + [placed.length] * 3)
+    W = np.array([[own[0][0] for own in legs] for legs in each]) / scale
+    orbits = orbits_of(W)
+    if orbits is None or len(orbits) > 1:
+        return None
+    is_nothing = np.max(np.abs(W[:, 0]), axis=0) < _SAME
+    symbols: Any = sp.symbols(COMPONENTS, real=True)
+    own = [sp.Integer(0) if x else name for x, name in zip(is_nothing, symbols, strict=True)]
+    products = averages([own], orbits)
+    c_of_all = sp.Symbol("c_1", positive=True)
+
+    def entry(i: int, j: int) -> Any:
+        terms = products[min(i, j), max(i, j)]
+        return sp.factor_terms(sp.Add(*(n * a * b for n, a, b in terms)) / c_of_all)
+
+    return sp.ImmutableMatrix(6, 6, entry)
 
 
 def check_vector_form(found: VectorForm, placed: PlacedRobot) -> None:

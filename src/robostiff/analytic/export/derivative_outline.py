@@ -71,11 +71,15 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     named = _named(derivation, names)
     definitions = list(named.definitions)
     form = derivation.vectors
-    taken = {*names.given, *(d.symbol.name for d in derivation.definitions)}
+    taken = set(names.given)
+    if not _is_vectors_alone(derivation):
+        taken |= {d.symbol.name for d in derivation.definitions}
     if form is not None:
         section, defined = vector_blocks(form, names.result, definitions, taken)
         blocks += section
         definitions = [d for d in definitions if d.symbol not in defined]
+    if _is_vectors_alone(derivation):
+        return (*blocks, *_in_words_of_all(derivation), _nomenclature(derivation, names))
     if derivation.in_series is not None:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
         blocks += series_blocks(derivation.in_series, names, (), taken)
@@ -83,17 +87,12 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         return (*blocks, _nomenclature(derivation, names))
     if definitions:
         blocks += [OutlineHeading("Names for recurring expressions"), equations(definitions)]
-    words = [_in_words(leg) for leg in derivation.legs]
-    alike = len(words) > 1 and len(set(words)) == 1
-    if alike:
-        blocks += [
-            OutlineHeading("The legs"),
-            OutlineText(f"Each of the {len(words)} legs: {words[0]}"),
-        ]
+    blocks += _in_words_of_all(derivation)
+    alike = len(derivation.legs) > 1 and len({*map(_in_words, derivation.legs)}) == 1
     for number, leg in enumerate(named.legs, start=1):
         blocks.append(OutlineHeading(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
-            blocks.append(OutlineText(words[number - 1]))
+            blocks.append(OutlineText(_in_words(derivation.legs[number - 1])))
         blocks += _leg(leg, number)
     blocks += [OutlineHeading("Sum of the legs"), WrenchSum(names.result)]
     of_legs = {d.symbol for leg in derivation.legs for d in leg.definitions}
@@ -103,6 +102,23 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     blocks.append(stiffness_equation(named.K, names.result, names))
     blocks.append(_nomenclature(derivation, names))
     return tuple(blocks)
+
+
+def _is_vectors_alone(derivation: RobotDerivation) -> bool:
+    """Whether one leg, the table and the sum are all: at home, beside steps for each leg."""
+    at_home = not derivation.coordinates and not derivation.is_closed
+    return at_home and derivation.vectors is not None
+
+
+def _in_words_of_all(derivation: RobotDerivation) -> list[Block]:
+    """What is elastic and passive in each leg, where all are alike."""
+    words = [_in_words(leg) for leg in derivation.legs]
+    if len(words) == 1 or len(set(words)) > 1:
+        return []
+    return [
+        OutlineHeading("The legs"),
+        OutlineText(f"Each of the {len(words)} legs: {words[0]}"),
+    ]
 
 
 def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
@@ -136,6 +152,8 @@ def _summary(derivation: RobotDerivation) -> str:
             "what it feels of a unit wrench."
         )
     form = "in closed form" if derivation.is_closed else "in named steps"
+    if _is_vectors_alone(derivation):
+        form = "leg by leg"
     count = len(derivation.legs)
     legs = "one leg" if count == 1 else f"{count} legs"
     return (
@@ -197,7 +215,8 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
             ((MatrixName("C"),), "compliance in axes of the arm"),
             ((MatrixName("K_0"),), "stiffness there"),
         ]
-    defined = [d.symbol.name for d in derivation.definitions]
+    alone = _is_vectors_alone(derivation)
+    defined = [] if alone else [d.symbol.name for d in derivation.definitions]
     for letter, meaning in _MEANINGS.items():
         if any(name.startswith(f"{letter}_") for name in defined):
             rows.append(((letter,), meaning))

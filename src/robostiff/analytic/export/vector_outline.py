@@ -103,7 +103,16 @@ def vector_blocks(
     if found.turned:
         same = "; ".join(", ".join(group) for group in found.turned)
         blocks.append(OutlineText(f"Legs that are turns of one another about z: {same}."))
-    return (*blocks, LegSum(result, found.wrenches)), {d.symbol for d in names}
+    blocks.append(LegSum(result, found.wrenches))
+    if found.average is not None:
+        blocks += [
+            OutlineText(
+                "The wrenches are turns of the first about z, or mirror images, and meet the same "
+                "compliance. With the entries (u_x, u_y, u_z, m_x, m_y, m_z) of w_1 the sum is"
+            ),
+            matrix_equation(result, found.average, lambda i, j: f"{result.name}_{i + 1}{j + 1}"),
+        ]
+    return tuple(blocks), {d.symbol for d in names}
 
 
 def series_blocks(
