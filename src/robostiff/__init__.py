@@ -164,6 +164,7 @@ _HOMES = {
         "LoadedAnswer",
         "Mode",
         "Modes",
+        "UnderLoad",
         "compile_loaded",
         "critical_load",
         "deflection",

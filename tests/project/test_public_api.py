@@ -108,6 +108,7 @@ PUBLIC = [
     "Timoshenko",
     "Tolerance",
     "ToolPose",
+    "UnderLoad",
     "UnitQuaternion",
     "Weight",
     "WorstDeflection",

@@ -11,7 +11,13 @@ from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Answer, Model, Place, Replacing, named_values
 from robostiff.cli.output import print_data, say
 from robostiff.cli.pictures import draw, picture_file
-from robostiff.cli.written_arguments import near_from, point_from, pose_from, wrench_from
+from robostiff.cli.written_arguments import (
+    gravity_from,
+    near_from,
+    point_from,
+    pose_from,
+    wrench_from,
+)
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si
@@ -110,7 +116,7 @@ def _options(robot: Robot | Snapshot, place: Place, written: WrittenLoads) -> di
     return {
         "at": point_from(place),
         "loads": _loads(written),
-        "gravity": _gravity(written.gravity),
+        "gravity": gravity_from(written.gravity),
         "preload": dict(_named("--preload", written.preloads, _push)),
         "near": near_from(robot, place),
     }
@@ -174,12 +180,6 @@ def _push(text: str) -> float:
             return to_si(text, Dimension.MOMENT, subject="--preload")
         except InputError:
             raise of_force from None
-
-
-def _gravity(text: str | None) -> Any:
-    if text is None or text.strip().lstrip("+-") in {"x", "y", "z"}:
-        return text
-    return parse_quantities(text, [Dimension.ACCELERATION] * 3, ["gx", "gy", "gz"], "--gravity")
 
 
 def _factors(text: str) -> np.ndarray:

@@ -7,6 +7,7 @@ import shlex
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -33,14 +34,20 @@ from robostiff.analysis.maps import (
 )
 from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.new_store import already_there
-from robostiff.analysis.maps.pose_columns import SIX, coordinate_units
+from robostiff.analysis.maps.pose_columns import FACTOR, SIX, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing
 from robostiff.cli.output import new_file, print_data, say
-from robostiff.cli.picture_commands import MapPoses, MapQuantities, Run
+from robostiff.cli.picture_commands import NO_LOAD, MapLoad, MapPoses, MapQuantities, Run
 from robostiff.cli.pictures import draw, picture_file
-from robostiff.cli.written_arguments import length_from, loaded, near_from, wrench_from
+from robostiff.cli.written_arguments import (
+    gravity_from,
+    length_from,
+    loaded,
+    near_from,
+    wrench_from,
+)
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.map_files import (
     check_netcdf,
@@ -59,13 +66,19 @@ from robostiff.model.cable import CableRobot
 if TYPE_CHECKING:
     import xarray
 
+    from robostiff.statics import UnderLoad
 
-def read_asked_poses(robot: Robot | Linkage, asked: MapPoses) -> PoseSource:
+
+def read_asked_poses(
+    robot: Robot | Linkage, asked: MapPoses, load: MapLoad = NO_LOAD
+) -> PoseSource:
     """Grid, list or random poses, as given on the command line."""
     if asked.poses is not None:
-        if asked.axes or asked.joints or asked.random is not None:
+        if asked.axes or asked.joints or asked.random is not None or load.factors:
             raise InputError(
-                "--poses", got=asked.poses, expected="no --x, --joint or --random beside it"
+                "--poses",
+                got=asked.poses,
+                expected="no --x, --joint, --factor or --random beside it",
             )
         return read_poses(robot, asked.poses)
     random = asked.random is not None
@@ -79,6 +92,8 @@ def read_asked_poses(robot: Robot | Linkage, asked: MapPoses) -> PoseSource:
         if name in found:
             raise InputError("--joint", got=text, expected=f"one range for {name}")
         found[name] = _numbers(rest, dimension, words, f"--joint {name}")
+    if load.factors is not None:
+        found[FACTOR] = _numbers(load.factors, Dimension.NUMBER, words, "--factor")
     if not found:
         raise InputError(
             "poses of a map",
@@ -164,10 +179,22 @@ _WRITERS = {".zarr": None, ".nc": write_map_netcdf, ".csv": write_map_csv}
 _SUFFIXES = ", ".join(_WRITERS)
 
 
+def _under_load(load: MapLoad) -> UnderLoad | None:
+    if load.is_so:
+        from robostiff.statics import UnderLoad
+
+        return UnderLoad(gravity=gravity_from(load.gravity))
+    for option, text in (("--factor", load.factors), ("--gravity", load.gravity)):
+        if text is not None:
+            raise InputError(option, got=text, expected="--under-load beside it")
+    return None
+
+
 def make_map(
     model: Model,
     asked: MapPoses,
     wanted: MapQuantities,
+    load: MapLoad,
     length: Length,
     place: Place,
     run: Run,
@@ -192,8 +219,11 @@ def make_map(
             expected="a model or a linkage, which has a pose for every point of a map",
             hint="a snapshot is frozen at its own pose",
         )
-    poses = read_asked_poses(robot, asked)
+    poses = read_asked_poses(robot, asked, load)
     in_store = output is not None and output.suffix == ".zarr"
+    method: Any = _under_load(load)
+    if run.batched:
+        method = Batched() if method is None else replace(method, by=Batched())
     scheduler = Threads(run.threads) if run.threads is not None else run.scheduler
     started = time.monotonic()
     bar = MapBar()
@@ -206,7 +236,7 @@ def make_map(
                 wrench=None if wanted.wrench is None else wrench_from(wanted.wrench, robot.space),
                 characteristic_length=length_from(length),
                 near=near_from(robot, place),
-                method=Batched() if run.batched else None,
+                method=method,
                 store=output if in_store else None,
                 resume=run.resume,
                 workers=run.workers,

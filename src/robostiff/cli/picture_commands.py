@@ -78,8 +78,32 @@ class MapQuantities:
         "deflection or actuator-forces; repeatable. Rank and status are always included.",
     )
     wrench: str | None = wrench_option(
-        "Load about the reference point, for deflection and actuator-forces"
+        "Load about the reference point, for deflection and actuator-forces, and for --under-load"
     )
+
+
+@dataclass(frozen=True)
+class MapLoad:
+    """Whether a map is under load, as it is written."""
+
+    is_so: bool = option(
+        "--under-load",
+        help="Find the equilibrium under the wrench at every pose, and all quantities there: "
+        "statuses say where the robot is unstable or beyond its critical load.",
+    )
+    factors: str | None = option(
+        "--factor",
+        metavar='"START STOP COUNT"',
+        help="Multiples of the wrench, as one more axis of a map --under-load.",
+    )
+    gravity: str | None = option(
+        "--gravity",
+        metavar='"gx gy gz"',
+        help="Of a map --under-load: acceleration of free fall [m/s^2], or an axis, such as -z.",
+    )
+
+
+NO_LOAD = MapLoad()
 
 
 @dataclass(frozen=True)
@@ -237,13 +261,18 @@ COMMANDS = {
     ),
     "map": Command(
         "commands_map:make_map",
-        (Model, MapPoses, MapQuantities, Length, part(Place, "near"), Run, Replacing, Answer),
+        (
+            *(Model, MapPoses, MapQuantities, MapLoad, Length, part(Place, "near"), Run),
+            *(Replacing, Answer),
+        ),
         "Compute stiffness at many poses: over a grid, along a trajectory, or at random.",
         "Coordinates left out stay at home.",
         examples=(
             'map hexapod --x "-100 mm 100 mm 41" --rz "0 20 deg 5" -o map.nc',
             'map hexapod --poses path.csv --quantity deflection --wrench "0 0 -500 N 0 0 0" '
             "-o path.csv",
+            'map hexapod --x "-0.1 0.1 5" --wrench "0 0 -1 MN 0 0 0" --under-load --factor "0 5 6" '
+            "-o loaded.nc",
             'map hexapod --random 1000000 --x "-0.1 0.1" --y "-0.1 0.1" -o map.zarr --resume',
         ),
         status="0 for a map, 1 when no pose can be reached, 2 for bad input, 130 when interrupted.",

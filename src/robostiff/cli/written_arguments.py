@@ -196,6 +196,13 @@ def _of_linkage(linkage: Linkage, place: Place) -> Any:
 _DIMENSIONS = {"m": Dimension.LENGTH, "rad": Dimension.ANGLE}
 
 
+def gravity_from(text: str | None) -> str | list[float] | None:
+    """Acceleration of free fall, as three numbers or the name of an axis."""
+    if text is None or text.strip().lstrip("+-") in {"x", "y", "z"}:
+        return text
+    return parse_quantities(text, [Dimension.ACCELERATION] * 3, ["gx", "gy", "gz"], "--gravity")
+
+
 def near_from(robot: Posed, place: Place) -> list[float] | None:
     """Joint coordinates that choose a posture."""
     if place.near is None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.maps.job import MapJob
+from robostiff.analysis.maps.pose_columns import FACTOR
 from robostiff.analysis.maps.summary import MapSummary
 from robostiff.analysis.maps.variables import Variable, status_flags, status_words
 from robostiff.errors import InputError
@@ -139,6 +140,9 @@ def range_attributes(summary: MapSummary) -> dict[str, dict[str, Any]]:
 
 
 def _meaning(job: MapJob, name: str) -> str:
+    columns = job.columns
+    if name in columns.names[len(columns.names) - columns.loads :]:
+        return "factor of the wrench" if name == FACTOR else f"{name} of the wrench"
     if job.columns.of_joints:
         return f"joint coordinate {name}"
     axis = name[-1]

@@ -23,7 +23,13 @@ from robostiff.analysis.maps.new_store import (
 )
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.quantities import Quantity
-from robostiff.analysis.maps.request import MapRequest, Method, check_memory, checked_request
+from robostiff.analysis.maps.request import (
+    LoadedMethod,
+    MapRequest,
+    Method,
+    check_memory,
+    checked_request,
+)
 from robostiff.analysis.maps.run import (
     Progress,
     Threads,
@@ -56,7 +62,7 @@ def stiffness_map(
     wrench: ArrayLike | None = None,
     characteristic_length: float | None = None,
     where: Selection | None = None,
-    method: Method | None = None,
+    method: Method | LoadedMethod | None = None,
     near: Near = None,
     store: str | os.PathLike[str] | None = None,
     resume: bool = False,
@@ -81,10 +87,11 @@ def stiffness_map(
     where : callable, optional
         Takes a mapping of coordinates to arrays, one entry a pose, and returns which poses to
         compute (array of bool); the others get the status ``excluded``.
-    method : Compiled or Batched, optional
+    method : Compiled, Batched or UnderLoad, optional
         ``Compiled()`` records the robot once as a kernel and runs that at all poses, millions a
         second; ``Batched()`` computes everything as `stiffness` does. By default,
-        large maps are compiled where a kernel has what they ask for.
+        large maps are compiled where a kernel has what they ask for. ``UnderLoad()`` computes the
+        equilibrium under the wrench at each pose, and everything there.
     near : joint coordinates, optional
         Of all legs, in a row or leg by leg [m, rad]: the posture nearest to them is chosen at each
         pose, by the batched form. When left out, it is the assembly mode of home.

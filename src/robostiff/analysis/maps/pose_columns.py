@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,8 @@ from robostiff.spatial import Space
 
 SIX = tuple(coordinate.value for coordinate in ALL_COORDINATES)
 _UNITS = Space.SPATIAL.twist_units
+#: By which the wrench of a map under load is multiplied.
+FACTOR = "factor"
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class PoseColumns:
         Whether they are joint coordinates of a serial arm or a linkage.
     drives : tuple of (str, int)
         Joints of a linkage that keep them, and how many each has.
+    loads : int
+        How many of the last are no coordinates: the wrench and the factor of a map under load.
     """
 
     names: tuple[str, ...]
@@ -42,9 +46,11 @@ class PoseColumns:
     home: tuple[float, ...]
     of_joints: bool
     drives: tuple[tuple[str, int], ...] = ()
+    loads: int = 0
 
     def as_pose(self, poses: np.ndarray) -> Any:
         """Poses (N, n) as `stiffness` takes them."""
+        poses = poses[..., : len(self.names) - self.loads]
         if self.drives:
             ends = np.cumsum([size for _, size in self.drives])[:-1]
             parts = np.split(poses, ends, axis=-1)
@@ -144,6 +150,37 @@ def coordinate_units(robot: Robot | Linkage) -> dict[str, str]:
         return {}
     joints = joint_columns(robot.legs[0])
     return dict(zip(joints.names, joints.units, strict=True))
+
+
+def columns_under_load(robot: Robot, used: Sequence[str], wrench: Sequence[float]) -> PoseColumns:
+    """The same, followed by the components of the wrench and its factor.
+
+    Raises
+    ------
+    InputError
+        When a name is neither.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> columns_under_load(rs.load("3-rpr"), ["x", "factor"], (0.0, -5.0, 0.0)).names
+    ('x', 'y', 'rz', 'Fx', 'Fy', 'Mz', 'factor')
+    """
+    loads = (*robot.space.wrench_order, FACTOR)
+    own = [name for name in used if name not in loads]
+    if own or not used:
+        columns = pose_columns(robot, own)
+    elif robot.is_posed_by_joints:
+        columns = joint_columns(robot.legs[0])
+    else:
+        columns = _of_platform(robot, tuple(c.value for c in robot.coordinates))
+    return replace(
+        columns,
+        names=(*columns.names, *loads),
+        units=(*columns.units, *robot.space.wrench_units, "1"),
+        home=(*columns.home, *(wrench or (0.0,) * robot.space.size), 1.0),
+        loads=len(loads),
+    )
 
 
 def joint_columns(leg: Leg) -> PoseColumns:

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ from robostiff.analysis.maps.evaluator import BatchedEvaluator, Evaluator
 from robostiff.analysis.maps.fingerprint import fingerprint
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
-from robostiff.analysis.maps.pose_columns import pose_columns
+from robostiff.analysis.maps.pose_columns import columns_under_load, pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource, check_units
 from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.stored import MOST_POSES
@@ -49,8 +49,15 @@ class Batched:
     """By the wrench basis form on batches of poses, see `robostiff.stiffness`."""
 
 
-Method = Compiled | Batched
+class LoadedMethod(Protocol):
+    """A method whose poses have loads beside coordinates; see `robostiff.UnderLoad`."""
 
+    def evaluator(self, like: BatchedEvaluator, count: int) -> Evaluator:
+        """What computes a map of so many poses."""
+        ...
+
+
+Method = Compiled | Batched
 
 _MEMORY_SHARE = 0.8
 _SAMPLED_BLOCKS = 16
@@ -97,7 +104,7 @@ def checked_request(
     wrench: ArrayLike | None,
     characteristic_length: float | None,
     where: Selection | None,
-    method: Method | None = None,
+    method: Method | LoadedMethod | None = None,
     check_room: Callable[[MapJob], None] = lambda _: None,
     near: Near = None,
 ) -> MapRequest:
@@ -145,20 +152,38 @@ def checked_request(
             hint="take fewer values along each axis, or random poses",
         )
     wanted = _quantities(quantities)
-    F = _wrench(robot, wanted, wrench)
+    loaded, unloaded = _by_load(method)
+    F = _wrench(robot, wanted, wrench, loaded is not None)
     length = _length(robot, characteristic_length)
-    columns = pose_columns(robot, poses.names)
+    if loaded is None:
+        columns = pose_columns(robot, poses.names)
+    elif isinstance(robot, Robot):
+        columns = columns_under_load(robot, poses.names, F)
+    else:
+        raise InputError(
+            "map under load",
+            got=f"linkage {robot.name!r}",
+            expected="a Robot",
+            hint="rs.equilibrium(linkage, values) answers at one configuration",
+        )
     check_units(poses, dict(zip(columns.names, columns.units, strict=True)))
-    own = _near(robot, near, method)
+    own = _near(robot, near, unloaded)
+    if own and loaded is not None:
+        raise InputError("near of a map under load", got=near, expected="none: postures are home's")
     if own:
-        method = Batched()  # a kernel has the posture of home
+        unloaded = Batched()  # a kernel has the posture of home
     batched = BatchedEvaluator(robot, columns, wanted, F, length, own)
     check_room(MapJob(batched, columns, poses, where))  # before a kernel is made
-    evaluator = _evaluator(batched, method, math.prod(poses.shape))
+    count = math.prod(poses.shape)
+    evaluator = (
+        _evaluator(batched, unloaded, count) if loaded is None else loaded.evaluator(batched, count)
+    )
     job = MapJob(evaluator, columns, poses, where)
     coordinate_arrays(job)
     settings: dict[str, Any] = {"quantities": wanted, "wrench": F, "length": length}
     attributes = map_attributes(robot, job, F, length)
+    if loaded is not None:
+        settings["method"] = loaded
     if own:
         settings["near"], attributes["near"] = own, list(own)
     return MapRequest(job, attributes, robot, settings)
@@ -180,12 +205,23 @@ def check_memory(job: MapJob) -> None:
         )
 
 
+def _by_load(
+    method: Method | LoadedMethod | None,
+) -> tuple[LoadedMethod | None, Method | None]:
+    """A method under load or one without."""
+    if method is None or isinstance(method, Compiled | Batched):
+        return None, method
+    if not hasattr(method, "evaluator"):
+        raise InputError(
+            "method of a map", got=method, expected="Compiled(), Batched() or UnderLoad()"
+        )
+    return method, None
+
+
 def _evaluator(batched: BatchedEvaluator, method: Method | None, count: int) -> Evaluator:
     """The kernel where it exists and saves time, unless a method is given."""
     if isinstance(method, Compiled):
         return CompiledEvaluator.of(batched, method.backend)
-    if method is not None and not isinstance(method, Batched):
-        raise InputError("method of a map", got=method, expected="Compiled() or Batched()")
     pays = _LINKAGE_PAYS if isinstance(batched.robot, Linkage) else _WORTH_COMPILING
     if method is None and count >= pays:
         try:
@@ -208,21 +244,25 @@ def _quantities(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
 
 
 def _wrench(
-    robot: Robot | Linkage, quantities: tuple[Quantity, ...], wrench: ArrayLike | None
+    robot: Robot | Linkage,
+    quantities: tuple[Quantity, ...],
+    wrench: ArrayLike | None,
+    acts: bool,
 ) -> tuple[float, ...]:
     asked = [quantity.value for quantity in quantities if quantity.needs_wrench]
     order = " ".join(robot.space.wrench_order)
     expected = f"{robot.space.size} numbers: {order} [N, N m]"
     if wrench is None:
-        if asked:
+        if asked and not acts:
             raise InputError(f"wrench of {asked[0]}", got="none", expected=expected)
         return ()
-    if not asked:
+    if not asked and not acts:
         raise InputError(
             "wrench of a map",
             got=wrench,
             expected="a quantity that needs it",
-            hint="add Quantity.DEFLECTION (--quantity deflection)",
+            hint="add Quantity.DEFLECTION (--quantity deflection), or for K under this wrench "
+            "method=UnderLoad() (--under-load)",
         )
     F = as_floats("wrench", wrench, expected, robot.space.wrench_units)
     if F.shape != (robot.space.size,):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from robostiff.record import Entry, is_zero
+from robostiff.record import Entry, is_zero, reciprocal
 
 # Of the largest entry of its column, and of its own mean over the samples: a pivot above is safe.
 _OF_COLUMN, _OF_ITSELF = 0.2, 0.3
@@ -241,3 +241,42 @@ def _as_part(value: Any, sign: float) -> Any:
     if not isinstance(value, Entry):
         return sign * value
     return value * (sign / float(np.mean(np.abs(value.sample))))
+
+
+def solved_with(
+    K: Mapping[tuple[int, int], Any], antisymmetric: np.ndarray, right: Sequence[Any]
+) -> tuple[list[Any], list[Any]]:
+    """Solution of ``(K + A) x = r``, and the pivots, positive where K is positive definite.
+
+    K is given by its upper triangle, A by all of it. Elimination in order: as long as A has nothing
+    to say, what is left is symmetric.
+    """
+    n = len(right)
+    left = {(i, j): K[min(i, j), max(i, j)] for i in range(n) for j in range(n)}
+    x, inverses = list(right), []
+    whole = False
+    for k in range(n):
+        if not whole and not all(is_zero(a) for a in antisymmetric[k]):
+            whole = True
+            for i in range(k, n):
+                for j in range(i, n):
+                    upper = left[i, j]
+                    left[i, j], left[j, i] = (
+                        upper + antisymmetric[i, j],
+                        upper + antisymmetric[j, i],
+                    )
+        by = reciprocal(left[k, k])
+        inverses.append(by)
+        for i in range(k + 1, n):
+            part = (left[i, k] if whole else left[k, i]) * by
+            if is_zero(part):
+                continue
+            for j in range(k + 1 if whole else i, n):
+                left[i, j] = left[i, j] - part * left[k, j]
+            x[i] = x[i] - part * x[k]
+    pivots = [left[k, k] for k in range(n)]
+    for k in reversed(range(n)):
+        for j in range(k + 1, n):
+            x[k] = x[k] - left[k, j] * x[j]
+        x[k] = x[k] * inverses[k]
+    return x, pivots

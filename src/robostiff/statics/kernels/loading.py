@@ -14,7 +14,7 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose, place_leg, place_leg_at_joints
 from robostiff.model import Robot
-from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, is_zero, least, reciprocal
+from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, is_zero, least
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.parameters import (
     closed_samples,
@@ -26,7 +26,7 @@ from robostiff.recorded.parameters import (
 from robostiff.recorded.robot import assembled
 from robostiff.spatial import Space
 from robostiff.statics.kernels.buckling import Buckling, buckling_of
-from robostiff.statics.kernels.elimination import SymmetricElimination
+from robostiff.statics.kernels.elimination import SymmetricElimination, solved_with
 from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_legs
 from robostiff.statics.kernels.motion import FURTHEST_TURN
 from robostiff.statics.kernels.strut import RecordedStrut, StrutTerms, strut_terms
@@ -201,7 +201,7 @@ class LoadedRobot:
 
     def twist(self, at: _Equations) -> list[Any]:
         """Step of the platform, K_total x = missing, K_total not symmetric under moments."""
-        return _solved(at.K, at.antisymmetric, at.right)[0]
+        return solved_with(at.K, at.antisymmetric, at.right)[0]
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
         """A twist in radians, shifts by the length."""
@@ -241,7 +241,7 @@ class LoadedRobot:
         """
         rest = {place: own - self.unloaded.K[place] * SAFE for place, own in at.K.items()}
         none = np.zeros((self.space.size,) * 2, dtype=int)
-        twist, pivots = _solved(rest, none, at.right)
+        twist, pivots = solved_with(rest, none, at.right)
         left = [x for x in self.sizes(twist) if not is_zero(x)]
         gap = reduce(add, (x * x for x in left)) * (1e-12 / _ARRIVED) ** 2
         n = self.space.size
@@ -373,42 +373,3 @@ def _placed(
             placed.append(place_leg_at_joints(leg, np.array(q, dtype=object)))
         pose = placed[0].platform
     return placed, pose, assembled(robot, record, pose, placed, finder.length)
-
-
-def _solved(
-    K: Mapping[tuple[int, int], Any], antisymmetric: np.ndarray, right: Sequence[Any]
-) -> tuple[list[Any], list[Any]]:
-    """Solution of ``(K + A) x = r``, and the pivots, positive where K is positive definite.
-
-    K is given by its upper triangle, A by all of it. Elimination in order: as long as A has nothing
-    to say, what is left is symmetric.
-    """
-    n = len(right)
-    left = {(i, j): K[min(i, j), max(i, j)] for i in range(n) for j in range(n)}
-    x, inverses = list(right), []
-    whole = False
-    for k in range(n):
-        if not whole and not all(is_zero(a) for a in antisymmetric[k]):
-            whole = True
-            for i in range(k, n):
-                for j in range(i, n):
-                    upper = left[i, j]
-                    left[i, j], left[j, i] = (
-                        upper + antisymmetric[i, j],
-                        upper + antisymmetric[j, i],
-                    )
-        by = reciprocal(left[k, k])
-        inverses.append(by)
-        for i in range(k + 1, n):
-            part = (left[i, k] if whole else left[k, i]) * by
-            if is_zero(part):
-                continue
-            for j in range(k + 1 if whole else i, n):
-                left[i, j] = left[i, j] - part * left[k, j]
-            x[i] = x[i] - part * x[k]
-    pivots = [left[k, k] for k in range(n)]
-    for k in reversed(range(n)):
-        for j in range(k + 1, n):
-            x[k] = x[k] - left[k, j] * x[j]
-        x[k] = x[k] * inverses[k]
-    return x, pivots

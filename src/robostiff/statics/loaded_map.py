@@ -1,0 +1,245 @@
+"""Maps under load: equilibria at the poses, wrenches and load factors of a map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from robostiff.analysis.maps import Batched, Compiled, Quantity
+from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
+from robostiff.analysis.maps.quantities import map_variables
+from robostiff.analysis.maps.request import Method
+from robostiff.analysis.maps.variables import NO_RANK, Variable, status_under_load
+from robostiff.analysis.measures import stiffness_indices, symmetric_eigenvalues
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.model import Robot
+from robostiff.statics.beam_bowing import Beams, Bowing
+from robostiff.statics.equilibrium import equilibrium
+from robostiff.statics.given_loads import Gravity, Loads
+from robostiff.statics.kernels.compile import compile_loaded
+from robostiff.statics.kernels.compiled_loading import CompiledLoading
+from robostiff.statics.result import Equilibria
+from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
+
+_BOWING = Bowing()
+# Equilibria take some 20 ms each, a kernel some seconds to make.
+_WORTH_COMPILING = 2000
+# Poses at once: a second of equilibria, or enough for a kernel.
+_FEW, _MANY = 64, 2**15
+# Of the largest eigenvalue of K, rotations by lengths: none.
+_FREE = 1e-9
+
+
+@dataclass(frozen=True)
+class UnderLoad:
+    """As method of `stiffness_map`: everything in the equilibrium under the loads of each pose.
+
+    K is the rate of the wrench; principal stiffnesses and indices are those of its symmetric part,
+    below zero where the robot is unstable; the worst deflection is that under a little more force.
+    The wrench of the map acts at every pose, times ``factor``. Poses may have coordinates ``Fx`` to
+    ``Mz`` [N, N m] and ``factor`` of their own beside those of the platform.
+
+    Parameters
+    ----------
+    loads, gravity, preload, beams
+        As for `equilibrium`; they act at every pose in full, whatever the factor.
+    by : Compiled, Batched or None
+        ``Compiled()`` records the robot once, see `compile_loaded`, for the wrench alone;
+        ``Batched()`` computes each `equilibrium`. By default large maps are compiled where there is
+        a kernel.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> robot, grid = rs.load("gough-stewart-b"), rs.Grid(factor=rs.Axis(0, 2, 3))
+    >>> down, moved = [0, 0, -4e7, 0, 0, 0], [rs.Quantity.DEFLECTION]
+    >>> found = rs.stiffness_map(robot, grid, moved, wrench=down, method=rs.UnderLoad())
+    >>> (1e3 * found.displacement.sel(displacement_axis="dz")).astype(int).values.tolist()
+    [0, -90, -193]
+    >>> found.attrs["statuses"]
+    '{"ok": 2, "unstable+beyond-critical-load": 1}'
+    """
+
+    loads: Loads | None = None
+    gravity: Gravity = None
+    preload: Mapping[str, float] | None = None
+    beams: Beams = _BOWING
+    by: Method | None = None
+
+    def evaluator(self, like: BatchedEvaluator, count: int) -> LoadedEvaluator:
+        """What computes a map of so many poses; `like` has its robot, columns and quantities.
+
+        Raises
+        ------
+        InputError
+            When a quantity is none under load, or a kernel is required that there is not.
+        """
+        if Quantity.ACTUATOR_FORCES in like.quantities:
+            raise InputError(
+                "quantity of a map under load",
+                got=Quantity.ACTUATOR_FORCES.value,
+                expected="another",
+                hint="rs.equilibrium(robot, pose, wrench).parts has the loads on drives",
+            )
+        if self.by is not None and not isinstance(self.by, Compiled | Batched):
+            raise InputError("by of UnderLoad", got=self.by, expected="Compiled() or Batched()")
+        return LoadedEvaluator(like, self, self._kernel(like, count))
+
+    def _kernel(self, like: BatchedEvaluator, count: int) -> CompiledLoading | None:
+        required = isinstance(self.by, Compiled)
+        if isinstance(self.by, Batched) or (count < _WORTH_COMPILING and not required):
+            return None
+        robot, columns = like.robot, like.columns
+        if not isinstance(robot, Robot):
+            return None
+        others = bool(self.loads or self.preload or self.gravity is not None)
+        free = tuple(c.value for c in robot.coordinates)
+        fits = columns.of_joints or columns.names[: -columns.loads] == free
+        if others or columns.of_joints != robot.is_posed_by_joints or not fits:
+            if required:
+                raise InputError(
+                    f"map of {robot.name!r} under load by a kernel",
+                    got="loads beside the wrench" if others else " ".join(columns.names),
+                    expected="the wrench alone, at free coordinates",
+                    hint="leave by out, or write UnderLoad(by=Batched())",
+                )
+            return None
+        try:
+            backend = self.by.backend if isinstance(self.by, Compiled) else Compiled().backend
+            return compile_loaded(robot, beams=self.beams, backend=backend)
+        except (InputError, NoAnswerError):
+            if required:
+                raise
+            return None
+
+
+@dataclass(frozen=True)
+class LoadedEvaluator:
+    """Equilibria at poses; see `Evaluator`.
+
+    Attributes
+    ----------
+    like : BatchedEvaluator
+        Robot, columns, quantities, length.
+    load : UnderLoad
+    kernel : CompiledLoading or None
+    """
+
+    like: BatchedEvaluator
+    load: UnderLoad
+    kernel: CompiledLoading | None
+
+    @property
+    def method(self) -> str:
+        """Name of the method."""
+        if self.kernel is None:
+            return "equilibria under load"
+        return "compiled record under load, equilibria where it is unsafe"
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The variables that `evaluate` returns."""
+        return map_variables(self.like.robot, self.like.quantities)
+
+    @property
+    def most_poses(self) -> int:
+        """So many that progress is seen."""
+        return _FEW if self.kernel is None else _MANY
+
+    def evaluate(
+        self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
+    ) -> Mapping[str, np.ndarray]:
+        """The variables at poses (N, n_coordinates), and which were ``guarded``."""
+        out = room_for(self.variables, len(poses)) if out is None else out
+        columns = self.like.columns
+        pose = columns.as_pose(poses)
+        # each component of the wrench, then the factor
+        own = poses[:, -columns.loads :]
+        F = own[:, :-1] * own[:, -1:]
+        if self.kernel is None:
+            found, guarded = self._equilibria(pose, F), np.zeros(len(poses), dtype=bool)
+        else:
+            answer = self.kernel.evaluate(pose, F)
+            found = _Found(
+                answer.K, answer.K, answer.displacement, answer.status_codes.astype(np.uint16)
+            )
+            guarded = answer.guarded
+            again = np.flatnonzero(guarded)
+            if again.size:  # K_total is that of the equilibria
+                some = self._equilibria(columns.as_pose(poses[again]), F[again])
+                for to, by in zip(found, some, strict=True):
+                    to[again] = by
+        for name, values in self._quantities(found).items():
+            out[name][...] = values
+        return {**out, "guarded": guarded}
+
+    def _equilibria(self, pose: Any, F: np.ndarray) -> _Found:
+        load = self.load
+        found = equilibrium(
+            self.like.robot,
+            pose,
+            F,
+            loads=load.loads,
+            gravity=load.gravity,
+            preload=load.preload,
+            beams=load.beams,
+        )
+        if not isinstance(found, Equilibria):
+            raise TypeError("a batch of poses gives equilibria")
+        K, K_total, moved = (
+            own.filled(np.nan) for own in (found.K, found.K_total, found.displacement)
+        )
+        return _Found(K, K_total, moved, found.status_codes)
+
+    def _quantities(self, found: _Found) -> dict[str, np.ndarray]:
+        quantities, space = self.like.quantities, self.like.robot.space
+        d = space.translations
+        symmetric = 0.5 * (found.K + np.swapaxes(found.K, -1, -2))
+        rank = _ranks(symmetric, space.rows, self.like.length)
+        out: dict[str, np.ndarray] = {"rank": rank, "status": status_under_load(found.codes)}
+        if Quantity.STIFFNESS in quantities:
+            out["K"] = found.K
+        if Quantity.PRINCIPAL_STIFFNESS in quantities:
+            out["translational_stiffness"] = symmetric_eigenvalues(symmetric[:, :d, :d])
+            out["rotational_stiffness"] = symmetric_eigenvalues(symmetric[:, d:, d:])
+        if Quantity.INDICES in quantities:
+            out |= stiffness_indices(symmetric, rank, self.like.length)
+        if Quantity.WORST_DEFLECTION in quantities:
+            worst = np.full(len(rank), np.nan)
+            whole = (rank == space.size) & ((found.codes & int(_NO_COMPLIANCE)) == 0)
+            C = np.linalg.inv(found.K_total[whole])
+            worst[whole] = np.linalg.norm(C[:, :d, :d], 2, axis=(1, 2))  # not symmetric
+            out["worst_deflection"] = worst
+        if Quantity.DEFLECTION in quantities:
+            moved = found.displacement
+            out |= {"displacement": moved[:, :d], "rotation": moved[:, d:]}
+        return out
+
+
+_NO_COMPLIANCE = WITHOUT_STIFFNESS | EquilibriumStatus.FREE_MOTIONS
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Answers at some poses: K and K_total (N, r, r), displacement (N, r), status codes (N,)."""
+
+    K: np.ndarray
+    K_total: np.ndarray
+    displacement: np.ndarray
+    codes: np.ndarray
+
+    def __iter__(self) -> Any:
+        return iter((self.K, self.K_total, self.displacement, self.codes))
+
+
+def _ranks(K: np.ndarray, rows: Any, length: float) -> np.ndarray:
+    """Of symmetric matrices (N, r, r), rotations by a length; -1 where there is none."""
+    ranks = np.full(len(K), NO_RANK, dtype=np.int8)
+    known = np.isfinite(K).all(axis=(1, 2))
+    scale = np.where(np.array(rows) < 3, 1.0, 1.0 / length)
+    sizes = np.abs(np.linalg.eigvalsh(K[known] * np.outer(scale, scale)))
+    ranks[known] = np.sum(sizes > _FREE * sizes.max(axis=-1, keepdims=True), axis=-1)
+    return ranks

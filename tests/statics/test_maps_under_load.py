@@ -1,0 +1,116 @@
+"""Maps whose quantities are those of equilibria, pose by pose, under wrenches and their factors."""
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.analysis.maps.variables import status_words
+from tests.cli.running import Running
+
+ALL = [
+    rs.Quantity.STIFFNESS,
+    rs.Quantity.PRINCIPAL_STIFFNESS,
+    rs.Quantity.WORST_DEFLECTION,
+    rs.Quantity.DEFLECTION,
+]
+equilibrium: Any = rs.equilibrium
+WRENCH = np.array([0, 0, -7.2e7, 1e5, 0, 2e5])
+
+
+def test_every_pose_has_its_equilibrium_and_its_status():
+    robot = rs.load("gough-stewart-b")
+    grid = rs.Grid(x=rs.Axis(0, 0, 1), factor=rs.Axis(0, 1.2, 3))
+    found = rs.stiffness_map(robot, grid, ALL, wrench=WRENCH, method=rs.UnderLoad())
+    home = rs.find_posture(robot).pose[0]
+    words = set()
+    for x in found.x.values:
+        for factor in found.factor.values:
+            one = equilibrium(robot, home + x * np.eye(6)[0], factor * WRENCH)
+            here = found.sel(x=x, factor=factor)
+            words.add(status_words(int(here.status)))
+            assert status_words(int(here.status)) == str(one.status)
+            if not one.has_answer:
+                assert np.isnan(here.K).all()
+                assert int(here["rank"]) == -1
+                continue
+            assert np.allclose(here.K, one.K, rtol=1e-12, atol=1e-9 * np.abs(one.K).max())
+            moved = np.concatenate([here.displacement, here.rotation])
+            assert np.allclose(moved, one.displacement, rtol=1e-6, atol=1e-12)
+            block = np.linalg.eigvalsh(one.K_sym[:3, :3])
+            assert np.allclose(here.translational_stiffness, block, rtol=1e-6)
+            worst = np.linalg.norm(np.linalg.inv(one.K_total)[:3, :3], 2)
+            assert float(here.worst_deflection) == pytest.approx(worst, rel=1e-6)
+    assert "ok" in words
+    assert any("beyond-critical-load" in own for own in words)
+    assert sum(json.loads(found.attrs["statuses"]).values()) == 3
+
+
+def test_a_kernel_gives_the_same_map_and_recomputes_what_is_near_the_critical_load():
+    robot = rs.load("gough-stewart-b")
+    random = np.random.default_rng(4)
+    rows = np.column_stack([random.uniform(-0.05, 0.05, 6), -7e7 * np.linspace(0.1, 0.95, 6)])
+    poses = rs.PoseList(["x", "Fz"], rows)
+    by = rs.Compiled(rs.Backend.ARRAYS)
+    fast, slow = (
+        rs.stiffness_map(robot, poses, ALL, method=rs.UnderLoad(by=own))
+        for own in (by, rs.Batched())
+    )
+    assert 0 < fast.attrs["poses_guarded"] < 6
+    assert np.array_equal(fast.status, slow.status)
+    for name in ("K", "translational_stiffness", "worst_deflection", "displacement"):
+        size = float(np.nanmax(np.abs(slow[name])))
+        assert np.allclose(fast[name], slow[name], rtol=2e-6, atol=1e-10 * size, equal_nan=True)
+
+
+def test_weights_act_beside_the_wrench():
+    arm = rs.load("six-joint-arm")
+    loads = {"arm/joint3": rs.Mass(12.0)}
+    method = rs.UnderLoad(loads=loads, gravity="-z", beams=rs.Linear())
+    found = rs.stiffness_map(
+        arm,
+        rs.Grid(joint2=rs.Axis(0.1, 0.4, 2), factor=rs.Axis(0, 1, 2)),
+        [rs.Quantity.DEFLECTION],
+        wrench=[0, 0, -100, 0, 0, 0],
+        method=method,
+    )
+    q = np.array(arm.legs[0].chain.home)
+    q[1] = 0.4
+    one = equilibrium(
+        arm,
+        rs.JointCoordinates(q),
+        [0, 0, -100, 0, 0, 0],
+        loads=loads,
+        gravity="-z",
+        beams=rs.Linear(),
+    )
+    moved = found.displacement.sel(joint2=0.4, factor=1.0)
+    assert np.allclose(moved, one.displacement[:3], rtol=1e-6)
+
+
+def test_what_does_not_fit_is_refused():
+    robot, grid = rs.load("hexapod"), rs.Grid(x=rs.Axis(0, 0.1, 2))
+    with pytest.raises(rs.InputError, match=r"parts has the loads on drives"):
+        rs.stiffness_map(robot, grid, [rs.Quantity.ACTUATOR_FORCES], method=rs.UnderLoad())
+    method = rs.UnderLoad(gravity="-z", by=rs.Compiled())
+    with pytest.raises(rs.InputError, match="the wrench alone"):
+        rs.stiffness_map(robot, grid, method=method)
+    with pytest.raises(rs.InputError, match=r"coordinate of 'hexapod'.*Fz"):
+        rs.stiffness_map(robot, rs.Grid(x=rs.Axis(0, 0.1, 2), Fz=rs.Axis(0, 1, 2)))
+    with pytest.raises(rs.InputError, match=r"UnderLoad\(\)"):
+        rs.stiffness_map(robot, grid, method="under load")  # type: ignore[arg-type]
+
+
+def test_the_command_takes_factors_and_gravity():
+    words = ["map", "gough-stewart-b", "--wrench", "0 0 -50 MN 0 0 0", "--quantity", "deflection"]
+    run = Running()
+    told = run(*words, "--under-load", "--factor", "0 2 3", "-o", "-")
+    rows = told.stdout.splitlines()
+    assert rows[0].startswith("factor,displacement_dx [m]")
+    assert [row.rpartition(",")[2] for row in rows[1:3]] == ["ok", "ok"]
+    assert "beyond-critical-load" in rows[3]
+    refused = run(*words, "--factor", "0 2 3", "-o", "-")
+    assert refused.exit_code == 2
+    assert "--under-load beside it" in refused.stderr
