@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mpmath import mp
 
 import robostiff as rs
 from robostiff.compiled.closed import ClosedCode
@@ -147,6 +148,67 @@ def test_bounds_of_buckling_hold_at_other_postures_and_are_close(force: float):
             if bounds[k].shortest < length < bounds[k].longest:
                 least = min(bounds[k].checks(t, length, 0.0)[:-2])
                 assert margin - 0.2 < least < margin + 1e-3
+
+
+def test_forty_digits_give_the_same_under_forces_and_moments():
+    robot, fast = rs.load("gough-stewart-b"), compiled("gough-stewart-b")
+    random = np.random.default_rng(9)
+    pose = posture_finder(robot).home_pose + 0.03 * random.uniform(-1, 1, (2, 6))
+    wrench = np.array([[2e6, 1e6, -3e7, 4e5, 0, 6e5], [0, -4e6, 4e7, 1e6, 2e6, -5e5]])
+    answer = fast.evaluate(pose, wrench)
+    assert not answer.guarded.any()
+    legs = rs.find_posture(robot, pose).snapshot.legs
+    for i in range(2):
+        joints = [[e for e in leg.elements if isinstance(e, PlacedFreedom)] for leg in legs]
+        ends = [(own[0].point, own[-1].point[i] - pose[i, :3]) for own in joints]
+        k = [next(e.stiffness for e in own if not e.is_passive) for own in joints]
+        moved, K = exact_struts(ends, k, pose[i, :3], wrench[i], answer.displacement[i])
+        size = np.sqrt(np.diag(K))
+        assert np.abs((answer.K[i] - K) / np.outer(size, size)).max() < 1e-11
+        assert np.abs(answer.displacement[i] - moved).max() < 1e-12
+
+
+def exact_struts(
+    ends: Any, k: Any, p: np.ndarray, wrench: np.ndarray, near: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where springs between points balance a wrench, and how that grows with twists (mpmath)."""
+    with mp.workdps(40):
+
+        def turned(r: Any, c: Any) -> Any:
+            a = mp.sqrt(mp.fsum(x * x for x in r))
+            s, h = (mp.sin(a) / a, (1 - mp.cos(a)) / a**2) if a else (mp.mpf(1), mp.mpf(0.5))
+            rc = cross(r, c)
+            rrc = cross(r, rc)
+            return [c[j] + s * rc[j] + h * rrc[j] for j in range(3)]
+
+        def cross(a: Any, b: Any) -> Any:
+            return [a[j - 2] * b[j - 1] - a[j - 1] * b[j - 2] for j in range(3)]
+
+        def carried(x: Any, twist: Any = (0,) * 6) -> Any:
+            total = [mp.mpf(0)] * 6
+            for (A, c), own in zip(ends, k, strict=True):
+                rest = mp.sqrt(mp.fsum((mp.mpf(p[j]) + c[j] - A[j]) ** 2 for j in range(3)))
+                arm = turned(twist[3:], turned(x[3:], [mp.mpf(y) for y in c]))
+                d = [mp.mpf(p[j]) + x[j] + twist[j] + arm[j] - A[j] for j in range(3)]
+                length = mp.sqrt(mp.fsum(y * y for y in d))
+                f = [mp.mpf(own) * (length - rest) / length * y for y in d]
+                total = [a + b for a, b in zip(total, [*f, *cross(arm, f)], strict=True)]
+            return total
+
+        def missing(*x: Any) -> Any:
+            return [a - mp.mpf(b) for a, b in zip(carried(x), wrench, strict=True)]
+
+        x = list(mp.findroot(missing, [mp.mpf(float(y)) for y in near], tol=1e-50))
+        step, columns = mp.mpf(10) ** -15, []
+        for j in range(6):
+            ahead, behind = (
+                carried(x, [sign * step if i == j else mp.mpf(0) for i in range(6)])
+                for sign in (1, -1)
+            )
+            columns.append(
+                [float((a - b) / (2 * step)) for a, b in zip(ahead, behind, strict=True)]
+            )
+        return np.array([float(y) for y in x]), np.array(columns).T
 
 
 def test_what_is_near_its_critical_load_is_computed_with_care():
