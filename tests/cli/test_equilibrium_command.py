@@ -98,6 +98,19 @@ def test_slips(arguments: tuple[str, ...], words: str):
     assert words in outcome.stderr
 
 
+def test_a_network_comes_to_rest_at_its_own_pose():
+    wrench = "100 50 -30 1 1 1"
+    found = answer("double-pantograph", "--wrench", wrench, "--preload", "screw=10 N")
+    wanted = rs.equilibrium(
+        rs.load("double-pantograph"), None, [100, 50, -30, 1, 1, 1], preload={"screw": 10.0}
+    )
+    assert isinstance(wanted, rs.Equilibrium)
+    assert np.allclose(found["displacement"], wanted.displacement, rtol=1e-12, atol=1e-18)
+    moved = run("double-pantograph", "--wrench", wrench, "--pose", "0 0 1")
+    assert moved.exit_code == 2
+    assert "a network is frozen at its own pose" in moved.stderr
+
+
 def test_cables_are_sent_elsewhere():
     outcome = run("cable-8", "--wrench", "0 0 -200 0 0 0")
     assert outcome.exit_code == 2

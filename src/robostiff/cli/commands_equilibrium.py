@@ -22,6 +22,7 @@ from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.model import Mass, Robot, Snapshot
+from robostiff.network import Network
 from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path, modes
 
 _MOST_FACTORS = 1000
@@ -36,7 +37,14 @@ def print_equilibrium(
     answer: Answer,
 ) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
-    robot = _robot_of_legs(model)
+    robot, source = model.load(), model.source
+    if not isinstance(robot, Robot | Snapshot | Network):
+        raise InputError(
+            f"equilibrium of {source!r}",
+            got=type(robot).__name__,
+            expected="a robot or a snapshot of legs, or a network",
+            hint=f"cables have 'robostiff cables {source} --wrench ...'",
+        )
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
@@ -80,7 +88,13 @@ def print_modes(
     picture = (
         None if shown.plot is None else picture_file("--plot", shown.plot, replacing.overwrite)
     )
-    robot = _robot_of_legs(model)
+    robot = model.load()
+    if not isinstance(robot, Robot | Snapshot):
+        raise InputError(
+            f"modes of {model.source!r}",
+            got=type(robot).__name__,
+            expected="a robot or a snapshot of legs",
+        )
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
     for name, mass in _named("--mass", shown.masses, _kilograms):
@@ -99,19 +113,9 @@ def print_modes(
     return BAD_STATUS if found.status.is_bad else 0
 
 
-def _robot_of_legs(model: Model) -> Robot | Snapshot:
-    robot, source = model.load(), model.source
-    if not isinstance(robot, Robot | Snapshot):
-        raise InputError(
-            f"equilibrium of {source!r}",
-            got=type(robot).__name__,
-            expected="a robot or a snapshot of legs",
-            hint=f"cables have 'robostiff cables {source} --wrench ...'",
-        )
-    return robot
-
-
-def _options(robot: Robot | Snapshot, place: Place, written: WrittenLoads) -> dict[str, Any]:
+def _options(
+    robot: Robot | Snapshot | Network, place: Place, written: WrittenLoads
+) -> dict[str, Any]:
     """Loads beside the wrench, and where they act."""
     return {
         "at": point_from(place),
