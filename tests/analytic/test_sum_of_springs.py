@@ -40,7 +40,7 @@ LONGEST = {
     "3-prs": 50,
     "3-rps": 60,
     "3-puu": 50,
-    "3-rrr": 70,
+    "3-rrr": 80,
     "3-upu": 60,
     "delta": 70,
     "orthoglide": 20,

@@ -98,12 +98,16 @@ def with_components(
     """
     used = {*taken, *(d.symbol.name for d in written.definitions)}
     ours: set[Any] = set()
+    refused: set[Any] = set()
     best = written
     for _ in range(_NAMES):
-        product = _most_useful(written, ours)
+        product = _most_useful(written, ours, refused)
         if product is None:
             break
         name = _name_of(product, written.others, components, used)
+        if product.as_numer_denom()[1] == 1 and name not in components:
+            refused.add(product)  # a moment is the entry of a wrench
+            continue
         used.add(name)
         symbol = sp.Symbol(name, real=True)
         ours.add(symbol)
@@ -249,7 +253,7 @@ def _divided(expression: Any, ratio: Definition) -> Any:
     return min(expression, other, key=_operations)
 
 
-def _most_useful(written: Written, components: set[Any]) -> Any:
+def _most_useful(written: Written, components: set[Any], refused: set[Any]) -> Any:
     """The ratio or moment whose name saves most operations; None where none does.
 
     A length below all results, and nothing else, is a factor in front of them: 1/L^2.
@@ -265,9 +269,10 @@ def _most_useful(written: Written, components: set[Any]) -> Any:
         ):
             continue
         saved = sum(max(0, _cost(own) - _cost(_taken_out(own, found))) for own in products)
-        if saved > most:
-            best, most = found, saved
-    return None if best is None else sp.Mul(*(base**power for base, power in best))
+        product = sp.Mul(*(base**power for base, power in found))
+        if saved > most and product not in refused:
+            best, most = product, saved
+    return best
 
 
 def _products(formula: Any) -> list[_Powers]:
