@@ -123,7 +123,7 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     series = derivation.in_series if pose == "home" and len(derivation.legs) == 1 else None
     if series is not None:
         form, definitions = "series", series.definitions
-        entries = [*series.C, *series.axes, *series.arm]
+        entries = [x for x in (*series.C, *series.axes, *series.arm) if x.free_symbols]
     vectors = None
     if form == "steps" and pose == "home" and derivation.vectors is not None:
         form, vectors = "vectors", derivation.vectors
@@ -131,7 +131,7 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
         definitions = vectors.names
     equations = () if vectors is None else (*vectors.pose, *vectors.leg)
     written = [*(d for d in definitions if d.expression.free_symbols), *equations]
-    entries = [x for x in different_entries(entries) if x.free_symbols]
+    entries = different_entries(entries)
     row = Row(
         robot=stem,
         pose=pose,
