@@ -14,7 +14,7 @@ _LINE = 20  # pixels a line of the legend
 _PLOT, _ABOVE, _BELOW = 430, 64, 56
 
 
-def template(palette: Palette) -> go.layout.Template:
+def template(palette: Palette) -> dict[str, Any]:
     """A template in the colours of a theme; it is not registered anywhere."""
     axis = {
         "gridcolor": palette.faint,
@@ -31,8 +31,8 @@ def template(palette: Palette) -> go.layout.Template:
         "showbackground": False,
         "zeroline": False,
     }
-    return go.layout.Template(
-        layout={
+    return {
+        "layout": {
             "paper_bgcolor": palette.ground,
             "plot_bgcolor": palette.ground,
             "font": {"color": palette.ink, "size": 12, "family": "Open Sans, Arial, sans-serif"},
@@ -44,7 +44,7 @@ def template(palette: Palette) -> go.layout.Template:
             "legend": {"bgcolor": "rgba(0,0,0,0)"},
             "hoverlabel": {"bgcolor": palette.ground, "font": {"color": palette.ink}},
         }
-    )
+    }
 
 
 def figure(
@@ -53,22 +53,28 @@ def figure(
     traces: Sequence[Any],
     notes: Sequence[str] = (),
     plot_height: int = _PLOT,
+    below: int = _BELOW,
+    left: int = 64,
+    **layout: Any,
 ) -> go.Figure:
-    """A figure with a title, its notes, and a legend below with room for all its lines."""
-    made = go.Figure(list(traces))
-    named = sum(1 for trace in traces if trace.showlegend and trace.name)
-    below = _BELOW + _LINE * named
+    """A figure with a title, its notes, and a legend below with room for all its lines.
+
+    Traces may be plain mappings. All is given at once: Plotly checks whatever it is given anew.
+    """
+    named = sum(1 for trace in traces if trace["showlegend"] and trace["name"])
+    below += _LINE * named
     heading = title
     if notes:
         heading += (
             f"<br><span style='font-size:12px;color:{palette.muted}'>{'; '.join(notes)}</span>"
         )
-    made.update_layout(
-        template=template(palette),
-        title={"text": heading, "y": 1, "yref": "container", "yanchor": "top", "pad": {"t": 14}},
-        height=_ABOVE + plot_height + below,
-        margin={"l": 64, "r": 16, "t": _ABOVE, "b": below},
-        legend={
+    title_place = {"y": 1, "yref": "container", "yanchor": "top", "pad": {"t": 14}}
+    common = {
+        "template": template(palette),
+        "title": {"text": heading, **title_place},
+        "height": _ABOVE + plot_height + below,
+        "margin": {"l": left, "r": 16, "t": _ABOVE, "b": below},
+        "legend": {
             "orientation": "v",
             "yref": "container",
             "y": 0.0,
@@ -79,9 +85,9 @@ def figure(
             "tracegroupgap": 0,
             "font": {"size": 11},
         },
-        showlegend=named > 0,
-    )
-    return made
+        "showlegend": named > 0,
+    }
+    return go.Figure(list(traces), {**common, **layout})
 
 
 def colour_scale(scale: ColourScale, palette: Palette) -> list[list[Any]]:

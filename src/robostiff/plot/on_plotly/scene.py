@@ -32,7 +32,7 @@ _SYMBOLS = {
 }
 _HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
-_SCENE, _NO_LABELS = 500, 40  # pixels
+_SCENE, _BELOW = 500, 16  # pixels; nothing is written below a scene but its legend
 _MARGIN = 0.04  # of the longest side of the box
 _WITH_NAMES = 1.15  # how much farther, so that names at the corners are not cut
 _EYE = {"x": 1.28, "y": -1.62, "z": 0.78}
@@ -46,41 +46,37 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
     traces = [trace for item in picture.items for trace in pencil.traces(item)]
     if picture.scale is not None:
         traces.append(_scale_alone(picture.scale, palette, picture.is_flat))
-    made = figure(palette, picture.title, traces, picture.notes, _SCENE)
     x, y, z = picture.axes
-    away = _WITH_NAMES if any(isinstance(item, Text) for item in picture.items) else 1.0
     if picture.is_flat:
-        made.update_xaxes(title=x)
-        made.update_yaxes(title=y, scaleanchor="x")
-        return made
-    made.update_scenes(
-        xaxis_title=x,
-        yaxis_title=y,
-        zaxis_title=z,
-        camera={"eye": {axis: away * place for axis, place in _EYE.items()}, "center": {"x": 0, "y": 0, "z": -0.15}},
-        domain={"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
-    )
-    # nothing is written below a scene but its legend
-    layout: Any = made.layout  # whose attributes Plotly makes at run time
-    height, below = layout.height - _NO_LABELS, layout.margin.b - _NO_LABELS
-    made.update_layout(height=height, margin={"b": below, "l": 16})
-    _fill(made, picture)
-    return made
+        plane = {"xaxis": {"title": x}, "yaxis": {"title": y, "scaleanchor": "x"}}
+        return figure(palette, picture.title, traces, picture.notes, _SCENE, **plane)
+    away = _WITH_NAMES if any(isinstance(item, Text) for item in picture.items) else 1.0
+    ratio, ranges = _filled(picture)
+    scene = {
+        "camera": {
+            "eye": {axis: away * place for axis, place in _EYE.items()},
+            "center": {"x": 0, "y": 0, "z": -0.15},
+        },
+        "domain": {"x": [0, 1 if picture.scale is None else 0.9], "y": [0, 1]},
+        "aspectmode": "manual",
+        "aspectratio": dict(zip("xyz", ratio, strict=True)),
+        **{
+            f"{axis}axis": {"title": title, "range": limits}
+            for axis, title, limits in zip("xyz", (x, y, z), ranges, strict=True)
+        },
+    }
+    return figure(palette, picture.title, traces, picture.notes, _SCENE, _BELOW, 16, scene=scene)
 
 
-def _fill(made: go.Figure, picture: Scene) -> None:
-    """Ranges of the axes, and their lengths: any box is as long from corner to corner."""
+def _filled(picture: Scene) -> tuple[list[float], list[list[float]]]:
+    """Lengths of the axes, by which any box is as long from corner to corner, and their ranges."""
     low, high = picture.box
     margin = _MARGIN * float(np.max(high - low)) or 1.0
     if picture.frame is None:
         low, high = low - margin, high + margin
     ratio = high - low if picture.is_equal else np.ones(3)
     ratio = ratio * np.sqrt(3) / np.linalg.norm(ratio)
-    made.update_scenes(
-        aspectmode="manual", aspectratio=dict(zip("xyz", map(float, ratio), strict=True))
-    )
-    for axis, start, stop in zip("xyz", low, high, strict=True):
-        made.update_scenes({f"{axis}axis_range": [float(start), float(stop)]})
+    return ratio.tolist(), np.stack([low, high], axis=-1).tolist()
 
 
 class _PlotlyPencil:
@@ -137,7 +133,8 @@ class _PlotlyPencil:
         if self.picture.is_flat:
             corners = item.corners if isinstance(item, Face) else item.vertices
             closed = np.concatenate([corners, corners[:1]])
-            return go.Scatter(
+            return dict(
+                type="scatter",
                 x=closed[:, 0],
                 y=closed[:, 1],
                 fill="toself",
@@ -156,7 +153,8 @@ class _PlotlyPencil:
             vertices, triangles = item.vertices, item.triangles
         x, y, z = vertices.T
         i, j, k = triangles.T
-        return go.Mesh3d(
+        return dict(
+            type="mesh3d",
             x=x,
             y=y,
             z=z,
@@ -175,8 +173,8 @@ class _PlotlyPencil:
         naming = _naming(item.label)
         x, y, z = points.T
         if self.picture.is_flat:
-            return go.Scatter(x=x, y=y, mode=mode, **look, **naming)
-        return go.Scatter3d(x=x, y=y, z=z, mode=mode, **look, **naming)
+            return {"type": "scatter", "x": x, "y": y, "mode": mode, **look, **naming}
+        return {"type": "scatter3d", "x": x, "y": y, "z": z, "mode": mode, **look, **naming}
 
 
 def _naming(label: str) -> dict[str, Any]:
@@ -201,5 +199,5 @@ def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
     }
     look = {"mode": "markers", "marker": marker, "hoverinfo": "skip", "showlegend": False}
     if is_flat:
-        return go.Scatter(x=[None], y=[None], **look)
-    return go.Scatter3d(x=[None], y=[None], z=[None], **look)
+        return {"type": "scatter", "x": [None], "y": [None], **look}
+    return {"type": "scatter3d", "x": [None], "y": [None], "z": [None], **look}
