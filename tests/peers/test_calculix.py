@@ -21,6 +21,7 @@ from tests.generators.metric import distance
 from tests.network.frames import BAR, STEEL, ball, nodes, turning
 
 _PORTAL = str(Path(__file__).parents[2] / "examples" / "portal.json")
+_WRIST = str(Path(__file__).parents[2] / "examples" / "bevel-wrist.yaml")
 _ROW = re.compile(r"^ +[12] +(\S+) +(\S+) +(\S+)$", re.MULTILINE)
 
 
@@ -39,7 +40,14 @@ def by_calculix(path: Path, rows: list[int]) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(_PORTAL, id="portal"), "3-rrr", "hexapod", "orthoglide"]
+    "name",
+    [
+        pytest.param(_PORTAL, id="portal"),
+        pytest.param(_WRIST, id="coupled joints"),
+        "3-rrr",
+        "hexapod",
+        "orthoglide",
+    ],
 )
 def test_written_models_have_our_compliance(name, tmp_path):
     path = tmp_path / "model.inp"

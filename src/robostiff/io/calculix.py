@@ -17,7 +17,7 @@ import numpy as np
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
 from robostiff.network import Network
-from robostiff.network.connection import RelativeMotion
+from robostiff.network.connection import Motion
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.redundancy import redundancy
@@ -54,7 +54,6 @@ def calculix_input(network: Network) -> str:
     >>> calculix_input(network).splitlines()[2:5]
     ['*NODE, NSET=BODIES', '1, 1.000000000000e+00, 0.000000000000e+00, 0.000000000000e+00', ...]
     """
-    network.check_has_no_couplings("CalculiX input")
     equations = equations_of(network, DEFAULT_TOLERANCE)
     model = _Model(equations)
     model.add_rigid()
@@ -102,23 +101,28 @@ class _Model:
                 held.add((self.number[mechanism.nodes[body]], rows[row]))
         return held
 
-    def _rates(self, connection: RelativeMotion, wrenches: np.ndarray) -> np.ndarray:
-        """How much each coordinate of the bodies elongates a connection (m, 6 N)."""
+    def _rates(self, connection: Motion, chosen: np.ndarray) -> np.ndarray:
+        """How much each coordinate of the bodies elongates a connection (k, 6 N).
+
+        The columns of `chosen` (m, k) combine its wrenches.
+        """
         own = self.equations
-        rates = np.zeros((wrenches.shape[1], 6 * len(self.number)))
-        for name, sign in ((connection.a, -1), (connection.b, 1)):
-            D = own.between(self.points[name], connection.point) * own.scale
+        rates = np.zeros((chosen.shape[1], 6 * len(self.number)))
+        for name, point, part in connection.ends:
+            D = own.between(self.points[name], point) * own.scale
             first = 6 * self.number[name]
-            rates[:, first + np.array(own.network.space.rows)] += sign * wrenches.T @ D
+            rates[:, first + np.array(own.network.space.rows)] += chosen.T @ part @ D
         rates[:, [6 * body + row for body, row in self.held]] = 0.0
         return rates
 
-    def add_springs(self, connection: RelativeMotion) -> None:
+    def add_springs(self, connection: Motion) -> None:
         """A spring for each of the conjugate wrenches of a connection."""
-        W = connection.W[:, ~connection.rigid]
+        elastic = np.eye(len(connection.S))[:, ~connection.rigid]
         soft = np.ix_(~connection.rigid, ~connection.rigid)
         values, vectors = np.linalg.eigh(connection.S[soft])
-        for compliance, rates in zip(values, self._rates(connection, W @ vectors), strict=True):
+        for compliance, rates in zip(
+            values, self._rates(connection, elastic @ vectors), strict=True
+        ):
             self.stiffness.append(self.equations.stiffness / float(compliance))
             node, row = divmod(len(self.stiffness) - 1, 3)
             first = 2 * len(self.number) + 1
@@ -131,7 +135,7 @@ class _Model:
         for k, connection in enumerate(self.equations.connections):
             kept = connection.rigid.copy()
             kept[dropped.get(k, [])] = False
-            rows.append(self._rates(connection, connection.W[:, kept]))
+            rows.append(self._rates(connection, np.eye(len(kept))[:, kept]))
         A = np.concatenate(rows)
         if len(A) > _MOST_EQUATIONS:
             raise InputError(

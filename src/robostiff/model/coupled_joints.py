@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.model.joint import Joint, Locked, Passive, Role
+from robostiff.model.joint import Actuated, Joint, Locked, Passive
 from robostiff.spatial import refuse_quantities
 from robostiff.spatial.formula import exact_together, is_formula
 
@@ -45,7 +45,7 @@ class Coupling:
     """
 
     terms: tuple[tuple[str, Any], ...]
-    role: Role = _GEAR
+    role: Locked | Actuated = _GEAR
     home: Any = None
     name: str = ""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, cast
 
 from robostiff.io.model_file.build_joint import build_role
 from robostiff.io.model_file.place import Place
@@ -15,6 +16,9 @@ from robostiff.io.model_file.written_elements import (
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension
 from robostiff.model import Chain, Coupling, Element, Joint, coupling
+
+if TYPE_CHECKING:
+    from robostiff.model import Actuated, Locked
 
 _TURN, _SLIDE = Dimension.ANGLE, Dimension.LENGTH
 
@@ -51,7 +55,7 @@ def _follower(place: Place, written: WrittenFollower, joints: dict[str, Joint]) 
     ratio = (place / "ratio").number(written.ratio, per)
     offset = (place / "offset").number(written.offset, _SLIDE if own else _TURN)
     drive = WrittenDrive(role="locked", stiffness=written.stiffness)
-    role = build_role(place, drive, (_SLIDE if own else _TURN,))
+    role = cast("Locked", build_role(place, drive, (_SLIDE if own else _TURN,)))
     name = written.name or ""
     with (place / "ratio").complaints():
         found = coupling(
@@ -85,7 +89,7 @@ def _sum(place: Place, written: WrittenSum, joints: dict[str, Joint]) -> Couplin
     equals = written.equals
     home = None if equals is None else (place / "equals").number(equals, dimension)
     drive = WrittenDrive(role=written.role, stiffness=written.stiffness, limits=written.limits)
-    role = build_role(place, drive, (dimension,))
+    role = cast("Locked | Actuated", build_role(place, drive, (dimension,)))
     with here.complaints():
         return Coupling(tuple(terms), role, home, written.name or "")
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.analysis.parts_at_home import parts_at_home
 from robostiff.markup import Cell, Heading, Number, Paragraph, Table, Tone, number, row
-from robostiff.model import Actuated, Locked, PlacedFreedom, Robot
+from robostiff.model import Actuated, PlacedFreedom, Robot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network, SpringElement
 from robostiff.report.contents import ReportContents
@@ -79,7 +79,7 @@ def _couplings(robot: Robot) -> Table:
         for i, one in () if own is None else own.sums.items():
             place = leg.chain.own_places[i]
             turns = leg.chain.freedoms[place].turns
-            k = one.role.stiffness if isinstance(one.role, Actuated | Locked) else None
+            k = one.role.stiffness
             rows.append(
                 [
                     f"{leg.name}/{one.name}",
