@@ -31,6 +31,7 @@ from robostiff.model import (
 from robostiff.network import condense, energy_stiffness, network_of_snapshot
 from robostiff.plot.geometry.displacement import motion_under
 from robostiff.spatial import Frame, move_stiffness
+from robostiff.view.machines import machine_of
 
 SECTION, STEEL = rs.circle(0.03), rs.material("steel")
 GEAR = coupling("b", follows="a", ratio=-1.5, offset=0.1)
@@ -411,3 +412,21 @@ def test_bodies_between_coupled_joints_move_as_in_the_network():
             if name.endswith(f" {getattr(element, 'joint', element.name)}"):
                 node = next(node.point for node in network.nodes if node.name == name)
                 assert leg.bodies[i + 1].displacement(node) == pytest.approx(twist[:3], abs=1e-12)
+
+
+def test_a_view_has_no_slider_for_what_a_gear_holds():
+    machine = machine_of(arm((GEAR,)))
+    assert [slider.name for slider in machine.sliders] == ["a", "c"]
+    q = machine.pose({"a": 0.3, "c": 0.1})
+    assert np.asarray(q.values) == pytest.approx([0.3, 0.1, 0.1])
+
+
+def test_maps_take_couplings():
+    robot = arm((GEAR,))
+    path = rs.PoseList(["a", "c"], [[0.3, 0.0], [0.4, 0.2]])
+    found = rs.stiffness_map(robot, path)
+    for i, (a, c) in enumerate([(0.3, 0.0), (0.4, 0.2)]):
+        K = rs.stiffness(robot, rs.JointCoordinates([a, 0.1, c]))
+        assert float(found["rank"][i]) == K.rank
+    with pytest.raises(InputError, match="which is held"):
+        rs.stiffness_map(robot, rs.PoseList(["a", "b"], [[0.3, 0.0]]))

@@ -168,9 +168,11 @@ class RobotMachine:
         """The pose of values by the names of the sliders, as `robostiff.stiffness` takes it."""
         if isinstance(self.robot, Snapshot):
             return None
-        numbers = np.array([values[slider.name] for slider in self.sliders])
         if self.robot.is_posed_by_joints:
-            return JointCoordinates(numbers)
+            chain = self.robot.legs[0].chain
+            each = zip(chain.coordinate_names, chain.home, strict=True)
+            return JointCoordinates(np.array([values.get(name, float(own)) for name, own in each]))
+        numbers = np.array([values[slider.name] for slider in self.sliders])
         return numbers if len(numbers) else None
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:

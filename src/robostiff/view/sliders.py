@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.model import Actuated, Coordinate, Robot
+from robostiff.model import Actuated, Coordinate, Locked, Robot
 from robostiff.spatial import Space
 
 _REACH = 0.25  # of the robot: how far a coordinate goes from home
@@ -76,11 +76,18 @@ def coordinate_sliders(
 
 
 def joint_sliders(robot: Robot, start: np.ndarray, size: float) -> tuple[Slider, ...]:
-    """Of the joints of a serial arm at `start` (n,), within their limits where they have some."""
+    """Of the joints of a serial arm at `start` (n,), within their limits where they have some.
+
+    None of a joint that follows others by a gear.
+    """
     chain = robot.legs[0].chain
+    sums = {} if chain.transmission is None else chain.transmission.sums
+    held = {chain.own_places[i] for i, own in sums.items() if isinstance(own.role, Locked)}
     sliders = []
     joints = zip(chain.freedoms, chain.coordinate_names, chain.roles, start, strict=True)
-    for screw, name, role, value in joints:
+    for place, (screw, name, role, value) in enumerate(joints):
+        if place in held:
+            continue
         unit, factor = ("deg", math.pi / 180) if screw.turns else ("mm", 1e-3)
         half = 180.0 if screw.turns else _round_up(_REACH * size / factor)
         own = _shown(value, factor)
