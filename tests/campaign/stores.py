@@ -241,24 +241,33 @@ def _processor() -> float:
     return sum(os.times()[:4])
 
 
-def run(count: int, seed: int = 0) -> Counter[str]:
-    """Damage so many maps; how often each outcome came.
-
-    Raises
-    ------
-    Failure
-        At the first that `check` does not pass.
-    """
+def outcomes(count: int, seed: int = 0) -> tuple[Counter[str], list[Failure]]:
+    """Damage so many maps; how often each outcome came, and what `check` does not pass."""
     counts: Counter[str] = Counter()
+    failures: list[Failure] = []
     with tempfile.TemporaryDirectory(prefix="robostiff-maps-") as folder:
         whole = originals(Path(folder))
         kinds = ("map.zarr", "map.nc", "begun.zarr", "map.zarr", "other.nc")
         for number in range(count):
             kind = kinds[number % len(kinds)]
-            counts[f"{kind} {check(whole, kind, seed + number)}"] += 1
-    return counts
+            try:
+                counts[f"{kind} {check(whole, kind, seed + number)}"] += 1
+            except Failure as failure:
+                failures.append(failure)
+    return counts, failures
+
+
+def run(count: int, seed: int = 0) -> int:
+    """Damage so many maps, print what came, and give the number that failed."""
+    counts, failures = outcomes(count, seed)
+    print(f"{count} maps of seed {seed}")
+    for what, number in counts.most_common():
+        print(f"  {number:6d} {what}")
+    for failure in failures:
+        print(failure)
+    return len(failures)
 
 
 if __name__ == "__main__":
     asked = [int(word) for word in sys.argv[1:]] or [400]
-    sys.stdout.write(f"{dict(run(*asked))}\n")
+    raise SystemExit(1 if run(*asked) else 0)

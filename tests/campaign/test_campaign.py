@@ -2,12 +2,14 @@
 # pyright: reportOptionalMemberAccess=false
 
 import itertools
+import sys
 
 import numpy as np
 import pytest
 
 import robostiff as rs
 from tests.campaign import placed, ways
+from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
 from tests.campaign.robots import kind_of, run_part
 from tests.cases.metric import distance
@@ -68,3 +70,13 @@ def test_a_home_that_is_nearly_singular_has_ways_through_the_singularity():
     tally = run_part(20261122, [11867], None)
     assert tally.kinds["driven arm"] == 1
     assert not tally.failures, tally.details
+
+
+def test_all_parts_run_one_after_the_other(monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["campaign", "--count", "1", "--processes", "1"])
+    assert main() == 0
+    printed = capsys.readouterr().out
+    assert [line for line in printed.splitlines() if line.startswith("==")] == [
+        f"== {part}, seed 1" for part in PARTS
+    ]
