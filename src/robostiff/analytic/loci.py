@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.factors import bound_of_terms, starts_with_minus
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.products import FormulaTooLargeError
@@ -37,12 +38,12 @@ class WrittenSteps:
 
     Attributes
     ----------
-    derivation : RobotDerivation
+    derivation : Derivation
     longest : int
         Terms of a step that is written out.
     """
 
-    derivation: RobotDerivation
+    derivation: Derivation
     longest: int = _LONGEST[0]
 
     @cached_property
@@ -106,12 +107,12 @@ def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
         return Locus({}, f"where it drops is not searched in {minors} minors of its wrenches")
     for longest in _LONGEST[:-1]:
         with suppress(FormulaTooLargeError):
-            return _locus(WrittenSteps(derivation, longest), rank)
-    return _locus(WrittenSteps(derivation, _LONGEST[-1]), rank)
+            return _locus(derivation, longest, rank)
+    return _locus(derivation, _LONGEST[-1], rank)
 
 
-def _locus(written: WrittenSteps, rank: int) -> Locus:
-    legs = written.derivation.legs
+def _locus(derivation: RobotDerivation, longest: int, rank: int) -> Locus:
+    written, legs = WrittenSteps(derivation, longest), derivation.legs
     W = [written(w) for leg in legs for w in leg.wrenches]
     c = [written(x) for leg in legs for x in leg.compliances]
     if _rank_in_numbers(W) != rank:
@@ -133,7 +134,7 @@ def _locus(written: WrittenSteps, rank: int) -> Locus:
             factors[factor] = 2 * int(exponent)
     for stiffness, lost in _without_springs(W, c, rank).items():
         factors[stiffness] = factors.get(stiffness, 0) + lost
-    names = {d.symbol for d in written.derivation.definitions}
+    names = {d.symbol for d in derivation.definitions}
     in_names = any(factor.free_symbols & names for factor in factors)
     return Locus(factors, "in names of its steps" * in_names)
 

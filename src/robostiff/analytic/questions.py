@@ -21,7 +21,7 @@ from robostiff.analytic.squares import is_positive_form
 from robostiff.errors import InputError
 from robostiff.spatial import Space, skew
 
-_SHORT = 5.0  # seconds for minors of wrenches
+_SHORT = 5.0  # seconds for an answer in steps
 
 
 @dataclass(frozen=True)
@@ -262,8 +262,8 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
 
     Parameters
     ----------
-    K : (n, n) matrix of SymPy expressions, or Derivation in closed form
-        In steps alone where there is no free motion.
+    K : (n, n) matrix of SymPy expressions, or Derivation
+        In steps, the motions are in given symbols and in names of its steps.
 
     Returns
     -------
@@ -277,8 +277,8 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     >>> free_motion_formulas(K)[0].T
     Matrix([[-d, 0, 1]])
     """
-    if (rank := _general_rank(K)) is not None and rank == K.K.rows:
-        return ()
+    if (rank := _general_rank(K)) is not None:
+        return () if rank == K.K.rows else _free_motions_in_steps(K, rank)
     matrix, names = closed_matrix(K, "free motions"), _in_names(K)
     if names is not None:
         if names.rank == names.matrix.rows:
@@ -289,13 +289,27 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     return _null_space(matrix)
 
 
+def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
+    """Motions against which no wrench of a leg does work."""
+    from robostiff.analytic.loci import WrittenSteps
+
+    written = WrittenSteps(derivation)
+    W = sp.Matrix([list(written(w)) for leg in derivation.legs for w in leg.wrenches])
+    try:
+        found = within(_SHORT, lambda: _null_space(W), "free motions")
+    except FormulaTooLargeError:
+        found = ()
+    if len(found) != derivation.K.rows - rank:
+        closed_matrix(derivation, "free motions")
+    return found
+
+
 def _null_space(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     field = ExactField(list(K))
-    n = K.rows
-    rows = [[field.element(entry) for entry in K.row(i)] for i in range(n)]
+    rows = [[field.element(entry) for entry in K.row(i)] for i in range(K.rows)]
     return tuple(
         sp.ImmutableMatrix([field.expression(element) for element in motion])
-        for motion in null_space(field, rows, n)
+        for motion in null_space(field, rows, K.cols)
     )
 
 
@@ -320,9 +334,11 @@ def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
     >>> fixed_point_formula(K).T
     Matrix([[0, -d]])
     """
-    space = Space.of_size(closed_matrix(K, "fixed point").rows)
-    t = space.translations
     motions = free_motion_formulas(K)
+    if not motions:
+        return None
+    space = Space.of_size(motions[0].rows)
+    t = space.translations
     equations = []
     for motion in motions:
         entries: list[Any] = [motion[i, 0] for i in range(space.size)]
@@ -366,7 +382,7 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
 
 def _shared_zeros(K: Any) -> tuple[sp.Expr, ...]:
     t = Space.of_size(K.rows).translations
-    field = ExactField(list(K))
+    field = ExactField(list(K[:t, t:]))
     coupling = [field.element(K[i, j]) for i in range(t) for j in range(t, K.rows)]
     present = [field.zeros(element) for element in coupling if not element.is_zero]
     if not present:

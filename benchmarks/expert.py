@@ -1,0 +1,203 @@
+"""Formulas against SymPy as an expert writes it: seconds of the processor, and operations.
+
+The expert closes the legs and finds the wrenches that they transmit by hand, takes polynomial rings
+where these are faster than expressions, and writes no more than the problem needs. robostiff reads
+a model, closes its legs, finds the wrenches, and compares the formula with numbers at random
+parameters and poses before it returns: what the expert's figures leave out.
+
+    python benchmarks/expert.py                            all problems, half a minute
+    python benchmarks/expert.py --table docs/derivations.md    and the table there
+"""
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import sympy as sp
+from derivations import JOINTS, K0, fraction_free_recursion, ring_fractions, upper
+from sympy.core.cache import clear_cache
+
+import robostiff as rs
+from robostiff.analytic import derive_chain
+from robostiff.analytic.sum_of_springs import operations_of
+
+BEGINNING, END = "<!-- table of the expert -->", "<!-- end of the expert's table -->"
+RUNS = 5
+R, r, h, k = sp.symbols("R r h k", positive=True)
+PHI, PSI = (0, 120, 120, 240, 240, 360), (60, 60, 180, 180, 300, 300)  # eq. (28), degrees
+PLANAR_LEG = """
+robostiff: 1
+name: planar-leg
+source: a driven crank and a rod, both slender beams
+planar: true
+parameters: {l1: 300 mm, l2: 400 mm, E: 70 GPa, A: 8 cm^2, I: 3 cm^4, k: 2e4 N m/rad}
+materials: {alloy: {E: E, poisson_ratio: 0.3}}
+sections: {bar: {properties: {A: A, Iy: I, Iz: I, J: 2*I}}}
+legs:
+  - name: leg
+    chain:
+      - {type: revolute, name: motor, axis: z, role: actuated, stiffness: k, home: 0.4 rad}
+      - {type: beam, name: crank, to: [l1, 0, 0], y_axis: y, material: alloy, section: bar}
+      - {type: revolute, name: elbow, axis: z, role: passive, home: 0.9 rad}
+      - {type: beam, name: rod, to: [l2, 0, 0], y_axis: y, material: alloy, section: bar}
+      - {type: revolute, name: tip, axis: z, role: passive}
+"""
+
+Found = tuple[list[Any], list[Any]]  # different entries, and what their names stand for
+
+
+def platform_in_expressions() -> Found:
+    """The sum of w w^T, multiplied out and factored."""
+    K: Any = sp.zeros(6)
+    for phi, psi in zip(map(sp.rad, PHI), map(sp.rad, PSI), strict=True):
+        b = sp.Matrix([r * sp.cos(psi), r * sp.sin(psi), 0])
+        d = b - sp.Matrix([R * sp.cos(phi), R * sp.sin(phi), -h])
+        w = sp.Matrix([*d, *b.cross(d)])
+        K += w * w.T
+    length = R**2 - R * r + h**2 + r**2
+    return upper((K.applyfunc(sp.expand) * k / length).applyfunc(sp.factor)), []
+
+
+def platform_in_a_ring() -> Found:
+    """The same over QQ(sqrt(3))[R, r, h]."""
+    ring = sp.QQ.algebraic_field(sp.sqrt(3))[R, r, h]
+    read = ring.from_sympy
+    radius, top, height = read(R), read(r), read(h)
+    K = {(i, j): ring.zero for i in range(6) for j in range(i, 6)}
+    for phi, psi in zip(map(sp.rad, PHI), map(sp.rad, PSI), strict=True):
+        bx, by = top * read(sp.cos(psi)), top * read(sp.sin(psi))
+        dx, dy = bx - radius * read(sp.cos(phi)), by - radius * read(sp.sin(phi))
+        w = (dx, dy, height, by * height, -bx * height, bx * dy - by * dx)
+        for i, j in K:
+            K[i, j] += w[i] * w[j]
+    length = R**2 - R * r + h**2 + r**2
+    return [k / length * sp.factor(ring.to_sympy(x)) for x in K.values()], []
+
+
+def platform_anywhere() -> Found:
+    """At a general pose, with names for common subexpressions."""
+    x, y, z, alpha, beta, gamma = sp.symbols("x y z alpha beta gamma", real=True)
+    Q: Any = sp.rot_ccw_axis3(gamma) * sp.rot_ccw_axis2(beta) * sp.rot_ccw_axis1(alpha)
+    K: Any = sp.zeros(6)
+    for phi, psi in zip(map(sp.rad, PHI), map(sp.rad, PSI), strict=True):
+        b = Q * sp.Matrix([r * sp.cos(psi), r * sp.sin(psi), 0])
+        d = sp.Matrix([x, y, z]) + b - sp.Matrix([R * sp.cos(phi), R * sp.sin(phi), 0])
+        w = sp.Matrix([*d, *b.cross(d)])
+        K += w * w.T * (k / d.dot(d))
+    names, entries = sp.cse(upper6(K))
+    return entries, [expression for _, expression in names]
+
+
+def upper6(K: Any) -> list[Any]:
+    return [K[i, j] for i in range(K.rows) for j in range(i, K.rows)]
+
+
+def planar_leg() -> Found:
+    """w is the force along the rod; c its compliance, from that of the chain about its tip."""
+    l1, l2, E, A, inertia = sp.symbols("l1 l2 E A I", positive=True)
+    q1, q2 = sp.symbols("q1 q2", real=True)
+    a, b = q1, q1 + q2
+    along = sp.Matrix([sp.cos(a), sp.sin(a)])
+    across = sp.Matrix([-sp.sin(a), sp.cos(a)])
+    u = sp.Matrix([sp.cos(b), sp.sin(b)])
+    # What the springs feel of a force at the elbow; the rod feels it as traction alone.
+    bending = l1**2 / k + l1**3 / (3 * E * inertia)
+    fx, fy = sp.trigsimp(u.dot(along)), sp.trigsimp(u.dot(across))
+    c = fx**2 * l1 / (E * A) + fy**2 * bending + l2 / (E * A)
+    w = sp.Matrix([*u, 0])
+    return upper6(w * w.T / sp.Symbol("c")), [c]
+
+
+def chain_by_the_expert(n: int) -> Callable[[], Found]:
+    columns = list(JOINTS.values())[:n]
+    return lambda: (ring_fractions(fraction_free_recursion(columns)), [])
+
+
+def derived(robot: Any, pose: Any) -> Found:
+    derivation = rs.derive(robot, pose=pose)
+    named = derivation.named or derivation
+    return upper6(named.K), [d.expression for d in named.definitions]
+
+
+def chain(n: int) -> Callable[[], Found]:
+    joints: Any = dict(list(JOINTS.items())[:n])
+    return lambda: (upper(derive_chain(K0, joints).K), [])
+
+
+@dataclass(frozen=True)
+class Problem:
+    name: str
+    ours: Callable[[], Found]
+    experts: tuple[Callable[[], Found], ...]
+
+
+def problems() -> list[Problem]:
+    stewart = rs.load("gough-stewart-b", symbols=rs.ALL_PARAMETERS)
+    with tempfile.TemporaryDirectory() as folder:
+        page = Path(folder) / "planar-leg.yaml"
+        page.write_text(PLANAR_LEG, encoding="utf-8")
+        leg = rs.load(page, symbols=rs.ALL_PARAMETERS)
+    routes = (platform_in_expressions, platform_in_a_ring)
+    found = [
+        Problem("platform (28) at home", lambda: derived(stewart, rs.AtHome()), routes),
+        Problem(
+            "platform (28) at a general pose",
+            lambda: derived(stewart, rs.AtSymbols()),
+            (platform_anywhere,),
+        ),
+        Problem(
+            "planar leg R-beam-R-beam-R",
+            lambda: derived(leg, rs.AtSymbols()),
+            (planar_leg,),
+        ),
+    ]
+    for n in range(1, 6):
+        name = f"chain of 21 symbols, {n} joint{'s' * (n > 1)}"
+        found.append(Problem(name, chain(n), (chain_by_the_expert(n),)))
+    return found
+
+
+def best(route: Callable[[], Found]) -> tuple[float, int]:
+    """Least seconds of the processor, SymPy's cache being empty, and operations."""
+    least, entries, names = float("inf"), [], []
+    for _ in range(RUNS):
+        clear_cache()
+        start = time.process_time()
+        entries, names = route()
+        least = min(least, time.process_time() - start)
+        if least > 5:
+            break
+    different: list[Any] = []
+    for x in entries:
+        if x not in different and -x not in different:
+            different.append(x)
+    return least, operations_of([*different, *names], ())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Formulas against SymPy as an expert writes it.")
+    parser.add_argument("--table", type=Path, help="page in which the table is replaced")
+    options = parser.parse_args()
+    rows = ["| problem | robostiff s | operations | expert s | operations | expert/robostiff |"]
+    rows.append("|---|---|---|---|---|---|")
+    for problem in problems():
+        ours, operations = best(problem.ours)
+        theirs, their_operations = min(map(best, problem.experts))
+        numbers = f"{ours:.3f} | {operations} | {theirs:.3f} | {their_operations}"
+        rows.append(f"| {problem.name} | {numbers} | {theirs / ours:.2g} |")
+        print(rows[-1], flush=True)
+    if options.table is not None:
+        before, mark, rest = options.table.read_text(encoding="utf-8").partition(BEGINNING)
+        _, end, after = rest.partition(END)
+        if not (mark and end):
+            raise ValueError(f"{options.table} has no place for the table: {BEGINNING}")
+        table = "\n".join(rows)
+        options.table.write_text(f"{before}{mark}\n\n{table}\n\n{end}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
