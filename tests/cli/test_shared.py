@@ -132,6 +132,14 @@ def test_quiet_leaves_out_warnings_and_nothing_else(tmp_path):
     assert "error: robot: got 'x'" in run("stiffness", "x", "--quiet").stderr
 
 
+def test_nearest_command_and_option_are_named():
+    command, option = run("stifness", "hexapod"), run("stiffness", "hexapod", "--pos", "x")
+    assert (command.exit_code, option.exit_code) == (2, 2)
+    assert "did you mean stiffness?" in command.stderr
+    assert "Did you mean '--pose'?" in option.stderr
+    assert "robostiff -h lists them" in run("qqq").stderr
+
+
 def test_nearest_name_comes_first():
     message = run("check", "hexapodd").stderr
     assert "the name of a shipped robot: hexapod, 3-prs" in message

@@ -102,6 +102,14 @@ class _Parsed(click.Command):
         super().__init__(*words, **more)
         self._arguments = arguments
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """What is written; of an unknown option, its nearest name."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            first = list(error.possibilities or ())[:1]
+            raise click.NoSuchOption(error.option_name, None, first, error.ctx) from None
+
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Arguments before options."""
         if self._arguments:

@@ -72,7 +72,8 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
 
     Examples
     --------
-    >>>     >>> pose_from("x = 100 mm", load("3-rpr")).values
+    >>> from robostiff.robots import load
+    >>> pose_from("x = 100 mm", load("3-rpr")).values
     {'x': 0.1}
     """
     word = text.strip()

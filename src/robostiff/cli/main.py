@@ -37,6 +37,15 @@ class _Commands(click.Group):
                 return commands[cmd_name].named(cmd_name)
         return None
 
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """The command that is meant; of an unknown one, its nearest name."""
+        if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            from robostiff.io.suggest import did_you_mean
+
+            hint = did_you_mean(args[0], self.list_commands(ctx))
+            ctx.fail(f"no command {args[0]!r}; {hint or 'robostiff -h lists them'}")
+        return super().resolve_command(ctx, args)
+
 
 def _shell(install: bool) -> Any:
     def done(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:

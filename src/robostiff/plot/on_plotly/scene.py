@@ -48,8 +48,8 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
         traces.append(_scale_alone(picture.scale, palette, picture.is_flat))
     x, y, z = picture.axes
     if picture.is_flat:
-        plane = {"xaxis": {"title": x}, "yaxis": {"title": y, "scaleanchor": "x"}}
-        return figure(palette, picture.title, traces, picture.notes, _SCENE, **plane)
+        across, up = {"title": x}, {"title": y, "scaleanchor": "x"}
+        return figure(palette, picture.title, traces, picture.notes, _SCENE, xaxis=across, yaxis=up)
     away = _WITH_NAMES if any(isinstance(item, Text) for item in picture.items) else 1.0
     ratio, ranges = _filled(picture)
     scene = {
