@@ -73,6 +73,7 @@ from robostiff.view.sliders import (
     Slider,
     coordinate_sliders,
     joint_sliders,
+    joint_values,
     linkage_sliders,
 )
 
@@ -166,14 +167,11 @@ class RobotMachine:
 
     def pose(self, values: Mapping[str, float]) -> Any:
         """The pose of values by the names of the sliders, as `robostiff.stiffness` takes it."""
-        if isinstance(self.robot, Snapshot):
+        if isinstance(self.robot, Snapshot) or not self.sliders:
             return None
         if self.robot.is_posed_by_joints:
-            chain = self.robot.legs[0].chain
-            each = zip(chain.coordinate_names, chain.home, strict=True)
-            return JointCoordinates(np.array([values.get(name, float(own)) for name, own in each]))
-        numbers = np.array([values[slider.name] for slider in self.sliders])
-        return numbers if len(numbers) else None
+            return JointCoordinates(joint_values(self.robot, values))
+        return np.array([values[slider.name] for slider in self.sliders])
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""

@@ -98,6 +98,13 @@ def joint_sliders(robot: Robot, start: np.ndarray, size: float) -> tuple[Slider,
     return tuple(sliders)
 
 
+def joint_values(robot: Robot, values: Mapping[str, float]) -> np.ndarray:
+    """Coordinates (n,) of a serial arm, from those of its sliders by name [m, rad]."""
+    chain = robot.legs[0].chain
+    each = zip(chain.coordinate_names, chain.home, strict=True)
+    return np.array([values.get(name, float(own)) for name, own in each])
+
+
 def linkage_sliders(joints: Mapping[str, tuple[bool, float]], size: float) -> tuple[Slider, ...]:
     """Of joints by name: whether each turns, and its coordinate at home [m, rad]."""
     sliders = []
