@@ -234,7 +234,8 @@ WRONG = {
     ),
     "misspelt": (
         file_with(branch("low", 0), branch("high", 0.1) | {"ending": 3}),
-        "legs[0].chain[0].branches[1].ending: unknown key: expected one of name, end, chain, couplings, note",
+        "legs[0].chain[0].branches[1].ending: unknown key: expected one of name, end, chain, "
+        "couplings, note",
     ),
     "out of the plane": (
         file_with(
