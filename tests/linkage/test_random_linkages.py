@@ -58,3 +58,15 @@ def test_a_joint_that_no_wrench_moves_is_redundant():
 @pytest.mark.parametrize("number", range(4))
 def test_random_linkages_are_as_forces_say(number):
     assert not moved_linkage(np.random.default_rng([20261122, number]))
+
+
+@pytest.mark.parametrize(
+    ("away", "status"), [(1e-3, rs.Status.OK), (1e-9, rs.Status.ILL_CONDITIONED)]
+)
+def test_loops_that_are_nearly_singular_leave_few_digits(away, status):
+    """A flat pantograph: heights follow from its stroke by a square root, of half the digits."""
+    lift = rs.load_linkage("double-pantograph")
+    answer = rs.stiffness(lift, {"screw": 0.1 - away})
+    assert answer.status == status
+    # Beside the true stiffness, proportional to the stroke that is left, up to what remains of it.
+    assert answer.matrix[2, 2] == pytest.approx(0.99e6 * away, rel=1e-2)

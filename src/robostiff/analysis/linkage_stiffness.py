@@ -23,6 +23,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.turn import vector_of_turn
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
+from robostiff.linkage.closure import as_rounded
 from robostiff.linkage.network_at import network_of
 from robostiff.model import Joint
 from robostiff.network import Network
@@ -222,7 +223,8 @@ def linkage_stiffness(
         lost[i] = int(Status.UNREACHABLE)
         if one.is_closed:
             try:
-                own, lost[i] = network_stiffness(network, tolerance), 0
+                own = network_stiffness(network, tolerance)
+                lost[i] = _lost_digits(driven, one, own)
             except NoAnswerError as error:
                 lost[i] = int(Status.FORM_DOES_NOT_HOLD | Status.ILL_CONDITIONED)
                 reasons.append(str(error))
@@ -230,9 +232,9 @@ def linkage_stiffness(
     known = [own for own in solved if own is not None]
     names = known[0].passive_joint_names if known else ()
     wholes = [
-        _without_answer(len(names), driven.home.length, status, tolerance)
+        _without_answer(len(names), driven.home.length, int(status), tolerance)
         if own is None
-        else own.about_reference.reshaped((1,))
+        else _with_flags(own.about_reference, status).reshaped((1,))
         for own, status in zip(solved, lost, strict=True)
     ]
     points = np.array([network.reference_point for network in networks]).reshape(-1, 3)
@@ -257,6 +259,25 @@ def linkage_stiffness(
             if found
         },
     )
+
+
+def _with_flags(whole: CartesianStiffness, flags: np.uint8) -> CartesianStiffness:
+    return whole.with_status(np.asarray(whole.status_codes | flags, dtype=np.uint8))
+
+
+def _lost_digits(driven: DrivenLinkage, found: Configuration, own: RobotStiffness) -> int:
+    """``ILL_CONDITIONED`` where loops near a singular configuration leave K too few digits."""
+    from robostiff.analysis.record_agreement import differences
+
+    near = as_rounded(driven.part, found, frozenset(driven.drives))
+    if near is found:
+        return 0
+    other = network_stiffness(network_of(driven.part, near), own.about_reference.tolerance)
+    other = other.about(own.reference_point)
+    rank, codes = np.atleast_1d(other.rank), np.atleast_1d(other.status_codes)
+    free = 0.0 if int(own.rank) == own.space.size else FREE  # what is soft is not free
+    differ = any(differences(other.matrix[None], rank, codes, own, free=free))
+    return int(Status.ILL_CONDITIONED) if differ else 0
 
 
 def _without_answer(

@@ -22,6 +22,9 @@ from robostiff.spatial.batch import product, transposed
 _CLOSED = 1e-7
 # Loops with gaps up to this may lack digits rather than length.
 _NEARLY = 1e-3
+# Of the largest rate at which coordinates close gaps: rates of motions that are free, and of loops
+# that are regular; and of the length, what rounding leaves of a gap.
+_FREE, _REGULAR, _ROUNDING = 1e-12, 1e-3, 1e-16
 
 
 @dataclass(frozen=True)
@@ -143,6 +146,23 @@ def close_all(
             own = {name: values[i] for name, values in given.items()}
             found[i] = _at_values(tree, linkage, home, own, movable)
     return found
+
+
+def as_rounded(linkage: Linkage, found: Configuration, given: frozenset[str]) -> Configuration:
+    """A closed configuration moved by rounding along the motion that its loops hold least.
+
+    Loops near a singular configuration do not decide all coordinates to their last digits.
+    Motions that they leave free, as the spin of a rod, are no such. The configuration itself where
+    its loops are regular.
+    """
+    passive, _ = _movable(linkage, given)
+    loops = _Loops.of(spanning_tree(linkage), linkage, found.coordinates, passive)
+    _, values, Vt = np.linalg.svd(loops.rates(loops.guess[None])[0])
+    held = np.flatnonzero(values > _FREE * values.max(initial=0.0))
+    if not held.size or values[held[-1]] > _REGULAR * values[0]:
+        return found
+    step = Vt[held[-1]] * _ROUNDING / values[held[-1]]
+    return loops.configuration(loops.moved(loops.guess[None], step[None])[0])
 
 
 def _first_closed(
