@@ -106,7 +106,8 @@ def planar_leg() -> Found:
     u = sp.Matrix([sp.cos(b), sp.sin(b)])
     # What the springs feel of a force at the elbow; the rod feels it as traction alone.
     bending = l1**2 / k + l1**3 / (3 * E * inertia)
-    fx, fy = sp.trigsimp(u.dot(along)), sp.trigsimp(u.dot(across))
+    fx: Any = sp.trigsimp(u.dot(along))
+    fy: Any = sp.trigsimp(u.dot(across))
     c = fx**2 * l1 / (E * A) + fy**2 * bending + l2 / (E * A)
     w = sp.Matrix([*u, 0])
     return upper6(w * w.T / sp.Symbol("c")), [c]

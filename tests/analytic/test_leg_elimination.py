@@ -114,3 +114,13 @@ def test_the_text_has_all_stages_and_their_rules():
         assert line in text
     assert "Row and column 4 hold no other entry" in text
     assert copy.deepcopy(leg) == leg
+
+
+def test_a_leg_with_beams_at_a_general_pose_is_read_in_steps():
+    """Its contributions are simplified after the steps were named; numbers are compared."""
+    robot = rs.load("3-rrr", symbols=rs.ALL_PARAMETERS)
+    leg = rs.derive(robot, pose=rs.AtSymbols(), leg=robot.legs[0].name)
+    assert len(leg.stages) == 2
+    values = {s.name: robot.nominal.get(s.name, 0.05) for s in leg.symbols}
+    K = np.array(leg.substituted(values).tolist(), dtype=float)
+    assert np.linalg.matrix_rank(K, tol=1e-9 * np.linalg.norm(K, 2)) == 1

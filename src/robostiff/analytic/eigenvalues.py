@@ -277,7 +277,7 @@ def _has_compliances(source: Any) -> bool:
     return any(d.symbol.name.startswith("c_") for d in definitions)
 
 
-def _is_long(M: sp.ImmutableMatrix) -> bool:
+def _is_long(M: Any) -> bool:
     """Whether roots of its entries, of which squares have to be found, are too long to be read."""
     numbers = M.atoms(sp.Rational)
     if any(max(abs(int(x.p)), int(x.q)) > _LARGEST for x in numbers):
@@ -335,7 +335,7 @@ def _degrees_in_numbers(M: sp.ImmutableMatrix, block: list[int]) -> list[int]:
     polynomial: Any = DomainMatrix.from_Matrix(numbers).convert_to(sp.QQ).charpoly()
     unknown = sp.Symbol("x")
     factors = sp.Poly(polynomial, unknown, domain=sp.QQ).factor_list()[1]
-    return [factor.degree() for factor, _ in factors]
+    return [int(factor.degree(unknown)) for factor, _ in factors]
 
 
 def _part_of(K: Any, part: StiffnessPart, length: Any) -> sp.ImmutableMatrix:

@@ -144,6 +144,7 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
     [   0,    0, 1/2]])
     """
     source = getattr(derivation, "named", None) or derivation
+    K: Any
     K, definitions = matrix_by_entries(source.K, source.definitions)
     n = K.rows
     rank = getattr(derivation, "general_rank", None)
@@ -155,8 +156,8 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
             hint="free_motion_formulas(...) gives its free motions",
         )
     steps = list(definitions)
-    taken = {s.name for d in steps for s in (d.symbol, *d.expression.free_symbols)}
-    taken |= {s.name for s in K.free_symbols}
+    taken = {str(s) for d in steps for s in (d.symbol, *d.expression.free_symbols)}
+    taken |= {str(s) for s in K.free_symbols}
 
     def named(i: int, j: int, released: int, value: Any) -> Any:
         if value.is_Atom or (-value).is_Atom:
@@ -168,7 +169,7 @@ def compliance_steps(derivation: Derivation) -> ComplianceSteps:
         steps.append(Definition(symbol, value))
         return symbol
 
-    A = {(i, j): K[i, j] for i in range(n) for j in range(i, n)}
+    A: dict[tuple[int, int], Any] = {(i, j): K[i, j] for i in range(n) for j in range(i, n)}
     for k in range(n):
         column = [A[min(i, k), max(i, k)] for i in range(n)]
         pivot = column[k]

@@ -121,12 +121,12 @@ def matrix_by_entries(
     """
     taken = {s.name for s in K.free_symbols}
     for d in definitions:
-        taken |= {s.name for s in (d.symbol, *d.expression.free_symbols)}
+        taken |= {str(s) for s in (d.symbol, *d.expression.free_symbols)}
     known: dict[Any, Any] = {}
     entries = list(definitions)
     for i in range(K.rows):
         for j in range(i, K.cols):
-            entry = K[i, j]
+            entry: Any = K[i, j]
             if entry in known:
                 continue
             known[entry] = entry

@@ -132,7 +132,8 @@ class StepReading:
             zero = Same(None, sp.Integer(0))
             self._same |= {step: zero for step in self._same if _vanishes(record, step)}
         steps, uses = self._needed(record, wanted)
-        reading = ClosedReading(record, symbols)
+        self._record = record
+        self._reading = reading = ClosedReading(record, symbols)
         given: set[str] = set()
         taken = {*record.inputs, *record.names.values()}
         count = 0
@@ -152,7 +153,7 @@ class StepReading:
         self.definitions = used_definitions(definitions, [self._of_step(step) for step in wanted])
 
     def __call__(self, value: Any) -> sp.Expr:
-        """The expression of an entry or number that was among the results."""
+        """The expression of a number, or of an entry among the results or made from them."""
         return self._of_step(value.step) if isinstance(value, Entry) else exact(value)
 
     def _needed(self, record: Record, wanted: list[int]) -> tuple[list[int], Counter[int | None]]:
@@ -172,6 +173,10 @@ class StepReading:
         return sorted(steps), uses
 
     def _of_step(self, step: int) -> Any:
+        if step not in self._same:  # simplified after the others were read, from which it is made
+            arguments = {x: self._of_step(x) for x in self._record.arguments(step)}
+            self._written[step] = self._reading.written(step, arguments)
+            self._same[step] = Same(step, sp.Integer(1))
         same = self._same[step]
         return same.factor if same.step is None else same.factor * self._written[same.step]
 
