@@ -221,7 +221,22 @@ class PlacedLeg:
 
     def at(self, rows: int | slice) -> PlacedLeg:
         """The leg at one pose, or at some poses, of a batch along one axis."""
-        return _one_leg(self, rows)
+        elements = tuple(
+            PlacedBlock(element.name, tuple(branch.at(rows) for branch in element.branches))
+            if isinstance(element, PlacedBlock)
+            else _one_element(element, rows)
+            for element in self.elements
+        )
+        masses = tuple(
+            replace(
+                mass,
+                value=_one(mass.value, 0, rows),
+                centre=_one(mass.centre, 1, rows),
+                start=None if mass.start is None else _one(mass.start, 1, rows),
+            )
+            for mass in self.masses
+        )
+        return PlacedLeg(self.name, elements, _one(self.end, 1, rows), masses)
 
     @property
     def parts(self) -> Iterator[PlacedFreedom | PlacedSpring]:
@@ -359,25 +374,6 @@ class Snapshot:
 def _together(points: list[np.ndarray]) -> np.ndarray:
     """Points that may or may not have batch axes, as one array (points, ..., 3)."""
     return np.stack(np.broadcast_arrays(*points))
-
-
-def _one_leg(leg: PlacedLeg, index: int | slice) -> PlacedLeg:
-    elements = tuple(
-        PlacedBlock(element.name, tuple(_one_leg(branch, index) for branch in element.branches))
-        if isinstance(element, PlacedBlock)
-        else _one_element(element, index)
-        for element in leg.elements
-    )
-    masses = tuple(
-        replace(
-            mass,
-            value=_one(mass.value, 0, index),
-            centre=_one(mass.centre, 1, index),
-            start=None if mass.start is None else _one(mass.start, 1, index),
-        )
-        for mass in leg.masses
-    )
-    return PlacedLeg(leg.name, elements, _one(leg.end, 1, index), masses)
 
 
 def _one_element(

@@ -236,7 +236,7 @@ class LegSolver:
 
     def leaves_open(self, ends: Iterable[Loop]) -> np.ndarray:
         """The same, of gaps at the platform and of loops (N,)."""
-        first, *loops = (_is_open(gap, self.length) for gap in ends)
+        first, *loops = (_size(gap, self.length) > _OPEN for gap in ends)
         return ~first & np.any(loops, axis=0)
 
     def _iterated(self, pose: np.ndarray) -> Followed:
@@ -285,12 +285,17 @@ class LegSolver:
 
     def _copies_at(self, form: ClosedForm, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Coordinates in closed form, those of copies equal to those of the main path."""
-        return _copied(form.solve(*frame_in_base(self.leg, R_platform, pose[..., :3])), self.copies)
+        return self._in_form(form, *frame_in_base(self.leg, R_platform, pose[..., :3]))
 
     def closed_at(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (N, size) in closed form, the end frame at (R, p) in that of the base."""
-        q = _copied(form.solve(R, p), self.copies)
+        q = self._in_form(form, R, p)
         return on_turn_of_home(self.leg.chain, q, self.leg.chain.home)
+
+    def _in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
+        q = form.solve(R, p)
+        same = self.copies.size == q.shape[-1]
+        return q if same else poses_side_by_side(q[..., self.copies], 1)
 
 
 def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
@@ -323,10 +328,8 @@ def leg_solver(leg: Leg, home_pose: np.ndarray, length: float) -> LegSolver:
     if closed_form is not None and copies is not None:
         solver = LegSolver(leg, closed_form, copies, home_pose, leg.chain.home, length)
         solver = solver.in_mode_of_home()
-        if (
-            not leg.chain.has_blocks
-            or max(_gap_at_home(leg, solver.home, home_pose, length)[1:]) <= _CLOSED
-        ):
+        open_by = _gap_at_home(leg, solver.home, home_pose, length)[1:]
+        if not leg.chain.has_blocks or max(open_by) <= _CLOSED:
             _check_home(leg, solver.home, home_pose, length)
             return solver
     task = NewtonTask((leg,), (), length)
@@ -341,17 +344,10 @@ def _recognised(path: Chain) -> ClosedForm | None:
     """The closed form of a chain without blocks, by given points first, then by meeting axes."""
     for joined in (False, True):
         skeleton = skeleton_of(path, joined_where_axes_meet=joined)
-        found = (
-            recognise_strut(skeleton) or recognise_rod(skeleton) or recognise_sliding_rod(skeleton)
-        )
-        if found is not None:
-            return found
+        for recognise in (recognise_strut, recognise_rod, recognise_sliding_rod):
+            if (found := recognise(skeleton)) is not None:
+                return found
     return None
-
-
-def _copied(q: np.ndarray, copies: np.ndarray) -> np.ndarray:
-    """Coordinates of a whole chain from those of its main path (..., size)."""
-    return q if copies.size == q.shape[-1] else poses_side_by_side(q[..., copies], 1)
 
 
 def _open_by(
@@ -364,16 +360,15 @@ def _open_by(
     )
     largest = np.zeros(len(rows))
     for gap in gaps(leg, place_chain(leg.chain, rows, leg.base.R, leg.base.p), *frame):
-        shift = np.max(np.abs(gap.p_wanted - gap.p), axis=-1) / length
-        turn = np.max(np.abs(gap.R_wanted - gap.R), axis=(-1, -2))
-        largest = np.maximum(largest, np.maximum(shift, turn))
+        largest = np.maximum(largest, _size(gap, length))
     return largest.reshape(q.shape[:-1])
 
 
-def _is_open(gap: Loop, length: float) -> np.ndarray:
-    shift = np.max(np.abs(gap.p_wanted - gap.p), axis=-1)
+def _size(gap: Loop, length: float) -> np.ndarray:
+    """Of a gap (N,): part of the length, or radians."""
+    shift = np.max(np.abs(gap.p_wanted - gap.p), axis=-1) / length
     turn = np.max(np.abs(gap.R_wanted - gap.R), axis=(-1, -2))
-    return (shift > _OPEN * length) | (turn > _OPEN)
+    return np.maximum(shift, turn)
 
 
 def _check_home(leg: Leg, q: np.ndarray, home_pose: np.ndarray, length: float) -> None:
