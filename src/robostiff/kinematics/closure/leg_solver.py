@@ -93,7 +93,7 @@ class LegSolver:
                 found = self._iterated(pose)
                 q, elsewhere = found.coordinates[0], found.elsewhere
             else:
-                q = self._at_once(pose)
+                q = self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
             return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere
         q = self._copies_at(self.closed_form, pose, R_platform)
         if self.leg.chain.has_blocks and from_afar:
@@ -269,10 +269,6 @@ class LegSolver:
         if self.closed_form is None:
             return np.zeros(len(pose), dtype=bool)
         return self.closed_form.leaves_drive_open(*frame_in_base(self.leg, R_platform, pose[:, :3]))
-
-    def _at_once(self, pose: np.ndarray) -> np.ndarray:
-        """Leg coordinates by Newton's method from those of home."""
-        return self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
 
     def that_holds_at(self, pose: np.ndarray, R_platform: np.ndarray) -> LegSolver:
         """The same, or one that iterates where copies leave a loop open at one of the poses."""
