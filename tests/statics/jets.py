@@ -9,8 +9,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-_NUMBERS = (int, float, np.ndarray)
-
 
 @dataclass(frozen=True)
 class Jet:
