@@ -164,7 +164,6 @@ _HOMES = {
         "LoadedAnswer",
         "Mode",
         "Modes",
-        "UnderLoad",
         "compile_loaded",
         "critical_load",
         "deflection",
@@ -172,6 +171,7 @@ _HOMES = {
         "load_path",
         "modes",
     ),
+    "robostiff.statics.loaded_map": ("UnderLoad",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _PACKAGES = ("plot",)

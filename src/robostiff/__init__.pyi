@@ -141,13 +141,13 @@ from robostiff.statics import Linear as Linear
 from robostiff.statics import LoadedAnswer as LoadedAnswer
 from robostiff.statics import Mode as Mode
 from robostiff.statics import Modes as Modes
-from robostiff.statics import UnderLoad as UnderLoad
 from robostiff.statics import compile_loaded as compile_loaded
 from robostiff.statics import critical_load as critical_load
 from robostiff.statics import deflection as deflection
 from robostiff.statics import equilibrium as equilibrium
 from robostiff.statics import load_path as load_path
 from robostiff.statics import modes as modes
+from robostiff.statics.loaded_map import UnderLoad as UnderLoad
 from robostiff.version import __version__ as __version__
 
 __all__: list[str]

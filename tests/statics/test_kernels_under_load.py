@@ -160,7 +160,10 @@ def test_forty_digits_give_the_same_under_forces_and_moments():
     legs = rs.find_posture(robot, pose).snapshot.legs
     for i in range(2):
         joints = [[e for e in leg.elements if isinstance(e, PlacedFreedom)] for leg in legs]
-        ends = [(own[0].point, own[-1].point[i] - pose[i, :3]) for own in joints]
+        ends = [
+            (np.broadcast_to(own[0].point, (2, 3))[i], own[-1].point[i] - pose[i, :3])
+            for own in joints
+        ]
         k = [next(e.stiffness for e in own if not e.is_passive) for own in joints]
         moved, K = exact_struts(ends, k, pose[i, :3], wrench[i], answer.displacement[i])
         size = np.sqrt(np.diag(K))

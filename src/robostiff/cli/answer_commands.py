@@ -12,6 +12,7 @@ from robostiff.cli.options import (
     Place,
     Replacing,
     argument,
+    gravity_option,
     option,
     part,
     plot_option,
@@ -71,12 +72,7 @@ class WrittenLoads:
         multiple=True,
         help="A force [N] on the body behind a part, or on 'platform'; repeatable.",
     )
-    gravity: str | None = option(
-        "--gravity",
-        metavar='"gx gy gz"',
-        help="Acceleration of free fall [m/s^2], or an axis along which it is, such as -z; '0 0 0' "
-        "for none. By default that of the model file.",
-    )
+    gravity: str | None = gravity_option()
     preloads: tuple[str, ...] = option(
         "--preload",
         metavar='"LEG/PART=FORCE"',

@@ -66,7 +66,7 @@ from robostiff.model.cable import CableRobot
 if TYPE_CHECKING:
     import xarray
 
-    from robostiff.statics import UnderLoad
+    from robostiff.statics.loaded_map import UnderLoad
 
 
 def read_asked_poses(
@@ -181,7 +181,7 @@ _SUFFIXES = ", ".join(_WRITERS)
 
 def _under_load(load: MapLoad) -> UnderLoad | None:
     if load.is_so:
-        from robostiff.statics import UnderLoad
+        from robostiff.statics.loaded_map import UnderLoad
 
         return UnderLoad(gravity=gravity_from(load.gravity))
     for option, text in (("--factor", load.factors), ("--gravity", load.gravity)):

@@ -121,6 +121,16 @@ def wrench_option(text: str, *, name: str = "--wrench", default: Any = None) -> 
     return option(name, metavar=_WRENCH, default=default, help=f"{text} [N, N m].")
 
 
+def gravity_option() -> Any:
+    """Free fall, for loads of masses."""
+    return option(
+        "--gravity",
+        metavar='"gx gy gz"',
+        help="Acceleration of free fall [m/s^2], or an axis along which it is, such as -z; '0 0 0' "
+        "for none. By default that of the model file.",
+    )
+
+
 def output_option(text: str, default: Any = ...) -> Any:
     """A file to be written."""
     return option("-o", "--output", metavar="FILE", default=default, help=text)

@@ -14,6 +14,7 @@ from robostiff.cli.options import (
     Model,
     Place,
     Replacing,
+    gravity_option,
     option,
     output_option,
     part,
@@ -96,11 +97,7 @@ class MapLoad:
         metavar='"START STOP COUNT"',
         help="Multiples of the wrench, as one more axis of a map --under-load.",
     )
-    gravity: str | None = option(
-        "--gravity",
-        metavar='"gx gy gz"',
-        help="Of a map --under-load: acceleration of free fall [m/s^2], or an axis, such as -z.",
-    )
+    gravity: str | None = gravity_option()
 
 
 NO_LOAD = MapLoad()

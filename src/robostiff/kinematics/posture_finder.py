@@ -188,7 +188,7 @@ class PostureFinder:
 
     def _groups(self, count: int) -> tuple[LegsAlike, ...]:
         """Legs that are computed together at so many poses; each for itself at many."""
-        return self._alike if count <= _FEW else self._each
+        return self._alike if 0 < count <= _FEW else self._each
 
     def _with_open(self, request: PoseRequest, near: Sequence[np.ndarray] | None) -> Posture:
         """Posture at poses some coordinates of which the legs decide together."""

@@ -53,7 +53,7 @@ _FACTORS = np.linspace(0.0, 2.0, 9)
 
 
 @dataclass(frozen=True)
-class UnderLoad:
+class AnswersUnderLoad:
     """What finite loads do to the robot.
 
     Attributes
@@ -119,7 +119,7 @@ class ReportContents:
         Why.
     found : xarray.Dataset or None
         A map of the same robot.
-    under_load : UnderLoad or None
+    under_load : AnswersUnderLoad or None
         Of finite loads, where they are asked for.
     modes : Modes or None
         Natural vibrations without load, of a robot whose model has masses.
@@ -138,7 +138,7 @@ class ReportContents:
     derivation: RobotDerivation | None
     no_derivation: str
     found: xarray.Dataset | None
-    under_load: UnderLoad | None = None
+    under_load: AnswersUnderLoad | None = None
     modes: Modes | None = None
     title_block: TitleBlock = NO_TITLE_BLOCK
     described_by: DescribedBy | None = None
@@ -309,7 +309,7 @@ def _under_load(
     wrench: Any,
     at: ArrayLike | None,
     near: Near,
-) -> UnderLoad:
+) -> AnswersUnderLoad:
     if isinstance(robot, Network):
         raise InputError(
             f"finite loads of network {robot.name!r}", expected="a robot or a snapshot of legs"
@@ -317,7 +317,7 @@ def _under_load(
     options: dict[str, Any] = {"at": at, "near": near}
     found = equilibrium(robot, pose, wrench, **options)
     require_one_pose("a report", () if isinstance(found, Equilibrium) else (len(found),))
-    return UnderLoad(
+    return AnswersUnderLoad(
         cast("Equilibrium", found),
         critical_load(robot, pose, wrench, **options),
         load_path(robot, pose, wrench, _FACTORS, **options),

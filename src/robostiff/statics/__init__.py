@@ -9,7 +9,6 @@ from robostiff.statics.given_loads import has_masses
 from robostiff.statics.kernels.compile import compile_loaded
 from robostiff.statics.kernels.compiled_loading import CompiledLoading, LoadedAnswer
 from robostiff.statics.load_path import load_path
-from robostiff.statics.loaded_map import UnderLoad
 from robostiff.statics.loaded_parts import LoadedPart
 from robostiff.statics.modes import Mode, Modes, modes
 from robostiff.statics.result import Equilibria, Equilibrium
@@ -31,7 +30,6 @@ __all__ = [
     "LoadedPart",
     "Mode",
     "Modes",
-    "UnderLoad",
     "compile_loaded",
     "critical_load",
     "deflection",

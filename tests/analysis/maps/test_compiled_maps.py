@@ -94,7 +94,7 @@ def test_what_kernels_cannot_do_is_left_to_the_batched_form(name, poses, quantit
 
 
 def test_a_method_is_an_object():
-    with pytest.raises(rs.InputError, match=r"Compiled\(\) or Batched\(\)"):
+    with pytest.raises(rs.InputError, match=r"Compiled\(\), Batched\(\) or UnderLoad\(\)"):
         rs.stiffness_map(loaded("3-rpr"), Grid(x=Axis(0, 0.1, 2)), method="batched")  # pyright: ignore
 
 

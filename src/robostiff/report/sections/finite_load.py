@@ -16,7 +16,7 @@ from robostiff.markup import (
 from robostiff.model import Robot
 from robostiff.plot.load_curve import load_curve_picture
 from robostiff.plot.loaded_robot import equilibrium_picture
-from robostiff.report.contents import ReportContents, UnderLoad
+from robostiff.report.contents import AnswersUnderLoad, ReportContents
 from robostiff.report.figures import one_figure
 from robostiff.report.section import Part, Section, SideBySide, section
 from robostiff.statics.result_tables import (
@@ -58,7 +58,7 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     return section("finite-load", _TITLE, parts)
 
 
-def _displacements(known: UnderLoad, contents: ReportContents) -> Table:
+def _displacements(known: AnswersUnderLoad, contents: ReportContents) -> Table:
     """Displacement under the finite load beside that of small loads."""
     result, bent = known.equilibrium, contents.deflection
     rows: list[list[Cell]] = []
@@ -73,7 +73,7 @@ def _displacements(known: UnderLoad, contents: ReportContents) -> Table:
     return Table(["displacement", "under the load", "proportional to the load"], rows)
 
 
-def _matrices(known: UnderLoad, contents: ReportContents) -> SideBySide:
+def _matrices(known: AnswersUnderLoad, contents: ReportContents) -> SideBySide:
     """K under load, and its change against K without."""
     result, space = known.equilibrium, known.equilibrium.space
     K = matrix_under_load(result)
@@ -93,7 +93,7 @@ def _matrices(known: UnderLoad, contents: ReportContents) -> SideBySide:
     return SideBySide((K, Table(["diagonal of K", "change by the load"], rows)))
 
 
-def _critical(known: UnderLoad) -> str:
+def _critical(known: AnswersUnderLoad) -> str:
     critical = known.critical
     if not critical.is_found:
         why = "; ".join(critical.advice)
