@@ -1,4 +1,4 @@
-"""K_C is the same spring whatever axes and reference point it is told in, eq. (11)-(13)."""
+"""K_C is the same spring whatever axes and reference point it is given in, eq. (11)-(13)."""
 
 import numpy as np
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""K_C is symmetric and semidefinite, gives way to its joints, and they never stiffen it."""
+"""K_C is symmetric and semidefinite, is zero along its joints, and they never stiffen it."""
 
 import numpy as np
 import pytest

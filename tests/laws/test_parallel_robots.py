@@ -28,7 +28,7 @@ def test_sum_of_the_legs_about_one_point(robot: FreeRobot):
     K = sum(chain_stiffness(*leg.matrices(robot.reference)).K for leg in robot.legs)
     result = stiffness(robot.snapshot)
     assert distance(result.K, np.asarray(K)) <= robot.rounding()
-    # and legs told about their own ends, brought together by eq. (12)
+    # and legs given about their own ends, brought together by eq. (12)
     legs = [chain_stiffness(*leg.matrices()).K for leg in robot.legs]
     moved = aggregate_matrices(legs, [robot.reference - leg.end for leg in robot.legs])
     assert distance(moved, result.K) <= 100 * robot.rounding()  # lever arms cost digits

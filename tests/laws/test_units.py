@@ -26,7 +26,7 @@ def in_millimetres(C: np.ndarray, chain: FreeChain, per_metre: float) -> tuple[n
     t = 3 if len(C) == 6 else 2
     s = np.array([per_metre] * t + [1.0] * (len(C) - t))
     J_q = chain.joint_columns(chain.end)
-    # a slide is told per unit of length, a turn per radian
+    # a slide is given per unit of length, a turn per radian
     slides = np.array([joint.pitch is None for joint in chain.joints], dtype=bool)
     J_other = J_q * s[:, None] / np.where(slides, per_metre, 1.0)
     return C * np.outer(s, s) / per_metre, J_other, s
@@ -40,7 +40,7 @@ def test_metres_to_millimetres_changes_nothing_but_units(chain: FreeChain, form,
     C_other, J_other, s = in_millimetres(C, chain, per_metre)
     result = chain_stiffness(C, J_q, form=form)
     other = chain_stiffness(C_other, J_other, form=form)
-    if result.length != 1.0:  # metres: nothing in C or J_q tells a length, so none matters
+    if result.length != 1.0:  # metres: nothing in C or J_q gives a length, so none matters
         assert np.isclose(other.length, per_metre * result.length, rtol=1e-12)
     assert int(other.rank) == int(result.rank)
     assert other.status == result.status

@@ -27,7 +27,7 @@ class LegTable:
     Parameters
     ----------
     nominal : dict of names to float
-        Of the symbols, to tell angles from their cosines.
+        Of the symbols, to distinguish angles from their cosines.
 
     Attributes
     ----------
