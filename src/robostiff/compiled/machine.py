@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -78,7 +79,20 @@ class MachineCode:
             x if isinstance(x, hy.expression) else hy.expression(float(x))
             for x in self.program.evaluated(values, table)
         ]
-        return hy.cfunc(outputs, vars=variables, fast_math=True)
+        return hy.cfunc(outputs, vars=variables, fast_math=True, **_width())
+
+
+def _width() -> dict[str, Any]:
+    """How many poses an operation takes: eight on processors that lose no speed by that.
+
+    LLVM takes four by default, as the first processors with AVX-512 slow down when they use it.
+    Those with its later parts do not: eight poses take two thirds to nine tenths of the time.
+    """
+    try:
+        processor = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return {}
+    return {"force_avx512": True, "batch_size": 8} if " avx512_vbmi2 " in processor else {}
 
 
 @contextmanager
