@@ -82,10 +82,12 @@ def closed_form_in_c(robot: Hexapod) -> Way:
         "store": " ".join(f"out[{e}*n + i] = K{i}{j};" for e, (i, j) in enumerate(places)),
     }
     folder = Path(tempfile.mkdtemp(prefix="robostiff-bench-"))
-    (folder / "stiffness.c").write_text(source)
+    program = folder / "stiffness.c"
+    program.write_text(source)
     library = folder / "stiffness.so"
     flags = ["-O3", "-march=native", "-ffast-math", "-fopenmp-simd", "-shared", "-fPIC"]
-    command = [compiler, *flags, "-o", str(library), str(folder / "stiffness.c"), "-lmvec", "-lm"]
+    wide = "-mprefer-vector-width=512"  # as the kernel
+    command = [compiler, *flags, wide, "-o", str(library), str(program), "-lmvec", "-lm"]
     subprocess.run(command, check=True)  # noqa: S603 - its parts are our own
     function = ctypes.CDLL(str(library)).stiffness
     pointer = ctypes.POINTER(ctypes.c_double)
