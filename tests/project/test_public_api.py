@@ -129,6 +129,7 @@ PUBLIC = [
     "cylindrical",
     "deflection",
     "derive",
+    "derive_under_load",
     "equilibrium",
     "find_posture",
     "helical",

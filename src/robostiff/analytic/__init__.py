@@ -35,6 +35,7 @@ from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.analytic.robot_formula import derive_robot
 from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
+from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 
 __all__ = [
     "AtCoordinates",
@@ -61,6 +62,7 @@ __all__ = [
     "Stage",
     "Steps",
     "StiffnessPart",
+    "StiffnessUnderLoad",
     "UnitQuaternion",
     "Unsolved",
     "canonical",

@@ -114,18 +114,8 @@ def _places(
     """Values of the symbols with the stiffness in numbers there; otherwise the reasons."""
     from robostiff.analysis import stiffness
 
-    follows = placed.follows
-    sample = follows.sample(random, spread)
-    numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
-    if placed.given is None:
-        wanted: list[Any] = [None]
-        each = [values]
-    elif follows.pose:
-        wanted = [_platform(placed, sample.finder, values)]
-        each = [values]
-    else:
-        each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
-        wanted = [_pose(placed, numeric, sample.finder, one) for one in each]
+    numeric, postures = sampled_robots(placed, random, spread, count)
+    each, wanted = [values for values, _ in postures], [pose for _, pose in postures]
     found: list[_Place] = []
     refusal = ""
     asked = stiffness(numeric, wanted[0] if len(wanted) == 1 else _batch(wanted))
@@ -136,6 +126,27 @@ def _places(
         else:
             refusal = "; ".join(result.complaints) or refusal
     return found, refusal
+
+
+def sampled_robots(
+    placed: PlacedRobot, random: np.random.Generator, spread: float, count: int
+) -> tuple[Robot, list[tuple[dict[str, float], Any]]]:
+    """A robot at random values of its symbols, and poses: all values, and the pose of each.
+
+    Raises
+    ------
+    InputError
+        When its legs do not close there.
+    """
+    follows = placed.follows
+    sample = follows.sample(random, spread)
+    numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
+    if placed.given is None:
+        return numeric, [(values, None)]
+    if follows.pose:
+        return numeric, [(values, _platform(placed, sample.finder, values))]
+    each = [values | _near_home(placed, sample.finder, random) for _ in range(count)]
+    return numeric, [(one, _pose(placed, numeric, sample.finder, one)) for one in each]
 
 
 def _batch(poses: list[Any]) -> Any:

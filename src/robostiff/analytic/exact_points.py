@@ -77,8 +77,11 @@ class ExactPoints:
     def values(self, step: int) -> tuple[Any, ...]:
         """Balls that contain the values of a step, one a point."""
         if step not in self._known:
+            # Steps that are asked for in order have what they work on.
+            record = self.record
+            is_next = all(argument in self._known for argument in record.arguments(step))
             with flint.ctx.workprec(BITS):
-                for needed in self.record.needed([step]):
+                for needed in (step,) if is_next else record.needed([step]):
                     if needed not in self._known:
                         self._known[needed] = self._computed(needed)
         return self._known[step]

@@ -66,6 +66,11 @@ class ClosedReading:
                 self._known[step] = self.written(step, self._known)
         return self._known[value.step]
 
+    def shorten(self, value: Any, expression: sp.Expr) -> None:
+        """Write an entry by an expression of the same value from now on."""
+        if isinstance(value, Entry):
+            self._known[value.step] = expression
+
     def written(self, step: int, known: dict[int, Any]) -> sp.Expr:
         """One step in terms of the steps before it."""
         operation, a, _ = self.record.operations[step]

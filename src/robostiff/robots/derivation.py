@@ -114,6 +114,17 @@ def derive(
     >>> len(leg.stages), left[0, 0] == leg.K0[0, 0], left.rank()
     (5, True, 1)
     """
+    return _derived(symbolic_robot(robot, symbols), pose, form, budget, leg)
+
+
+def symbolic_robot(robot: Robot | str | Path, symbols: Symbols | None) -> Robot:
+    """A robot as it is, or loaded with the symbols of a formula.
+
+    Raises
+    ------
+    InputError
+        When there is no such robot, or it is none of which a formula is made.
+    """
     if isinstance(robot, Robot):
         if symbols is not None:
             raise InputError(
@@ -122,7 +133,7 @@ def derive(
                 expected="a robot that was loaded with its symbols",
                 hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
             )
-        return _derived(robot, pose, form, budget, leg)
+        return robot
     if not isinstance(robot, str | Path):
         raise InputError(
             "robot of a formula",
@@ -138,7 +149,7 @@ def derive(
             expected="a model, whose parameters can be symbols",
             hint="a snapshot holds the numbers of one pose; describe the robot in a model file",
         )
-    return _derived(loaded, pose, form, budget, leg)
+    return loaded
 
 
 def _derived(

@@ -1,0 +1,349 @@
+"""The stiffness of a robot to first order in its load, as a formula."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from robostiff.analytic.budget import BUDGET, within
+from robostiff.analytic.chain import Closed, Steps
+from robostiff.analytic.closed_sum import factored_fraction
+from robostiff.analytic.conditions import conditions_of
+from robostiff.analytic.derivation import Condition, Definition
+from robostiff.analytic.first_order import LoadedTerms, loaded_terms
+from robostiff.analytic.loaded_agreement import LoadedK, check_under_load
+from robostiff.analytic.products import FormulaTooLargeError
+from robostiff.analytic.record_reading import ClosedReading, StepReading
+from robostiff.analytic.robot_placement import PlacedRobot, place_robot
+from robostiff.analytic.robot_pose import AtHome, PoseFormula
+from robostiff.analytic.substitution import (
+    Substitution,
+    refuse_failing,
+    refuse_undefined,
+    values_of_symbols,
+)
+from robostiff.errors import InputError, NoAnswerError
+from robostiff.model import Robot
+from robostiff.record import Entry
+from robostiff.recorded import assembled
+from robostiff.spatial import Space, exact_number
+from robostiff.spatial.formula import is_formula
+
+
+@dataclass(frozen=True)
+class StiffnessUnderLoad:
+    """``K = K0 + K1``: the rate of the wrench by the twist, to first order in the load.
+
+    Attributes
+    ----------
+    name : str
+        Of the robot.
+    where : str
+        The pose, in words.
+    wrench : sympy.ImmutableMatrix
+        On the platform at the reference point, which moves along (n x 1), world axes.
+    K0 : sympy.ImmutableMatrix
+        Stiffness without load (n x n).
+    K1 : sympy.ImmutableMatrix
+        What the load adds (n x n), linear in it; unsymmetric under a moment.
+    definitions : tuple of Definition
+        Named intermediates in the order in which they can be computed; empty in closed form.
+    conditions : tuple of Condition
+        What must hold besides regular denominators and roots.
+    """
+
+    name: str
+    where: str
+    wrench: sp.ImmutableMatrix
+    K0: sp.ImmutableMatrix
+    K1: sp.ImmutableMatrix
+    definitions: tuple[Definition, ...] = ()
+    conditions: tuple[Condition, ...] = ()
+
+    @property
+    def K(self) -> sp.ImmutableMatrix:
+        """K0 + K1 (n x n)."""
+        return sp.ImmutableMatrix(self.K0 + self.K1)
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it is written in the given symbols alone."""
+        return not self.definitions
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """The given symbols, in alphabetical order."""
+        found = {x for e in self._expressions for x in e.free_symbols}
+        found -= {d.symbol for d in self.definitions}
+        return tuple(sorted(found, key=str))
+
+    @property
+    def _expressions(self) -> list[Any]:
+        steps = [d.expression for d in self.definitions]
+        conditions = [c.expression for c in self.conditions]
+        return [*self.K0, *self.K1, *self.wrench, *steps, *conditions]
+
+    def subs(self, values: Mapping[Any, Any]) -> StiffnessUnderLoad:
+        """The same with numbers or formulas in place of some of its symbols.
+
+        Parameters
+        ----------
+        values : mapping of str or Symbol to numbers, quantities or formulas
+            In SI units.
+
+        Raises
+        ------
+        InputError
+            When a name is no symbol of the formula, or the formula does not hold at these values.
+        """
+        subject = f"formula {self.name!r}"
+        put_in = Substitution(values_of_symbols(self.symbols, values, subject))
+        refuse_failing(self.conditions, put_in, subject)
+        kept = put_in.definitions(self.definitions)
+        K0, K1 = put_in.matrix(self.K0), put_in.matrix(self.K1)
+        refuse_undefined([*K0, *K1, *(d.expression for d in kept.values())], subject)
+        conditions = [replace(c, expression=put_in(c.expression)) for c in self.conditions]
+        return replace(
+            self,
+            wrench=put_in.matrix(self.wrench),
+            K0=K0,
+            K1=K1,
+            definitions=tuple(kept.values()),
+            conditions=tuple(c for c in conditions if c.expression.free_symbols),
+        )
+
+    def lambdify(self, *arguments: Any) -> Callable[..., np.ndarray]:
+        """K as a function of numbers and of arrays that broadcast.
+
+        Parameters
+        ----------
+        *arguments : str or Symbol
+            The symbols in the order of the function's arguments; alphabetical when left out.
+
+        Returns
+        -------
+        callable
+            Returns K (..., n, n); raises `NoAnswerError` where it is no number.
+
+        Raises
+        ------
+        InputError
+            When a symbol of the formula is not among them, or another name is.
+        """
+        names = [x.name for x in self.symbols]
+        order = [x.name if isinstance(x, sp.Symbol) else str(x) for x in arguments] or names
+        if sorted(order) != sorted(names):
+            raise InputError(
+                f"arguments of the formula {self.name!r}",
+                got=", ".join(order),
+                expected=f"each of {', '.join(names)} once" if names else "none",
+            )
+        own = [self.symbols[names.index(name)] for name in order]
+        steps = [(d.symbol, d.expression) for d in self.definitions]
+        n = self.K0.rows
+        in_steps: Any = lambda x: (steps, x)  # noqa: E731
+        function = sp.lambdify(own, self.K.flat(), modules="numpy", cse=in_steps)
+
+        def compute(*values: Any) -> np.ndarray:
+            found = function(*(np.asarray(value, dtype=float) for value in values))
+            K = np.stack(np.broadcast_arrays(*found), axis=-1).astype(float)
+            if not np.all(np.isfinite(K)):
+                raise NoAnswerError(f"the formula {self.name} does not hold at these values")
+            return K.reshape(*K.shape[:-1], n, n)
+
+        return compute
+
+
+def stiffness_under_load(
+    robot: Robot,
+    loaded_K: LoadedK,
+    is_beam: Callable[[np.ndarray], bool],
+    wrench: Sequence[Any] | None = None,
+    pose: PoseFormula | None = None,
+    form: Closed | Steps | None = None,
+    budget: float | None = BUDGET,
+) -> StiffnessUnderLoad:
+    """Stiffness of a robot to first order in a wrench on its platform, as a formula.
+
+    Parameters
+    ----------
+    robot : Robot
+    loaded_K : callable
+        Stiffness under load in numbers, with which the formula is compared.
+    is_beam : callable
+        Whether a compliance (6, 6) is that of a beam which bending shortens.
+    wrench : sequence, optional
+        Components at the reference point: numbers, names of symbols, formulas.
+    pose, form, budget
+        As for `derive_robot`.
+
+    Raises
+    ------
+    InputError
+        When the robot is none of legs of joints and elastic parts in series, has joints that the
+        platform does not hold, or does not decide its posture under this wrench.
+    DisagreementError
+        When the formula and equilibria differ at random parameters.
+    FormulaTooLargeError
+        When a closed form does not end in time.
+    """
+    if not (form is None or isinstance(form, Closed | Steps)):
+        raise InputError("form of a formula", got=form, expected="Closed() or Steps()")
+    robot.check_platform_is_rigid("formula under load")
+    robot.check_has_no_springs("formula under load")
+    if robot.laws:
+        raise InputError(
+            f"formula of {robot.name!r} under load",
+            got="force laws of joints",
+            expected="drives of constant stiffness",
+            hint="ask rs.equilibrium, in numbers",
+        )
+    space = robot.space
+    load = _load(robot, wrench, space)
+    at = AtHome() if pose is None else pose
+    # Numbers with many roots may grow without end, in steps as well.
+    enough = None if budget is None else max(budget, BUDGET)
+
+    def recorded() -> _Loaded:
+        return _Loaded.of(place_robot(robot, at), load, is_beam)
+
+    formula, own = None, within(enough, recorded, "record of a formula")
+    if not isinstance(form, Steps):
+        try:
+            formula = within(budget, own.closed)
+        except FormulaTooLargeError:
+            if form is not None:
+                raise
+            # What was stopped may have left half of a step.
+            own = within(enough, recorded, "record of a formula")
+    if formula is None:
+        formula = within(enough, own.in_steps, "formula in steps")
+    check_under_load(formula, own.placed, loaded_K)
+    return formula
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    """A robot on recorded entries, with what a load adds.
+
+    Attributes
+    ----------
+    placed : PlacedRobot
+    load : list of sympy.Expr
+        Components of the wrench.
+    components : list of int
+        Those that there are.
+    terms : LoadedTerms
+    """
+
+    placed: PlacedRobot
+    load: list[Any]
+    components: list[int]
+    terms: LoadedTerms
+
+    @classmethod
+    def of(
+        cls, placed: PlacedRobot, load: list[Any], is_beam: Callable[[np.ndarray], bool]
+    ) -> _Loaded:
+        robot = assembled(
+            placed.entries, placed.record, placed.platform, placed.legs, placed.length
+        )
+        components = [i for i, x in enumerate(load) if x != 0]
+        return cls(placed, load, components, loaded_terms(placed, robot, components, is_beam))
+
+    def closed(self) -> StiffnessUnderLoad:
+        return self._written(_Canonical(self.placed, self.terms.stages))
+
+    def in_steps(self) -> StiffnessUnderLoad:
+        placed, terms = self.placed, self.terms
+        results = [*terms.K.flat, *terms.K_by.flat]
+        read = StepReading(
+            placed.record, placed.symbols, results, at_closed_postures=placed.follows.any
+        )
+        symbols = {x.name for e in self.load for x in e.free_symbols}
+        if shared := sorted(symbols & {d.symbol.name for d in read.definitions}):
+            raise InputError(
+                "wrench of a formula",
+                got=", ".join(shared),
+                expected="names that no step of the formula has",
+            )
+        return self._written(read, read.definitions)
+
+    def _written(
+        self, read: Callable[[Any], Any], definitions: Sequence[Definition] = ()
+    ) -> StiffnessUnderLoad:
+        n = len(self.load)
+        K1 = sp.zeros(n)
+        for m, i in enumerate(self.components):
+            K1 += self.load[i] * sp.Matrix(n, n, lambda a, b, m=m: read(self.terms.K_by[a, b, m]))
+        K0 = sp.ImmutableMatrix(n, n, lambda a, b: read(self.terms.K[a, b]))
+        return StiffnessUnderLoad(
+            name=self.placed.robot.name,
+            where=self.placed.where,
+            wrench=sp.ImmutableMatrix(self.load),
+            K0=K0,
+            K1=sp.ImmutableMatrix(K1),
+            definitions=tuple(definitions),
+            conditions=conditions_of(self.placed),
+        )
+
+
+class _Canonical:
+    """Reads entries as canonical fractions, one stage after the other, so that none is long."""
+
+    def __init__(self, placed: PlacedRobot, stages: Iterable[Any]) -> None:
+        self._read = ClosedReading(placed.record, placed.symbols)
+        self._known: dict[Any, Any] = {}
+        for x in stages:
+            self._read.shorten(x, self(x))
+
+    def __call__(self, value: Any) -> Any:
+        key = value.step if isinstance(value, Entry) else None
+        if key is None:
+            return self._read(value)
+        if key not in self._known:
+            self._known[key] = factored_fraction(self._read(value))
+        return self._known[key]
+
+
+def _load(robot: Robot, wrench: Sequence[Any] | None, space: Space) -> list[Any]:
+    """Components of the wrench as expressions, symbols of the robot those of the robot."""
+    names = space.wrench_order
+    given: list[Any] = list(names) if wrench is None else list(wrench)
+    if len(given) == 6 and space.size == 3:
+        others = [x for i, x in enumerate(given) if i not in space.rows]
+        if all(x == 0 for x in others):
+            given = [given[i] for i in space.rows]
+    if len(given) != space.size:
+        raise InputError(
+            "wrench of a formula", got=f"{len(given)} components", expected=", ".join(names)
+        )
+    own = {x.name: x for x in robot.symbols}
+    found = []
+    for name, value in zip(names, given, strict=True):
+        if isinstance(value, str):
+            bare = value.strip().removeprefix("-").strip()
+            if not bare.isidentifier():
+                raise InputError(
+                    f"{name} of the wrench",
+                    got=value,
+                    expected="a number, the name of a symbol such as 'F' or '-F', or a formula",
+                )
+            symbol = own.get(bare, sp.Symbol(bare, real=True))
+            found.append(-symbol if value.strip().startswith("-") else symbol)
+        elif is_formula(value):
+            found.append(value.xreplace({x: own.get(x.name, x) for x in value.free_symbols}))
+        else:
+            found.append(exact_number(value))
+    if all(x == 0 for x in found):
+        raise InputError(
+            "wrench of a formula",
+            got="no component",
+            expected="a load",
+            hint="derive(robot) has the stiffness without load",
+        )
+    return found
