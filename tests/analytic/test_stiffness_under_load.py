@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
+from robostiff.analytic import FormulaTooLargeError
 from robostiff.analytic.leg_response import LegResponse
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 from robostiff.robots import robot_file
@@ -166,6 +167,26 @@ def test_steps_and_closed_form_are_one(tmp_path: Path):
     values = dict.fromkeys(("L", "k", "c", "d"), 2.0) | {"F": 0.3}
     both = [np.array(one.subs(values).K, dtype=float) for one in (closed, steps)]
     assert np.allclose(both[0], both[1], rtol=1e-12)
+
+
+def test_pendulum_at_any_coordinates(tmp_path: Path):
+    """Turned by its root, its stiffness across the link is what it is at home."""
+    found = derived(PENDULUM, tmp_path, ["F", 0, 0], pose=rs.AtSymbols())
+    values = {"L": 0.5, "k": 1e5, "c": 900.0, "d": 700.0, "q1": 0.3, "q2": 0.04, "q3": 0.2}
+    names = [x.name for x in found.symbols if x.name != "F"]
+    at = found.lambdify(*names, "F")
+    K1 = at(*(values[name] for name in names), [0.0, 1.0])
+    K1 = K1[1] - K1[0]
+    a, turn = values["L"] + values["q2"], values["q1"]
+    R = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    across, push = R[:, 1], R[0, 0]  # of the force along x, what pulls along the link
+    exact = push / a - 2 * (values["c"] + values["d"]) / a**2 * push / (values["k"] * a)
+    assert np.isclose(across @ K1[:2, :2] @ across, exact, rtol=1e-9)
+
+
+def test_closed_form_has_a_limit():
+    with pytest.raises(FormulaTooLargeError):
+        rs.derive_under_load("two-link-arm", ["F", 0, 0, 0, 0, 0], form=rs.Closed(limit=5))
 
 
 @pytest.mark.parametrize(

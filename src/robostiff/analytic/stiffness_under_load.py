@@ -33,6 +33,10 @@ from robostiff.recorded import assembled
 from robostiff.spatial import Space, exact_number
 from robostiff.spatial.formula import is_formula
 
+# Most terms of an entry by default, and operations for each of them.
+_READABLE = 100
+_OPERATIONS_A_TERM = 10
+
 
 @dataclass(frozen=True)
 class StiffnessUnderLoad:
@@ -189,7 +193,7 @@ def stiffness_under_load(
     DisagreementError
         When the formula and equilibria differ at random parameters.
     FormulaTooLargeError
-        When a closed form does not end in time.
+        When a closed form exceeds its limit, or its budget of time.
     """
     if not (form is None or isinstance(form, Closed | Steps)):
         raise InputError("form of a formula", got=form, expected="Closed() or Steps()")
@@ -214,7 +218,8 @@ def stiffness_under_load(
     formula, own = None, within(enough, recorded, "record of a formula")
     if not isinstance(form, Steps):
         try:
-            formula = within(budget, own.closed)
+            limit = _READABLE if form is None else form.limit
+            formula = within(budget, lambda: own.closed(limit))
         except FormulaTooLargeError:
             if form is not None:
                 raise
@@ -255,8 +260,8 @@ class _Loaded:
         components = [i for i, x in enumerate(load) if x != 0]
         return cls(placed, load, components, loaded_terms(placed, robot, components, is_beam))
 
-    def closed(self) -> StiffnessUnderLoad:
-        return self._written(_Canonical(self.placed, self.terms.stages))
+    def closed(self, limit: int) -> StiffnessUnderLoad:
+        return self._written(_Canonical(self.placed, self.terms.stages, limit))
 
     def in_steps(self) -> StiffnessUnderLoad:
         placed, terms = self.placed, self.terms
@@ -295,7 +300,8 @@ class _Loaded:
 class _Canonical:
     """Reads entries as canonical fractions, one stage after the other, so that none is long."""
 
-    def __init__(self, placed: PlacedRobot, stages: Iterable[Any]) -> None:
+    def __init__(self, placed: PlacedRobot, stages: Iterable[Any], limit: int) -> None:
+        self._limit = limit
         self._read = ClosedReading(placed.record, placed.symbols)
         self._known: dict[Any, Any] = {}
         for x in stages:
@@ -306,7 +312,9 @@ class _Canonical:
         if key is None:
             return self._read(value)
         if key not in self._known:
-            self._known[key] = factored_fraction(self._read(value))
+            found = self._known[key] = factored_fraction(self._read(value))
+            if found.count_ops() > _OPERATIONS_A_TERM * self._limit:
+                raise FormulaTooLargeError.beyond(self._limit)
         return self._known[key]
 
 

@@ -49,7 +49,7 @@ def derive_under_load(
         Its components at the reference point in world axes, six, or three in the plane: numbers,
         names of symbols such as ``"-F"``, or formulas. When left out, a symbol for each.
     symbols, pose, form, budget
-        As for `derive`. In steps where no closed form ends within the budget.
+        As for `derive`. In steps where a closed form would be long, or not end in time.
     beams : Bowing or Linear
         `Bowing(1)`, one element a beam, has the shortening of beams by bending; `Linear()` has
         elastic parts as linear springs.
@@ -65,7 +65,7 @@ def derive_under_load(
         stiffness in series or joints that the platform does not hold, or the load does work on a
         free motion of the platform.
     FormulaTooLargeError
-        When `Closed()` was asked for and does not end within the budget.
+        When `Closed()` was asked for and exceeds its limit, or its budget of time.
 
     Examples
     --------
