@@ -110,6 +110,8 @@ def test_cantilever_with_a_free_tip():
     """Its platform turns freely, whatever the load."""
     found = rs.derive_under_load("planar-link", ["-P", 0, 0])
     assert by_name(found.K1) == sp.diag(0, -6 * P / (5 * L), 0)
+    number = rs.derive_under_load("planar-link", "-2.5 0 0")
+    assert by_name(number.K1) == sp.diag(0, -3 / L, 0)
 
 
 def test_load_that_does_work_on_a_free_motion_is_refused():
@@ -191,11 +193,21 @@ def test_closed_form_has_a_limit():
 
 @pytest.mark.parametrize(
     ("wrench", "words"),
-    [((1, 2), "2 components"), ((0, 0, 0), "no component"), (("F G", 0, 0), "name of a symbol")],
+    [
+        (5, "got 5, expected Fx, Fy, Mz"),
+        ((1, 2), "2 components"),
+        ((0, 0, 0), "no component"),
+        (("F G", 0, 0), "name of a symbol"),
+    ],
 )
 def test_wrench_that_is_none_is_refused(tmp_path: Path, wrench: object, words: str):
     with pytest.raises(rs.InputError, match=words):
         derived(PENDULUM, tmp_path, wrench)
+
+
+def test_pose_that_is_none_is_refused():
+    with pytest.raises(rs.InputError, match="AtHome"):
+        rs.derive_under_load("planar-link", "-P 0 0", pose="home")  # pyright: ignore
 
 
 def test_wrong_formula_is_not_returned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +20,7 @@ from robostiff.analytic.loaded_agreement import LoadedK, check_under_load
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading
 from robostiff.analytic.robot_placement import PlacedRobot, place_robot
-from robostiff.analytic.robot_pose import AtHome, PoseFormula
+from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
 from robostiff.analytic.substitution import (
     Substitution,
     refuse_failing,
@@ -32,6 +33,8 @@ from robostiff.record import Entry
 from robostiff.recorded import assembled
 from robostiff.spatial import Space, exact_number
 from robostiff.spatial.formula import is_formula
+
+_NUMBER = re.compile(r"\d+(\.\d*)?([eE][-+]?\d{1,2})?|\.\d+([eE][-+]?\d{1,2})?")
 
 # Most terms of an entry by default, and operations for each of them.
 _READABLE = 100
@@ -166,7 +169,7 @@ def stiffness_under_load(
     robot: Robot,
     loaded_K: LoadedK,
     is_beam: Callable[[np.ndarray], bool],
-    wrench: Sequence[Any] | None = None,
+    wrench: Sequence[Any] | str | None = None,
     pose: PoseFormula | None = None,
     form: Closed | Steps | None = None,
     budget: float | None = BUDGET,
@@ -180,7 +183,7 @@ def stiffness_under_load(
         Stiffness under load in numbers, with which the formula is compared.
     is_beam : callable
         Whether a compliance (6, 6) is that of a beam which bending shortens.
-    wrench : sequence, optional
+    wrench : sequence or str, optional
         Components at the reference point: numbers, names of symbols, formulas.
     pose, form, budget
         As for `derive_robot`.
@@ -209,6 +212,10 @@ def stiffness_under_load(
     space = robot.space
     load = _load(robot, wrench, space)
     at = AtHome() if pose is None else pose
+    if not isinstance(at, AtHome | AtSymbols | AtCoordinates):
+        raise InputError(
+            "pose of a formula", got=at, expected="AtHome(), AtSymbols() or AtCoordinates({...})"
+        )
     # Numbers with many roots may grow without end, in steps as well.
     enough = None if budget is None else max(budget, BUDGET)
 
@@ -318,10 +325,13 @@ class _Canonical:
         return self._known[key]
 
 
-def _load(robot: Robot, wrench: Sequence[Any] | None, space: Space) -> list[Any]:
+def _load(robot: Robot, wrench: Sequence[Any] | str | None, space: Space) -> list[Any]:
     """Components of the wrench as expressions, symbols of the robot those of the robot."""
     names = space.wrench_order
-    given: list[Any] = list(names) if wrench is None else list(wrench)
+    given: Any = names if wrench is None else wrench.split() if isinstance(wrench, str) else wrench
+    if not isinstance(given, Sequence | np.ndarray | sp.MatrixBase):
+        raise InputError("wrench of a formula", got=given, expected=", ".join(names))
+    given = given.flat() if isinstance(given, sp.MatrixBase) else list(given)
     if len(given) == 6 and space.size == 3:
         others = [x for i, x in enumerate(given) if i not in space.rows]
         if all(x == 0 for x in others):
@@ -335,6 +345,9 @@ def _load(robot: Robot, wrench: Sequence[Any] | None, space: Space) -> list[Any]
     for name, value in zip(names, given, strict=True):
         if isinstance(value, str):
             bare = value.strip().removeprefix("-").strip()
+            if _NUMBER.fullmatch(bare):
+                found.append(sp.Rational(value.strip()))
+                continue
             if not bare.isidentifier():
                 raise InputError(
                     f"{name} of the wrench",

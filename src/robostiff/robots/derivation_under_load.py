@@ -26,7 +26,7 @@ _ONE = Bowing(1)
 
 def derive_under_load(
     robot: Robot | str | Path,
-    wrench: Sequence[Any] | None = None,
+    wrench: Sequence[Any] | str | None = None,
     *,
     symbols: Symbols | None = None,
     pose: PoseFormula | None = None,
@@ -45,9 +45,10 @@ def derive_under_load(
     ----------
     robot : Robot, str or Path
         As for `derive`; its legs are joints and elastic parts in series.
-    wrench : sequence, optional
+    wrench : sequence or str, optional
         Its components at the reference point in world axes, six, or three in the plane: numbers,
-        names of symbols such as ``"-F"``, or formulas. When left out, a symbol for each.
+        names of symbols such as ``"-F"``, or formulas; ``"0 -F 0"`` in one string. When left
+        out, a symbol for each.
     symbols, pose, form, budget
         As for `derive`. In steps where a closed form would be long, or not end in time.
     beams : Bowing or Linear
