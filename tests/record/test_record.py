@@ -1,7 +1,10 @@
 """Records: equal operations once, zeros and ones without a trace, identities found by value."""
 
+import math
+
 import numpy as np
 import pytest
+import sympy as sp
 
 from robostiff import InputError
 from robostiff.record import (
@@ -209,3 +212,11 @@ def test_what_is_tentative_is_forgotten():
     assert record.simplified(again).step == again.step
     assert (y * x).step == kept.step
     assert np.allclose(again.sample, 2 * (kept.sample + 1))
+
+
+def test_roots_of_numbers_beyond_the_range_of_floats():
+    small, large = 7**400, 3**710  # 339 digits each
+    root = square_root(sp.Rational(large, small))
+    assert root.is_Rational
+    assert float(root) == pytest.approx(math.exp(355 * math.log(3) - 200 * math.log(7)), rel=1e-12)
+    assert square_root(sp.Rational(10**40 * 4, 9)) == sp.Rational(2 * 10**20, 3)

@@ -33,7 +33,7 @@ def square_root(x: Any) -> Any:
     """Square root of an entry, a number, or each entry of an array."""
     if isinstance(x, Entry):
         return _root_of_product(x)
-    return _short_number(x ** _half()) if is_exact(x) else math.sqrt(x)
+    return _exact_root(x) if is_exact(x) else math.sqrt(x)
 
 
 @_entry_by_entry
@@ -131,10 +131,13 @@ ENTRY_FUNCTIONS: dict[Operation, Callable[..., Any]] = {
 }
 
 
-def _half() -> Any:
+def _exact_root(x: Any) -> Any:
     import sympy as sp
 
-    return sp.Rational(1, 2)
+    if x.is_Rational and len(str(x)) > 3 * _LONGEST:
+        # Its root is no shorter than a third; to find that out, SymPy would look for factors.
+        return sp.Rational(repr(float(sp.sqrt(x.n(30)))))
+    return _short_number(sp.sqrt(x))
 
 
 def _short_number(number: Any) -> Any:
