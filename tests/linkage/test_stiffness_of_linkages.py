@@ -58,7 +58,7 @@ def test_values_come_by_name_in_rows_or_as_coordinates_of_actuators(four_bar):
 
 
 def test_joints_of_several_legs_keep_their_values_together():
-    robot, pose = five_bar(), [0.03, 0.52]
+    robot, pose = five_bar(), np.array([0.03, 0.52])
     values = {name: float(q[0]) for name, q in drives_at(robot, pose).items()}
     legs = rs.stiffness(robot, pose)
     K = rs.stiffness(linkage_of(robot), values).K[np.ix_(legs.space.rows, legs.space.rows)]

@@ -242,7 +242,7 @@ def _degrees_in_numbers(M: sp.ImmutableMatrix, block: list[int]) -> list[int]:
     polynomial: Any = DomainMatrix.from_Matrix(numbers).convert_to(sp.QQ).charpoly()
     unknown = sp.Symbol("x")
     factors = sp.Poly(polynomial, unknown, domain=sp.QQ).factor_list()[1]
-    return [int(factor.degree(unknown)) for factor, _ in factors]
+    return [int(factor.degree()) for factor, _ in factors]
 
 
 def _part_of(K: Any, part: StiffnessPart, length: Any) -> sp.ImmutableMatrix:
