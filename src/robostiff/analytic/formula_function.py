@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -132,7 +132,7 @@ def _number(name: str, value: Any) -> np.ndarray:
 
 
 def formula_function(
-    derivation: Derivation | FormulaDerivative, arguments: Sequence[Any]
+    derivation: Derivation | FormulaDerivative, arguments: Sequence[Any], also: Sequence[Any] = ()
 ) -> FormulaFunction:
     """A derivation as a function, see `Derivation.lambdify`.
 
@@ -141,6 +141,8 @@ def formula_function(
     derivation : Derivation or FormulaDerivative
     arguments : sequence of str or Symbol
         In the order wanted; in alphabetical order when empty.
+    also : sequence of Symbol
+        Further arguments, such as components of a load that have no part in K.
 
     Raises
     ------
@@ -152,6 +154,7 @@ def formula_function(
     from robostiff.analytic.export.python_code import source_of_values
 
     compute = plain_program(derivation)
+    compute = replace(compute, arguments=tuple(sorted({*compute.arguments, *also}, key=str)))
     names = [symbol.name for symbol in compute.arguments]
     order = [x.name if isinstance(x, sp.Symbol) else str(x) for x in arguments] or names
     if sorted(order) != sorted(names):

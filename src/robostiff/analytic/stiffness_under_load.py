@@ -14,8 +14,9 @@ from robostiff.analytic.budget import BUDGET, within
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.conditions import conditions_of
-from robostiff.analytic.derivation import Condition, Definition
+from robostiff.analytic.derivation import Condition, Definition, Derivation
 from robostiff.analytic.first_order import LoadedTerms, loaded_terms
+from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.loaded_agreement import LoadedK, check_under_load
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading, StepReading
@@ -27,7 +28,7 @@ from robostiff.analytic.substitution import (
     refuse_undefined,
     values_of_symbols,
 )
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError
 from robostiff.model import Robot
 from robostiff.record import Entry
 from robostiff.recorded import assembled
@@ -123,8 +124,8 @@ class StiffnessUnderLoad:
             conditions=tuple(c for c in conditions if c.expression.free_symbols),
         )
 
-    def lambdify(self, *arguments: Any) -> Callable[..., np.ndarray]:
-        """K as a function of numbers and of arrays that broadcast.
+    def lambdify(self, *arguments: Any) -> FormulaFunction:
+        """K as a function of numbers and of arrays that broadcast, see `Derivation.lambdify`.
 
         Parameters
         ----------
@@ -133,36 +134,17 @@ class StiffnessUnderLoad:
 
         Returns
         -------
-        callable
-            Returns K (..., n, n); raises `NoAnswerError` where it is no number.
+        FormulaFunction
+            It raises where the formula does not hold.
 
         Raises
         ------
         InputError
             When a symbol of the formula is not among them, or another name is.
         """
-        names = [x.name for x in self.symbols]
-        order = [x.name if isinstance(x, sp.Symbol) else str(x) for x in arguments] or names
-        if sorted(order) != sorted(names):
-            raise InputError(
-                f"arguments of the formula {self.name!r}",
-                got=", ".join(order),
-                expected=f"each of {', '.join(names)} once" if names else "none",
-            )
-        own = [self.symbols[names.index(name)] for name in order]
-        steps = [(d.symbol, d.expression) for d in self.definitions]
-        n = self.K0.rows
-        in_steps: Any = lambda x: (steps, x)  # noqa: E731
-        function = sp.lambdify(own, self.K.flat(), modules="numpy", cse=in_steps)
-
-        def compute(*values: Any) -> np.ndarray:
-            found = function(*(np.asarray(value, dtype=float) for value in values))
-            K = np.stack(np.broadcast_arrays(*found), axis=-1).astype(float)
-            if not np.all(np.isfinite(K)):
-                raise NoAnswerError(f"the formula {self.name} does not hold at these values")
-            return K.reshape(*K.shape[:-1], n, n)
-
-        return compute
+        K = self.K
+        formula = Derivation(self.name, K, (), K, self.definitions, conditions=self.conditions)
+        return formula_function(formula, arguments, self.symbols)
 
 
 def stiffness_under_load(

@@ -10,7 +10,7 @@ from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads
 from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Answer, Model, Place, Replacing, named_values
 from robostiff.cli.output import print_data, say
-from robostiff.cli.pictures import draw, picture_file
+from robostiff.cli.pictures import draw, picture_beside
 from robostiff.cli.written_arguments import (
     gravity_from,
     near_from,
@@ -49,9 +49,7 @@ def print_equilibrium(
     for option, asked in (("--critical", wanted.critical), ("--factors", wanted.factors)):
         if F is None and asked:
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
-    picture = (
-        None if wanted.plot is None else picture_file("--plot", wanted.plot, replacing.overwrite)
-    )
+    picture = picture_beside(wanted.plot, replacing)
     options = _options(robot, place, written)
     pose = pose_from(robot, place)
     factors = None if wanted.factors is None else _factors(wanted.factors)
@@ -85,9 +83,7 @@ def print_modes(
     """Print how a robot vibrates about its equilibrium; 1 for a bad status."""
     from robostiff.io.results.equilibrium import modes_data, modes_text
 
-    picture = (
-        None if shown.plot is None else picture_file("--plot", shown.plot, replacing.overwrite)
-    )
+    picture = picture_beside(shown.plot, replacing)
     robot = model.load()
     if not isinstance(robot, Robot | Snapshot):
         raise InputError(

@@ -40,7 +40,7 @@ from robostiff.cli.command import BAD_STATUS, INTERRUPTED
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing
 from robostiff.cli.output import new_file, print_data, say
 from robostiff.cli.picture_commands import NO_LOAD, MapLoad, MapPoses, MapQuantities, Run
-from robostiff.cli.pictures import draw, picture_file
+from robostiff.cli.pictures import draw, picture_beside
 from robostiff.cli.written_arguments import (
     gravity_from,
     length_from,
@@ -203,7 +203,7 @@ def make_map(
 ) -> int:
     """Compute a map, write it, and print a summary."""
     output = _checked_output(run, replacing)
-    picture = None if run.plot is None else picture_file("--plot", run.plot, replacing.overwrite)
+    picture = picture_beside(run.plot, replacing)
     robot, source = loaded(model, by_joints=bool(asked.joints)), model.source
     if isinstance(robot, CableRobot):
         raise InputError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robostiff.cli.options import Replacing
 from robostiff.cli.output import new_file
 from robostiff.errors import InputError
 from robostiff.io.whole_file import whole_file
@@ -28,6 +29,11 @@ def picture_file(option: str, name: str, overwrite: bool) -> Path:
         endings = ", ".join((*ON_PAPER, ".html"))
         raise InputError(option, got=name, expected=f"a name that ends in {endings}")
     return path
+
+
+def picture_beside(plot: str | None, replacing: Replacing) -> Path | None:
+    """The picture of ``--plot``, if it is wanted; see `picture_file`."""
+    return None if plot is None else picture_file("--plot", plot, replacing.overwrite)
 
 
 def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -138,7 +138,9 @@ def _read_coordinates(coordinates: Sequence[Coordinate], text: str) -> list[floa
 def _joints(robot: Robot, text: str) -> JointCoordinates | ActuatorCoordinates:
     """All joint coordinates of a serial arm; those of the actuators of any other robot."""
     if "=" in text:
-        return ActuatorCoordinates(_by_name(robot, text))
+        units = {name: [own] for name, own in _dimensions(robot).items()}
+        found = _by_name(text, units, actuator_names(robot))
+        return ActuatorCoordinates({name: own[0] for name, own in found.items()})
     if robot.is_serial and not robot.legs[0].chain.has_blocks:
         return JointCoordinates(_leg_coordinates(robot, text, "--joints"))
     every = _dimensions(robot)
@@ -148,9 +150,11 @@ def _joints(robot: Robot, text: str) -> JointCoordinates | ActuatorCoordinates:
     )
 
 
-def _by_name(robot: Robot, text: str) -> dict[str, float]:
-    """Coordinates of some actuators, ``NAME=VALUE, NAME=VALUE``."""
-    every, names, found = _dimensions(robot), actuator_names(robot), {}
+def _by_name(
+    text: str, units: Mapping[str, Sequence[Dimension]], names: Iterable[str]
+) -> dict[str, list[float]]:
+    """Coordinates of some joints, ``NAME=VALUE, NAME=VALUE``."""
+    names, found = list(names), {}
     for part in text.split(","):
         name, equals, value = (one.strip() for one in part.partition("="))
         if not equals or name not in names or name in found:
@@ -160,7 +164,7 @@ def _by_name(robot: Robot, text: str) -> dict[str, float]:
                 expected=f"NAME=VALUE, each name once: {', '.join(names)}",
                 hint=did_you_mean(name, names),
             )
-        (found[name],) = parse_quantities(value, [every[name]], [name], "--joints")
+        found[name] = parse_quantities(value, units[name], [name] * len(units[name]), "--joints")
     return found
 
 
@@ -178,19 +182,8 @@ def _of_linkage(linkage: Linkage, place: Place) -> Any:
         dimensions = [dimension for name in names for dimension in units[name]]
         words = [name for name in names for _ in units[name]]
         return np.array(parse_quantities(place.joints, dimensions, words, "--joints"))
-    found: dict[str, Any] = {}
-    for part in place.joints.split(","):
-        name, equals, value = (one.strip() for one in part.partition("="))
-        if not equals or name not in units or name in found:
-            raise InputError(
-                "--joints",
-                got=part.strip(),
-                expected=f"NAME=VALUE, each name once: {', '.join(units)}",
-                hint=did_you_mean(name, units),
-            )
-        numbers = parse_quantities(value, units[name], [name] * len(units[name]), "--joints")
-        found[name] = numbers[0] if len(numbers) == 1 else numbers
-    return found
+    found = _by_name(place.joints, units, units)
+    return {name: own[0] if len(own) == 1 else own for name, own in found.items()}
 
 
 _DIMENSIONS = {"m": Dimension.LENGTH, "rad": Dimension.ANGLE}
@@ -223,9 +216,7 @@ def _leg_coordinates(robot: Robot, text: str, option: str) -> list[float]:
 def _dimensions(robot: Robot) -> dict[str, Dimension]:
     """What each coordinate of all legs measures, by its name."""
     return {
-        name if robot.is_serial else f"{leg.name}/{name}": (
-            Dimension.ANGLE if screw.turns else Dimension.LENGTH
-        )
+        name if robot.is_serial else f"{leg.name}/{name}": (_DIMENSIONS[screw.unit])
         for leg in robot.legs
         for screw, name in zip(leg.chain.freedoms, leg.chain.coordinate_names, strict=True)
     }
