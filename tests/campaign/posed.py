@@ -231,20 +231,20 @@ def _shipped(rng: np.random.Generator, count: int) -> Posed | None:
     """A shipped robot with other dimensions."""
     names = shipped_robots()
     name = names[rng.integers(len(names))]
-    nominal = _nominal(name)
-    chosen = [p for p in nominal if rng.uniform() < 0.5]
+    values = nominal(name)
+    chosen = [p for p in values if rng.uniform() < 0.5]
     by = rng.uniform(0.05, 0.2)
-    parameters = {p: float(nominal[p] * (1 + by * rng.uniform(-1, 1))) for p in chosen}
+    parameters = {p: float(values[p] * (1 + by * rng.uniform(-1, 1))) for p in chosen}
     robot = rs.load(name, parameters)
     rows = _near(rng, robot, count, 10 ** rng.uniform(-2, -0.3))
     return Posed(robot, rows, _by_joints(robot), shipped=name, parameters=tuple(parameters.items()))
 
 
 @cache
-def _nominal(name: str) -> dict[str, float]:
-    """Parameters of a shipped robot in SI units."""
+def nominal(name: str, given: tuple[tuple[str, float], ...] = ()) -> dict[str, float]:
+    """Parameters of a shipped robot in SI units; those that follow from others do so."""
     written = read_document(robot_file(name)).data.get("parameters", {})
-    return dict(rs.load(name, symbols=tuple(written)).nominal) if written else {}
+    return dict(rs.load(name, dict(given), symbols=tuple(written)).nominal) if written else {}
 
 
 def _by_joints(robot: Robot) -> bool:

@@ -337,15 +337,17 @@ class _Leg:
                 self.A += w.transpose() * C * w
                 weight = np.ones(1) if T.nrows() == 1 else np.repeat([1.0, whole.length], 3)
                 felt.append(U.T @ (floats(w) / weight[:, None]))
-        self.G = np.vstack(felt) if felt else np.zeros((0, len(free)))
+        G = np.vstack(felt) if felt else np.zeros((0, len(free)))
         # decisions on orthonormal wrenches
         basis = null_space(B, rcond=CUT) if len(B) else np.eye(size)
         basis = basis[:, : size - rank]
         z = basis[free] * unit[free][:, None]
         end = self._orthonormal(basis[:n], whole)
         self.held = end
-        self.of_G = whole.rank_of(self.G @ z) if free else 0
-        V = np.linalg.svd(self.G @ z)[2] if free else np.zeros((0, 0))
+        self.of_G = whole.rank_of(G @ z) if free else 0
+        V = np.linalg.svd(G @ z)[2] if free else np.zeros((0, 0))
+        # A row of rounding, made a unit row, would be a pivot.
+        self.G = np.where(np.linalg.norm(G @ z, axis=1, keepdims=True) > CUT, G, 0.0)
         idle = V[self.of_G :].T
         carried = basis[:n] @ idle if free else np.zeros((n, 0))
         whole.margins += [float(v) for v in np.ravel(np.abs(carried)) if 1e-12 < v < DOUBT[1]]

@@ -24,7 +24,7 @@ from robostiff.robots import load
 from robostiff.spatial import Frame
 from tests.campaign.answers import Answer
 from tests.campaign.placed import with_parts
-from tests.campaign.posed import Posed, _nominal
+from tests.campaign.posed import Posed, nominal
 from tests.campaign.reference import Reference, redundant_joints, reference
 
 _PART = 1e-15  # of each number
@@ -97,7 +97,7 @@ def rounded_posed(posed: Posed, rng: np.random.Generator) -> Posed:
     """The parameters of a shipped robot, lengths and places of others; and all poses."""
     rows = anew(posed.rows, rng)
     if posed.shipped:
-        own = {**_nominal(posed.shipped), **dict(posed.parameters)}
+        own = nominal(posed.shipped, posed.parameters)
         values = {name: float(anew(value, rng)) for name, value in own.items()}
         return replace(posed, robot=load(posed.shipped, values), rows=rows)
 

@@ -3,11 +3,13 @@
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import robostiff as rs
 from robostiff.network import energy_stiffness, network_of_snapshot
 from tests.campaign import ways
+from tests.campaign.posed import nominal
 from tests.campaign.rounded import neighbours
 from tests.cases.metric import distance
 
@@ -38,6 +40,7 @@ ROBOTS = {
     "small-entries-of-energy": ("energy",),
     "thin-8-compliance": ("compliance",),
     "thin-88-network": ("network", "energy"),
+    "twins-in-one-point": ("rounded",),
 }
 
 
@@ -82,3 +85,19 @@ def test_a_record_that_arrives_near_home_alone_is_confirmed_there():
     with pytest.warns(rs.PlausibilityWarning, match="an angle of 191"):  # a screw of fine pitch
         robot = rs.load(FOUND / "closure-near-home.yaml")
     assert rs.compile(robot, backend=rs.Backend.ARRAYS).verified
+
+
+def test_a_robot_of_random_decimals_has_a_formula():
+    """In exact fractions its closure and elimination had more digits than Python writes out."""
+    robot = rs.load(FOUND / "decimals-of-17-digits.yaml")
+    K = np.array(rs.derive(robot).K, dtype=float)
+    assert np.allclose(K, rs.stiffness(robot).K, rtol=1e-11, atol=1e-11 * np.abs(K).max())
+
+
+def test_parameters_that_follow_from_others_do_so_when_rounded():
+    """Rods of the nominal length do not reach a home that was moved."""
+    given = (("R", 0.31), ("h", 0.34))
+    values = nominal("us-ups", given)
+    assert values["l"] == pytest.approx(np.hypot(0.31, 0.34), rel=1e-15)
+    assert nominal("us-ups")["l"] != values["l"]
+    assert rs.load("us-ups", values).home is not None

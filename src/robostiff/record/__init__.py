@@ -15,6 +15,7 @@ from robostiff.record.functions import (
     greater,
     least,
     reciprocal,
+    shortened,
     sine,
     square_root,
 )
@@ -42,6 +43,7 @@ __all__ = [
     "is_zero",
     "least",
     "reciprocal",
+    "shortened",
     "sine",
     "square_root",
 ]

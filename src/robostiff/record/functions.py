@@ -13,6 +13,7 @@ from robostiff.record.entry import Entry, is_exact, reciprocal_of, step_of
 from robostiff.record.record import OPERATORS, Operation
 
 _LONGEST = 40  # characters of an exact root
+_BITS = int(_LONGEST * 3.33)  # of a fraction that takes as many
 
 
 def _entry_by_entry(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -134,10 +135,30 @@ ENTRY_FUNCTIONS: dict[Operation, Callable[..., Any]] = {
 def _exact_root(x: Any) -> Any:
     import sympy as sp
 
-    if x.is_Rational and len(str(x)) > 3 * _LONGEST:
+    if x.is_Rational and _bits(x) > 3 * _BITS:
         # Its root is no shorter than a third; to find that out, SymPy would look for factors.
         return sp.Rational(repr(float(sp.sqrt(x.n(30)))))
     return _short_number(sp.sqrt(x))
+
+
+@_entry_by_entry
+def shortened(x: Any) -> Any:
+    """An exact number, or the decimal of its float where its fractions are long.
+
+    Sums of quotients of decimals double their digits again and again.
+    """
+    if not is_exact(x) or not x.is_number or _bits(x) <= 3 * _BITS:
+        return x
+    import sympy as sp
+
+    return sp.Rational(repr(float(x)))
+
+
+def _bits(number: Any) -> int:
+    """Of all fractions in an exact number: Python refuses to write out the longest."""
+    import sympy as sp
+
+    return sum(q.p.bit_length() + q.q.bit_length() for q in number.atoms(sp.Rational))
 
 
 def _short_number(number: Any) -> Any:
@@ -145,7 +166,7 @@ def _short_number(number: Any) -> Any:
 
     Roots of long fractions under further roots grow beyond what can be computed with.
     """
-    if not number.is_number or len(str(number)) <= _LONGEST:
+    if not number.is_number or (_bits(number) <= 3 * _BITS and len(str(number)) <= _LONGEST):
         return number
     import sympy as sp
 

@@ -205,9 +205,11 @@ class Record:
             Size against which a value counts as zero.
         """
         from robostiff.record.entry import Entry
+        from robostiff.record.functions import shortened
 
         if not isinstance(value, Entry):
-            return value
+            short = shortened(value)
+            return 0 if short is not value and abs(float(short)) <= _SAME * scale else short
         own = value.sample
         if np.all(np.abs(own) <= _SAME * scale):
             return 0

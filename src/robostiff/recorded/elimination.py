@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
-from robostiff.record import Entry, is_number, is_zero
+from robostiff.record import Entry, is_number, is_zero, shortened
 
 #: A wrench or twist: six entries or numbers, or three in the plane.
 Column = list[Any]
@@ -116,7 +116,7 @@ def transmitted_by(
         for i, w in enumerate(wrenches):
             if i == pivot:
                 continue
-            factor = drives[i] / drive if i in active else 0
+            factor = shortened(drives[i] / drive) if i in active else 0
             remaining.append(
                 w if is_zero(factor) else [a - factor * b for a, b in zip(w, taken, strict=True)]
             )
@@ -171,7 +171,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
             shared = M[pivot][i]
             if is_zero(shared):
                 continue
-            factor = shared / own
+            factor = shortened(shared / own)
             left[i] = [a - factor * b for a, b in zip(left[i], left[pivot], strict=True)]
             for j in open_:
                 if j >= i:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.kinematics.turn import Turn
-from robostiff.record import Entry, arc_tangent, least, square_root
+from robostiff.record import Entry, arc_tangent, least, shortened, square_root
 from robostiff.spatial import cross as cross_of_entries
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
@@ -64,7 +64,11 @@ def spun(R: np.ndarray, axis: np.ndarray, angle: Any) -> np.ndarray:
 
 def quotient(a: Any, b: Any) -> Any:
     """A / b; at poses where b is 0, a itself."""
-    return a / (np.where(b == 0, 1.0, b) if isinstance(b, np.ndarray) else b)
+    if isinstance(b, np.ndarray):
+        return a / np.where(b == 0, 1.0, b)
+    value = a / b
+    of_floats = isinstance(value, np.ndarray) and value.dtype != object
+    return value if of_floats else shortened(value)
 
 
 def positive_part(value: Any) -> Any:
