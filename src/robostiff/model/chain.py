@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,15 @@ from robostiff.spatial.formula import is_formula
 Element = Rigid | Link | Joint | Telescope | ParallelBlock
 
 _ROUNDING = 1e-9  # of a home coordinate
+
+
+class _Part(NamedTuple):
+    """What has coordinates: a joint, a telescope, or the chain of a branch."""
+
+    own: Joint | Telescope | Chain
+    first: int  # place of its first coordinate
+    prefix: str  # block/branch/, in front of names inside
+    leads: bool  # to the end; only the first branch of a block does
 
 
 @dataclass(frozen=True)
@@ -50,29 +59,49 @@ class Chain:
         if self.couplings:
             _ = self.home
 
+    @cached_property
+    def _parts(self) -> tuple[_Part, ...]:
+        parts: list[_Part] = []
+        start = 0
+        for element in self.elements:
+            inside: list[tuple[Joint | Telescope | Chain, str]] = []
+            if isinstance(element, ParallelBlock):
+                inside = [(own.chain, f"{element.name}/{own.name}/") for own in element.branches]
+            elif isinstance(element, Joint | Telescope):
+                inside = [(element, "")]
+            for i, (own, prefix) in enumerate(inside):
+                parts.append(_Part(own, start, prefix, leads=i == 0))
+                start += own.size
+        return tuple(parts)
+
+    @cached_property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return sum(part.own.size for part in self._parts)
+
     @property
     def is_coupled(self) -> bool:
         """Whether it, or a branch in it, has couplings."""
-        return bool(self.couplings) or any(
-            branch.chain.is_coupled
-            for element in self.elements
-            if isinstance(element, ParallelBlock)
-            for branch in element.branches
-        )
+        inner = (part.own for part in self._parts if isinstance(part.own, Chain))
+        return bool(self.couplings) or any(chain.is_coupled for chain in inner)
 
     @cached_property
     def own_places(self) -> tuple[int, ...]:
         """Places of the coordinates of its own joints, those of parallel blocks left out."""
-        places, start = [], 0
-        for element in self.elements:
-            size = 0
-            if isinstance(element, ParallelBlock):
-                start += sum(branch.chain.size for branch in element.branches)
-            elif isinstance(element, Joint | Telescope):
-                size = element.size if isinstance(element, Joint) else 1
-            places += range(start, start + size)
-            start += size
-        return tuple(places)
+        return tuple(
+            part.first + i
+            for part in self._parts
+            if not isinstance(part.own, Chain)
+            for i in range(part.own.size)
+        )
+
+    def _own_moving(self) -> Iterator[tuple[Joint | Telescope, int]]:
+        """Its own joints, with the places of their first coordinates among `own_places`."""
+        place = 0
+        for part in self._parts:
+            if not isinstance(part.own, Chain):
+                yield part.own, place
+                place += part.own.size
 
     @cached_property
     def transmission(self) -> Transmission | None:
@@ -80,7 +109,7 @@ class Chain:
         if not self.couplings:
             return None
         joints: dict[str, tuple[int, Joint | Telescope]] = {}
-        for element, place in _own_moving(self.elements):
+        for element, place in self._own_moving():
             if element.name in joints and any(
                 element.name == name for own in self.couplings for name, _ in own.terms
             ):
@@ -96,17 +125,9 @@ class Chain:
         if not self.is_coupled:
             return None
         own = self.transmission
-        of_blocks = []
-        start = 0
-        for element in self.elements:
-            if isinstance(element, ParallelBlock):
-                for branch in element.branches:
-                    inner = branch.chain.joint_motions
-                    if inner is not None:
-                        of_blocks.append((start, inner))
-                    start += branch.chain.size
-            elif isinstance(element, Joint | Telescope):
-                start += element.size if isinstance(element, Joint) else 1
+        chains = [(p.first, p.own) for p in self._parts if isinstance(p.own, Chain)]
+        motions = [(first, chain.joint_motions) for first, chain in chains]
+        of_blocks = [(first, T) for first, T in motions if T is not None]
         parts = [T for _, T in of_blocks] + ([] if own is None else [own.T])
         exact = any(T.dtype == object for T in parts)
         T = np.eye(self.size, dtype=int).astype(object) if exact else np.eye(self.size)
@@ -127,20 +148,14 @@ class Chain:
 
         Those of a parallel block follow one another, branch by branch.
         """
-        return tuple(self._moving())
-
-    def _moving(self) -> Iterator[tuple[Joint | Telescope, slice]]:
-        start = 0
-        for element in self.elements:
-            if isinstance(element, Joint | Telescope):
-                size = element.size if isinstance(element, Joint) else 1
-                yield element, slice(start, start + size)
-                start += size
-            elif isinstance(element, ParallelBlock):
-                for branch in element.branches:
-                    for inner, place in branch.chain.moving:
-                        yield inner, slice(start + place.start, start + place.stop)
-                    start += branch.chain.size
+        found: list[tuple[Joint | Telescope, slice]] = []
+        for own, first, _, _ in self._parts:
+            if isinstance(own, Chain):
+                for inner, at in own.moving:
+                    found.append((inner, slice(first + at.start, first + at.stop)))
+            else:
+                found.append((own, slice(first, first + own.size)))
+        return tuple(found)
 
     @cached_property
     def freedoms(self) -> tuple[Screw, ...]:
@@ -166,59 +181,35 @@ class Chain:
 
         That of a sum of joints that a drive moves is the name of its coupling.
         """
-        names = list(self.joint_names)
-        for i, own in self._driven_sums():
-            names[i] = own
-        return tuple(names)
-
-    def _driven_sums(self, prefix: str = "", start: int = 0) -> Iterator[tuple[int, str]]:
-        """Places and names of couplings that a drive moves, those inside of blocks included."""
+        names = self._names(lambda chain: chain.coordinate_names)
         if self.transmission is not None:
             for i, own in self.transmission.sums.items():
                 if not isinstance(own.role, Locked):
-                    yield start + self.own_places[i], prefix + own.name
-        for element in self.elements:
-            if isinstance(element, ParallelBlock):
-                for branch in element.branches:
-                    yield from branch.chain._driven_sums(
-                        f"{prefix}{element.name}/{branch.name}/", start
-                    )
-                    start += branch.chain.size
-            elif isinstance(element, Joint | Telescope):
-                start += element.size if isinstance(element, Joint) else 1
+                    names[self.own_places[i]] = own.name
+        return tuple(names)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Name of each motion of a joint, as those of coordinates."""
-        return tuple(self._joint_names(""))
+        return tuple(self._names(lambda chain: chain.joint_names))
 
-    def _joint_names(self, prefix: str) -> Iterator[str]:
-        for element in self.elements:
-            if isinstance(element, ParallelBlock):
-                for branch in element.branches:
-                    own = f"{prefix}{element.name}/{branch.name}/"
-                    yield from branch.chain._joint_names(own)
-            elif isinstance(element, Joint) and element.size > 1:
-                yield from (f"{prefix}{element.name}[{i}]" for i in range(element.size))
-            elif isinstance(element, Joint | Telescope):
-                yield prefix + element.name
-
-    @cached_property
-    def size(self) -> int:
-        """Number of coordinates."""
-        return sum(place.stop - place.start for _, place in self.moving)
+    def _names(self, of_chain: Callable[[Chain], tuple[str, ...]]) -> list[str]:
+        names: list[str] = []
+        for own, _, prefix, _ in self._parts:
+            if isinstance(own, Chain):
+                names += [prefix + name for name in of_chain(own)]
+            elif own.size > 1:
+                names += [f"{own.name}[{i}]" for i in range(own.size)]
+            else:
+                names.append(own.name)
+        return names
 
     @property
     def home(self) -> np.ndarray:
         """Coordinates in the home configuration, (size,) [m, rad]; objects if one is a formula."""
         home: list[Any] = []
-        for element in self.elements:
-            if isinstance(element, ParallelBlock):
-                home.extend(x for branch in element.branches for x in branch.chain.home)
-            elif isinstance(element, Joint):
-                home.extend(element.home)
-            elif isinstance(element, Telescope):
-                home.append(element.home)
+        for part in self._parts:
+            home += [part.own.home] if isinstance(part.own, Telescope) else list(part.own.home)
         q = coordinate_array(home)
         return q if self.transmission is None else self._coupled_home(q, self.transmission)
 
@@ -231,7 +222,7 @@ class Chain:
             p[i] = own.A[i] @ given if one.home is None else one.home
         p = coordinate_array(p.tolist())
         reached = own.T @ p
-        for element, i in _own_moving(self.elements):
+        for element, i in self._own_moving():
             if i not in own.sums or not element.home_given:
                 continue
             apart = reached[i] - given[i]
@@ -252,11 +243,9 @@ class Chain:
     def roles(self) -> tuple[Role, ...]:
         """Role of each coordinate."""
         roles: list[Role] = []
-        for element in self.elements:
-            if isinstance(element, ParallelBlock):
-                roles += [role for branch in element.branches for role in branch.chain.roles]
-            elif isinstance(element, Joint | Telescope):
-                roles += [element.role] * (element.size if isinstance(element, Joint) else 1)
+        for part in self._parts:
+            own = part.own
+            roles += own.roles if isinstance(own, Chain) else [own.role] * own.size
         if self.transmission is not None:
             for i, own in self.transmission.sums.items():
                 roles[self.own_places[i]] = own.role
@@ -285,18 +274,12 @@ class Chain:
     @property
     def main_places(self) -> np.ndarray:
         """Places of the coordinates that lead to its end: of each block, the first branch's."""
-        return np.array(list(self._main_places()), dtype=int)
-
-    def _main_places(self) -> Iterator[int]:
-        start = 0
-        for element in self.elements:
-            if isinstance(element, ParallelBlock):
-                yield from (start + place for place in element.branches[0].chain._main_places())
-                start += sum(branch.chain.size for branch in element.branches)
-            elif isinstance(element, Joint | Telescope):
-                size = element.size if isinstance(element, Joint) else 1
-                yield from range(start, start + size)
-                start += size
+        places: list[int] = []
+        for own, first, _, leads in self._parts:
+            if leads:
+                inside = own.main_places if isinstance(own, Chain) else range(own.size)
+                places += [first + int(i) for i in inside]
+        return np.array(places, dtype=int)
 
     @property
     def main_path(self) -> Chain:
@@ -326,18 +309,6 @@ class Chain:
         """Whether any element is elastic."""
         held = any(own.role.stiffness is not None for own in self.couplings)
         return held or any(is_elastic(element) for element in self.elements)
-
-
-def _own_moving(elements: Sequence[Element]) -> Iterator[tuple[Joint | Telescope, int]]:
-    """Joints and telescopes of a chain, with the places of their first coordinates among its own.
-
-    Those of parallel blocks are left out.
-    """
-    place = 0
-    for element in elements:
-        if isinstance(element, Joint | Telescope):
-            yield element, place
-            place += element.size if isinstance(element, Joint) else 1
 
 
 def is_elastic(element: Element | None) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -152,6 +152,7 @@ class Telescope:
     home: Any = None
     name: str = "telescope"
     home_given: bool | None = field(default=None, compare=False, repr=False)
+    size: ClassVar[int] = 1  # coordinates, as a joint has them
 
     def __post_init__(self) -> None:
         refuse_quantities("home of the telescope", self.home, "metres")
