@@ -12,11 +12,11 @@ from robostiff.io.model_file.build_chain import named_copies
 from robostiff.io.model_file.geometry import point, transform, vector
 from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.written_robot import (
-    VERSION,
     WrittenCableBody,
     WrittenCableRobot,
     WrittenTensions,
     WrittenWeight,
+    check_version,
 )
 from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
@@ -72,13 +72,7 @@ def cable_robot_from_document(
             expected="one of them",
             hint="robots with legs and cables are not supported",
         )
-    if document.data.get("robostiff") != VERSION:
-        raise FileError(
-            document.location(("robostiff",)),
-            "version of the model file format",
-            got=document.data.get("robostiff"),
-            expected=str(VERSION),
-        )
+    check_version(document)
     written = validate(WrittenCableRobot, document)
     top = top_place(document, written.parameters, parameters or {})
     with top.complaints():

@@ -3,7 +3,11 @@
 from robostiff.errors import FileError
 from robostiff.io.document import Document
 from robostiff.io.model_file.written_arm import WrittenArm
-from robostiff.io.model_file.written_robot import VERSION, WrittenMachine, WrittenRobot
+from robostiff.io.model_file.written_robot import (
+    WrittenMachine,
+    WrittenRobot,
+    check_version,
+)
 from robostiff.io.suggest import Words
 from robostiff.io.validation import validate
 
@@ -28,7 +32,7 @@ def written_model(document: Document) -> WrittenModel:
     FileError
         At the place that is to blame.
     """
-    _check_version(document)
+    check_version(document)
     for key, (kind, hint) in _KINDS.items():
         if key in document.data:
             if "legs" in document.data:
@@ -41,23 +45,3 @@ def written_model(document: Document) -> WrittenModel:
                 )
             return validate(kind, document)
     return validate(WrittenRobot, document)
-
-
-def _check_version(document: Document) -> None:
-    data = document.data
-    if not isinstance(data, dict) or "robostiff" not in data:
-        raise FileError(
-            document.location(),
-            "model file",
-            expected=f"robostiff: {VERSION} at the top, the version of the format",
-        )
-    version = data["robostiff"]
-    if version != VERSION or isinstance(version, bool):
-        newer = isinstance(version, int) and version > VERSION
-        raise FileError(
-            document.location(("robostiff",)),
-            "version of the model file format",
-            got=version,
-            expected=str(VERSION),
-            hint="this file needs a newer robostiff" if newer else None,
-        )

@@ -4,6 +4,8 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
+from robostiff.errors import FileError
+from robostiff.io.document import Document
 from robostiff.io.model_file.written_elements import (
     WrittenAttachment,
     WrittenCoupled,
@@ -203,3 +205,26 @@ class WrittenCableRobot(WrittenHead):
     weight: WrittenWeight | None = None
     tensions: WrittenTensions = WrittenTensions()
     cables: WrittenCables = Field(description="a list of cables, or one cable with repeat:")
+
+
+def check_version(
+    document: Document,
+    what: str = "model file",
+    subject: str = "version of the model file format",
+    expected: str = f"robostiff: {VERSION} at the top, the version of the format",
+    hint: str | None = None,
+) -> None:
+    """Raise unless a document begins with the version of its format."""
+    data = document.data
+    if not isinstance(data, dict) or "robostiff" not in data:
+        raise FileError(document.location(), what, expected=expected, hint=hint)
+    version = data["robostiff"]
+    if version != VERSION or isinstance(version, bool):
+        newer = isinstance(version, int) and version > VERSION
+        raise FileError(
+            document.location(("robostiff",)),
+            subject,
+            got=version,
+            expected=str(VERSION),
+            hint="this file needs a newer robostiff" if newer else None,
+        )

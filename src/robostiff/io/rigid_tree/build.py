@@ -14,7 +14,7 @@ from robostiff.io.model_file.geometry import point
 from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.verify import verified
-from robostiff.io.model_file.written_robot import VERSION
+from robostiff.io.model_file.written_robot import VERSION, check_version
 from robostiff.io.rigid_tree.build_joints import (
     build_joints,
     couplings_between,
@@ -332,23 +332,9 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
 
 def _check(document: Document) -> None:
     """Raise unless the document begins as a side file of this version does."""
-    data = document.data
-    if not isinstance(data, dict) or "robostiff" not in data:
-        raise FileError(
-            document.location(), "side file", expected="robostiff: 1 at the top", hint=_EXAMPLE
-        )
-    version = data["robostiff"]
-    if version != VERSION or isinstance(version, bool):
-        raise FileError(
-            document.location(("robostiff",)),
-            "version of the side file",
-            got=version,
-            expected=str(VERSION),
-            hint="this file needs a newer robostiff"
-            if isinstance(version, int) and version > VERSION
-            else None,
-        )
-    if "legs" in data:
+    expected = f"robostiff: {VERSION} at the top"
+    check_version(document, "side file", "version of the side file", expected, _EXAMPLE)
+    if "legs" in document.data:
         raise FileError(
             document.key_location(("legs",)),
             "side file",
