@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.cable_result import CableStiffness, stability_of, steady_stiffness
 from robostiff.analysis.cable_tensions import cable_tensions
+from robostiff.analysis.result import about_point
 from robostiff.cables import (
     CableStatus,
     TensionRule,
@@ -21,7 +22,6 @@ from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
-from robostiff.spatial import as_floats
 
 
 def cable_stiffness(
@@ -89,18 +89,7 @@ def cable_stiffness(
     )
     if not isinstance(tolerance, Tolerance):
         raise InputError("tolerance", got=tolerance, expected="a Tolerance")
-    result = judged(result)
-    if at is None:
-        return result
-    point = as_floats("point 'at'", at, "three numbers x y z [m]", "m")
-    if point.shape[-1:] != (3,):
-        raise InputError("point 'at'", got=at, expected="three numbers x y z [m]")
-    try:
-        point = np.broadcast_to(point, result.reference_point.shape)
-    except ValueError:
-        expected = f"a shape that fits {result.reference_point.shape}"
-        raise InputError("point 'at'", got=point.shape, expected=expected) from None
-    return result.about(point)
+    return about_point(judged(result), at)
 
 
 def judged(result: CableStiffness) -> CableStiffness:

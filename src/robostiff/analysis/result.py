@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +25,8 @@ from robostiff.spatial import (
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
+
+    from robostiff.analysis.cable_result import CableStiffness
 
 
 @dataclass(frozen=True)
@@ -287,7 +289,10 @@ class RobotStiffness(InNotebooks):
         _ = self.about_reference.K
 
 
-def about_point(result: RobotStiffness, at: ArrayLike | None) -> RobotStiffness:
+Answer = TypeVar("Answer", "RobotStiffness", "CableStiffness")
+
+
+def about_point(result: Answer, at: ArrayLike | None) -> Answer:
     """The same answer about a point of the platform that a user gave; about its own for None.
 
     Raises
@@ -304,9 +309,8 @@ def about_point(result: RobotStiffness, at: ArrayLike | None) -> RobotStiffness:
     try:
         point = np.broadcast_to(point, shape)
     except ValueError:
-        raise InputError(
-            "point 'at'", got=point.shape, expected=f"a shape that fits {shape}"
-        ) from None
+        expected = f"a shape that fits {shape}"
+        raise InputError("point 'at'", got=point.shape, expected=expected) from None
     return result.about(point)
 
 
@@ -336,7 +340,5 @@ def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = No
     """
     if not batch:
         return
-    count = 1
-    for size in batch:
-        count *= size
+    count = int(np.prod(batch))
     raise InputError(f"pose of {subject}", got=f"{count} poses", expected="one pose", hint=hint)

@@ -114,7 +114,10 @@ def derive(
     >>> len(leg.stages), left[0, 0] == leg.K0[0, 0], left.rank()
     (5, True, 1)
     """
-    return _derived(symbolic_robot(robot, symbols), pose, form, budget, leg)
+    loaded = symbolic_robot(robot, symbols)
+    if leg is None:
+        return derive_robot(loaded, pose, form, budget)
+    return derive_leg(loaded, leg, pose, form, budget)
 
 
 def symbolic_robot(robot: Robot | str | Path, symbols: Symbols | None) -> Robot:
@@ -150,15 +153,3 @@ def symbolic_robot(robot: Robot | str | Path, symbols: Symbols | None) -> Robot:
             hint="a snapshot holds the numbers of one pose; describe the robot in a model file",
         )
     return loaded
-
-
-def _derived(
-    robot: Robot,
-    pose: PoseFormula | None,
-    form: Closed | Steps | None,
-    budget: float | None,
-    leg: str | None,
-) -> RobotDerivation | LegElimination:
-    if leg is None:
-        return derive_robot(robot, pose, form, budget)
-    return derive_leg(robot, leg, pose, form, budget)

@@ -5,9 +5,6 @@ directions and a status. Free motions show as zeros or as None, never as a numbe
 """
 
 from robostiff.analysis.indices.centres import Centre, centre_of_compliance, centre_of_stiffness
-from robostiff.analysis.indices.collinear import CollinearStiffness, collinear_stiffness
-from robostiff.analysis.indices.compliance_ratio import Anisotropy, anisotropy
-from robostiff.analysis.indices.condition import ConditionNumber, condition_number
 from robostiff.analysis.indices.directional import (
     DirectionalStiffness,
     WorstDeflections,
@@ -15,9 +12,23 @@ from robostiff.analysis.indices.directional import (
     stiffness_about_axis,
     worst_deflection,
 )
-from robostiff.analysis.indices.metric import Eigenstiffness, eigenstiffness
+from robostiff.analysis.indices.metric import (
+    ConditionNumber,
+    Eigenstiffness,
+    VirtualWork,
+    condition_number,
+    eigenstiffness,
+    virtual_work,
+)
 from robostiff.analysis.indices.overview import IndicesOfPoses, StiffnessIndices, indices
-from robostiff.analysis.indices.principal import PrincipalStiffnesses, principal_stiffness
+from robostiff.analysis.indices.principal import (
+    Anisotropy,
+    CollinearStiffness,
+    PrincipalStiffnesses,
+    anisotropy,
+    collinear_stiffness,
+    principal_stiffness,
+)
 from robostiff.analysis.indices.screws import (
     CompliantAxis,
     Eigenscrews,
@@ -25,7 +36,6 @@ from robostiff.analysis.indices.screws import (
     Eigenwrench,
     eigenscrews,
 )
-from robostiff.analysis.indices.work_of_unit_loads import VirtualWork, virtual_work
 
 __all__ = [
     "Anisotropy",

@@ -1,4 +1,4 @@
-"""A characteristic length or a metric, and the eigenvalues of K in it."""
+"""Eigenvalues of K with rotations multiplied by a length, or in a metric, and what follows."""
 
 from __future__ import annotations
 
@@ -149,3 +149,154 @@ def _in_words(result: RobotStiffness, twist: np.ndarray) -> FreeMotion:
     spatial[list(result.space.rows)] = twist
     own_length = float(result.about_reference.length)
     return FreeMotion(twist, screw_of_twist(spatial, result.reference_point, own_length))
+
+
+@dataclass(frozen=True)
+class ConditionNumber:
+    """Condition numbers of K: 1 where it is the same in all directions, otherwise larger.
+
+    Attributes
+    ----------
+    two_norm : float or None
+        Largest over smallest eigenvalue of the scaled K; None where K is singular.
+    frobenius : float or None
+        ``|K|_F |C|_F / n`` of the scaled matrices.
+    length : float
+        The characteristic length [m].
+    status : Status
+    """
+
+    about: ClassVar[str] = "of K with rotations measured in lengths"
+    unit: ClassVar[str] = "1"
+    two_norm: float | None
+    frobenius: float | None
+    length: float
+    status: Status
+
+    @property
+    def isotropy(self) -> float:
+        """One over the condition number of the two-norm: 1 at best, 0 where K is singular."""
+        return 0.0 if self.two_norm is None else 1 / self.two_norm
+
+
+def condition_number(result: RobotStiffness, *, length: float | None = None) -> ConditionNumber:
+    """Condition numbers of S^-1 K S^-1, S = diag(1, 1, 1, L, L, L), in two norms.
+
+    The two-norm looks at the extremes alone, Frobenius' at all directions and is smooth where
+    eigenvalues cross, which optimisers like. Both depend on the length and on the reference point.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+    length : float, optional
+        L [m]; the robot's own at the pose when left out.
+
+    Raises
+    ------
+    InputError
+        For a batch, or a length that is not positive.
+    NoAnswerError
+        For a pose without a matrix.
+
+    References
+    ----------
+    G. Carbone, M. Ceccarelli: Comparison of indices for stiffness performance evaluation. Frontiers
+    of Mechanical Engineering in China 5(3), 2010.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> found = condition_number(rs.stiffness(rs.load("gough-stewart-b")), length=0.2)
+    >>> round(found.two_norm, 2), round(found.frobenius, 2)
+    (7.71, 3.32)
+    """
+    parts = stiffness_parts(result)
+    L = index_length(result, length)
+    if parts.C is None:
+        return ConditionNumber(None, None, L, parts.status)
+    s = length_factors(result, L)
+    scale = np.outer(s, s)
+    K, C = parts.K / scale, parts.C * scale
+    values = np.linalg.eigvalsh(K)
+    two_norm = float(values[-1] * np.linalg.eigvalsh(C)[-1])
+    frobenius = float(np.linalg.norm(K) * np.linalg.norm(C) / len(K))
+    return ConditionNumber(two_norm, frobenius, L, parts.status)
+
+
+@dataclass(frozen=True)
+class VirtualWork:
+    """Work of loads of unit size, ``|f|^2 + |m|^2 / L^2 = (1 N)^2``.
+
+    Attributes
+    ----------
+    worst : float or None
+        Largest work over all such loads [J/N^2]; None where some load drives a free motion, or no
+        digit of the compliance holds.
+    mean : float or None
+        Mean over all directions [J/N^2].
+    worst_wrench : (n,) array or None
+        The load that does most: a force [N] and a moment [N m] about the reference point.
+    length : float
+        The characteristic length [m].
+    status : Status
+    """
+
+    about: ClassVar[str] = "1/2 F^T C F over loads of unit size"
+    unit: ClassVar[str] = "J/N^2"
+    worst: float | None
+    mean: float | None
+    worst_wrench: np.ndarray | None
+    length: float
+    status: Status
+
+
+def virtual_work(result: RobotStiffness, *, length: float | None = None) -> VirtualWork:
+    """Work ``1/2 F^T C F`` that unit loads do: the worst, and the mean over all directions.
+
+    Work has one unit, whatever forces and moments have; the length only says which moments count as
+    much as a force of 1 N. The mean is tr(S C S) / 2n, S = diag(1, 1, 1, L, L, L). The work of a
+    particular load is the energy of `deflection`.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+    length : float, optional
+        L [m]; the robot's own at the pose when left out.
+
+    Raises
+    ------
+    InputError
+        For a batch, or a length that is not positive.
+    NoAnswerError
+        For a pose without a matrix.
+
+    References
+    ----------
+    The idea to rate stiffness by virtual work: S. Yan, S. Ong, A. Nee: Stiffness analysis of
+    parallelogram-type parallel manipulators using a strain energy method. Robotics and
+    Computer-Integrated Manufacturing, 2016. The definition is the one written above.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> found = virtual_work(rs.stiffness(rs.load("hexapod")), length=0.2)
+    >>> found.mean < found.worst
+    True
+    """
+    parts = stiffness_parts(result)
+    L = index_length(result, length)
+    if parts.C is None:
+        unbalanced = parts.rank < parts.space.size
+        status = parts.status | Status.UNBALANCED if unbalanced else parts.status
+        return VirtualWork(None, None, None, L, status)
+    s = length_factors(result, L)
+    scaled = eigenparts(parts.C * np.outer(s, s), parts.space.size)
+    return VirtualWork(
+        worst=float(scaled.values[-1] / 2),
+        mean=float(np.mean(scaled.values) / 2),
+        worst_wrench=s * scaled.directions[-1],
+        length=L,
+        status=parts.status,
+    )

@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness
-from robostiff.analysis.indices.tables import principal_table, ratio_table
+from robostiff.analysis.indices.overview import principal_table, ratio_table
 from robostiff.analysis.result_tables import (
     actuator_table,
     compliance_matrix,
