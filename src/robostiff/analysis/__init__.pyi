@@ -1,6 +1,5 @@
 from robostiff.analysis.cable_response import CableResponse, SlackEvent, cable_response
-from robostiff.analysis.cable_result import CableStiffness
-from robostiff.analysis.cable_stiffness import cable_stiffness
+from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness
 from robostiff.analysis.cable_tensions import CableTensions, cable_tensions
 from robostiff.analysis.compiled_answer import CompiledAnswer
 from robostiff.analysis.compiled_linkage import CompiledLinkage

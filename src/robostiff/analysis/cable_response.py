@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.cable_result import CableStiffness
-from robostiff.analysis.cable_stiffness import cable_stiffness, judged
+from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness, judged
 from robostiff.analysis.result import require_one_pose
 from robostiff.cables import CableStatus, TensionRule
 from robostiff.cables.equilibrium import Hanging, Loading, first_slack, load_path

@@ -26,7 +26,7 @@ from robostiff.spatial import (
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
-    from robostiff.analysis.cable_result import CableStiffness
+    from robostiff.analysis.cable_stiffness import CableStiffness
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from robostiff.markup import (
 )
 
 if TYPE_CHECKING:
-    from robostiff.analysis.cable_result import CableStiffness
+    from robostiff.analysis.cable_stiffness import CableStiffness
     from robostiff.analysis.deflection_under_load import Deflection, PartShare
     from robostiff.analysis.result import RobotStiffness
     from robostiff.analysis.verification import Verification

@@ -24,7 +24,7 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 
 if TYPE_CHECKING:
-    from robostiff.analysis.cable_result import CableStiffness
+    from robostiff.analysis.cable_stiffness import CableStiffness
     from robostiff.network import Network
 
 

@@ -1,9 +1,8 @@
 """Cables that only pull: tensions, their limits, and stiffness with its geometric part."""
 
-from robostiff.cables.elastic_law import axial_stiffness
-from robostiff.cables.nearest_tensions import TensionProblem, nearest_tensions
 from robostiff.cables.status import CableStatus
 from robostiff.cables.stiffness_matrix import (
+    axial_stiffness,
     elastic_stiffness,
     force_stiffness,
     geometric_stiffness,
@@ -21,7 +20,9 @@ from robostiff.cables.tension_rules import (
     ClosedFormTensions,
     GivenTensions,
     NearestTensions,
+    TensionProblem,
     TensionRule,
+    nearest_tensions,
 )
 
 __all__ = [

@@ -2,16 +2,214 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.cables.nearest_tensions import TensionProblem, nearest_tensions
 from robostiff.cables.status import CableStatus
 from robostiff.errors import InputError
 from robostiff.spatial import as_floats
+
+_BALANCED = 1e-9
+
+
+@dataclass(frozen=True)
+class TensionProblem:
+    """Find tensions t with A^T t + F = 0 and least <= t <= greatest, at N poses.
+
+    Attributes
+    ----------
+    W : (N, n, m) array
+        Structure matrix A^T, moments divided by a characteristic length.
+    F : (N, n) array
+        Wrench that the cables carry, scaled alike [N].
+    least, greatest : (m,) arrays
+        [N]; the greatest may be infinite.
+    level : float
+        Where between the two the tensions aim.
+    """
+
+    W: np.ndarray
+    F: np.ndarray
+    least: np.ndarray
+    greatest: np.ndarray
+    level: float
+
+    @property
+    def aim(self) -> np.ndarray:
+        """Desired tensions of the cables (m,) [N]."""
+        if self.level == 0:
+            return self.least
+        return self.least + self.level * (self.greatest - self.least)
+
+    def part(self, poses: slice) -> TensionProblem:
+        """The problem at some of the poses."""
+        return replace(self, W=self.W[poses], F=self.F[poses])
+
+    def missing(self, tensions: np.ndarray) -> np.ndarray:
+        """Wrench (N, n) that the tensions do not balance, A^T t + F."""
+        return np.einsum("nij,nj->ni", self.W, tensions) + self.F
+
+    def balanced(self, tensions: np.ndarray) -> np.ndarray:
+        """Whether the tensions balance the wrench (N,), to rounding."""
+        size = np.abs(self.F).max(axis=-1) + np.abs(tensions).max(axis=-1)
+        return np.asarray(np.abs(self.missing(tensions)).max(axis=-1) <= _BALANCED * size)
+
+    def within(self, tensions: np.ndarray) -> np.ndarray:
+        """Whether all tensions are within their limits (N,), to rounding."""
+        slack = _BALANCED * (1.0 + np.abs(tensions))
+        inside = (tensions >= self.least - slack) & (tensions <= self.greatest + slack)
+        return np.asarray(inside.all(axis=-1))
+
+    def has_solution(self, pose: int) -> bool:
+        """Whether any tensions within the limits balance the wrench at a pose, by a linear program.
+
+        The tension of every cable is scaled by the largest force that occurs.
+        """
+        bounded = self.greatest[np.isfinite(self.greatest)]
+        size = max(
+            float(np.abs(self.F[pose]).max()), float(self.least.max()), *bounded.tolist(), 1e-300
+        )
+        bounds = [
+            (low / size, high / size if np.isfinite(high) else None)
+            for low, high in zip(self.least, self.greatest, strict=True)
+        ]
+        # Some rows may be dependent: they are replaced by independent ones.
+        U, values, _ = np.linalg.svd(self.W[pose])
+        rank = int(np.count_nonzero(values > 1e-9))
+        held, lost = U[:, :rank], U[:, rank:]
+        if np.abs(lost.T @ self.F[pose]).max(initial=0.0) > _BALANCED * size:
+            return False
+        from scipy.optimize import linprog
+
+        found = linprog(
+            np.zeros(self.W.shape[-1]),
+            A_eq=held.T @ self.W[pose],
+            b_eq=-held.T @ self.F[pose] / size,
+            bounds=bounds,
+            method="highs",
+        )
+        return bool(found.status == 0)
+
+
+_STEPS = 100
+_CHUNK = 4096  # poses worked on at once
+_REGULAR = 1e-12
+
+
+def nearest_tensions(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Minimise ``|t - t_aim|^2`` where A^T t + F = 0, least <= t <= greatest, at all poses at once.
+
+    With a multiplier y for every row of the balance the minimiser is ``t = clip(t_aim + A y)``, and
+    y maximises a concave piecewise quadratic function whose gradient is the missing wrench. Newton
+    steps with an exact line search reach it in a few steps. A direction in which the function rises
+    for ever proves that no tensions exist.
+
+    Returns
+    -------
+    tensions : (N, m) array
+        [N]; within the limits.
+    solved : (N,) array of bool
+        Where they balance the wrench.
+    impossible : (N,) array of bool
+        Where it is proven that none do.
+
+    Examples
+    --------
+    Two cables pull against each other along x, and 10 N push to the right:
+
+    >>> W = np.array([[[1.0, -1.0]]])
+    >>> problem = TensionProblem(W, np.array([[10.0]]), np.full(2, 5.0), np.full(2, 100.0), 0.0)
+    >>> nearest_tensions(problem)
+    (array([[ 5., 15.]]), array([ True]), array([False]))
+    """
+    parts = [
+        _nearest(problem.part(slice(start, start + _CHUNK)))
+        for start in range(0, max(len(problem.F), 1), _CHUNK)
+    ]
+    tensions, solved, impossible = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return tensions, solved, impossible
+
+
+def _nearest(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    W, F = problem.W, problem.F
+    poses, n, _ = W.shape
+    low, high, aim = problem.least, problem.greatest, problem.aim
+    y = np.zeros((poses, n))
+    solved = np.zeros(poses, dtype=bool)
+    impossible = np.zeros(poses, dtype=bool)
+    active = np.arange(poses)
+    for _ in range(_STEPS):
+        W_a, y_a = W[active], y[active]
+        raw = aim + np.einsum("nij,ni->nj", W_a, y_a)
+        tensions = np.clip(raw, low, high)
+        gradient = -F[active] - np.einsum("nij,nj->ni", W_a, tensions)
+        size = np.abs(F[active]).max(axis=-1) + np.abs(tensions).max(axis=-1)
+        done = np.abs(gradient).max(axis=-1) <= 1e-13 * size
+        solved[active[done]] = True
+        going = ~done
+        if not going.any():
+            break
+        active, W_a, raw, gradient = active[going], W_a[going], raw[going], gradient[going]
+        inner = ((raw > low) & (raw < high)).astype(float)
+        H = (W_a * inner[:, None, :]) @ np.swapaxes(W_a, -1, -2) + _REGULAR * np.eye(n)
+        step = np.linalg.solve(H, gradient[..., None])[..., 0]
+        length, rises = _best_length(W_a, F[active], low, high, raw, step)
+        y[active] += length[:, None] * step
+        impossible[active[rises]] = True
+        active = active[~rises]
+        if not len(active):
+            break
+    tensions = np.clip(aim + np.einsum("nij,ni->nj", W, y), low, high)
+    # Newton stops at rounding; what counts is whether the wrench is balanced.
+    solved |= problem.balanced(tensions)
+    return tensions, solved, impossible & ~solved
+
+
+def _best_length(
+    W: np.ndarray,
+    F: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    raw: np.ndarray,
+    step: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where along a step the dual function is largest (N,), and whether it rises for ever (N,).
+
+    Its slope, -F.s - sum of d clip(raw + length d) with d = A s, falls and is linear between the
+    lengths at which a tension meets a limit.
+    """
+    d = np.einsum("nij,ni->nj", W, step)
+    own = -np.einsum("ni,ni->n", F, step)
+    moving = np.abs(d) > 1e-15 * np.abs(d).max(axis=-1, keepdims=True)
+    safe = np.where(moving, d, 1.0)
+    meets = np.concatenate([(low - raw) / safe, (high - raw) / safe], axis=-1)
+    meets = np.where(np.concatenate([moving, moving], axis=-1) & (meets > 0), meets, np.inf)
+    meets = np.sort(np.concatenate([np.zeros((len(d), 1)), meets], axis=-1), axis=-1)
+
+    def slope(lengths: np.ndarray) -> np.ndarray:
+        at = np.where(np.isfinite(lengths), lengths, 0.0)
+        tensions = np.clip(raw[:, None, :] + at[..., None] * d[:, None, :], low, high)
+        return own[:, None] - np.einsum("nj,nkj->nk", d, tensions)
+
+    slopes = np.where(np.isfinite(meets), slope(meets), -np.inf)
+    # The last break point with a rising slope; the maximum lies between it and the next.
+    rising = (slopes > 0).sum(axis=-1)
+    first = np.maximum(rising - 1, 0)[:, None]
+    start = np.take_along_axis(meets, first, axis=-1)[:, 0]
+    slope_start = np.take_along_axis(slopes, first, axis=-1)[:, 0]
+    beyond = np.minimum(first + 1, meets.shape[-1] - 1)
+    end = np.take_along_axis(meets, beyond, axis=-1)[:, 0]
+    # Beyond the last break point the slope is linear; two points determine it.
+    unit = np.maximum(start, 1.0)
+    probe = np.where(np.isfinite(end) & (end > start), end, start + unit)
+    fall = slope_start - slope(probe[:, None])[:, 0]
+    ends = fall > 1e-14 * np.abs(slope_start)
+    length = start + (probe - start) * slope_start / np.where(ends, fall, 1.0)
+    forever = ~ends & (slope_start > 0)
+    return np.where(forever, start + unit, np.maximum(length, 0.0)), forever
 
 
 @runtime_checkable

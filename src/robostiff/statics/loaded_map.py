@@ -10,9 +10,8 @@ import numpy as np
 
 from robostiff.analysis.maps import Batched, Compiled, Quantity
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
-from robostiff.analysis.maps.quantities import map_variables
 from robostiff.analysis.maps.request import Method
-from robostiff.analysis.maps.variables import NO_RANK, Variable, status_under_load
+from robostiff.analysis.maps.variables import NO_RANK, Variable, map_variables, status_under_load
 from robostiff.analysis.measures import stiffness_indices, symmetric_eigenvalues
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot

@@ -11,9 +11,8 @@ import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
 from robostiff.analysis.maps.dataset import MapArrays
 from robostiff.analysis.maps.evaluator import BatchedEvaluator
-from robostiff.analysis.maps.job import MapJob
+from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import pose_columns
-from robostiff.analysis.maps.summary import MapSummary
 from robostiff.errors import InputError
 from tests.analysis.maps.robots import loaded
 

@@ -2,11 +2,10 @@
 
 from robostiff.analysis.maps.grid import Axis, Grid
 from robostiff.analysis.maps.map import stiffness_map
-from robostiff.analysis.maps.pose_list import PoseList
-from robostiff.analysis.maps.quantities import Quantity
-from robostiff.analysis.maps.random_poses import RandomPoses
+from robostiff.analysis.maps.pose_source import PoseList, RandomPoses
 from robostiff.analysis.maps.request import Batched, Compiled
 from robostiff.analysis.maps.run import Progress, Threads
+from robostiff.analysis.maps.variables import Quantity
 
 __all__ = [
     "Axis",

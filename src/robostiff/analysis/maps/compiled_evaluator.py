@@ -11,8 +11,7 @@ from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
 from robostiff.analysis.guarded_values import CheckedResults
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
-from robostiff.analysis.maps.quantities import Quantity
-from robostiff.analysis.maps.variables import Variable
+from robostiff.analysis.maps.variables import Quantity, Variable
 from robostiff.analysis.measures import stiffness_indices
 from robostiff.compiled import (
     Backend,

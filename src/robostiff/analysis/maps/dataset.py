@@ -11,7 +11,7 @@ import google_crc32c
 import numpy as np
 from zarr.storage import LocalStore
 
-from robostiff.analysis.maps.job import MapJob
+from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.layout import (
     coordinate_arrays,
     own_coordinates,
@@ -20,7 +20,6 @@ from robostiff.analysis.maps.layout import (
     variable_attributes,
 )
 from robostiff.analysis.maps.stored import IDENTITY, StoredArray, StoredMap, damaged, read_store
-from robostiff.analysis.maps.summary import MapSummary
 from robostiff.errors import InputError, needs_extra
 
 if TYPE_CHECKING:

@@ -10,16 +10,15 @@ from typing import Protocol
 import numpy as np
 
 from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.deflection_under_load import leg_loads
 from robostiff.analysis.guarded_values import (
     compliance_where_answered,
     origin_to_reference,
     stiffness_where_answered,
     twists_under,
 )
-from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.maps.pose_columns import PoseColumns
-from robostiff.analysis.maps.quantities import Quantity, map_variables
-from robostiff.analysis.maps.variables import Variable
+from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (
     principal_stiffnesses,
     stiffness_indices,

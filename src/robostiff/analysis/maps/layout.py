@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.maps.job import MapJob
+from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import FACTOR
-from robostiff.analysis.maps.summary import MapSummary
 from robostiff.analysis.maps.variables import Variable, status_flags, status_words
 from robostiff.errors import InputError
 from robostiff.linkage import Linkage

@@ -14,15 +14,8 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.dataset import MapArrays, open_map
-from robostiff.analysis.maps.job import Selection
-from robostiff.analysis.maps.new_store import (
-    already_there,
-    check_identity,
-    check_room,
-    create_store,
-)
+from robostiff.analysis.maps.job import MapSummary, Selection
 from robostiff.analysis.maps.pose_source import PoseSource
-from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.request import (
     LoadedMethod,
     MapRequest,
@@ -38,9 +31,15 @@ from robostiff.analysis.maps.run import (
     run_in_threads,
     run_on_dask,
 )
-from robostiff.analysis.maps.store import MapStore
+from robostiff.analysis.maps.store import (
+    MapStore,
+    already_there,
+    check_identity,
+    check_room,
+    create_store,
+)
 from robostiff.analysis.maps.stored import read_store
-from robostiff.analysis.maps.summary import MapSummary
+from robostiff.analysis.maps.variables import Quantity
 from robostiff.errors import InputError, needs_extra
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage

@@ -1,11 +1,13 @@
-"""Sources of the poses of a map: the interface of grids, lists and random poses."""
+"""Lists of poses and random poses, and the interface that they share with grids."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
 from robostiff.spatial import Space, as_floats, holds_quantities
@@ -106,3 +108,215 @@ def check_units(source: PoseSource, units: Mapping[str, str]) -> None:
                 got=kinds[unit],
                 expected=f"{kinds[units[name]]} [{units[name]}]",
             )
+
+
+class PoseList:
+    """Poses one after another, such as a trajectory; coordinates left out stay at home.
+
+    Parameters
+    ----------
+    names : sequence of str
+        What the columns are: ``x y z rx ry rz`` or joints.
+    poses : (N, len(names)) array
+        [m, rad], or quantities: one array, or rows of them.
+    time : (N,) array, optional
+        When each pose is passed [s].
+    path_length : (N,) array, optional
+        Or how far along the path it lies [m].
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> PoseList(["x", "z"], [[0, 0.8], [0.1, 0.8]], time=[0, 0.5]).shape
+    (2,)
+    """
+
+    dims = ("pose",)
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        poses: ArrayLike,
+        *,
+        time: ArrayLike | None = None,
+        path_length: ArrayLike | None = None,
+    ) -> None:
+        self.names = (names,) if isinstance(names, str) else tuple(names)
+        if not self.names or len(set(self.names)) < len(self.names):
+            raise InputError(
+                "coordinates of a list of poses", got=list(names), expected="each name once"
+            )
+        columns = f"{len(self.names)} columns ({' '.join(self.names)})"
+        rows, self.units_given = self._read(poses, f"rows of {columns}")
+        if rows.ndim != 2 or rows.shape[1] != len(self.names) or not len(rows):
+            raise InputError(
+                "shape of a list of poses", got=rows.shape, expected=f"(N, {len(self.names)})"
+            )
+        self._columns = np.ascontiguousarray(rows.T)
+        if time is not None and path_length is not None:
+            raise InputError("time and path_length", expected="one of them")
+        self._parameter: tuple[str, str, np.ndarray] | None = None
+        for name, unit, given in (("time", "s", time), ("s", "m", path_length)):
+            if given is not None:
+                values = as_floats(f"{name} of a list of poses", given, "finite numbers", unit)
+                if values.shape != (len(rows),):
+                    raise InputError(
+                        f"{name} of a list of poses", got=values.shape, expected=f"({len(rows)},)"
+                    )
+                self._parameter = (name, unit, values)
+
+    def _read(self, poses: ArrayLike, expected: str) -> tuple[np.ndarray, Mapping[str, str]]:
+        """Rows in SI units, and the units of joints that came as quantities."""
+        subject = "list of poses"
+        units = [POSE_UNITS[name] for name in self.names if name in POSE_UNITS]
+        if len(units) == len(self.names) or not holds_quantities(poses):
+            return as_floats(subject, poses, expected, units), {}
+        every: Any = poses
+        try:
+            columns = list(zip(*every, strict=True))
+        except (TypeError, ValueError):
+            raise InputError(subject, got=str(poses), expected=expected) from None
+        if len(columns) != len(self.names):
+            raise InputError(subject, got=f"{len(columns)} columns", expected=expected)
+        found = [
+            read_coordinate(f"{subject}, column {name!r}", list(column), "finite numbers", name)
+            for name, column in zip(self.names, columns, strict=True)
+        ]
+        given = {n: unit for n, (_, unit) in zip(self.names, found, strict=True) if unit}
+        return np.stack([values for values, _ in found], axis=-1), given
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many poses there are."""
+        return (self._columns.shape[1],)
+
+    def values(self, part: tuple[slice, ...]) -> np.ndarray:
+        """Coordinates of some of the poses (names, N)."""
+        return self._columns[:, part[0]]
+
+    def axis_values(self) -> Mapping[str, np.ndarray]:
+        """Each pose has coordinates of its own."""
+        return {}
+
+    def parameter(self) -> tuple[str, str, np.ndarray] | None:
+        """Time [s] or path length [m] of each pose."""
+        return self._parameter
+
+    def description(self) -> Mapping[str, Any]:
+        """All of its numbers."""
+        return {
+            "kind": "list",
+            "names": self.names,
+            "poses": self._columns,
+            "parameter": self._parameter,
+        }
+
+    def __repr__(self) -> str:
+        return f"<PoseList of {self.shape[0]} poses: {' '.join(self.names)}>"
+
+
+# Philox makes four 64-bit numbers a step of its counter.
+_PER_STEP = 4
+_MOST = 2**63
+
+
+@dataclass(frozen=True)
+class RandomPoses:
+    """Independent, uniformly distributed poses; coordinates left out stay at home.
+
+    Pose i depends on the seed and on i alone (a counter-based generator), so that blocks can be
+    made in any order, on any machine.
+
+    Parameters
+    ----------
+    count : int
+    ranges : mapping of str to (float, float)
+        Lowest and highest value of each coordinate [m, rad], or quantities.
+    seed : int
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> poses = RandomPoses(1000, {"x": (-0.1, 0.1)}, seed=1)
+    >>> some = poses.values((slice(2, 5),))
+    >>> bool((some == poses.values((slice(0, 1000),))[:, 2:5]).all())
+    True
+    """
+
+    count: int
+    ranges: Mapping[str, tuple[float, float]]
+    seed: int = 0
+    units_given: Mapping[str, str] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def __post_init__(self) -> None:
+        for name, value, least in (("count", self.count, 1), ("seed", self.seed, 0)):
+            if not isinstance(value, int | np.integer) or not least <= value < _MOST:
+                raise InputError(
+                    f"{name} of random poses", got=value, expected=f"a whole number from {least} on"
+                )
+        if not self.ranges:
+            raise InputError(
+                "ranges of random poses",
+                got="none",
+                expected="at least one coordinate",
+                hint='write {"x": (-0.1, 0.1)}',
+            )
+        ranges, units = {}, {}
+        for name, given in self.ranges.items():
+            subject, expected = f"range of {name!r}", "lowest and highest value"
+            ends, unit = read_coordinate(subject, given, expected, name)
+            if ends.shape != (2,) or ends[0] > ends[1]:
+                raise InputError(subject, got=given, expected=expected)
+            ranges[name] = (float(ends[0]), float(ends[1]))
+            if unit:
+                units[name] = unit
+        object.__setattr__(self, "ranges", ranges)
+        object.__setattr__(self, "units_given", units)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Coordinates that vary."""
+        return tuple(self.ranges)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """One dimension."""
+        return ("pose",)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many poses there are."""
+        return (int(self.count),)
+
+    def values(self, part: tuple[slice, ...]) -> np.ndarray:
+        """Coordinates of some of the poses (names, N)."""
+        start, stop, _ = part[0].indices(int(self.count))
+        block = np.empty((len(self.ranges), stop - start))
+        for k, (low, high) in enumerate(self.ranges.values()):
+            # One stream a coordinate; a pose is a place in it.
+            stream = np.random.Philox(key=[self.seed, k])
+            stream.advance(start // _PER_STEP)
+            ahead = start % _PER_STEP
+            block[k] = np.random.Generator(stream).random(stop - start + ahead)[ahead:]
+            block[k] = low + (high - low) * block[k]
+        return block
+
+    def axis_values(self) -> Mapping[str, np.ndarray]:
+        """Each pose has coordinates of its own."""
+        return {}
+
+    def parameter(self) -> None:
+        """None: random poses have no parameter."""
+
+    def description(self) -> Mapping[str, Any]:
+        """Count, ranges and seed."""
+        ranges = {name: tuple(map(float, ends)) for name, ends in self.ranges.items()}
+        return {"kind": "random", "count": self.count, "ranges": ranges, "seed": self.seed}

@@ -19,8 +19,8 @@ from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.pose_columns import columns_under_load, pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource, check_units
-from robostiff.analysis.maps.quantities import Quantity
 from robostiff.analysis.maps.stored import MOST_POSES
+from robostiff.analysis.maps.variables import Quantity
 from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near

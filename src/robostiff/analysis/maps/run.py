@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
+from robostiff.analysis.maps.job import MapSummary
 from robostiff.analysis.maps.store import MapStore
-from robostiff.analysis.maps.summary import MapSummary
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 
 if TYPE_CHECKING:
