@@ -304,10 +304,8 @@ def test_home_coordinates_fit_the_gear():
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda robot: rs.equilibrium(robot, None, np.ones(6)),
-        lambda robot: rs.critical_load(robot, None, np.ones(6)),
-        rs.modes,
         rs.compile_loaded,
+        rs.derive_under_load,
         lambda robot: rs.hybrid_machine([rs.Module("arm", robot)]),
     ],
 )

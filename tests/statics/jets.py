@@ -189,6 +189,13 @@ class JetRobot:
     legs: list[JetLeg]
     point: np.ndarray
     springs: list[tuple[tuple, tuple, float, float]] = field(default_factory=list)
+    #: Leg, factors of the sum by places among its coordinates, stiffness or None: a closure.
+    couplings: list[tuple[int, dict[int, float], float | None]] = field(default_factory=list)
+
+    @property
+    def closures(self) -> int:
+        """How many there are."""
+        return 6 * len(self.legs) + sum(k is None for *_, k in self.couplings)
 
     @property
     def size(self) -> int:
@@ -227,6 +234,17 @@ class JetRobot:
             D = R_end @ R.T
             closure += [gap[0], gap[1], gap[2]]
             closure += [(D[i, j] - D[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
+        starts = np.cumsum([0, *(leg.size for leg in self.legs)])
+        for number, row, k in self.couplings:
+            total = Jet.of(0.0, n)
+            for place, factor_of_sum in row.items():
+                at_place = np.array([starts[number] + place])
+                own = Jet.unknowns(x[at_place])[0].among(at_place, n)
+                total = total + own * factor_of_sum
+            if k is None:
+                closure.append(total)
+            else:
+                energy = energy + total * total * (0.5 * k)
         potential = work * -factor
         bodies[None, 0] = Jet.of(np.eye(3), n), Jet.of(np.zeros(3), n)
         bodies[None, 1] = R, p - (R @ Jet.of(self.point[:, None], n))[:, 0]
@@ -264,7 +282,7 @@ def skew(a: np.ndarray) -> np.ndarray:
 def at_rest(robot: JetRobot, wrench: np.ndarray, steps: int = 3) -> JetAnswer:
     """The equilibrium under a wrench on the platform, followed from rest in equal parts."""
     n = robot.size
-    x, force = np.zeros(n), np.zeros(6 * len(robot.legs))
+    x, force = np.zeros(n), np.zeros(robot.closures)
     R, p = np.eye(3), robot.point.astype(float)
     for factor in np.arange(1, steps + 1) / steps:
         for _ in range(12):

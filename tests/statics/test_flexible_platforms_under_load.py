@@ -104,8 +104,22 @@ def test_stiffness_is_that_of_differences_and_forces_balance(star: rs.Robot):
         "arm2",
         "arm3",
     }
-    with pytest.raises(rs.NoAnswerError, match="through a flexible platform"):
-        _ = answer.leg_K
+
+
+def test_legs_carry_the_load_of_the_tool_together(star: rs.Robot):
+    """About the tool, wherever the nodes are; rates by differences, and by the linear answer."""
+    answer, rest = loaded(star, wrench=F), loaded(star)
+    assert np.allclose(np.sum(answer.leg_wrenches, axis=0), F, rtol=0, atol=1e-6)
+    size = np.abs(answer.K).max()
+    assert np.allclose(np.sum(answer.leg_K, axis=0), answer.K, rtol=0, atol=1e-10 * size)
+    for own, leg in zip(rest.leg_K, rs.stiffness(star).legs, strict=True):
+        assert np.allclose(own, leg.K, rtol=0, atol=1e-9 * np.abs(rest.K).max())
+    h = 1e-6
+    for i in range(3):
+        moved = [answer.displacement + s * h * np.eye(6)[i] for s in (1, -1)]
+        ends = [np.array(loaded(star, displacement=own).leg_wrenches) for own in moved]
+        rate = (ends[0] - ends[1]) / (2 * h)
+        assert np.allclose(np.array(answer.leg_K)[:, :, i], rate, rtol=0, atol=1e-6 * size)
 
 
 def test_weights_springs_modes_and_buckling_go_through_it(star: rs.Robot):

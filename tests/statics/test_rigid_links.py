@@ -114,6 +114,14 @@ def test_displacement_loads_of_drives_and_compliance(name: str):
     assert np.abs(answer.compliance[3:]).max() < 1e-10 * np.abs(C).max()
     with pytest.raises(rs.NoAnswerError, match="its compliance is there"):
         _ = answer.K
+    held = loaded(robot, displacement=answer.displacement)
+    assert str(held.status) == "rigid-direction"
+    assert held.stable
+    assert np.allclose(held.wrench, [*F, 0, 0, 0], rtol=1e-6, atol=1e-6 * np.abs(F).max())
+    assert np.isclose(held.energy, answer.energy, rtol=1e-9)
+    against = loaded(robot, displacement=[0, 0, 1e-3, 1e-3, 0, 0])
+    assert str(against.status) == "rigid-direction+no-equilibrium"
+    assert against.advice[0].startswith("rigid parts do not let the platform move so")
 
 
 @pytest.mark.parametrize(

@@ -325,8 +325,8 @@ def _under_load(
 
 
 def _modes(robot: Robot | Snapshot | Network, pose: Pose, near: Near) -> Modes | None:
-    """Of the masses of the model; none without any, of flexible platforms and coupled joints."""
-    if isinstance(robot, Network) or robot.platform is not None or robot.is_coupled:
+    """Of the masses of the model; none without any, and of flexible platforms."""
+    if isinstance(robot, Network) or robot.platform is not None:
         return None
     if not has_masses(robot):
         return None

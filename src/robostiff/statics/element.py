@@ -111,6 +111,16 @@ class FiniteJoint:
         law = self.laws[i] if self.laws else None
         return float(self.stiffness[i] * q) if law is None else law.at(q)
 
+    def tangent(self, i: int, q: float) -> float:
+        """Derivative of that force."""
+        law = self.laws[i] if self.laws else None
+        return float(self.stiffness[i]) if law is None else law.tangent(q)
+
+    def energy(self, i: int, q: float) -> float:
+        """Stored in leg i, work of its preload left out [J]."""
+        law = self.laws[i] if self.laws else None
+        return 0.5 * float(self.stiffness[i]) * q**2 if law is None else law.energy(q)
+
     def sizes(self, length: float) -> np.ndarray:
         """What a unit of its coordinate turns or shifts (N, 1), shifts by the robot's length."""
         return np.full((len(self.point), 1), 1.0 if self.turns else 1.0 / length)

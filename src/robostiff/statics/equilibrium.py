@@ -31,6 +31,8 @@ _BOWING = Bowing()
 _SAFE = 0.3
 # Of the largest entry of a scaled matrix: an eigenvalue below it resists nothing.
 _FREE = 1e-9
+# Of the length of the robot: what is no rounding between legs and platform.
+_OPEN = 1e-9
 
 
 def equilibrium(
@@ -150,8 +152,6 @@ def solved(
     unloaded = problem.at_rest
     if unloaded.rigid:
         status |= EquilibriumStatus.RIGID_DIRECTION
-        if displacement is not None:  # it may be one that rigid parts hold
-            return Equilibrium(question.name, question.space, status)
     target = FREE if displacement is None else _target(problem, displacement)
     first = None
     if problem.loads_platform_alone and not unloaded.rigid:
@@ -163,6 +163,9 @@ def solved(
     if displacement is None and near:
         found, critical = _confirmed(problem, loading, unloaded, found)
         margins = _margins(problem, found.known, unloaded) if found.converged else {}
+    if displacement is not None and _is_against_rigid_parts(problem, found.known):
+        status |= EquilibriumStatus.NO_EQUILIBRIUM
+        return Equilibrium(question.name, question.space, status, held=True)
     if critical is not None:
         status |= EquilibriumStatus.BEYOND_CRITICAL_LOAD
     if not found.converged:
@@ -194,6 +197,11 @@ def _margins(
     names = {k: name for g in problem.groups for k, name in zip(g.indices, g.names, strict=True)}
     margins = {"platform": platform_margin(problem, known, unloaded).value}
     return margins | {names[k]: own.value for k, own in leg_margins(problem, known).items()}
+
+
+def _is_against_rigid_parts(problem: EquilibriumProblem, known: Linearised) -> bool:
+    """Whether legs stay open at the pose of the platform."""
+    return known.held is not None and bool(np.linalg.norm(known.held.gap) > _OPEN * problem.length)
 
 
 def _holds(problem: EquilibriumProblem, known: Linearised) -> bool:

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from robostiff.model import FlexiblePlatform, PlacedPlatform, PlacedSpring
+from robostiff.spatial import skew
 from robostiff.statics.beam_bowing import Beams, elements_of, uniform_beam
 from robostiff.statics.chain import FiniteChain
 from robostiff.statics.legs import LegGroup
+from robostiff.statics.problem import State
 from robostiff.statics.spring_elements import SpringElements
 
 #: What its parts belong to, as the parts of a leg do to their leg.
@@ -75,6 +77,49 @@ def _bodies(platform: FlexiblePlatform) -> Mapping[str, str]:
         kept = platform.tool if platform.tool in (a, b) else a
         found = {name: kept if own in (a, b) else own for name, own in found.items()}
     return found
+
+
+def about_the_tool(
+    group: LegGroup, state: State, by_twist: np.ndarray
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """What the nodes exert on each leg (r,), and its rate by the twist of the tool (r, r).
+
+    About the point of the tool P, which moves along: with f at a node's point p, the moment has the
+    rate ``dm + (dp - dP) x f + (p - P) x df``.
+
+    Parameters
+    ----------
+    group : LegGroup
+        Legs on a flexible platform, as `on_flexible_platform` makes it.
+    state : State
+        Of a robot with this group alone.
+    by_twist : (1, n, r) array
+        Steps of its unknowns by the twist of the tool.
+    """
+    (legs,), rows, platform = state.legs, list(group.rows), len(group.indices) - 1
+    held = {
+        body
+        for chain, owner in zip(group.chains, group.owners, strict=True)
+        if owner == platform
+        for body in (chain.start, chain.end)
+    }
+    moved = np.eye(6)[:, rows]  # twist of the tool
+    W, K = np.zeros((platform, 6)), np.zeros((platform, 6, len(rows)))
+    for c, (chain, owner) in enumerate(zip(group.chains, group.owners, strict=True)):
+        if owner == platform or chain.end not in held | {None}:
+            continue
+        own, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
+        own[rows], rate[rows] = legs.W[c][0], by_twist[0, group.wrench_places[c]]
+        arm = np.zeros(3)
+        if chain.end is not None:
+            node = np.zeros((6, len(rows)))
+            node[rows] = by_twist[0, group.body_places[chain.end]]
+            arm = legs.bodies[chain.end].p[0] - state.p
+        rate[3:] += skew(arm) @ rate[:3] - skew(own[:3]) @ (node - moved)[:3]
+        own[3:] += np.cross(arm, own[:3])
+        W[owner] += own
+        K[owner] += rate
+    return list(W[:, rows]), list(K[:, rows])
 
 
 def from_its_end(spring: PlacedSpring) -> PlacedSpring:

@@ -13,13 +13,16 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
-from robostiff.model import PlacedFreedom, PlacedSpring
+from robostiff.model import Locked, PlacedFreedom, PlacedSpring
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
+from robostiff.network.elements import CouplingElement
 from robostiff.statics.beam_bowing import Beams, elements_of
 from robostiff.statics.chain import BodyLoad, FiniteChain
+from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.element import Element
 from robostiff.statics.flexible_platform import from_its_end
-from robostiff.statics.from_snapshot import DeadForce, finite_joint, load_vector, moves
+from robostiff.statics.from_snapshot import finite_joint, moves
+from robostiff.statics.given_loads import DeadForce, load_vector
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.spring_elements import SpringElements
 
@@ -49,11 +52,11 @@ def group_of(
     InputError
         When a load is on no body that moves, or a preload at no joint of one coordinate.
     """
-    network.check_has_no_couplings("finite loads")
     bodies = _Bodies.of(network)
     elements = SpringElements(network.space)
     chains: list[FiniteChain] = []
     left = dict(preload)
+    places: dict[tuple[str, str, str, str], tuple[int, int]] = {}
     for element in network.elements:
         a, b = bodies.of_node[element.a], bodies.of_node[element.b]
         if a == b:
@@ -64,12 +67,18 @@ def group_of(
         own: list[Element] = []
         for part in parts:
             if isinstance(part, PlacedFreedom):
+                places[element.name, element.a, element.b, part.name] = len(chains), len(own)
                 joint = finite_joint(part)
                 push = left.pop(part.name, 0.0)
                 own.append(replace(joint, preload=joint.preload + push))
             else:
                 own += elements.of(part, lambda: elements_of(beams))
         chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own)))
+    couplings = [
+        coupled.pushed(0.0 if coupled.is_rigid else left.pop(one.name, 0.0))
+        for one in network.couplings
+        for coupled in _coupled(one, places)
+    ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
     for name, forces in loads.items():
@@ -81,6 +90,7 @@ def group_of(
         tuple(bodies.points[name][None] for name in bodies.between),
         platform_point,
         network.space.rows,
+        couplings=tuple(couplings),
     )
 
 
@@ -137,11 +147,35 @@ def _parts(
         return [PlacedSpring(element.name, element.end, element.rotation, elasticity)]
     if isinstance(element, SpringElement):
         return [PlacedSpring(element.name, element.point, element.rotation, element.elasticity)]
-    several = len(element.freedoms) > 1
     return [
-        replace(freedom, name=f"{element.name}[{i}]" if several else element.name)
+        replace(freedom, name=_name(element, i))
         for i, freedom in enumerate(element.freedoms)
         if moves(freedom)
+    ]
+
+
+def _name(joint: JointElement, i: int) -> str:
+    return f"{joint.name}[{i}]" if len(joint.freedoms) > 1 else joint.name
+
+
+def _coupled(
+    one: CouplingElement, places: Mapping[tuple[str, str, str, str], tuple[int, int]]
+) -> list[FiniteCoupling]:
+    """A coupling of joints at places; none where none of them moves."""
+    keys = [(joint.name, joint.a, joint.b, _name(joint, i)) for joint, i, _ in one.terms]
+    moving = [(key, term) for key, term in zip(keys, one.terms, strict=True) if key in places]
+    if not moving:
+        return []
+    first, (joint, i, _) = moving[0]
+    freedom = replace(joint.freedoms[i], name=one.name, role=Locked(one.stiffness), coordinate=None)
+    return [
+        FiniteCoupling(
+            finite_joint(freedom),
+            one.stiffness is None,
+            places[first],
+            tuple(places[key] for key, _ in moving),
+            np.array([[factor for _, (_, _, factor) in moving]], dtype=float),
+        )
     ]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.model import (
+    CoupledFreedom,
     Passive,
     PlacedBlock,
     PlacedFreedom,
@@ -21,40 +22,18 @@ from robostiff.model import (
     StiffnessLaw,
 )
 from robostiff.model.snapshot import PlacedElement
-from robostiff.spatial import as_floats
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.chain import BodyLoad, FiniteChain
+from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.element import Element, FiniteJoint
 from robostiff.statics.flexible_platform import on_flexible_platform
+from robostiff.statics.given_loads import DeadForce, load_vector, lumped
 from robostiff.statics.held_springs import HeldSprings
 from robostiff.statics.legs import LegGroup
-from robostiff.statics.lumped_mass import lumped
 from robostiff.statics.spring_elements import SpringElements
 
 _NO_GRAVITY = np.zeros(3)
 _ACROSS = 1e-6  # sine of the angle below which a joint turns a beam about its own axis alone
-
-
-@dataclass(frozen=True)
-class DeadForce:
-    """A force that keeps its direction in the world, at a point of a body of the robot.
-
-    Attributes
-    ----------
-    force : (3,) array
-        In world axes [N].
-    point : (3,) array or None
-        Where it acts at the unloaded posture, in the world [m]; None for the place of the part
-        that names the body.
-
-    Examples
-    --------
-    >>> DeadForce([0, 0, -120]).point is None
-    True
-    """
-
-    force: object
-    point: object = None
 
 
 def legs_of(
@@ -86,7 +65,6 @@ def legs_of(
     InputError
         When a name is no part of the robot, or a preload is not of an elastic or passive joint.
     """
-    snapshot.check_has_no_couplings("finite loads")
     walks = []
     springs = SpringElements(snapshot.space)
     for leg in snapshot.legs:
@@ -104,6 +82,10 @@ def legs_of(
             walks[k].loads.setdefault(part.chain, []).append(body)
     for name, value in preload.items():
         k, part = _found(named, name, "preload")
+        own = walks[k].couplings
+        if part.sum is not None and not own[part.sum].is_rigid:
+            own[part.sum] = own[part.sum].pushed(value)
+            continue
         if part.drive is None:
             raise InputError(
                 f"preload of {name!r}",
@@ -136,6 +118,7 @@ def legs_of(
             tuple(point[None] for point in walk.points),
             platform_point,
             snapshot.space.rows,
+            couplings=tuple(walk.couplings),
         )
         is_held = held.group_of(k) >= 0
         groups.setdefault((k if is_held else None, one.signature), []).append(one)
@@ -157,12 +140,15 @@ class _Part:
         Of the part [m].
     drive : int or None
         Which element is its joint.
+    sum : int or None
+        Which coupling it is; its joint is the one that follows.
     """
 
     chain: int
     after: int
     point: np.ndarray
     drive: int | None
+    sum: int | None = None
 
 
 @dataclass(frozen=True)
@@ -202,10 +188,12 @@ class _Walk:
     named: dict[str, _Part] = field(default_factory=dict)
     loads: dict[int, list[BodyLoad]] = field(default_factory=dict)
     weights: list[tuple[PlacedMass, _Behind]] = field(default_factory=list)
+    couplings: list[FiniteCoupling] = field(default_factory=list)
 
     def along(self, leg: PlacedLeg, start: int | None, end: int | None) -> None:
         """Chains from one body to another, through the blocks between them."""
-        elements, behind = leg.elements, [_Behind(start)]
+        elements = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
+        behind = [_Behind(start)]
         run: list[PlacedFreedom | PlacedSpring] = []
         for i, element in enumerate(elements):
             if not isinstance(element, PlacedBlock):
@@ -231,6 +219,29 @@ class _Walk:
         else:
             behind += self.chain(run, start, end)
         self.weights += [(mass, behind[mass.after]) for mass in leg.masses]
+        for element in leg.elements:
+            if isinstance(element, CoupledFreedom) and len(element.sum) > 1:
+                self.couple(element)
+
+    def couple(self, own: CoupledFreedom) -> None:
+        """Couple joints that have been met; one that a rigid drive holds does not move."""
+        follows = self.named[self.prefix + own.joint]
+        places, factors = [], []
+        for name, factor in own.sum:
+            part = self.named.get(self.prefix + name)
+            if part is not None and part.drive is not None:
+                places.append((part.chain, part.drive))
+                factors.append(float(factor))
+        self.named[self.prefix + own.name] = replace(follows, drive=None, sum=len(self.couplings))
+        self.couplings.append(
+            FiniteCoupling(
+                finite_joint(own),
+                own.stiffness is None,
+                (follows.chain, follows.after - 1),
+                tuple(places),
+                np.array(factors)[None],
+            )
+        )
 
     def weigh(self, gravity: np.ndarray) -> None:
         """Weights of its masses; those along an elastic part are shared by bodies at its ends."""
@@ -344,14 +355,3 @@ def _found(named: Mapping[str, tuple[int, _Part]], name: str, subject: str) -> t
         got=name,
         expected="leg/part" + (f", such as {', '.join(map(repr, near or list(named)[:3]))}"),
     )
-
-
-def load_vector(what: str, name: str, value: object) -> np.ndarray:
-    """Force [N] or point [m] of a load on a body (3,)."""
-    units = "N" if what == "force" else "m"
-    vector = as_floats(f"{what} of the load on {name!r}", value, f"three numbers [{units}]", units)
-    if vector.shape != (3,):
-        raise InputError(
-            f"{what} of the load on {name!r}", got=value, expected=f"three numbers [{units}]"
-        )
-    return vector

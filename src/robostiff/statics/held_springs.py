@@ -90,10 +90,11 @@ class HeldSprings:
     def _joined(self, number: int, groups: Sequence[LegGroup]) -> LegGroup:
         legs = sorted(groups, key=lambda group: group.indices)
         first = legs[0]
-        chains, points, owners = [], [], []
+        chains, points, owners, couplings = [], [], [], []
         offsets: dict[int, int] = {}
         for i, leg in enumerate(legs):
             shift, offsets[leg.indices[0]] = len(points), len(chains)
+            couplings += [own.shifted(len(chains)) for own in leg.couplings]
             chains += [
                 replace(
                     chain,
@@ -112,6 +113,7 @@ class HeldSprings:
             points=tuple(points),
             owners=tuple(owners) if len(legs) > 1 else (),
             springs=self._finite(number, offsets),
+            couplings=tuple(couplings),
         )
 
     def _finite(self, number: int, offsets: Mapping[int, int]) -> tuple[FiniteBodySpring, ...]:

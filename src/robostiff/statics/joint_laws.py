@@ -56,7 +56,16 @@ def with_laws(groups: tuple[LegGroup, ...], laws: Laws) -> tuple[LegGroup, ...]:
     """
     left, found, known = dict(laws), [], []
     for group in groups:
-        chains = []
+        chains, couplings = [], []
+        for coupling in group.couplings:
+            legs = [leg for _, _, leg in group.rows_of(coupling.place[0])]
+            names = [f"{leg}/{e}" for leg, e in zip(legs, coupling.drive.names, strict=True)]
+            if not coupling.is_rigid:
+                known += names
+                drive = coupling.drive.under([left.pop(name, None) for name in names])
+                couplings.append(replace(coupling, drive=drive))
+            else:
+                couplings.append(coupling)
         for c, chain in enumerate(group.chains):
             legs = [leg for _, _, leg in group.rows_of(c)]
             elements = []
@@ -68,7 +77,7 @@ def with_laws(groups: tuple[LegGroup, ...], laws: Laws) -> tuple[LegGroup, ...]:
                     own = own.under([left.pop(name, None) for name in names])
                 elements.append(own)
             chains.append(replace(chain, elements=tuple(elements)))
-        found.append(replace(group, chains=tuple(chains)))
+        found.append(replace(group, chains=tuple(chains), couplings=tuple(couplings)))
     for name in left:
         raise _unknown(name, known)
     return tuple(found)

@@ -33,11 +33,14 @@ class LegState:
         What the body at the end of each chain exerts on it, about that body's point [N, N m].
     bodies : tuple of MovingBody
         Between the chains of a leg.
+    held : (N, c) array
+        What rigid couplings push their sums with [N or N m].
     """
 
     x: tuple[np.ndarray, ...]
     W: tuple[np.ndarray, ...]
     bodies: tuple[MovingBody, ...]
+    held: np.ndarray
 
 
 @dataclass(frozen=True)

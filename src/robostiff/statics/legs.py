@@ -13,6 +13,7 @@ import numpy as np
 from robostiff.statics.body_springs import FiniteBodySpring, SpringTerms
 from robostiff.statics.chain import FiniteChain, Moved
 from robostiff.statics.chain_family import ChainFamily
+from robostiff.statics.couplings import FiniteCoupling, add_couplings
 from robostiff.statics.finite_turn import turn_between, turned_by
 from robostiff.statics.leg_state import LegEquations, LegState, MovingBody, Share
 
@@ -37,6 +38,8 @@ class LegGroup:
         Between bodies; legs that have or share some are a group of their own, with N = 1.
     owners : tuple of int
         Of legs that share springs, the leg of each chain; empty elsewhere.
+    couplings : tuple of FiniteCoupling
+        Of joints of a leg.
     """
 
     indices: tuple[int, ...]
@@ -47,6 +50,7 @@ class LegGroup:
     rows: tuple[int, ...]
     springs: tuple[FiniteBodySpring, ...] = ()
     owners: tuple[int, ...] = ()
+    couplings: tuple[FiniteCoupling, ...] = ()
 
     @staticmethod
     def stacked(legs: Sequence[LegGroup]) -> LegGroup:
@@ -67,12 +71,17 @@ class LegGroup:
             points=tuple(
                 np.concatenate([leg.points[b] for leg in legs]) for b in range(len(first.points))
             ),
+            couplings=tuple(
+                FiniteCoupling.stacked([leg.couplings[i] for leg in legs])
+                for i in range(len(first.couplings))
+            ),
         )
 
     @property
     def signature(self) -> tuple[object, ...]:
         """What must be alike in legs that are computed together."""
-        return (len(self.points), *(chain.signature for chain in self.chains))
+        coupled = tuple(own.signature for own in self.couplings)
+        return (len(self.points), coupled, *(chain.signature for chain in self.chains))
 
     @property
     def count(self) -> int:
@@ -119,8 +128,9 @@ class LegGroup:
 
     @property
     def size(self) -> int:
-        """Number of unknowns."""
-        return self.free_size + len(self.rows) * len(self.chains)
+        """Number of unknowns: free ones, wrenches, and what rigid couplings push with."""
+        rigid = sum(own.is_rigid for own in self.couplings)
+        return self.free_size + len(self.rows) * len(self.chains) + rigid
 
     @cached_property
     def on_platform(self) -> tuple[int, ...]:
@@ -141,6 +151,7 @@ class LegGroup:
             tuple(np.zeros((N, chain.size)) for chain in self.chains),
             tuple(np.zeros((N, r)) for _ in self.chains),
             tuple(MovingBody(R, point) for point in self.points),
+            np.zeros((N, sum(own.is_rigid for own in self.couplings))),
         )
 
     @cached_property
@@ -210,6 +221,8 @@ class LegGroup:
             else:
                 residual[:, self.body_places[chain.end]] += state.W[i]
         A_t = known.by_twist
+        if self.couplings:
+            add_couplings(self, state, share, A, residual, r_factor)
         if springs is None:
             return LegEquations(A, residual, A_t, r_factor, carried)
         m = self.free_size
@@ -218,6 +231,22 @@ class LegGroup:
         A_t[0, :m] += springs.by_twist
         r_factor[0, :m] += share.rate * springs.by_share
         return LegEquations(A, residual, A_t, r_factor, carried + springs.carried, springs.beside)
+
+    @cached_property
+    def sum_rows(self) -> list[np.ndarray]:
+        """Of every coupling: the factors of its sum among the free unknowns (N, m)."""
+        found = []
+        for own in self.couplings:
+            a = np.zeros((self.count, self.free_size))
+            for (c, k), factor in zip(own.terms, own.factors.T, strict=True):
+                a[:, self.coordinates[c].start + self.chains[c].places[k].start] = factor
+            found.append(a)
+        return found
+
+    def sums(self, state: LegState) -> list[np.ndarray]:
+        """Of every coupling: its sum (N,) [m or rad]."""
+        x = np.concatenate(state.x, axis=1)
+        return [np.sum(a[:, : x.shape[1]] * x, axis=1) for a in self.sum_rows]
 
     @cached_property
     def _places(self) -> _Places:
@@ -289,20 +318,22 @@ class LegGroup:
                 x = mode[own.start + place.start : own.start + place.stop]
                 energy = 0.5 * float(x @ element.unloaded_curvature[i] @ x)
                 found.append((leg, element.names[i], energy))
+        for own, a in zip(self.couplings, self.sum_rows, strict=True):
+            leg = self.names[self.owners[own.place[0]] if self.owners else i]
+            energy = 0.5 * float(own.drive.stiffness[i] * (a[i] @ mode) ** 2)
+            found.append((leg, own.drive.names[i], energy))
         return found
 
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
-        return share * sum(
-            float(
-                np.sum(
-                    family.arrays.load_potential(
-                        family.coordinates(state), family.starts(self, state)
-                    )
-                )
-            )
-            for family in self.families
+        total = -sum(
+            float(np.sum(own.drive.preload * s))
+            for own, s in zip(self.couplings, self.sums(state), strict=True)
         )
+        for family in self.families:
+            x, starts = family.coordinates(state), family.starts(self, state)
+            total += float(np.sum(family.arrays.load_potential(x, starts)))
+        return share * total
 
     def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
@@ -329,6 +360,8 @@ class LegGroup:
             for element, place in zip(chain.elements, chain.places, strict=True):
                 here = slice(own.start + place.start, own.start + place.stop)
                 h[:, here, here] = element.unloaded_curvature
+        for own, a in zip(self.couplings, self.sum_rows, strict=True):
+            h += (own.drive.stiffness[:, None] * a)[:, :, None] * a[:, None]
         if self.springs:
             at_rest = SpringTerms.of(
                 self, self.unloaded(), np.eye(3), self.platform_point, Share(0.0, 0.0)
@@ -343,6 +376,13 @@ class LegGroup:
         of_bodies = [np.broadcast_to(body, (self.count, len(body)))] * len(self.points)
         return np.concatenate([np.zeros((self.count, 0)), *of_chains, *of_bodies], axis=-1)
 
+    def closure_sizes(self, length: float) -> np.ndarray:
+        """What makes numbers of the gaps of its closures (c,), in robot lengths and radians."""
+        of_chain = [1.0 / length if row < 3 else 1.0 for row in self.rows]
+        rigid = [own.drive.turns for own in self.couplings if own.is_rigid]
+        of_couplings = [1.0 if turns else 1.0 / length for turns in rigid]
+        return np.array(of_chain * len(self.chains) + of_couplings)
+
     def stepped(self, state: LegState, step: np.ndarray) -> LegState:
         """The state after a step (N, n) of its unknowns."""
         bodies = []
@@ -354,6 +394,7 @@ class LegGroup:
             tuple(x + step[:, s] for x, s in zip(state.x, self.coordinates, strict=True)),
             tuple(W + step[:, s] for W, s in zip(state.W, self.wrench_places, strict=True)),
             tuple(bodies),
+            state.held + step[:, self.size - state.held.shape[1] :],
         )
 
     def moving_places(self, i: int) -> tuple[slice, ...]:

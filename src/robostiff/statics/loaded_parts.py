@@ -1,9 +1,10 @@
-"""What every joint and elastic part of a loaded robot carries, and how it has moved."""
+"""What every joint and elastic part of a loaded robot carries, and where the bodies are."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -101,7 +102,30 @@ def loaded_parts(
                         energy=float(energies[c][k][i]),
                     )
                     found.append((index, part))
+                    found += [
+                        (index, replace(part, part=drive.names[i], number=1, of=1, **values))
+                        for drive, values in _held(group, own, share, (c, k), i)
+                    ]
     return tuple(part for _, part in sorted(found, key=lambda item: item[0]))
+
+
+def _held(
+    group: LegGroup, own: LegState, share: float, place: tuple[int, int], i: int
+) -> Iterator[tuple[FiniteJoint, dict[str, Any]]]:
+    """Couplings of row i whose joint at a place follows: motion, load and energy of their sums."""
+    rigid = iter(range(own.held.shape[1]))
+    for coupling, s in zip(group.couplings, group.sums(own), strict=True):
+        drive, q = coupling.drive, float(s[i])
+        load = -own.held[i, next(rigid)] if coupling.is_rigid else drive.force(i, q)
+        if coupling.place == place:
+            yield (
+                drive,
+                {
+                    "motion": s[[i]],
+                    "load": float(load - share * drive.preload[i]),
+                    "energy": drive.energy(i, q),
+                },
+            )
 
 
 def base_reactions(
@@ -195,3 +219,55 @@ def _carried(
                 f = f + load.force
                 m = m + cross(motion.placements[load.after].of(load.point) - C, load.force)
         yield np.concatenate([f, m], axis=-1), C
+
+
+@dataclass(frozen=True)
+class BodyPlace:
+    """A body that has moved: a point X of the unloaded posture is now at ``R X + t``."""
+
+    R: np.ndarray
+    t: np.ndarray
+
+
+@dataclass(frozen=True)
+class BodyPlaces:
+    """The bodies of a robot at a state.
+
+    Attributes
+    ----------
+    behind : mapping of str to BodyPlace
+        By ``leg/part``: the body behind that joint or elastic part. Rigid joints are not listed:
+        the body behind them is that before.
+    platform : BodyPlace
+    """
+
+    behind: Mapping[str, BodyPlace]
+    platform: BodyPlace
+
+    def since(self, other: BodyPlaces, times: float = 1.0) -> BodyPlaces:
+        """How far all bodies have moved since another state, so many times, beside no motion."""
+        return BodyPlaces(
+            {name: _since(own, other.behind[name], times) for name, own in self.behind.items()},
+            _since(self.platform, other.platform, times),
+        )
+
+
+def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
+    """The bodies of a robot at a state, by the parts before them."""
+    found = {}
+    for group, own in zip(problem.groups, state.legs, strict=True):
+        for c, (chain, moved) in enumerate(zip(group.chains, group.moved(own), strict=True)):
+            for element, place in zip(chain.elements, moved.placements[1:], strict=True):
+                for row, _, leg in group.rows_of(c):
+                    name = f"{leg}/{element.names[row]}"  # the last element of a beam counts
+                    found[name] = BodyPlace(place.R[row], place.t[row])
+        for coupling in group.couplings:
+            c, k = coupling.place
+            for row, _, leg in group.rows_of(c):
+                joint = group.chains[c].elements[k].names[row]
+                found[f"{leg}/{coupling.drive.names[row]}"] = found[f"{leg}/{joint}"]
+    return BodyPlaces(found, BodyPlace(state.R, state.p - state.R @ problem.point))
+
+
+def _since(own: BodyPlace, other: BodyPlace, times: float) -> BodyPlace:
+    return BodyPlace(np.eye(3) + times * (own.R - other.R), times * (own.t - other.t))

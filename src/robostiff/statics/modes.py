@@ -17,19 +17,21 @@ from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.body_motions import BodyPlaces, body_places
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.finite_turn import turned_by
-from robostiff.statics.from_snapshot import DeadForce, legs_of
+from robostiff.statics.from_snapshot import legs_of
 from robostiff.statics.given_loads import (
+    DeadForce,
     Gravity,
     Loads,
+    Masses,
     arms_and_forces,
     has_masses,
     platform_weights,
+    unit_weights,
 )
 from robostiff.statics.joint_laws import Laws
-from robostiff.statics.moving_masses import Masses, unit_weights
+from robostiff.statics.loaded_parts import BodyPlaces, body_places
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
 from robostiff.statics.question import Question, one_question
 from robostiff.statics.result_tables import modes_html
@@ -243,8 +245,9 @@ def _places(snapshot: Snapshot) -> dict[str, np.ndarray]:
     found = {}
     for leg in snapshot.legs:
         for part in leg.parts:
-            found[f"{leg.name}/{part.name}"] = np.asarray(part.point, dtype=float)
-            found[f"{leg.name}/{part.name.partition('[')[0]}"] = np.asarray(part.point, dtype=float)
+            joint = getattr(part, "joint", part.name)  # of a coupling the one that follows
+            for name in (part.name, part.name.partition("[")[0], joint):
+                found[f"{leg.name}/{name}"] = np.asarray(part.point, dtype=float)
     return found
 
 

@@ -155,9 +155,8 @@ class EquilibriumProblem:
         plain = self._linearised(self.unloaded, loading, 0.0, 0, None, None)
         if plain.regular:
             return plain, None
-        rows = [1.0 / self.length if row < 3 else 1.0 for row in self.rows]
         closures = tuple(
-            Closure.of(eq.A, np.array(rows * len(group.chains)), sizes)
+            Closure.of(eq.A, group.closure_sizes(self.length), sizes)
             for group, eq, sizes in zip(self.groups, plain.equations, self.leg_sizes, strict=True)
         )
         if not any(np.any(own.deficits) for own in closures):
@@ -242,6 +241,8 @@ class EquilibriumProblem:
     def loads_platform_alone(self) -> bool:
         """Whether neither preloads, forces nor springs between bodies act on the legs."""
         if any(group.springs for group in self.groups):
+            return False
+        if any(np.any(own.drive.preload) for g in self.groups for own in g.couplings):
             return False
         return not any(family.arrays.is_loaded for g in self.groups for family in g.families)
 

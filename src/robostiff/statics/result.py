@@ -14,15 +14,27 @@ from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
-from robostiff.statics.body_motions import BodyPlaces, body_places
 from robostiff.statics.body_springs import LoadedSpring, loaded_springs
 from robostiff.statics.critical_point import CriticalPoint
-from robostiff.statics.legs import turn_between
-from robostiff.statics.loaded_parts import LoadedPart, base_reactions, loaded_parts, shares
+from robostiff.statics.finite_turn import turn_between
+from robostiff.statics.flexible_platform import about_the_tool
+from robostiff.statics.loaded_parts import (
+    BodyPlaces,
+    LoadedPart,
+    base_reactions,
+    body_places,
+    loaded_parts,
+    shares,
+)
 from robostiff.statics.newton import FoundEquilibrium
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
 from robostiff.statics.result_tables import equilibrium_html
 from robostiff.statics.status import EquilibriumStatus
+
+_NOT_FREE = (
+    "rigid parts do not let the platform move so: give a displacement along the motions that they "
+    "leave, or a wrench"
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -68,6 +80,8 @@ class Equilibrium(InNotebooks):
     @property
     def advice(self) -> tuple[str, ...]:
         """What to know about this answer, a sentence each."""
+        if self.held and not self.has_answer:
+            return (_NOT_FREE, *EquilibriumStatus.RIGID_DIRECTION.advice)
         if self.critical is None:
             return self.status.advice
         return (
@@ -165,9 +179,14 @@ class Equilibrium(InNotebooks):
 
     @property
     def leg_K(self) -> tuple[np.ndarray, ...]:
-        """K of each leg (r, r); with what springs on the platform add, they add up to K."""
-        self._require_legs("stiffness")
+        """Rate of what each leg carries, as K (r, r): they add up to K.
+
+        Springs on the platform add to K beside them. Of a flexible platform by the twist of the
+        tool; none is symmetric by itself.
+        """
         problem, known = self._require()[0], self._known_stiffness
+        if self._has_flexible_platform:
+            return tuple(self._through_platform[1])
         pairs = zip(problem.groups, known.leg_K, strict=True)
         own = {k: K for group, all_K in pairs for k, K in zip(group.indices, all_K, strict=True)}
         return tuple(own[k] for k in sorted(own))
@@ -175,8 +194,9 @@ class Equilibrium(InNotebooks):
     @property
     def leg_wrenches(self) -> tuple[np.ndarray, ...]:
         """What the platform exerts on each leg about `point`, world axes (r,) [N, N m]."""
-        self._require_legs("wrench")
         problem, found = self._require()
+        if self._has_flexible_platform:
+            return tuple(self._through_platform[0])
         own: dict[int, np.ndarray] = {}
         for group, state in zip(problem.groups, found.state.legs, strict=True):
             carried = group.by_legs([state.W[i] for i in group.on_platform])
@@ -195,12 +215,19 @@ class Equilibrium(InNotebooks):
 
     @property
     def wrench(self) -> np.ndarray:
-        """Of the environment on the platform about `point` (r,): given, or what holds the pose."""
+        """Of the environment on the platform about `point` (r,): given, or what holds the pose.
+
+        Of a given displacement, without what rigid parts would carry.
+        """
         if self.loading is None:
             self._require()
         if not self.held and self.loading is not None:
             return self.loading.wrench + self.loading.wrench_rate
-        return -self._require()[1].known.missing
+        problem, found = self._require()
+        held, scale = found.known.held, problem.scale
+        if held is None:
+            return -found.known.missing
+        return -held.free @ (held.free.T @ (found.known.missing / scale)) * scale
 
     @property
     def energy(self) -> float:
@@ -262,12 +289,14 @@ class Equilibrium(InNotebooks):
             )
         return known
 
-    def _require_legs(self, what: str) -> None:
-        if self.snapshot is not None and self.snapshot.platform is not None:
-            raise NoAnswerError(
-                f"no {what} of a leg of {self.name!r} about the tool: legs share what they carry "
-                "through a flexible platform; parts and reactions are there"
-            )
+    @property
+    def _has_flexible_platform(self) -> bool:
+        return self.snapshot is not None and self.snapshot.platform is not None
+
+    @property
+    def _through_platform(self) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        problem, found = self._require()
+        return about_the_tool(problem.groups[0], found.state, found.known.by_twist[0])
 
     def _require(self) -> tuple[EquilibriumProblem, FoundEquilibrium]:
         if self.problem is None or self.found is None:

@@ -98,6 +98,13 @@ def compile_loaded(
             hint='write compile_loaded(load("hexapod"))',
         )
     robot.check_platform_is_rigid("kernel under load")
+    if robot.is_coupled:
+        raise InputError(
+            f"kernel under load of {robot.name!r}",
+            got="coupled joints",
+            expected="joints that move by themselves",
+            hint="equilibrium takes couplings, pose by pose",
+        )
     if np.any(acting_gravity(robot.numeric, None)):
         raise InputError(
             f"kernel under load of {robot.name!r}",

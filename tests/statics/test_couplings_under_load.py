@@ -1,0 +1,169 @@
+"""Coupled joints under finite loads: against jets in joint coordinates, and networks."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import robostiff as rs
+from robostiff.kinematics import find_posture
+from robostiff.model import CoupledFreedom, PlacedSpring, Robot
+from robostiff.network.snapshot_network import network_of_snapshot
+from tests.cases.metric import distance
+from tests.robots.test_coupled_joints import CASES, LENGTH, POSES, arm, tripod
+from tests.statics.jets import JetLeg, JetRobot, Part, Turn, at_rest
+from tests.statics.robots_under_load import loaded
+
+F = np.array([120.0, -80, 60, 20, 15, -30])
+SPRINGS = {"beams": rs.Linear()}
+K_OF_TRIPOD = (1e4, 2e4, 3e4)
+
+
+def jets_of(robot: Robot) -> JetRobot:
+    """Every joint with its own coordinate; couplings as energies of sums, or as closures."""
+    snapshot = find_posture(robot).snapshot.one(0)
+    own = JetRobot([], snapshot.reference_point)
+    for number, (leg, placed) in enumerate(zip(robot.legs, snapshot.legs, strict=True)):
+        jets, places = JetLeg([]), {}
+        for element in placed.elements:
+            if isinstance(element, PlacedSpring):
+                K = np.linalg.inv(element.elasticity.compliance)
+                jets.elements.append(Part(element.point, element.rotation, K))
+                continue
+            joint = element.alone if isinstance(element, CoupledFreedom) else element
+            if not joint.is_passive and joint.stiffness is None:
+                continue  # held by a rigid drive
+            k = joint.stiffness or 0.0
+            places[joint.name] = sum(e.size for e in jets.elements)
+            slide = 1.0 if joint.pitch is None else joint.pitch
+            jets.elements.append(
+                Turn(
+                    joint.point,
+                    joint.axis,
+                    joint.turns,
+                    slide,
+                    lambda q, k=k: (k * q * q / 2, k * q, k),
+                )
+            )
+        own.legs.append(jets)
+        for one in leg.chain.couplings:
+            row = {places[name]: factor for name, factor in one.terms if name in places}
+            own.couplings.append((number, row, one.role.stiffness))
+    return own
+
+
+# A joint of these turns without resistance: they swing far, to where a load does no work.
+FREE = ("belt on a rigid drive", "gear without drive", "motor and gear", "driven follower")
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case not in FREE])
+def test_an_arm_is_that_of_the_energy_in_joint_coordinates(case: str):
+    robot = arm(*CASES[case])
+    exact = at_rest(jets_of(robot), F)
+    answer = loaded(robot, wrench=F, **SPRINGS)
+    assert str(answer.status) == "ok"
+    assert answer.stable == (exact.least > 0)
+    assert np.abs(answer.displacement).max() > 2e-3
+    turn = Rotation.from_matrix(exact.R).as_rotvec()
+    moved = np.append(exact.p - find_posture(robot).snapshot.one(0).reference_point, turn)
+    assert np.allclose(answer.displacement, moved, rtol=1e-9, atol=1e-12)
+    assert distance(answer.K, exact.K) < 1e-9
+    assert np.isclose(answer.energy, exact.energy, rtol=1e-9)
+    network = network_of_snapshot(find_posture(robot).snapshot.one(0))
+    same = loaded(network, wrench=F, **SPRINGS)
+    assert np.allclose(same.displacement, answer.displacement, rtol=1e-9, atol=1e-12)
+    assert distance(same.K, answer.K) < 1e-9
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_small_loads_have_the_linear_stiffness(case: str):
+    robot = arm(*CASES[case])
+    rest = loaded(robot)
+    assert distance(rest.K, rs.stiffness(robot).K) < 1e-9
+    assert str(rest.status) == ("free-motions" if case in FREE else "ok")
+    if case in FREE:
+        return
+    linear, small = rs.deflection(robot, None, F), rs.deflection(robot, loads={"platform": F[:3]})
+    assert np.allclose(
+        small.twist, rs.deflection(robot, None, [*F[:3], 0, 0, 0]).twist, rtol=1e-9, atol=1e-15
+    )
+    bent = loaded(robot, wrench=1e-4 * F)
+    assert np.allclose(bent.displacement, 1e-4 * linear.twist, rtol=0, atol=1e-6 * 1e-4)
+    shares = {part.part: part.share for part in linear.parts}
+    own = {part.part: part.share for part in bent.shares}
+    assert all(abs(own[name] - share) < 1e-3 for name, share in shares.items())
+
+
+def test_geared_cranks_are_slides_at_rest_and_vibrate_so():
+    robot = tripod(K_OF_TRIPOD, geared=True)
+    slides = find_posture(tripod(K_OF_TRIPOD, geared=False), POSES[1:2]).coordinates
+    a = np.arccos(np.array([q[0, 1] for q in slides]) / (2 * LENGTH))
+    twin = tripod(np.array(K_OF_TRIPOD) / (2 * LENGTH * np.sin(a)) ** 2, geared=False)
+    assert distance(loaded(robot, pose=POSES[1]).K, loaded(twin, pose=POSES[1]).K) < 1e-8
+    heavy = {"platform": rs.Mass(20.0, inertia=[1.0, 1.5, 2.0])}
+    found, same = (rs.modes(own, POSES[1], heavy).frequencies for own in (robot, twin))
+    assert np.allclose(found, same, rtol=1e-8)
+
+
+def test_the_geared_tripod_far_from_rest():
+    """The crank follows ``k q = F_s ds/dq`` of the slide; all cranks alike go up together."""
+    k, down = 2e4, np.array([0, 0, -3e3, 0, 0, 0])
+    robot = tripod((k, k, k), geared=True)
+    exact = at_rest(jets_of(robot), down)
+    answer = loaded(robot, wrench=down, **SPRINGS)
+    assert np.allclose(
+        answer.displacement[:3], exact.p - find_posture(robot).pose[0, :3], atol=1e-10
+    )
+    assert abs(answer.displacement[2]) > 1e-3
+    assert distance(answer.K, exact.K) < 1e-8
+    for leg in ("leg0", "leg1", "leg2"):
+        parts = {part.part: part for part in answer.parts if part.leg == leg}
+        assert np.isclose(parts["elbow"].motion[0], -2 * parts["crank"].motion[0], rtol=1e-12)
+        gear = parts["coupling of elbow and crank"]
+        assert abs(gear.motion[0]) < 1e-12
+        # the crank holds what the load and the gear do along its coordinate
+        assert gear.energy == 0
+        assert abs(gear.load) > 1.0
+
+
+def test_preloads_and_laws_of_motors():
+    """A preload of a motor moves its sum by f/k where nothing else acts; a law takes its place."""
+    robot = arm(*CASES["two motors"])
+    pushed = loaded(robot, preload={"arm/right motor": 40.0})
+    motor = next(part for part in pushed.parts if part.part == "right motor")
+    assert np.isclose(motor.motion[0], 40.0 / 2e4, rtol=1e-12)
+    assert abs(motor.load) < 1e-9
+    assert np.isclose(pushed.potential, -0.5 * 40.0**2 / 2e4, rtol=1e-9)
+    q = __import__("sympy").Symbol("q")
+    law = {"arm/right motor": rs.ForceLaw(2e4 * q + 1e7 * q**3)}
+    pushed = loaded(robot, preload={"arm/right motor": 400.0}, laws=law)
+    motor = next(part for part in pushed.parts if part.part == "right motor")
+    s = float(motor.motion[0])
+    assert np.isclose(2e4 * s + 1e7 * s**3, 400.0, rtol=1e-9)
+    with pytest.raises(rs.InputError, match="a rigid drive holds"):
+        loaded(arm(*CASES["gear"]), preload={"arm/coupling of b and a": 1.0})
+
+
+def test_weights_at_the_body_behind_a_coupled_joint():
+    """By the name of the joint, or of the coupling in its place."""
+    wrist = rs.load("examples/bevel-wrist.yaml")
+    sunk = [
+        loaded(wrist, loads={f"arm/{name}": rs.Mass(12.0)}).displacement
+        for name in ("elbow", "belt")
+    ]
+    assert np.array_equal(*sunk)
+    assert sunk[0][2] < -1e-4
+    found = [
+        rs.modes(wrist, masses={f"arm/{name}": 12.0}).frequencies for name in ("elbow", "belt")
+    ]
+    assert np.allclose(*found, rtol=1e-12)
+
+
+def test_a_motion_that_a_differential_leaves_free():
+    """One motor of two holds the sum of tilt and roll alone: as `stiffness` says."""
+    wrist = arm(
+        (rs.Coupling((("b", 1.0), ("c", 1.0)), rs.model.Actuated(1e4)),), None, rs.model.Passive()
+    )
+    linear, answer = rs.stiffness(wrist), loaded(wrist)
+    assert rs.Status.FREE_MOTIONS in linear.status
+    assert str(answer.status) == "free-motions"
+    assert distance(answer.K, linear.K) < 1e-9
