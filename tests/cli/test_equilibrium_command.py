@@ -85,7 +85,15 @@ def test_curve_has_a_status_for_every_factor():
         (("--critical",), "--critical: expected --wrench beside it"),
         (("--weight", "leg1/strut"), "expected LEG/PART=VALUE"),
         (("--weight", "leg1/strut=12 N"), "expected a mass, such as 2 kg"),
-        (("--weight", "leg1/strut=-1 kg"), "zero or more"),
+        (
+            ("--weight", "leg1/strut=-1 kg"),
+            "--weight of 'leg1/strut': mass: got -1.0, expected zero",
+        ),
+        (("--weight", "leg1/strut=nan kg"), "--weight of 'leg1/strut': quantity: got 'nan kg'"),
+        (
+            ("--wrench", "0 0 1 0 0 0", "--factors", "0 nan 2"),
+            "--factors, item 2 (STOP): got 'nan 2', expected a number",
+        ),
         (("--weight", "leg9/strut=1 kg"), "such as 'leg"),
         (("--gravity", "0 0"), "--gravity"),
         (("--preload", "leg1/strut=2 mm"), "expected a force"),

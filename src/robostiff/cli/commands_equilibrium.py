@@ -139,7 +139,7 @@ def _curve_text(curve: Any) -> str:
 
 def _loads(written: WrittenLoads) -> dict[str, list[Mass | DeadForce]]:
     loads: dict[str, list[Mass | DeadForce]] = {}
-    for name, mass in _named("--weight", written.weights, _mass):
+    for name, mass in _named("--weight", written.weights, lambda text: Mass(_kilograms(text))):
         loads.setdefault(name, []).append(mass)
     for name, force in _named("--load", written.forces, _force):
         loads.setdefault(name, []).append(force)
@@ -148,7 +148,16 @@ def _loads(written: WrittenLoads) -> dict[str, list[Mass | DeadForce]]:
 
 def _named(option: str, texts: tuple[str, ...], read: Any) -> list[tuple[str, Any]]:
     expected = f"LEG/PART=VALUE, such as {_SUCH_AS[option]}"
-    return [(name, read(value)) for name, value in named_values(option, texts, expected)]
+    found = []
+    for name, value in named_values(option, texts, expected):
+        try:
+            found.append((name, read(value)))
+        except InputError as error:
+            where = f"{option} of {name!r}: {error.subject.removeprefix(option).lstrip(', ')}"
+            raise InputError(
+                where.removesuffix(": "), got=error.got, expected=error.expected, hint=error.hint
+            ) from None
+    return found
 
 
 _SUCH_AS = {
@@ -159,12 +168,8 @@ _SUCH_AS = {
 }
 
 
-def _mass(text: str) -> Mass:
-    return Mass(to_si(text, Dimension.MASS, subject="--weight"), name="--weight")
-
-
 def _kilograms(text: str) -> float:
-    return to_si(text, Dimension.MASS, subject="--mass")
+    return to_si(text, Dimension.MASS, subject="mass")
 
 
 def _force(text: str) -> DeadForce:

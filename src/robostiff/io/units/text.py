@@ -84,6 +84,9 @@ def parse_quantity(text: str) -> Quantity:
     return quantity
 
 
+_NO_NUMBERS = ("nan", "inf", "infinity")
+
+
 def read_quantity(text: str, start: int, subject: str) -> tuple[Quantity, int]:
     """One signed number with an optional unit; a word after it that is no unit is an error."""
     sign = text[start : start + 1]
@@ -99,7 +102,7 @@ def read_quantity(text: str, start: int, subject: str) -> tuple[Quantity, int]:
             f"{subject}: {error.subject}", got=error.got, expected=error.expected, hint=error.hint
         ) from None
     word = _WORD.match(text, after_space(text, end))
-    if word:
+    if word and word[0].lower() not in _NO_NUMBERS:  # those are the next value, and wrong there
         raise unknown_unit(word[0], subject)
     quantity = make_quantity(float(text[start : found.end()]), unit)
     if not math.isfinite(quantity.magnitude):
