@@ -140,8 +140,6 @@ def test_loads_on_bodies_and_preload():
         rs.equilibrium(robot, loads={"ground": [1.0, 0, 0]})
     with pytest.raises(rs.InputError, match="one coordinate"):
         rs.equilibrium(robot, preload={"hinge": 3.0})
-    with pytest.raises(rs.InputError, match="a Robot or a Snapshot"):
-        rs.modes(robot, masses={"platform": 2})  # type: ignore[arg-type]
     with pytest.raises(rs.InputError, match="a robot of legs"):
         rs.plot.equilibrium(at_knee)
     with pytest.raises(rs.InputError, match="without masses"):

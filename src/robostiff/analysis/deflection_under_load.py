@@ -23,7 +23,7 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
-from robostiff.network import Network, loads_under
+from robostiff.network import HeldUnderLoads, Network, loads_under
 from robostiff.spatial import Space, move_twist, move_wrench
 
 _BALANCED = 1e-9  # part of a load that may do work on a free motion
@@ -281,6 +281,7 @@ def deflection_at(
     answer: RobotStiffness,
     wrench: np.ndarray,
     posed: Snapshot | Network | Callable[[], Snapshot | Network],
+    held: HeldUnderLoads | None = None,
 ) -> Deflection:
     """How a robot deflects at the single pose of an answer.
 
@@ -291,6 +292,8 @@ def deflection_at(
         About the reference point of the answer [N, N m].
     posed : Snapshot, Network or callable
         The robot at the pose, or what places it there.
+    held : HeldUnderLoads, optional
+        A network under forces at its bodies, which act too.
     """
     F = wrench
     if Status.UNREACHABLE in answer.status:
@@ -298,6 +301,10 @@ def deflection_at(
     to_origin = answer.origin - answer.reference_point
     to_origin = to_origin if answer.space is Space.SPATIAL else to_origin[:2]
     F_origin = move_wrench(F, to_origin)
+    if held is not None:
+        if held.status:
+            return Deflection(F, answer, answer.status | held.status, None)
+        F_origin = F_origin + held.wrench
     loads = leg_loads(answer, F_origin)
     if loads is None:
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
@@ -308,10 +315,12 @@ def deflection_at(
     parts: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
+    work = None
     tolerance = answer.about_reference.tolerance
     placed = posed if isinstance(posed, Snapshot | Network) else posed()
     if isinstance(placed, Network):
-        carried = loads_under(placed, F_origin, tolerance)
+        carried = loads_under(placed, F_origin, tolerance, held)
+        work = None if held is None else carried.work
         parts += carried.energies
         reactions += [JointReaction(*own) for own in carried.reactions]
         actuators += [ActuatorLoad(*own) for own in carried.actuators]
@@ -339,6 +348,7 @@ def deflection_at(
         reactions=tuple(reactions),
         actuators=tuple(actuators),
         leg_wrenches=tuple(leg_wrenches),
+        work_of_loads=work,
     )
 
 

@@ -10,7 +10,9 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.posture import Posture
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import (
+    Chain,
     Element,
     Link,
     Mass,
@@ -21,10 +23,11 @@ from robostiff.model import (
     Snapshot,
     Telescope,
 )
+from robostiff.spatial import Frame
 
 
 def with_masses(posture: Posture) -> Snapshot:
-    """The snapshot of a posture, the masses of its legs in place.
+    """The snapshot of a posture, the masses of its legs and its platform in place, and its gravity.
 
     Parameters
     ----------
@@ -38,12 +41,26 @@ def with_masses(posture: Posture) -> Snapshot:
     >>> [(mass.name, round(float(mass.value), 2)) for mass in arm.masses][:2]
     [('column', 39.9), ('upper arm', 9.07)]
     """
-    legs = []
-    for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
-        walk = _MassWalk(leg.base.R, leg.base.p, Way.of(leg.chain, q))
-        walk.along(leg.chain)
-        legs.append(walk.leg(leg.name))
-    return replace(posture.snapshot, legs=tuple(legs))
+    robot = posture.robot.in_floats
+    legs = tuple(
+        placed_with_masses(leg.name, leg.chain, q, leg.base)
+        for leg, q in zip(robot.legs, posture.coordinates, strict=True)
+    )
+    R, p = turn_by_vector(posture.pose[:, 3:]), posture.pose[:, :3]
+    on_platform = tuple(
+        PlacedMass(mass.name, np.asarray(value), p + R @ (own + arm))
+        for mass in robot.platform_masses
+        for own in (np.zeros(3) if mass.centre is None else mass.centre,)
+        for value, arm in mass.points
+    )
+    return replace(posture.snapshot, legs=legs, masses=on_platform, gravity=robot.gravity)
+
+
+def placed_with_masses(name: str, chain: Chain, q: np.ndarray, base: Frame) -> PlacedLeg:
+    """A chain of coordinates q (..., size) in the world, its masses in place."""
+    walk = _MassWalk(base.R, base.p, Way.of(chain, q))
+    walk.along(chain)
+    return walk.leg(name)
 
 
 class _MassWalk(ChainWalk):

@@ -22,6 +22,7 @@ from robostiff.model import (
     JointKind,
     Leg,
     Link,
+    Mass,
     Rigid,
     Robot,
     Role,
@@ -77,8 +78,16 @@ def _planar(joint: Joint) -> Joint:
 
 def _link(link: Link) -> Link:
     # By energy: the wrench is the same at both ends, taken about the other one.
-    elasticity = moved(link.elasticity, link.axes, -np.asarray(link.to))
-    return Link(-np.asarray(link.to), elasticity, np.eye(3), link.name)
+    to = np.asarray(link.to)
+    elasticity = moved(link.elasticity, link.axes, -to)
+    return Link(-to, elasticity, np.eye(3), link.name, tuple(_mass(m, to) for m in link.masses))
+
+
+def _mass(mass: Mass, to: np.ndarray) -> Mass:
+    """The same mass seen from the other end of its link."""
+    if mass.centre is not None:
+        return replace(mass, centre=mass.centre - to)
+    return mass if mass.span is None else replace(mass, span=(1 - mass.span[1], 1 - mass.span[0]))
 
 
 def with_roles(part: Linkage, roles: Mapping[str, Role]) -> Linkage:

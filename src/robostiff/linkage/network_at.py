@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from robostiff.errors import NoAnswerError
-from robostiff.kinematics import place_chain
+from robostiff.kinematics.placed_masses import placed_with_masses
 from robostiff.linkage.closure import Configuration, close, placed_freedoms
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
-from robostiff.model import Chain, Link, PlacedSpring
+from robostiff.model import Chain, Link
 from robostiff.network import JointElement, Network, Node, SpringElement
 
 
@@ -61,9 +63,9 @@ def network_of(part: Linkage, found: Configuration) -> Network:
 
 
 def _spring(c: Connection, link: Link, found: Configuration) -> SpringElement:
-    start = found.frames[c.a] @ c.before
-    chain = Chain((link,))
-    (placed,) = place_chain(chain, found.coordinates[c.name], start.R, start.p).elements
-    if not isinstance(placed, PlacedSpring):
-        raise TypeError(f"{c.name!r} is no elastic part")
-    return SpringElement(c.name, c.a, c.b, placed.point, placed.rotation, placed.elasticity)
+    base = found.frames[c.a] @ c.before
+    leg = placed_with_masses(c.name, Chain((link,)), found.coordinates[c.name], base)
+    (placed,) = leg.springs
+    masses = tuple(replace(mass, after=0) for mass in leg.masses)
+    place = placed.point, placed.rotation, placed.elasticity
+    return SpringElement(c.name, c.a, c.b, *place, masses)

@@ -32,6 +32,7 @@ from robostiff.model.joint import (
 from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam
 from robostiff.model.mass import STANDARD_GRAVITY, Mass, gravity_vector
 from robostiff.model.parallel_block import Branch, ParallelBlock, parallelogram
+from robostiff.model.placed_mass import PlacedMass
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
 from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
 from robostiff.model.snapshot import (
@@ -41,7 +42,6 @@ from robostiff.model.snapshot import (
     PlacedElement,
     PlacedFreedom,
     PlacedLeg,
-    PlacedMass,
     PlacedSpring,
     Snapshot,
 )

@@ -17,6 +17,7 @@ from robostiff.errors import InputError
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
+from robostiff.model.placed_mass import PlacedMass, one_of
 from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, Space
 
@@ -126,35 +127,6 @@ class PlacedSpring:
 
 
 @dataclass(frozen=True)
-class PlacedMass:
-    """A mass in the world.
-
-    Attributes
-    ----------
-    name : str
-        Of its part.
-    value : (...) array
-        [kg].
-    centre : (..., 3) array
-        Where it is [m].
-    after : int
-        How many elements of its leg lie before the body that carries it. It is spread along, or
-        carried by, the last of these where `start` is given.
-    start : (..., 3) array or None
-        Where the elastic part that carries it begins [m].
-    span : (float, float) or None
-        From which to which part of its length it is spread; None for a mass in one place.
-    """
-
-    name: str
-    value: np.ndarray
-    centre: np.ndarray
-    after: int
-    start: np.ndarray | None = None
-    span: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True)
 class PlacedBlock:
     """Branches in parallel inside a leg; each runs from the body before them to the body after.
 
@@ -227,16 +199,8 @@ class PlacedLeg:
             else _one_element(element, rows)
             for element in self.elements
         )
-        masses = tuple(
-            replace(
-                mass,
-                value=_one(mass.value, 0, rows),
-                centre=_one(mass.centre, 1, rows),
-                start=None if mass.start is None else _one(mass.start, 1, rows),
-            )
-            for mass in self.masses
-        )
-        return PlacedLeg(self.name, elements, _one(self.end, 1, rows), masses)
+        masses = tuple(mass.at(rows) for mass in self.masses)
+        return PlacedLeg(self.name, elements, one_of(self.end, 1, rows), masses)
 
     @property
     def parts(self) -> Iterator[PlacedFreedom | PlacedSpring]:
@@ -291,6 +255,10 @@ class Snapshot:
         What bends between the legs and the reference point; None for a rigid platform.
     springs : tuple of PlacedBodySpring
         Between bodies, as far as they have been placed; those of finite loads alone have them.
+    masses : tuple of PlacedMass
+        On the platform, as far as they have been placed.
+    gravity : (3,) array or None
+        Acceleration of free fall, as the robot has it [m/s^2].
     """
 
     name: str
@@ -300,6 +268,8 @@ class Snapshot:
     description: str = ""
     platform: PlacedPlatform | None = None
     springs: tuple[PlacedBodySpring, ...] = ()
+    masses: tuple[PlacedMass, ...] = ()
+    gravity: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         elements = [e for leg in self.legs for e in leg.parts]
@@ -316,14 +286,19 @@ class Snapshot:
     def one(self, index: int) -> Snapshot:
         """The robot at one pose of a batch along one axis."""
         legs = tuple(leg.at(index) for leg in self.legs)
-        reference = _one(self.reference_point, 1, index)
+        reference = one_of(self.reference_point, 1, index)
         platform = None if self.platform is None else self.platform.one(index)
         springs = tuple(
-            replace(own, points=(_one(own.points[0], 1, index), _one(own.points[1], 1, index)))
+            replace(own, points=(one_of(own.points[0], 1, index), one_of(own.points[1], 1, index)))
             for own in self.springs
         )
         return replace(
-            self, legs=legs, reference_point=reference, platform=platform, springs=springs
+            self,
+            legs=legs,
+            reference_point=reference,
+            platform=platform,
+            springs=springs,
+            masses=tuple(mass.at(index) for mass in self.masses),
         )
 
     @property
@@ -379,22 +354,17 @@ def _together(points: list[np.ndarray]) -> np.ndarray:
 def _one_element(
     element: PlacedFreedom | PlacedSpring, index: int | slice
 ) -> PlacedFreedom | PlacedSpring:
-    point = _one(element.point, 1, index)
+    point = one_of(element.point, 1, index)
     if isinstance(element, PlacedFreedom):
-        axis = _one(element.axis, 1, index)
+        axis = one_of(element.axis, 1, index)
         x = element.coordinate
         x = x[index] if isinstance(x, np.ndarray) and x.ndim else x
         if isinstance(element, CoupledFreedom):
             moves = tuple(
-                (name, share, Screw(_one(s.axis, 1, index), _one(s.point, 1, index), s.pitch))
+                (name, share, Screw(one_of(s.axis, 1, index), one_of(s.point, 1, index), s.pitch))
                 for name, share, s in element.moves
             )
             return replace(element, axis=axis, point=point, coordinate=x, moves=moves)
         return PlacedFreedom(axis, point, element.pitch, element.name, element.role, x)
-    rotation = _one(element.rotation, 2, index)
+    rotation = one_of(element.rotation, 2, index)
     return PlacedSpring(element.name, point, rotation, element.elasticity.one(index))
-
-
-def _one(values: np.ndarray, own_axes: int, index: int | slice) -> np.ndarray:
-    """Values that are the same at all poses have no batch axis."""
-    return values if values.ndim == own_axes else values[index]

@@ -16,7 +16,8 @@ from robostiff.elasticity import (
     beam_compliance,
 )
 from robostiff.errors import InputError
-from robostiff.model import PlacedFreedom, beam_axes
+from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
+from robostiff.model.beam_link import beam_mass
 from robostiff.model.checks import vector3
 from robostiff.spatial import twist_transport
 from robostiff.spatial.shapes import Float
@@ -35,9 +36,21 @@ class Node:
         Unique in the network.
     point : (3,) array
         World coordinates [m].
+    masses : tuple of PlacedMass
+        That it carries.
     """
 
     name: str
+    point: np.ndarray
+    masses: tuple[PlacedMass, ...] = ()
+
+
+@dataclass(frozen=True)
+class NodeForce:
+    """A force (3,) [N] at a point (3,) [m] of a node, world axes."""
+
+    node: str
+    force: np.ndarray
     point: np.ndarray
 
 
@@ -55,6 +68,8 @@ class BeamElement:
         Columns: the beam's axes, x from start to end, y and z principal.
     tip_compliance : (6, 6) array
         Of the end with the start clamped, in the beam's axes [m/N, rad/N, rad/(N m)].
+    masses : tuple of PlacedMass
+        Along it.
     """
 
     name: str
@@ -64,6 +79,7 @@ class BeamElement:
     end: np.ndarray
     rotation: np.ndarray
     tip_compliance: np.ndarray
+    masses: tuple[PlacedMass, ...] = ()
 
     @property
     def length(self) -> float:
@@ -84,6 +100,8 @@ class SpringElement:
         Columns: the spring's axes.
     elasticity : Elasticity
         Of node b against node a. A zero compliance is a rigid connection.
+    masses : tuple of PlacedMass
+        Along it, which its ends carry, or without a `start` on node b.
     """
 
     name: str
@@ -92,6 +110,7 @@ class SpringElement:
     point: np.ndarray
     rotation: np.ndarray
     elasticity: Elasticity
+    masses: tuple[PlacedMass, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -148,7 +167,7 @@ def beam_between(
     theory: BeamTheory = _DEFAULT_THEORY,
     name: str = "beam",
 ) -> BeamElement:
-    """Beam from the point of node a to the point of node b.
+    """Beam from the point of node a to the point of node b, with the mass of its material.
 
     Parameters
     ----------
@@ -185,7 +204,17 @@ def beam_between(
         )
     rotation = beam_axes(along, None if y_axis is None else np.asarray(y_axis, dtype=float))
     tip_compliance = beam_compliance(length, material, section, theory)
-    return BeamElement(name, a.name, b.name, start, end, rotation, tip_compliance)
+    masses = uniform_mass(name, beam_mass(length, material, section), start, end)
+    return BeamElement(name, a.name, b.name, start, end, rotation, tip_compliance, masses)
+
+
+def uniform_mass(
+    name: str, value: float | None, start: np.ndarray, end: np.ndarray
+) -> tuple[PlacedMass, ...]:
+    """A mass [kg] that is spread evenly between two points [m]; none where it is None."""
+    if value is None:
+        return ()
+    return (PlacedMass(name, np.asarray(value), 0.5 * (start + end), 0, start, (0.0, 1.0)),)
 
 
 def beam_stiffness_12(

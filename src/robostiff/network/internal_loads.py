@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
+from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.kinematics import freedom_twist
 from robostiff.model import Actuated
 from robostiff.network.connection import RelativeMotion
-from robostiff.network.elements import JointElement
+from robostiff.network.elements import JointElement, NodeForce
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.network import Network
 from robostiff.network.redundancy import Redundancy
-from robostiff.network.saddle_point import SaddlePointSystem, system_of
+from robostiff.network.saddle_point import (
+    CONVERGED,
+    SaddlePointSystem,
+    driven_mechanism,
+    system_of,
+)
 from robostiff.spatial import move_twist, move_wrench
 
 _MISSED = 1e-9  # of the displacement of the platform
@@ -37,11 +42,14 @@ class InternalLoads:
         are left out.
     actuators : tuple of (str, str, float, float)
         Load along the coordinate [N or N m], and travel [m or rad].
+    work : float
+        Of forces at bodies on their displacements [J].
     """
 
     energies: tuple[tuple[str, str, float], ...]
     reactions: tuple[tuple[str, str, np.ndarray, np.ndarray], ...]
     actuators: tuple[tuple[str, str, float, float], ...]
+    work: float = 0.0
 
 
 def internal_loads(
@@ -70,11 +78,74 @@ def internal_loads(
     """
     equations = equations_of(network, tolerance)
     system, x, dependent = _led(equations, equations.scale * twist)
-    return loads_of_parts(equations, system, x, dependent)
+    return loads_of_parts(equations, system, x, dependent.undetermined)
+
+
+@dataclass(frozen=True)
+class HeldUnderLoads:
+    """A network under forces at its bodies while its platform is held.
+
+    Attributes
+    ----------
+    status : Status
+        ``UNBALANCED`` where they drive a motion without stiffness, ``ILL_CONDITIONED`` where few
+        digits hold: nothing else has a meaning then.
+    wrench : (n,) array
+        What they are worth at the platform, about ``condense(network).origin`` [N, N m].
+    right, x : (size,) arrays
+        The forces, and the displacements and wrenches under them, scaled.
+    undetermined : frozenset of int
+        Numbers of the connections whose loads are statically indeterminate among rigid parts.
+    """
+
+    status: Status
+    wrench: np.ndarray
+    right: np.ndarray
+    x: np.ndarray
+    undetermined: frozenset[int]
+
+
+def held_under(
+    network: Network, forces: Iterable[NodeForce], tolerance: Tolerance = DEFAULT_TOLERANCE
+) -> HeldUnderLoads:
+    """A network under forces at its bodies while its platform is held.
+
+    Examples
+    --------
+    A clamped rod of 2 m holds half of a force in its middle, and that moment besides:
+
+    >>> from robostiff.elasticity import circle, material
+    >>> from robostiff.network import Node, NodeForce, beam_between
+    >>> a, b, c = (Node(name, np.array([x, 0, 0])) for name, x in zip("abc", (0, 1.0, 2.0)))
+    >>> rods = [beam_between(*ends, material("steel"), circle(0.02)) for ends in ((a, b), (b, c))]
+    >>> network = Network("rod", (a, b, c), ("a",), "c", c.point, beams=tuple(rods))
+    >>> held = held_under(network, [NodeForce("b", np.array([0, 0, -8.0]), b.point)])
+    >>> held.wrench.round(9) + 0.0
+    array([ 0.,  0., -4.,  0., -2.,  0.])
+    """
+    equations = equations_of(network, tolerance)
+    system, mobile, dependent = system_of(equations, platform_fixed=True)
+    rows = list(network.space.rows)
+    right = system.forces(
+        equations,
+        ((own.node, np.append(own.force, np.zeros(3))[rows], own.point) for own in forces),
+    )
+    x, step = system.solve(right)
+    status = Status.OK
+    if driven_mechanism(equations, mobile, system, right) is not None:
+        status = Status.UNBALANCED
+    elif step > CONVERGED:
+        status = Status.ILL_CONDITIONED
+    platform = system.rows_of[network.platform]
+    worth = (right - system.matrix @ x)[platform, 0] * equations.scale * equations.stiffness
+    return HeldUnderLoads(status, worth, right[:, 0], x[:, 0], dependent.undetermined)
 
 
 def loads_under(
-    network: Network, wrench: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
+    network: Network,
+    wrench: np.ndarray,
+    tolerance: Tolerance = DEFAULT_TOLERANCE,
+    held: HeldUnderLoads | None = None,
 ) -> InternalLoads:
     """Loads in all parts under a wrench on the platform about ``condense(network).origin``.
 
@@ -87,10 +158,16 @@ def loads_under(
     wrench : (n,) array
         [N, N m].
     tolerance : Tolerance
+    held : HeldUnderLoads, optional
+        Of forces at bodies that act too; the wrench has what they are worth at the platform.
     """
     equations = equations_of(network, tolerance)
     system, x, dependent = _under(equations, wrench)
-    return loads_of_parts(equations, system, x, dependent)
+    if held is None:
+        return loads_of_parts(equations, system, x, dependent.undetermined)
+    x, undetermined = x + held.x, dependent.undetermined | held.undetermined
+    found = loads_of_parts(equations, system, x, undetermined)
+    return replace(found, work=equations.stiffness * float(held.right @ x))
 
 
 def motions_under(
@@ -151,7 +228,7 @@ def _under(
     """Displacements and wrenches, scaled, under a wrench about the platform's own point."""
     system, _, dependent = system_of(equations)
     platform = equations.network.platform
-    right = system.forces(equations, {platform: (wrench, equations.points[platform])})
+    right = system.forces(equations, [(platform, wrench, equations.points[platform])])
     return system, system.solve(right)[0][:, 0], dependent
 
 
@@ -170,7 +247,7 @@ def loads_of_parts(
     equations: Equations,
     system: SaddlePointSystem,
     x: np.ndarray,
-    dependent: Redundancy,
+    undetermined: frozenset[int],
     of_beam_loads: Mapping[int, float] | None = None,
 ) -> InternalLoads:
     """Loads in all parts from a solution x (size,) of the scaled system.
@@ -191,7 +268,7 @@ def loads_of_parts(
                 energies.append((*_two(c.name), energy + (of_beam_loads or {}).get(k, 0.0)))
             continue
         F = carried_wrench(equations, c, f)
-        is_determined = k not in dependent.undetermined
+        is_determined = k not in undetermined
         if is_determined and element.freedoms:
             names = ", ".join(freedom.name for freedom in element.freedoms)
             at = element.freedoms[0].point

@@ -20,6 +20,8 @@ from robostiff.network.null_space import (
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
+# Of the largest displacement of a mechanism: none.
+_STILL = 1e-9
 # Rows and columns up to which a dense decomposition is quicker.
 _DENSE = 600
 
@@ -74,6 +76,12 @@ class Mechanism:
     nodes: tuple[str, ...]
     motions: np.ndarray
     pins: np.ndarray
+
+    @property
+    def moving(self) -> list[str]:
+        """Names of the nodes that it moves."""
+        size = np.abs(self.motions).max(axis=(1, 2), initial=0.0)
+        return [n for n, s in zip(self.nodes, size, strict=True) if s > _STILL * size.max()]
 
 
 @dataclass(frozen=True)

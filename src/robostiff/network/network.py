@@ -16,6 +16,7 @@ from robostiff.network.elements import (
     Element,
     JointElement,
     Node,
+    NodeForce,
     SpringElement,
 )
 from robostiff.spatial import Space
@@ -44,6 +45,8 @@ class Network:
     description : str
     couplings : tuple of CouplingElement
         Of its joints.
+    gravity : (3,) array or None
+        Acceleration of free fall, as the network has it [m/s^2].
 
     Raises
     ------
@@ -72,6 +75,7 @@ class Network:
     space: Space = Space.SPATIAL
     description: str = ""
     couplings: tuple[CouplingElement, ...] = ()
+    gravity: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         names = [node.name for node in self.nodes]
@@ -98,6 +102,25 @@ class Network:
         yield from self.beams
         yield from self.springs
         yield from self.joints
+
+    @property
+    def has_masses(self) -> bool:
+        """Whether a body or an elastic part has a mass."""
+        return any(own.masses for own in (*self.nodes, *self.beams, *self.springs))
+
+    def weights(self, gravity: np.ndarray) -> Iterator[NodeForce]:
+        """Weights under a gravity (3,) [m/s^2]; elastic parts put theirs on their ends.
+
+        A uniform beam has then the deflection under its weight exactly at its ends.
+        """
+        for node in self.nodes:
+            yield from (NodeForce(node.name, m.value * gravity, m.centre) for m in node.masses)
+        for element in (*self.beams, *self.springs):
+            end = element.end if isinstance(element, BeamElement) else element.point
+            for mass in element.masses:
+                for own in mass.lumped(1, end):
+                    node = element.b if own.after or mass.start is None else element.a
+                    yield NodeForce(node, own.value * gravity, own.point)
 
     def check_has_no_couplings(self, subject: str) -> None:
         """Raise an InputError if joints are coupled, in a question that does not take them."""

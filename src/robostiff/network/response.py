@@ -16,10 +16,14 @@ from robostiff.network.connection import RelativeMotion
 from robostiff.network.elements import BeamElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.internal_loads import InternalLoads, carried_wrench, loads_of_parts
-from robostiff.network.mobility import Mechanism, Mobility
 from robostiff.network.network import Network
 from robostiff.network.redundancy import Redundancy
-from robostiff.network.saddle_point import CONVERGED, SaddlePointSystem, system_of
+from robostiff.network.saddle_point import (
+    CONVERGED,
+    SaddlePointSystem,
+    driven_mechanism,
+    system_of,
+)
 from robostiff.spatial import as_floats, block_rotation, move_wrench
 
 Loads = Mapping[str, Any]
@@ -143,7 +147,13 @@ def network_response(
     points = {node.name: node.point for node in network.nodes}
     system, mobile, dependent = system_of(equations)
     right = _right_side(equations, system, points, at_nodes, on_beams)
-    _check_balance(equations, mobile, system, right)
+    driven = driven_mechanism(equations, mobile, system, right)
+    if driven is not None:
+        nodes = ", ".join(driven.moving[:6])
+        raise NoAnswerError(
+            f"no response of {network.name!r}: the loads drive a motion without stiffness, of "
+            f"{nodes}; {Status.FREE_MOTIONS.advice[0]}"
+        )
     given = np.zeros(right.shape)
     for name, t in moved.items():
         D = equations.between(points[name], equations.points[name])
@@ -156,7 +166,7 @@ def network_response(
     _check_gaps(equations, system, dependent, x[:, 0], gap)
     beams = _beams(equations, system, x[:, 0], on_beams)
     extra = {k: load.energy(beams[name].end) for k, (name, load) in on_beams.items()}
-    free = {name for mechanism in mobile.mechanisms for name in _moving(mechanism)}
+    free = {name for mechanism in mobile.mechanisms for name in mechanism.moving}
     undetermined = {
         end for k in dependent.undetermined for end, _, _ in equations.connections[k].ends
     }
@@ -173,7 +183,7 @@ def network_response(
             if name not in undetermined
         },
         beams,
-        loads_of_parts(equations, system, x[:, 0], dependent, extra),
+        loads_of_parts(equations, system, x[:, 0], dependent.undetermined, extra),
         tuple(node.name for node in network.nodes if node.name in free),
     )
 
@@ -253,38 +263,14 @@ def _right_side(
 ) -> np.ndarray:
     """Right side (size, 1) of the scaled equations."""
     network, rows = equations.network, list(equations.network.space.rows)
-    right = system.forces(equations, {name: (F, points[name]) for name, F in at_nodes.items()})
+    right = system.forces(equations, ((name, F, points[name]) for name, F in at_nodes.items()))
     for k, (_, load) in on_beams.items():
         beam, c = network.beams[k], cast("RelativeMotion", equations.connections[k])
         axes = block_rotation(beam.rotation)
         total, tip = (axes @ load.at_start)[rows], (axes @ load.tip_twist)[rows]
-        right += system.forces(equations, {beam.a: (total, beam.start)})
+        right += system.forces(equations, [(beam.a, total, beam.start)])
         right[system.wrench_rows[k], 0] += c.W.T @ (equations.scale * tip)
     return right
-
-
-def _check_balance(
-    equations: Equations, mobile: Mobility, system: SaddlePointSystem, right: np.ndarray
-) -> None:
-    """Raise where a load does work on a motion without stiffness."""
-    size = max(np.linalg.norm(right[rows]) for rows in system.rows_of.values())
-    for mechanism in mobile.mechanisms:
-        work = sum(
-            motions.T @ right[system.rows_of[name], 0]
-            for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True)
-        )
-        if np.any(np.abs(work) > equations.tolerance.independence * size):
-            nodes = ", ".join(_moving(mechanism)[:6])
-            raise NoAnswerError(
-                f"no response of {equations.network.name!r}: the loads drive a motion without "
-                f"stiffness, of {nodes}; {Status.FREE_MOTIONS.advice[0]}"
-            )
-
-
-def _moving(mechanism: Mechanism) -> list[str]:
-    """Names of the nodes that a mechanism moves."""
-    size = np.abs(mechanism.motions).max(axis=(1, 2), initial=0.0)
-    return [n for n, s in zip(mechanism.nodes, size, strict=True) if s > _GAP * size.max()]
 
 
 def _check_gaps(

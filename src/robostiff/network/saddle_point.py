@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.network.equations import Equations
-from robostiff.network.mobility import BlockEntries, Mobility, mobility
+from robostiff.network.mobility import BlockEntries, Mechanism, Mobility, mobility
 from robostiff.network.redundancy import Redundancy, redundancy
 
 if TYPE_CHECKING:
@@ -76,11 +76,11 @@ class SaddlePointSystem:
         return solution, float(np.abs(step).max(initial=0.0) / whole)
 
     def forces(
-        self, equations: Equations, at: Mapping[str, tuple[np.ndarray, np.ndarray]]
+        self, equations: Equations, at: Iterable[tuple[str, np.ndarray, np.ndarray]]
     ) -> np.ndarray:
         """Right side (size, 1) of wrenches (n,) at nodes, each about a point (3,) [N, N m; m]."""
         right = np.zeros((self.size, 1))
-        for node, (F, point) in at.items():
+        for node, F, point in at:
             D = equations.transport(node, point)
             scaled = F / equations.scale / equations.stiffness
             right[self.rows_of[node], 0] += D.T @ scaled
@@ -153,6 +153,21 @@ def system_of(
     mobile = mobility(equations, platform_fixed=platform_fixed)
     dependent = redundancy(equations, platform_fixed=platform_fixed)
     return saddle_point_system(equations, still, mobile, dependent), mobile, dependent
+
+
+def driven_mechanism(
+    equations: Equations, mobile: Mobility, system: SaddlePointSystem, right: np.ndarray
+) -> Mechanism | None:
+    """A mechanism on whose motion a right side (size, 1) does work, if there is one."""
+    size = max(np.linalg.norm(right[rows]) for rows in system.rows_of.values())
+    for mechanism in mobile.mechanisms:
+        work = sum(
+            motions.T @ right[system.rows_of[name], 0]
+            for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True)
+        )
+        if np.any(np.abs(work) > equations.tolerance.independence * size):
+            return mechanism
+    return None
 
 
 def _assembled(

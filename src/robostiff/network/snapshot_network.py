@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import defaultdict
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from robostiff.model import (
     PlacedBlock,
     PlacedFreedom,
     PlacedLeg,
+    PlacedMass,
     PlacedPlatform,
     PlacedSpring,
     Snapshot,
@@ -61,9 +63,10 @@ def network_of_snapshot(snapshot: Snapshot) -> Network:
         if snapshot.platform is not None:
             end = platform_node(snapshot.platform, snapshot.platform.holds[number])
         _add_chain(leg, f"{number + 1} {leg.name}", leg.name, (_GROUND, end), parts)
+    parts.masses[_PLATFORM] += snapshot.masses
     return Network(
         snapshot.name,
-        tuple(parts.nodes),
+        tuple(replace(node, masses=tuple(parts.masses[node.name])) for node in parts.nodes),
         (_GROUND,),
         _PLATFORM,
         snapshot.reference_point,
@@ -72,6 +75,7 @@ def network_of_snapshot(snapshot: Snapshot) -> Network:
         couplings=tuple(parts.couplings),
         space=snapshot.space,
         description=snapshot.description,
+        gravity=snapshot.gravity,
     )
 
 
@@ -83,6 +87,7 @@ class _Parts:
     springs: list[SpringElement] = field(default_factory=list)
     joints: list[JointElement] = field(default_factory=list)
     couplings: list[CouplingElement] = field(default_factory=list)
+    masses: dict[str, list[PlacedMass]] = field(default_factory=lambda: defaultdict(list))
 
 
 def _add_chain(
@@ -91,9 +96,10 @@ def _add_chain(
     """A leg or a branch between two bodies, with one more body after every element but the last."""
     before, last = ends
     alone = [e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements]
-    elements = [e for e in alone if not _is_rigid(e)]
+    elements = [(k, e) for k, e in enumerate(alone, start=1) if not _is_rigid(e)]
     joints: dict[str, JointElement] = {}
-    for i, element in enumerate(elements):
+    bodies = [(0, before)]
+    for i, (k, element) in enumerate(elements):
         if i == len(elements) - 1:
             after = last
         else:
@@ -105,15 +111,20 @@ def _add_chain(
                 own_prefix = f"{prefix}, {i + 1} {element.name}, {j + 1} {branch.name}"
                 _add_chain(branch, own_prefix, f"{own}/{branch.name}", (before, after), parts)
         elif isinstance(element, PlacedSpring):
-            parts.springs.append(
-                SpringElement(
-                    own, before, after, element.point, element.rotation, element.elasticity
-                )
+            masses = tuple(
+                replace(m, after=0) for m in leg.masses if m.start is not None and m.after == k
             )
+            place = element.point, element.rotation, element.elasticity
+            parts.springs.append(SpringElement(own, before, after, *place, masses))
         else:
             joints[element.name] = JointElement(name, before, after, (element,))
             parts.joints.append(joints[element.name])
         before = after
+        bodies.append((k, after))
+    for mass in leg.masses:
+        if mass.start is None:
+            carrier = next(body for k, body in reversed(bodies) if k <= mass.after)
+            parts.masses[carrier].append(replace(mass, after=0))
     for one in leg.elements:
         if isinstance(one, CoupledFreedom) and len(one.sum) > 1:
             # A joint that a rigid drive holds is no joint of the network, and does not turn.

@@ -6,6 +6,7 @@ its own; rigid connections make one body of two. Loops need no tree: each chain 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -22,7 +23,7 @@ from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.element import Element
 from robostiff.statics.flexible_platform import from_its_end
 from robostiff.statics.from_snapshot import finite_joint, moves
-from robostiff.statics.given_loads import DeadForce, load_vector
+from robostiff.statics.given_loads import DeadForce, load_vector, weights_of
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.spring_elements import SpringElements
 
@@ -33,8 +34,9 @@ def group_of(
     beams: Beams,
     loads: Mapping[str, Sequence[DeadForce]],
     preload: Mapping[str, float],
-) -> LegGroup:
-    """A network as one leg from its fixed bodies to its platform.
+    gravity: np.ndarray,
+) -> tuple[LegGroup, list[DeadForce]]:
+    """A network as one leg from its fixed bodies to its platform, and the forces on the latter.
 
     Parameters
     ----------
@@ -46,6 +48,8 @@ def group_of(
         By the name of a body.
     preload : mapping of str to float
         By the name of a joint [N or N m].
+    gravity : (3,) array
+        Acceleration of free fall [m/s^2], which makes weights of the masses.
 
     Raises
     ------
@@ -53,16 +57,23 @@ def group_of(
         When a load is on no body that moves, or a preload at no joint of one coordinate.
     """
     bodies = _Bodies.of(network)
+    on_bodies = bodies.loaded(loads)
+    for node in network.nodes:
+        on_bodies[bodies.of_node[node.name]] += weights_of(node.masses, gravity)
     elements = SpringElements(network.space)
     chains: list[FiniteChain] = []
     left = dict(preload)
     places: dict[tuple[str, str, str, str], tuple[int, int]] = {}
     for element in network.elements:
         a, b = bodies.of_node[element.a], bodies.of_node[element.b]
+        masses = () if isinstance(element, JointElement) else element.masses
+        along = [m for m in masses if a != b and m.start is not None]
+        on_bodies[b] += weights_of([m for m in masses if a == b or m.start is None], gravity)
         if a == b:
             continue
         parts = _parts(element)
-        if a == network.platform or b in network.fixed:  # chains lead from base to platform
+        backwards = a == network.platform or b in network.fixed
+        if backwards:  # chains lead from base to platform
             a, b, parts = b, a, [_reversed(part) for part in reversed(parts)]
         own: list[Element] = []
         for part in parts:
@@ -73,7 +84,18 @@ def group_of(
                 own.append(replace(joint, preload=joint.preload + push))
             else:
                 own += elements.of(part, lambda: elements_of(beams))
-        chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own)))
+        end = element.end if isinstance(element, BeamElement) else element.point
+        weights = tuple(
+            BodyLoad(
+                len(own) - point.after if backwards else point.after,
+                point.point[None],
+                point.value * gravity[None],
+            )
+            for mass in along
+            for point in mass.lumped(len(own), np.asarray(end, dtype=float))
+            if np.any(gravity)
+        )
+        chains.append(FiniteChain(bodies.number(a), bodies.number(b), tuple(own), weights))
     couplings = [
         coupled.pushed(0.0 if coupled.is_rigid else left.pop(one.name, 0.0))
         for one in network.couplings
@@ -81,9 +103,10 @@ def group_of(
     ]
     for name in left:
         raise InputError("preload", got=name, expected="a joint of one coordinate that moves")
-    for name, forces in loads.items():
-        chains = _loaded(chains, bodies, name, forces)
-    return LegGroup(
+    on_platform = on_bodies.pop(network.platform, [])
+    for body in bodies.between:
+        chains = _with_loads(chains, body, bodies.number(body), on_bodies[body])
+    group = LegGroup(
         (0,),
         (network.name,),
         tuple(chains),
@@ -92,6 +115,7 @@ def group_of(
         network.space.rows,
         couplings=tuple(couplings),
     )
+    return group, on_platform
 
 
 @dataclass(frozen=True)
@@ -132,6 +156,24 @@ class _Bodies:
         bodies = tuple(n for n in dict.fromkeys(own.values()) if n not in (base, network.platform))
         points = {node.name: np.asarray(node.point, dtype=float) for node in network.nodes}
         return _Bodies(network, own, bodies, points)
+
+    def loaded(self, loads: Mapping[str, Sequence[DeadForce]]) -> dict[str, list[DeadForce]]:
+        """Forces at points, by bodies that move."""
+        found: dict[str, list[DeadForce]] = defaultdict(list)
+        for name, forces in loads.items():
+            body = self.of_node.get(name)
+            if body is None or body == self.of_node[self.network.fixed[0]]:
+                raise InputError(
+                    "loads",
+                    got=name,
+                    expected="the name of a body that moves, or platform: "
+                    + ", ".join(self.between[:5]),
+                )
+            for own in forces:
+                at = self.points[name] if own.point is None else own.point
+                force = load_vector("force", name, own.force)
+                found[body].append(DeadForce(force, load_vector("point", name, at)))
+        return found
 
     def number(self, body: str) -> int | None:
         """Of a body between chains; None for base and platform."""
@@ -194,25 +236,17 @@ def _is_rigid(element: BeamElement | SpringElement | JointElement) -> bool:
     return not any(map(moves, element.freedoms))
 
 
-def _loaded(
-    chains: Sequence[FiniteChain], bodies: _Bodies, name: str, forces: Sequence[DeadForce]
+def _with_loads(
+    chains: Sequence[FiniteChain], body: str, number: int | None, forces: Sequence[DeadForce]
 ) -> list[FiniteChain]:
     """The chains, one of them with forces on a body at one of its ends."""
-    number = bodies.number(bodies.of_node[name]) if name in bodies.of_node else None
-    if number is None:
-        raise InputError(
-            "loads",
-            got=name,
-            expected="the name of a body that moves, or platform: " + ", ".join(bodies.between[:5]),
-        )
-    c = next(i for i, own in enumerate(chains) if number in (own.start, own.end))
-    chain = chains[c]
-    after = len(chain.elements) if chain.end == number else 0
-    more = []
-    for force in forces:
-        point = bodies.points[name]
-        point = point if force.point is None else load_vector("point", name, force.point)
-        more.append(BodyLoad(after, point[None], load_vector("force", name, force.force)[None]))
     found = list(chains)
-    found[c] = replace(chain, loads=(*chain.loads, *more))
+    if not forces:
+        return found
+    c = next((i for i, own in enumerate(found) if number in (own.start, own.end)), None)
+    if c is None:
+        raise InputError("loads", got=body, expected="a body that beams, springs or joints hold")
+    after = len(found[c].elements) if found[c].end == number else 0
+    more = [BodyLoad(after, np.array([f.point]), np.array([f.force])) for f in forces]
+    found[c] = replace(found[c], loads=(*found[c].loads, *more))
     return found

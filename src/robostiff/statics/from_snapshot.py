@@ -27,7 +27,7 @@ from robostiff.statics.chain import BodyLoad, FiniteChain
 from robostiff.statics.couplings import FiniteCoupling
 from robostiff.statics.element import Element, FiniteJoint
 from robostiff.statics.flexible_platform import on_flexible_platform
-from robostiff.statics.given_loads import DeadForce, load_vector, lumped
+from robostiff.statics.given_loads import DeadForce, load_vector
 from robostiff.statics.held_springs import HeldSprings
 from robostiff.statics.legs import LegGroup
 from robostiff.statics.spring_elements import SpringElements
@@ -250,7 +250,7 @@ class _Walk:
             parts = 0
             if mass.start is not None:
                 parts = sum(e.names[0] == mass.name for e in self.chains[chain][2][:after])
-            for own in lumped(mass, parts, behind.point):
+            for own in mass.lumped(parts, behind.point):
                 force = own.value * gravity
                 body = BodyLoad(after - parts + own.after, own.point[None], force[None])
                 self.loads.setdefault(chain, []).append(body)

@@ -54,14 +54,14 @@ def acting_gravity(robot: Robot | Snapshot | Network, gravity: Gravity) -> np.nd
         When it is given for a robot without masses, or is no vector.
     """
     if gravity is None:
-        own = robot.in_floats.gravity if isinstance(robot, Robot) else None
+        own = (robot.in_floats if isinstance(robot, Robot) else robot).gravity
         return _NONE if own is None else own
     pull = gravity_vector("gravity", gravity)
     if np.any(pull) and not has_masses(robot):
         raise InputError(
             f"gravity on {robot.name!r}",
             got="a robot without masses",
-            expected="masses of its parts: mass: in the model file, or a density of materials",
+            expected="masses of its parts: mass: in the file, or a density of materials",
             hint='or give weights as loads: loads={"leg1/strut": rs.Mass(12)}',
         )
     return pull
@@ -76,10 +76,12 @@ def has_masses(robot: Robot | Snapshot | Network | Linkage) -> bool:
     >>> has_masses(load("hexapod")), has_masses(load("gough-stewart-b"))
     (True, False)
     """
-    if isinstance(robot, Network | Linkage):
-        return False
+    if isinstance(robot, Linkage):
+        return any(_carries(c.element) for c in robot.connections)
+    if isinstance(robot, Network):
+        return robot.has_masses
     if isinstance(robot, Snapshot):
-        return any(_carries(leg) for leg in robot.legs)
+        return bool(robot.masses) or any(_carries(leg) for leg in robot.legs)
     return bool(robot.platform_masses) or any(_carries(leg.chain) for leg in robot.legs)
 
 
@@ -125,16 +127,9 @@ def given_forces(
     return {name: _forces(name, value, down, frame) for name, value in (loads or {}).items()}
 
 
-def platform_weights(robot: Robot | Snapshot, gravity: np.ndarray, frame: Frame) -> list[DeadForce]:
-    """Weights of the masses on the platform, in the world."""
-    if not isinstance(robot, Robot) or not np.any(gravity):
-        return []
-    R, p = frame
-    return [
-        DeadForce(value * gravity, p + R @ (arm if mass.centre is None else mass.centre + arm))
-        for mass in robot.in_floats.platform_masses
-        for value, arm in mass.points
-    ]
+def weights_of(masses: Sequence[PlacedMass], gravity: np.ndarray) -> list[DeadForce]:
+    """Weights of masses in the world; none without gravity."""
+    return [DeadForce(m.value * gravity, m.centre) for m in masses if np.any(gravity)]
 
 
 def arms_and_forces(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,27 +13,19 @@ from robostiff.analysis import PartShare
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose
+from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
+from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.beam_bowing import Beams, Bowing
 from robostiff.statics.equilibrium import solved
 from robostiff.statics.finite_turn import turned_by
-from robostiff.statics.from_snapshot import legs_of
-from robostiff.statics.given_loads import (
-    DeadForce,
-    Gravity,
-    Loads,
-    Masses,
-    arms_and_forces,
-    has_masses,
-    platform_weights,
-    unit_weights,
-)
+from robostiff.statics.given_loads import Gravity, Loads, Masses, has_masses, unit_weights
 from robostiff.statics.joint_laws import Laws
 from robostiff.statics.loaded_parts import BodyPlaces, body_places
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
-from robostiff.statics.question import Question, one_question
+from robostiff.statics.question import Question, one_wrench, postures_of
 from robostiff.statics.result_tables import modes_html
 from robostiff.statics.status import EquilibriumStatus
 from robostiff.statics.vibration import SmallMotions
@@ -137,8 +129,8 @@ class Modes(InNotebooks):
 
 
 def modes(
-    robot: Robot | Snapshot,
-    pose: Pose = None,
+    robot: Robot | Snapshot | Network | Linkage,
+    pose: Pose | DriveValues = None,
     masses: Masses | None = None,
     *,
     wrench: ArrayLike | None = None,
@@ -162,8 +154,9 @@ def modes(
         As for `equilibrium`.
     masses : mapping of str to float, Mass or a sequence of them, optional
         What moves beside the masses of the model, by the name of the part before the body that
-        carries it, ``leg/part``, or ``platform`` [kg]. A mass without a centre is at that part, or
-        at the point of the platform. These have no weight: `loads` take those.
+        carries it, ``leg/part``, of the node of a network, or ``platform`` [kg]. A mass without a
+        centre is at that part or node, or at the point of the platform. These have no weight:
+        `loads` take those.
 
     Returns
     -------
@@ -182,11 +175,8 @@ def modes(
     >>> len(found), found.frequencies[:2].round(1)
     (72, array([48.7, 48.7]))
     """
-    if not isinstance(robot, Robot | Snapshot):
-        raise InputError(
-            "robot whose modes are asked for", got=robot, expected="a Robot or a Snapshot of legs"
-        )
-    own = has_masses(robot)
+    postures = postures_of(robot, pose, near)
+    own = has_masses(postures.robot)
     if not (masses or own):
         raise InputError(
             f"masses of {robot.name!r}",
@@ -194,19 +184,15 @@ def modes(
             hint='write masses={"platform": 150} or {"leg1/strut": rs.Mass(12, inertia=...)}, '
             "or mass: in the model file",
         )
-    question, given = one_question(
-        robot, pose, wrench, at, loads, preload, beams, near, gravity, masses=own
-    )
-    question = question.under(laws)
+    given = one_wrench(postures, wrench)
+    question = postures.question(0, at, loads, preload, beams, gravity, masses=own).under(laws)
     if question.status & EquilibriumStatus.UNREACHABLE:
         return Modes(question.name, question.space, question.status)
     problem, known, state, status = _about(question, given)
     if known is None or state is None:
         return Modes(question.name, question.space, status)
-    on_platform = platform_weights(robot, _UNIT, question.frame)
-    if question.snapshot is None:
-        raise TypeError("a robot of legs has a snapshot")
-    weights = _weights(question.snapshot, problem, masses or {}, on_platform, beams)
+    more = unit_weights(masses or {}, {"platform": problem.point} | question.places)
+    weights = postures.question(0, at, more, None, beams, _UNIT if own else None).problem
     each = _vibrating(problem, weights, known, state)
     return Modes(question.name, question.space, status, each, question.snapshot)
 
@@ -224,31 +210,6 @@ def _about(
     if answer.found is None:
         return problem, None, None, answer.status
     return problem, answer.found.known, answer.found.state, answer.status
-
-
-def _weights(
-    snapshot: Snapshot,
-    problem: EquilibriumProblem,
-    masses: Masses,
-    weights: Sequence[DeadForce],
-    beams: Beams,
-) -> EquilibriumProblem:
-    """The robot with its masses as forces of a gravity of 1 m/s^2, those on its platform given."""
-    forces = unit_weights(masses, {"platform": problem.point} | _places(snapshot))
-    arms, on_platform = arms_and_forces([*forces.pop("platform", ()), *weights], problem.point)
-    groups = legs_of(snapshot, problem.point, beams, forces, {}, _UNIT)
-    return replace(problem, groups=groups, arms=arms, forces=on_platform)
-
-
-def _places(snapshot: Snapshot) -> dict[str, np.ndarray]:
-    """Where the parts of the legs are, by name."""
-    found = {}
-    for leg in snapshot.legs:
-        for part in leg.parts:
-            joint = getattr(part, "joint", part.name)  # of a coupling the one that follows
-            for name in (part.name, part.name.partition("[")[0], joint):
-                found[f"{leg.name}/{name}"] = np.asarray(part.point, dtype=float)
-    return found
 
 
 def _vibrating(

@@ -27,7 +27,7 @@ from robostiff.statics.given_loads import (
     acting_gravity,
     arms_and_forces,
     given_forces,
-    platform_weights,
+    weights_of,
 )
 from robostiff.statics.joint_laws import Laws, check_own_laws, with_laws
 from robostiff.statics.problem import EquilibriumProblem
@@ -51,6 +51,8 @@ class Question:
         At that posture; None of a network.
     laws : Laws
         That the robot has.
+    places : mapping of str to (3,) arrays
+        Of the parts of legs, or of the nodes of a network, by name [m].
     """
 
     name: str
@@ -60,6 +62,7 @@ class Question:
     status: EquilibriumStatus
     snapshot: Snapshot | None
     laws: Laws = field(default_factory=dict)
+    places: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def under(self, laws: Laws | None) -> Question:
         """The same, joints following the laws of the robot, or given ones in their place."""
@@ -80,80 +83,37 @@ def one_question(
     beams: Beams,
     near: Near,
     gravity: Gravity = None,
-    *,
-    masses: bool = False,
 ) -> tuple[Question, np.ndarray]:
-    """A robot at one posture, and one wrench (r,); its `masses` are there also without gravity."""
+    """A robot at one posture, and one wrench (r,)."""
     postures = postures_of(robot, pose, near)
+    given = one_wrench(postures, wrench)
+    return postures.question(0, at, loads, preload, beams, gravity), given
+
+
+def one_wrench(postures: Postures, wrench: ArrayLike | None) -> np.ndarray:
+    """The one wrench (r,) at the one posture of a robot."""
     given = wrenches_of("wrench", wrench, postures.robot.space)
     require_one_pose("a robot under load", postures.batch)
     if given.ndim > 1:
         raise InputError("wrench", got=wrench, expected="one wrench")
-    return postures.question(0, at, loads, preload, beams, gravity, masses=masses), given
+    return given
 
 
 @dataclass(frozen=True)
 class Postures:
-    """The unloaded postures of a robot."""
+    """The unloaded postures of a robot; a snapshot, or a network, has the one that it is in.
 
-    robot: Robot | Snapshot
-    posture: Posture | None
-    batch: tuple[int, ...]
+    Attributes
+    ----------
+    robot : Robot, Snapshot or Network
+    posture : Posture or None
+        Of a robot.
+    batch : tuple of int
+        Shape of its batch, () for one.
+    """
 
-    def question(
-        self,
-        i: int,
-        at: ArrayLike | None,
-        loads: Loads | None,
-        preload: Mapping[str, Any] | None,
-        beams: Beams,
-        gravity: Gravity = None,
-        *,
-        masses: bool = False,
-    ) -> Question:
-        """What is asked at posture i."""
-        pull = acting_gravity(self.robot, gravity)
-        if self.posture is None:
-            snapshot, status = self.robot, EquilibriumStatus.OK
-            if not isinstance(snapshot, Snapshot):
-                raise TypeError("a snapshot has no posture")
-            frame = (np.eye(3), np.asarray(snapshot.reference_point, dtype=float))
-        else:
-            k = i if self.batch else 0
-            own = self.posture
-            placed = with_masses(own) if masses or np.any(pull) else own.snapshot
-            snapshot = replace(placed, springs=with_body_springs(own).springs).one(k)
-            status = EquilibriumStatus.OK
-            if not own.reached[k]:
-                status |= EquilibriumStatus.UNREACHABLE
-            elif not own.within_limits[k]:
-                status |= EquilibriumStatus.BEYOND_LIMITS
-            if own.undetermined[k]:
-                status |= EquilibriumStatus.ILL_CONDITIONED
-            frame = (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3])
-        point = _point_at(at, snapshot.reference_point)
-        forces = given_forces(loads, pull, snapshot.space, frame)
-        on_platform = [*forces.pop("platform", ()), *platform_weights(self.robot, pull, frame)]
-        groups = legs_of(snapshot, point, beams, forces, _pushes(preload), pull)
-        length = float(snapshot.characteristic_length)
-        problem = EquilibriumProblem(
-            groups,
-            snapshot.space.rows,
-            point,
-            length if length > 0 else 1.0,
-            *arms_and_forces(on_platform, point),
-        )
-        own_laws = self.robot.laws if isinstance(self.robot, Robot) else {}
-        if own_laws:
-            check_own_laws(own_laws, snapshot)
-        return Question(snapshot.name, problem, snapshot.space, frame, status, snapshot, own_laws)
-
-
-@dataclass(frozen=True)
-class PosedNetwork:
-    """A network, or a linkage at joint coordinates, as it is without load."""
-
-    robot: Network
+    robot: Robot | Snapshot | Network
+    posture: Posture | None = None
     batch: tuple[int, ...] = ()
 
     def question(
@@ -167,35 +127,62 @@ class PosedNetwork:
         *,
         masses: bool = False,
     ) -> Question:
-        """What is asked of it; masses it has none."""
-        network = self.robot
-        point = _point_at(at, network.reference_point)
-        frame = (np.eye(3), np.asarray(network.reference_point, dtype=float))
-        pull = acting_gravity(network, gravity)
-        forces = given_forces(loads, pull, network.space, frame)
-        on_platform = [
-            *forces.pop("platform", ()),
-            *(forces.pop(network.platform, ()) if network.platform != "platform" else ()),
-        ]
-        group = group_of(network, point, beams, forces, _pushes(preload))
-        length = network.characteristic_length
+        """What is asked at posture i; the `masses` of a robot are there also without gravity."""
+        pull = acting_gravity(self.robot, gravity)
+        posed, frame, status = self._posed(i, masses or bool(np.any(pull)))
+        point = _point_at(at, posed.reference_point)
+        forces = given_forces(loads, pull, posed.space, frame)
+        on_platform, pushes = list(forces.pop("platform", ())), _pushes(preload)
+        if isinstance(posed, Network):
+            on_platform += forces.pop(posed.platform, ())
+            group, more = group_of(posed, point, beams, forces, pushes, pull)
+            groups = (group,)
+        else:
+            groups = legs_of(posed, point, beams, forces, pushes, pull)
+            more = weights_of(posed.masses, pull)
         problem = EquilibriumProblem(
-            (group,),
-            network.space.rows,
+            groups,
+            posed.space.rows,
             point,
-            length if length > 0 else 1.0,
-            *arms_and_forces(on_platform, point),
+            float(posed.characteristic_length) or 1.0,
+            *arms_and_forces([*on_platform, *more], point),
         )
+        snapshot = None if isinstance(posed, Network) else posed
+        laws = self.robot.laws if isinstance(self.robot, Robot) else {}
+        if laws and snapshot is not None:
+            check_own_laws(laws, snapshot)
+        places = places_of(posed)
+        return Question(posed.name, problem, posed.space, frame, status, snapshot, laws, places)
+
+    def _posed(
+        self, i: int, masses: bool
+    ) -> tuple[Snapshot | Network, tuple[np.ndarray, np.ndarray], EquilibriumStatus]:
+        """The robot in its posture i, the frame of its platform, and what is to be said of it."""
+        own = self.posture
+        if own is None or isinstance(self.robot, Network):
+            if isinstance(self.robot, Robot):
+                raise TypeError("a robot has a posture")
+            point = np.asarray(self.robot.reference_point, dtype=float)
+            return self.robot, (np.eye(3), point), EquilibriumStatus.OK
+        k = i if self.batch else 0
+        placed = with_masses(own) if masses else own.snapshot
+        snapshot = replace(placed, springs=with_body_springs(own).springs).one(k)
         status = EquilibriumStatus.OK
-        return Question(network.name, problem, network.space, frame, status, None)
+        if not own.reached[k]:
+            status |= EquilibriumStatus.UNREACHABLE
+        elif not own.within_limits[k]:
+            status |= EquilibriumStatus.BEYOND_LIMITS
+        if own.undetermined[k]:
+            status |= EquilibriumStatus.ILL_CONDITIONED
+        return snapshot, (turn_by_vector(own.pose[k, 3:]), own.pose[k, :3]), status
 
 
-def postures_of(robot: Any, pose: Any, near: Near) -> Postures | PosedNetwork:
-    """The unloaded postures of a robot at poses, or of a snapshot."""
+def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
+    """The unloaded postures of a robot at poses, or of a snapshot, network or linkage."""
     if isinstance(robot, Linkage):
         robot, pose = network_at(robot, pose), None
     if isinstance(robot, Network) and pose is None and near is None:
-        return PosedNetwork(robot)
+        return Postures(robot)
     if isinstance(robot, Robot):
         posture = find_posture(robot, pose, near=near)
         return Postures(robot, posture, posture.batch)
@@ -218,7 +205,20 @@ def postures_of(robot: Any, pose: Any, near: Near) -> Postures | PosedNetwork:
             got="a batch of poses",
             expected="one pose: snapshot.one(i)",
         )
-    return Postures(robot, None, ())
+    return Postures(robot)
+
+
+def places_of(posed: Snapshot | Network) -> dict[str, np.ndarray]:
+    """Where the parts of the legs, or the nodes, are, by name."""
+    if isinstance(posed, Network):
+        return {node.name: np.asarray(node.point, dtype=float) for node in posed.nodes}
+    found = {}
+    for leg in posed.legs:
+        for part in leg.parts:
+            joint = getattr(part, "joint", part.name)  # of a coupling the one that follows
+            for name in (part.name, part.name.partition("[")[0], joint):
+                found[f"{leg.name}/{name}"] = np.asarray(part.point, dtype=float)
+    return found
 
 
 def _point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:

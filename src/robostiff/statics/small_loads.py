@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,21 +11,22 @@ from numpy.typing import ArrayLike
 from robostiff.analysis import ActuatorLoad, Deflection, JointReaction, RobotStiffness
 from robostiff.analysis import deflection as deflection_under_wrench
 from robostiff.analysis.careful_form import DEFAULT_TOLERANCE
-from robostiff.analysis.deflection_under_load import leg_loads
+from robostiff.analysis.deflection_under_load import deflection_at, leg_loads
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Robot, Snapshot
-from robostiff.network import Network
+from robostiff.network import Network, NodeForce, held_under
 from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics.beam_bowing import Linear
 from robostiff.statics.body_springs import small_pulls
 from robostiff.statics.equilibrated import LOST
-from robostiff.statics.given_loads import Gravity, Loads
+from robostiff.statics.from_snapshot import load_vector
+from robostiff.statics.given_loads import Gravity, Loads, acting_gravity, given_forces
 from robostiff.statics.loaded_parts import LoadedPart, loaded_parts, shares
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase, State
-from robostiff.statics.question import one_question
+from robostiff.statics.question import one_question, places_of, postures_of
 
 # Of the terms of an equation of a leg: what is left says that a load drives a free motion in it.
 _DRIVEN = 1e-6
@@ -62,7 +63,8 @@ def deflection(
         Force [N] and moment [N m] of the environment on the platform, about `at`, world axes; one
         for all poses, or one a pose. May be left out beside `loads` or `gravity`.
     loads : mapping of str to force, DeadForce, Mass or a sequence of them, optional
-        Forces at bodies of the legs, by the name of the part before them, as for `equilibrium`.
+        Forces at bodies of the legs, by the name of the part before them, or at nodes of a network,
+        by their names, as for `equilibrium`.
     gravity : (3,) array or str, optional
         Acceleration of free fall [m/s^2], or an axis such as ``"-z"``, which makes weights of the
         masses of the robot. None when left out, also where the robot has a gravity of its own: a
@@ -83,7 +85,7 @@ def deflection(
     ------
     InputError
         When a load or the pose does not fit; when there are `loads`, `gravity` or springs between
-        bodies for a network, a flexible platform or several poses.
+        bodies for a flexible platform or several poses.
 
     Examples
     --------
@@ -103,22 +105,58 @@ def deflection(
     has_springs = isinstance(robot, Robot | Snapshot) and bool(robot.springs)
     if loads is None and gravity is None and not has_springs:
         return deflection_under_wrench(robot, pose, () if wrench is None else wrench, **options)
-    if isinstance(robot, Robot):
-        robot.check_platform_is_rigid("deflection under loads at bodies")
+    none = np.zeros(3) if gravity is None else gravity
+    if isinstance(robot, Linkage | Network):
+        network = postures_of(robot, pose, near).robot
+        given = np.zeros(network.space.size) if wrench is None else wrench
+        return _of_network(cast("Network", network), given, loads, none, at, tolerance)
     if not isinstance(robot, Robot | Snapshot):
         raise InputError(
             "robot of a deflection under loads at bodies",
             got=robot,
-            expected="a Robot or a Snapshot of legs",
+            expected="a robot without cables, a snapshot, a network or a linkage",
         )
+    if isinstance(robot, Robot):
+        robot.check_platform_is_rigid("deflection under loads at bodies")
     nothing = np.zeros(robot.space.size)
-    none = np.zeros(3) if gravity is None else gravity
     asked, F = one_question(
         robot, pose, nothing if wrench is None else wrench, at, loads, None, Linear(), near, none
     )
     rest = deflection_under_wrench(replace(robot, springs=()), pose, nothing, **options)
     problem = asked.problem if np.any(none) else _without_tension(asked.problem)
     return _Small(problem, F, rest).answer()
+
+
+def _of_network(
+    network: Network,
+    wrench: ArrayLike,
+    loads: Loads | None,
+    gravity: ArrayLike | str,
+    at: ArrayLike | None,
+    tolerance: Tolerance,
+) -> Deflection:
+    """A network under loads at its nodes and its own weight."""
+    rest = deflection_under_wrench(network, None, wrench, at=at, tolerance=tolerance)
+    pull = acting_gravity(network, gravity)
+    point = np.asarray(rest.stiffness.reference_point, dtype=float)
+    points = {name: p for name, p in places_of(network).items() if name not in network.fixed}
+    points = {"platform": point} | points | {network.platform: point}
+    forces = list(network.weights(pull)) if np.any(pull) else []
+    for name, own in given_forces(loads, pull, network.space, (np.eye(3), point)).items():
+        if name not in points:
+            known = ", ".join(list(network.free_nodes)[:5])
+            raise InputError("loads", got=name, expected=f"a node that moves, or platform: {known}")
+        node = name if name in network.free_nodes else network.platform
+        forces += [
+            NodeForce(
+                node,
+                load_vector("force", name, one.force),
+                points[name] if one.point is None else load_vector("point", name, one.point),
+            )
+            for one in own
+        ]
+    held = held_under(network, forces, tolerance)
+    return deflection_at(rest.stiffness, rest.wrench, network, held)
 
 
 def _without_tension(problem: EquilibriumProblem) -> EquilibriumProblem:
