@@ -10,7 +10,7 @@ import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity
 from robostiff.errors import FileError, InputError
 from robostiff.io.map_files import netcdf, read_poses, write_map_csv, write_map_netcdf
-from robostiff.io.map_files.read_map import read_map
+from robostiff.io.map_files.netcdf import read_map
 from tests.analysis.maps.robots import loaded
 from tests.campaign import stores
 

@@ -138,7 +138,7 @@ def _quality(name: str) -> Quality:
 
 
 def _of_map(path: str, asked: Drawing) -> Picture:
-    from robostiff.io.map_files.read_map import read_map
+    from robostiff.io.map_files.netcdf import read_map
 
     at: dict[str, Any] = {}
     for name, value in named_once("--cut", asked.cuts, "NAME=VALUE, such as z=0.3").items():

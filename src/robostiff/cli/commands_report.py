@@ -11,7 +11,7 @@ from robostiff.cli.output import new_file, print_data, say
 from robostiff.cli.picture_commands import Pages
 from robostiff.cli.written_arguments import near_from, point_from, pose_from, wrench_from
 from robostiff.errors import InputError
-from robostiff.io.map_files.read_map import read_map
+from robostiff.io.map_files.netcdf import read_map
 from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.model import Robot, Snapshot
 from robostiff.report import (

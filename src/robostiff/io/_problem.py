@@ -12,8 +12,7 @@ from pydantic import BaseModel, RootModel, Tag
 from pydantic.fields import FieldInfo
 
 from robostiff.errors import InputError
-from robostiff.io._wording import WORDING, shown, values
-from robostiff.io.suggest import Words, did_you_mean, listing, nearest
+from robostiff.io.suggest import WORDING, Words, did_you_mean, listing, nearest, shown, values
 
 Step = str | int
 

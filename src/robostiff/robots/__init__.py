@@ -173,13 +173,13 @@ def load(
     array([r/2, sqrt(3)*r/2, 0], dtype=object)
     """
     from robostiff.io.document import read_document
-    from robostiff.robots import descriptions, program_objects
+    from robostiff.robots import descriptions
 
-    kind = program_objects.kind_of(name_or_path)
+    kind = descriptions.kind_of(name_or_path)
     if kind is not None:
         if symbols:
             raise descriptions.refuse_symbols(kind, symbols)
-        return program_objects.load_object(name_or_path, parameters, side=side)
+        return descriptions.load_object(name_or_path, parameters, side=side)
     _refuse_what_is_no_name(name_or_path)
     name = str(name_or_path)
     shipped = isinstance(name_or_path, str) and name in _all_names()

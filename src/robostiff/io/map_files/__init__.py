@@ -1,7 +1,6 @@
 """Files of maps: poses from CSV, maps as CSV and NetCDF."""
 
-from robostiff.io.map_files.map_csv import map_csv_lines, write_map_csv
+from robostiff.io.map_files.map_csv import map_csv_lines, read_poses, write_map_csv
 from robostiff.io.map_files.netcdf import check_netcdf, write_map_netcdf
-from robostiff.io.map_files.pose_csv import read_poses
 
 __all__ = ["check_netcdf", "map_csv_lines", "read_poses", "write_map_csv", "write_map_netcdf"]

@@ -4,7 +4,7 @@
 the entry point. Every error gives file, line, column and path.
 """
 
-from robostiff.io.model_file.read import model_from_document, read_model
+from robostiff.io.model_file.build import model_from_document, read_model
 from robostiff.io.model_file.symbols import ALL_PARAMETERS, ParameterChoice
 
 __all__ = ["ALL_PARAMETERS", "ParameterChoice", "model_from_document", "read_model"]

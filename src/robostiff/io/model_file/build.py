@@ -1,25 +1,32 @@
-"""From a written robot to a robot of the model."""
+"""From a model file or document to a robot, checked as a whole."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from robostiff.io.document import Document
+import numpy as np
+
+from robostiff.io.document import Document, read_document
 from robostiff.io.expression import exact_mathematics
-from robostiff.io.model_file.build_body_springs import build_body_springs, check_body_springs
 from robostiff.io.model_file.build_chain import build_legs
-from robostiff.io.model_file.build_joint import build_joint
-from robostiff.io.model_file.build_laws import with_written_laws
+from robostiff.io.model_file.build_joint import build_joint, with_written_laws
+from robostiff.io.model_file.build_link import build_gravity, build_platform_masses
 from robostiff.io.model_file.build_machine import (
     ModuleFiles,
     ShippedFile,
     build_machine,
     no_shipped_file,
 )
-from robostiff.io.model_file.build_mass import build_gravity, build_platform_masses
-from robostiff.io.model_file.build_platform import attached, build_platform, check_platform
+from robostiff.io.model_file.build_platform import (
+    attached,
+    build_body_springs,
+    build_platform,
+    check_body_springs,
+    check_platform,
+)
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.stock import Stock
@@ -29,22 +36,104 @@ from robostiff.io.model_file.symbols import (
     completed,
     symbolic_values,
 )
-from robostiff.io.model_file.verify import verified
-from robostiff.io.model_file.written_arm import WrittenArm, WrittenDHRow
 from robostiff.io.model_file.written_elements import WrittenOneAxisJoint
-from robostiff.io.model_file.written_model import WrittenModel
-from robostiff.io.model_file.written_robot import WrittenMachine, WrittenRobot
+from robostiff.io.model_file.written_robot import (
+    WrittenArm,
+    WrittenDHRow,
+    WrittenMachine,
+    WrittenModel,
+    WrittenRobot,
+    written_model,
+)
+from robostiff.io.suggest import Words
 from robostiff.io.units import Dimension
+from robostiff.kinematics import place_chain, posture_finder
+from robostiff.kinematics.mobility import (
+    determine_pose,
+    fitting_coordinates,
+    platform_mobility,
+)
 from robostiff.model import (
     ALL_COORDINATES,
+    Chain,
     Coordinate,
     DHConvention,
     DHRow,
     Joint,
+    Leg,
     Robot,
     serial_arm,
 )
 from robostiff.spatial import Space
+
+if TYPE_CHECKING:
+    from robostiff.model import Robot
+
+_ACROSS = 1e-9
+
+
+def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
+    """The robot with its pose coordinates chosen, by the file or else as they follow from the legs.
+
+    Raises at the leg that does not close at home, at the joint that leaves the plane, or at
+    coordinates that do not determine the pose. `top` is the document, `places` are of the legs.
+    """
+    if robot.space is Space.PLANAR:
+        for place, leg in zip(places, robot.legs, strict=True):
+            _check_plane(place, leg)
+    finder = posture_finder(robot)
+    q = []
+    for i, place in enumerate(places):
+        with place.complaints():
+            q.append(finder.closing(i).home)
+    if robot.is_serial or (chosen and len(robot.coordinates) == 6):
+        return robot
+    mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
+    if determine_pose(mobility, robot.coordinates):
+        return robot
+    fitting = fitting_coordinates(mobility)
+    if not chosen:  # none for a structure, which has the home pose only
+        return replace(robot, coordinates=fitting)
+    words = " ".join(coordinate.value for coordinate in robot.coordinates) or "none"
+    raise (top / "coordinates").error(
+        "coordinates of the platform",
+        got=Words(words),
+        expected=f"as many as the {len(fitting)} freedoms that the legs leave it in the home "
+        "configuration, and independent",
+        hint=f"write coordinates: [{', '.join(c.value for c in fitting)}], or leave it out; where "
+        "the home configuration is singular, choose another one, or all six coordinates",
+    )
+
+
+def _check_plane(place: Place, leg: Leg) -> None:
+    freedoms = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p).freedoms
+    numbers = {
+        id(inner): i
+        for i, element in enumerate(leg.chain.elements)
+        for inner in (element, *(inner for inner, _ in Chain((element,)).moving))
+    }
+    for element, where in leg.chain.moving:
+        for freedom in freedoms[where]:
+            turns = freedom.turns
+            if turns and freedom.slides:
+                raise (place / "chain" / numbers[id(element)]).error(
+                    f"{element.name} in a planar robot",
+                    got=Words("a helical joint"),
+                    expected="joints that turn about z of the world or slide across it",
+                    hint="planar robots move in the x-y plane; leave planar: out for any other",
+                )
+            across, along = np.linalg.norm(freedom.axis[:2]), abs(freedom.axis[2])
+            if (across if turns else along) <= _ACROSS:
+                continue
+            raise (place / "chain" / numbers[id(element)]).error(
+                f"{'axis' if turns else 'direction'} of {element.name} in a planar robot",
+                got=Words(str([round(float(part), 6) + 0.0 for part in freedom.axis])),
+                expected="an axis along z of the world"
+                if turns
+                else "a direction in the x-y plane of the world",
+                hint="planar robots move in the x-y plane; leave planar: out for any other",
+            )
+
 
 _PLANAR_COORDINATES = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
@@ -199,3 +288,89 @@ def _row(place: Place, written: WrittenDHRow) -> tuple[DHRow, Joint]:
             name=written.name or "",
         )
     return row, joint
+
+
+def read_model(
+    source: Path | str,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
+) -> Robot:
+    """Read a robot from a model file.
+
+    Parameters
+    ----------
+    source : path or str
+        YAML file; ``-`` for standard input.
+    parameters : mapping of str to (str or float), optional
+        Other values for some of the file's parameters: quantities, expressions, or bare numbers in
+        the SI unit of what they replace.
+    symbols : iterable of str, or ALL_PARAMETERS
+        Parameters that stay SymPy symbols of the same name; `parameters` gives their nominal
+        values then.
+
+    Returns
+    -------
+    Robot
+        Closed at its home pose.
+
+    Raises
+    ------
+    FileError
+        At the place in the file that is to blame.
+    InputError
+        When a parameter is given that the file does not have, or of another dimension.
+
+    See Also
+    --------
+    robostiff.robots.load : takes shipped robots by name, and snapshots too.
+    """
+    return model_from_document(read_document(source), parameters, symbols=symbols)
+
+
+def model_from_document(
+    document: Document,
+    parameters: Mapping[str, str | float] | None = None,
+    *,
+    symbols: Symbols = (),
+    shipped: ShippedFile = no_shipped_file,
+) -> Robot:
+    r"""The robot that a document describes.
+
+    Parameters
+    ----------
+    document : Document
+    parameters : mapping of str to (str or float), optional
+        Other values for some of its parameters.
+    symbols : iterable of str, or ALL_PARAMETERS
+        Parameters that stay SymPy symbols of the same name.
+    shipped : callable
+        The file of a shipped robot that a module names; None for any other name.
+
+    Raises
+    ------
+    FileError
+        At the place in the document that is to blame.
+    InputError
+        When a parameter is given that the document does not have, or of another dimension.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> robot = model_from_document(parse_document('''
+    ... robostiff: 1
+    ... name: cantilever
+    ... source: an example
+    ... parameters: {L: 300 mm}
+    ... legs:
+    ...   - name: arm
+    ...     chain:
+    ...       - type: beam
+    ...         to: [L, 0, 0]
+    ...         material: steel
+    ...         section: {circle: {diameter: 20 mm}}
+    ... '''), parameters={"L": "400 mm"})
+    >>> robot.legs[0].chain.elements[0].to
+    array([0.4, 0. , 0. ])
+    """
+    return build_robot(document, written_model(document), parameters or {}, symbols, shipped)

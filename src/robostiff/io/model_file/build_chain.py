@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from robostiff.io.expression import ParameterError, Parameters
-from robostiff.io.model_file.build_couplings import coupled_chain
-from robostiff.io.model_file.build_joint import build_joint
+from robostiff.io.model_file.build_joint import build_joint, coupled_chain
 from robostiff.io.model_file.build_link import (
     build_beam,
     build_link,

@@ -10,12 +10,16 @@ from typing import Any, cast
 from robostiff.io.document import Document, read_document
 from robostiff.io.expression import ParameterError, parse
 from robostiff.io.model_file.build_chain import WrittenChain, build_chain, build_legs
-from robostiff.io.model_file.build_mass import build_gravity, build_platform_masses
+from robostiff.io.model_file.build_link import build_gravity, build_platform_masses
 from robostiff.io.model_file.geometry import point, transform
 from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.stock import Stock
-from robostiff.io.model_file.written_model import WrittenModel, written_model
-from robostiff.io.model_file.written_robot import WrittenMachine, WrittenModule
+from robostiff.io.model_file.written_robot import (
+    WrittenMachine,
+    WrittenModel,
+    WrittenModule,
+    written_model,
+)
 from robostiff.io.suggest import Words
 from robostiff.kinematics import Module, hybrid_machine
 from robostiff.model import Chain, Coordinate, Robot

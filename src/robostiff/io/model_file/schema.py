@@ -7,8 +7,12 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
-from robostiff.io.model_file.written_arm import WrittenArm
-from robostiff.io.model_file.written_robot import WrittenCableRobot, WrittenMachine, WrittenRobot
+from robostiff.io.model_file.written_robot import (
+    WrittenArm,
+    WrittenCableRobot,
+    WrittenMachine,
+    WrittenRobot,
+)
 
 #: What a key means, where its model does not say; of one part alone as PART.key.
 _MEANINGS = {

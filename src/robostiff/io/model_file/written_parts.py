@@ -15,7 +15,7 @@ from pydantic import (
 )
 
 from robostiff.errors import InputError
-from robostiff.io._wording import shown
+from robostiff.io.suggest import shown
 
 
 class Written(BaseModel):

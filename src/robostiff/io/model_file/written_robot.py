@@ -1,6 +1,6 @@
-"""Robots, legs and cable robots as written in a model file."""
+"""Model files as they are written: robots of legs, arms by a table, machines, cable robots."""
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
@@ -27,6 +27,8 @@ from robostiff.io.model_file.written_parts import (
     list_or_mapping,
     one_or_pattern,
 )
+from robostiff.io.suggest import Words
+from robostiff.io.validation import validate
 
 VERSION = 1
 """Of the file format."""
@@ -228,3 +230,77 @@ def check_version(
             expected=str(VERSION),
             hint="this file needs a newer robostiff" if newer else None,
         )
+
+
+class WrittenDHRow(Written):
+    """A row of the table: the joint, and the link that goes with it."""
+
+    name: Text | None = None
+    type: Literal["revolute", "prismatic"] = "revolute"
+    a: Value = 0
+    alpha: Value = 0
+    d: Value = 0
+    theta: Value = 0
+    stiffness: Value | None = None
+    limits: Pair | None = None
+    home: Value | None = None
+
+
+class WrittenDH(Written):
+    """A table of Denavit and Hartenberg, with the frames at its ends."""
+
+    convention: Literal["standard", "modified"] = Field(
+        description="standard (Rz Tz Tx Rx) or modified (Rx Tx Rz Tz, after Craig)"
+    )
+    base: WrittenFrame = WrittenFrame()
+    joints: Annotated[list[WrittenDHRow], Field(min_length=1, max_length=200)] = Field(
+        description="a row for each joint, such as {a: 0, alpha: 90 deg, d: 89 mm, "
+        "stiffness: 2e4 N m/rad}"
+    )
+    tool: WrittenFrame | None = None
+
+
+class WrittenArm(WrittenHead):
+    """A whole model file of a serial arm."""
+
+    coordinates: list[Literal["x", "y", "z", "rx", "ry", "rz"]] | None = None
+    reference_point: Vector | None = None
+    dh: WrittenDH = Field(description="convention, and a row for each joint")
+    planar: ClassVar[bool] = False
+    home: ClassVar[None] = None
+
+
+WrittenModel = WrittenRobot | WrittenArm | WrittenMachine
+
+#: What describes a robot, the key that shows it, and what to write instead of two of them.
+_KINDS = {
+    "dh": (
+        WrittenArm,
+        "a table describes a serial arm as a whole; write its elements as a leg to add elastic "
+        "links",
+    ),
+    "modules": (WrittenMachine, "legs beside other modules are a module of their own"),
+}
+
+
+def written_model(document: Document) -> WrittenModel:
+    """A model file as it is written: a robot of legs, an arm by its table, or a hybrid machine.
+
+    Raises
+    ------
+    FileError
+        At the place that is to blame.
+    """
+    check_version(document)
+    for key, (kind, hint) in _KINDS.items():
+        if key in document.data:
+            if "legs" in document.data:
+                raise FileError(
+                    document.key_location(("legs",)),
+                    "legs",
+                    got=Words(f"legs beside {key}"),
+                    expected="one of them",
+                    hint=hint,
+                )
+            return validate(kind, document)
+    return validate(WrittenRobot, document)

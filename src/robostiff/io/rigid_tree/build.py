@@ -10,18 +10,26 @@ import numpy as np
 
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
+from robostiff.io.model_file.build import verified
 from robostiff.io.model_file.geometry import point
 from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.stock import Stock
-from robostiff.io.model_file.verify import verified
 from robostiff.io.model_file.written_robot import VERSION, check_version
 from robostiff.io.rigid_tree.build_joints import (
     build_joints,
     couplings_between,
     undecided_mimics,
 )
-from robostiff.io.rigid_tree.build_links import TOOL, LinkEnd, build_links, far_body
-from robostiff.io.rigid_tree.build_loops import BuiltLoop, build_loops, drawn_links, starting
+from robostiff.io.rigid_tree.build_links import (
+    TOOL,
+    BuiltLoop,
+    LinkEnd,
+    build_links,
+    build_loops,
+    drawn_links,
+    far_body,
+    starting,
+)
 from robostiff.io.rigid_tree.tree import RigidTree
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool, check_known
 from robostiff.io.suggest import Words, listing

@@ -7,13 +7,12 @@ from dataclasses import replace
 from typing import Any, cast
 
 from robostiff.errors import InputError
-from robostiff.io._wording import shown, values
 from robostiff.io.model_file.build_joint import build_role
 from robostiff.io.model_file.place import Place
 from robostiff.io.model_file.written_elements import WrittenDrive
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTreeJoint, check_known, chosen
-from robostiff.io.suggest import Words
+from robostiff.io.suggest import Words, shown, values
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,
