@@ -17,13 +17,11 @@ import numpy as np
 import robostiff as rs
 from robostiff.analysis.maps.dataset import MapArrays
 from robostiff.analysis.maps.evaluator import room_for
-from robostiff.analysis.maps.job import MapJob
-from robostiff.analysis.maps.new_store import create_store
+from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.pose_columns import SIX, pose_columns
-from robostiff.analysis.maps.quantities import map_variables
 from robostiff.analysis.maps.run import followed, run_in_threads
-from robostiff.analysis.maps.store import MapStore
-from robostiff.analysis.maps.summary import MapSummary
+from robostiff.analysis.maps.store import MapStore, create_store
+from robostiff.analysis.maps.variables import map_variables
 
 
 @dataclass(frozen=True)

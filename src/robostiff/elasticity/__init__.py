@@ -16,8 +16,7 @@ from robostiff.elasticity.beam import (
 )
 from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
 from robostiff.elasticity.material import MATERIALS, Material, material
-from robostiff.elasticity.section import CrossSection
-from robostiff.elasticity.shapes import box, circle, i_section, rectangle, tube
+from robostiff.elasticity.shapes import CrossSection, box, circle, i_section, rectangle, tube
 from robostiff.elasticity.spring import (
     Elasticity,
     actuator_compliance,

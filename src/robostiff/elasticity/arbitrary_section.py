@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from robostiff.elasticity.section import CrossSection
+from robostiff.elasticity.shapes import CrossSection
 from robostiff.errors import InputError
 
 if TYPE_CHECKING:

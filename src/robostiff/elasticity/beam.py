@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from robostiff.elasticity._checks import positive_numbers
 from robostiff.elasticity.cantilever import cantilever_compliance, cantilever_stiffness
 from robostiff.elasticity.material import Material
-from robostiff.elasticity.section import CrossSection
+from robostiff.elasticity.shapes import CrossSection
 from robostiff.errors import InputError
 from robostiff.spatial import exact_number, move_compliance
 from robostiff.spatial.formula import exact_arrays, exact_together

@@ -1,6 +1,5 @@
 """Robots as frozen data: joints, links, legs, snapshots."""
 
-from robostiff.model.beam_link import beam_axes, beam_link
 from robostiff.model.body_spring import BodyPoint, BodySpring
 from robostiff.model.chain import Chain, Element
 from robostiff.model.coupled_joints import Coupling, coupling
@@ -13,7 +12,6 @@ from robostiff.model.flexible_platform import (
     platform_beam,
     rigid_member,
 )
-from robostiff.model.force_law import ForceLaw
 from robostiff.model.joint import (
     Actuated,
     Joint,
@@ -29,7 +27,7 @@ from robostiff.model.joint import (
     spherical,
     universal,
 )
-from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam
+from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
 from robostiff.model.mass import STANDARD_GRAVITY, Mass, gravity_vector
 from robostiff.model.parallel_block import Branch, ParallelBlock, parallelogram
 from robostiff.model.placed_mass import PlacedMass
@@ -45,7 +43,7 @@ from robostiff.model.snapshot import (
     PlacedSpring,
     Snapshot,
 )
-from robostiff.model.stiffness_law import StiffnessLaw
+from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
 
 __all__ = [
     "ALL_COORDINATES",

@@ -1,14 +1,15 @@
-"""Replacing or listing every number of a robot."""
+"""Replacing or listing every number of a robot, and giving its symbols values."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.spatial.formula import is_formula
+from robostiff.errors import InputError
+from robostiff.spatial.formula import exact_number, is_formula
 
 if TYPE_CHECKING:
     from robostiff.model.robot import Robot
@@ -96,3 +97,97 @@ def _entry(value: Any, convert: Callable[[Any], Any]) -> Any:
 
 def _is_number(part: Any) -> bool:
     return isinstance(part, int | float | np.number) and not isinstance(part, bool)
+
+
+def free_symbols(robot: Robot) -> tuple[Any, ...]:
+    """The symbols in the formulas of a robot, sorted by name."""
+    found = set().union(*(formula.free_symbols for formula in formulas(robot)))
+    return tuple(sorted(found, key=str))
+
+
+def substitute(robot: Robot, values: Mapping[Any, Any]) -> Robot:
+    """The robot with values in place of some of its symbols, see `Robot.substituted`."""
+    by_name: dict[str, list[Any]] = {}
+    for symbol in robot.symbols:
+        by_name.setdefault(str(symbol), []).append(symbol)
+    chosen = {}
+    for name, value in values.items():
+        if str(name) not in by_name:
+            raise InputError(
+                f"symbol of the robot {robot.name!r}",
+                got=str(name),
+                expected=", ".join(by_name) or "none, as it has no symbols",
+            )
+        for symbol in by_name[str(name)]:
+            chosen[symbol] = _allowed(symbol, exact_number(value))
+    left = set().union(
+        set(robot.symbols) - chosen.keys(), *(value.free_symbols for value in chosen.values())
+    )
+
+    def put_in(entry: Any) -> Any:
+        if isinstance(entry, float):
+            return entry
+        value = entry.xreplace(chosen)
+        # While symbols are left, numbers beside them stay exact.
+        return value if left else _number(value, entry)
+
+    given = set(map(str, chosen))
+    nominal = {name: value for name, value in robot.nominal.items() if name not in given}
+    return replace(with_entries(robot, put_in), nominal=nominal)
+
+
+def numeric(robot: Robot) -> Robot:
+    """The robot with all symbols at their nominal values, see `Robot.numeric`."""
+    missing = [str(symbol) for symbol in robot.symbols if str(symbol) not in robot.nominal]
+    if missing:
+        raise InputError(
+            f"symbols of the robot {robot.name!r}",
+            got=", ".join(missing),
+            expected="a nominal value for each",
+            hint=f"write robot.substituted({{{missing[0]!r}: ...}})",
+        )
+    return substitute(robot, {str(symbol): robot.nominal[str(symbol)] for symbol in robot.symbols})
+
+
+def in_floats(robot: Robot) -> Robot:
+    """The robot with floats in place of exact numbers, see `Robot.in_floats`."""
+    if not robot.symbols:
+        return substitute(robot, {})
+    names = [str(symbol) for symbol in robot.symbols]
+    raise InputError(
+        f"robot {robot.name!r}",
+        got="symbols without a number: " + ", ".join(names),
+        expected="numbers throughout",
+        hint=f"write robot.substituted({{{names[0]!r}: ...}}), robot.numeric for the values of the "
+        "model file, or rs.derive(robot) for formulas",
+    )
+
+
+def _allowed(symbol: Any, value: Any) -> Any:
+    """The value, if the symbol may have it: formulas were made for positive symbols, say."""
+    wrong = (symbol.is_positive and value.is_positive is False) or (
+        symbol.is_real and value.is_real is False
+    )
+    if wrong:
+        raise InputError(
+            f"value of {symbol}",
+            got=str(value),
+            expected="a positive number" if symbol.is_positive else "a real number",
+            hint="the formulas were made for a symbol with this assumption",
+        )
+    return value
+
+
+def _number(value: Any, formula: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, OverflowError):  # complex, or infinite
+        number = np.nan
+    if not np.isfinite(number):
+        raise InputError(
+            "formula of the robot at these values",
+            got=str(formula),
+            expected="a real finite number",
+            hint="choose other values",
+        )
+    return number

@@ -9,8 +9,8 @@ import numpy as np
 
 from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
 from robostiff.errors import InputError
-from robostiff.model.beam_link import beam_link
 from robostiff.model.checks import vector3
+from robostiff.model.link import beam_link
 from robostiff.spatial.formula import vanishes
 
 _SAME_PLACE = 1e-9  # of the size of the platform

@@ -15,12 +15,11 @@ from robostiff.markup import InNotebooks
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import vector3
-from robostiff.model.entries import formulas
+from robostiff.model.entries import formulas, free_symbols, in_floats, numeric, substitute
 from robostiff.model.flexible_platform import FlexiblePlatform
-from robostiff.model.force_law import ForceLaw
 from robostiff.model.in_words import robot_html
 from robostiff.model.mass import Mass, gravity_vector, masses_of
-from robostiff.model.symbols import free_symbols, in_floats, numeric, substitute
+from robostiff.model.stiffness_law import ForceLaw
 from robostiff.spatial import Frame, Space
 
 

@@ -7,7 +7,6 @@ unless a name says otherwise; SI units.
 
 from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import exact_number, is_formula
-from robostiff.spatial.frame import Frame
 from robostiff.spatial.quantities import (
     as_float,
     as_floats,
@@ -15,6 +14,7 @@ from robostiff.spatial.quantities import (
     in_si,
     refuse_quantities,
 )
+from robostiff.spatial.rotation import Frame
 from robostiff.spatial.screw import CoupledScrew, Screw, cross, full_turn, screw_of_twist
 from robostiff.spatial.space import Space
 from robostiff.spatial.transport import (

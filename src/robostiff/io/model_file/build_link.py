@@ -44,7 +44,7 @@ from robostiff.model import (
     beam_link,
     gravity_vector,
 )
-from robostiff.model.beam_link import beam_mass, section_is_isotropic
+from robostiff.model.link import beam_mass, section_is_isotropic
 from robostiff.spatial import Frame
 from robostiff.spatial.formula import is_above, length_of
 
