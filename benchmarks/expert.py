@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from robostiff.analytic.sum_of_springs import operations_of
 
 BEGINNING, END = "<!-- table of the expert -->", "<!-- end of the expert's table -->"
 RUNS = 5
+DATA = Path(__file__).parent.parent / "tests" / "analytic" / "data"
 R, r, h, k = sp.symbols("R r h k", positive=True)
 PHI, PSI = (0, 120, 120, 240, 240, 360), (60, 60, 180, 180, 300, 300)  # eq. (28), degrees
 PLANAR_LEG = """
@@ -113,6 +115,126 @@ def planar_leg() -> Found:
     return upper6(w * w.T / sp.Symbol("c")), [c]
 
 
+def summed(legs: list[tuple[Any, Any]], turn: Any = None) -> list[Any]:
+    """K = sum of w w^T / c, multiplied out and factored; of an angle, sin^2 is 1 - cos^2."""
+    K: Any = sum((w * w.T / c for w, c in legs), sp.zeros(6))
+    below = [1 / c for c in dict.fromkeys(c for _, c in legs)]
+
+    def short(entry: Any) -> Any:
+        entry = sp.expand(entry, trig=turn is not None)
+        if turn is not None:
+            entry = sp.expand(entry.subs(sp.sin(turn) ** 2, 1 - sp.cos(turn) ** 2))
+        return sp.collect(entry, below, sp.factor)
+
+    return [short(x) for x in upper6(K)]
+
+
+def around(phi: Any) -> tuple[Any, Any]:
+    """Radial and tangential unit vector."""
+    return sp.Matrix([sp.cos(phi), sp.sin(phi), 0]), sp.Matrix([-sp.sin(phi), sp.cos(phi), 0])
+
+
+def force(direction: Any, point: Any) -> Any:
+    return sp.Matrix([*direction, *point.cross(direction)])
+
+
+def telescope(cylinder: Any, L: Any, rigidity: str) -> Any:
+    """Compliance of the two tubes of a strut, one inside the other."""
+    first, second = sp.symbols(f"{rigidity}_1 {rigidity}_2", positive=True)
+    return cylinder / first + (L - cylinder) / second
+
+
+THIRDS = [sp.Integer(i) * 2 * sp.pi / 3 for i in range(3)]
+UP = sp.Matrix([0, 0, 1])
+L, c1, c2, cylinder = sp.symbols("L c1 c2 cylinder", positive=True)
+EA, EI, GJ = sp.symbols("EA EI GJ", positive=True)
+LEG = (R - r) ** 2 + h**2
+
+
+def platform_with_tubes() -> Found:
+    """(28) with legs as long as their tubes."""
+    legs = []
+    for phi, psi in zip(map(sp.rad, PHI), map(sp.rad, PSI), strict=True):
+        a, b = R * around(phi)[0], r * around(psi)[0]
+        legs.append((force((b - a + h * UP) / L, b), c1))
+    return summed(legs), [sp.sqrt(R**2 - R * r + h**2 + r**2), 1 / k + L / EA]
+
+
+def hexapod() -> Found:
+    alpha, screw, joint = sp.symbols("alpha k_screw k_joint", positive=True)
+    legs = []
+    for i in THIRDS:
+        for sign in (1, -1):
+            a = R * around(i + sign * alpha)[0]
+            b = r * around(i + sign * (sp.pi / 3 - alpha))[0]
+            legs.append((force((b - a + h * UP) / L, b), c1))
+    length = sp.sqrt(R**2 + r**2 + h**2 - 2 * R * r * sp.cos(sp.pi / 3 - 2 * alpha))
+    return summed(legs, alpha), [length, 2 / joint + 1 / screw + telescope(cylinder, L, "EA")]
+
+
+def three_rps() -> Found:
+    """A force along each leg, and one across its plane."""
+    legs = []
+    for radial, tangent in map(around, THIRDS):
+        legs += [(force(tangent, r * radial), c1)]
+        legs += [(force(((r - R) * radial + h * UP) / L, r * radial), c2)]
+    I1, I2 = sp.symbols("EI_1 EI_2", positive=True)
+    bent = (L**3 - (L - cylinder) ** 3) / (3 * I1) + (L - cylinder) ** 3 / (3 * I2)
+    return summed(legs), [sp.sqrt(LEG), bent, 1 / k + telescope(cylinder, L, "EA")]
+
+
+def three_prs() -> Found:
+    """The same on vertical rails; q is the rise of a rod of length L."""
+    q = sp.Symbol("q", positive=True)
+    legs = []
+    for radial, tangent in map(around, THIRDS):
+        legs += [(force(tangent, r * radial), c1)]
+        legs += [(force(((r - R) * radial + q * UP) / L, r * radial), c2)]
+    rise = sp.sqrt(L**2 - (R - r) ** 2)
+    return summed(legs), [rise, L**3 / (3 * EI), (q / L) ** 2 / k + L / EA]
+
+
+def three_upu() -> Found:
+    """A force along each leg; a couple in its plane with the outer axes, across these."""
+    tau, C = sp.symbols("turned C", positive=True)
+    s = (R - r) * sp.sin(tau) / L
+    legs = []
+    for phi in THIRDS:
+        radial, u = around(phi)[0], ((r - R) * around(phi)[0] + h * UP) / L
+        axis = around(phi + tau)[1]
+        legs += [(force(u, r * radial), c1)]
+        legs += [(sp.Matrix([0, 0, 0, *((u - s * axis) / C)]), c2)]
+    turned = C**2 * telescope(cylinder, L, "GJ") + s**2 * telescope(cylinder, L, "EI")
+    names = [sp.sqrt(LEG), sp.sqrt(1 - s**2), 1 / k + telescope(cylinder, L, "EA"), turned]
+    return summed(legs, tau), names
+
+
+def three_puu() -> Found:
+    """A force along each rod, and a couple about it; q is the drop of a rod of length L."""
+    q = sp.Symbol("q", positive=True)
+    legs = []
+    for phi in THIRDS:
+        radial = around(phi + sp.pi / 12)[0]
+        u = ((r - R) * radial - q * UP) / L
+        legs += [(force(u, r * radial), c1), (sp.Matrix([0, 0, 0, *u]), c2)]
+    rise = sp.sqrt(L**2 - (R - r) ** 2)
+    return summed(legs), [rise, (q / L) ** 2 / k + L / EA, L / GJ]
+
+
+def three_rrr() -> Found:
+    """w is the force along a rod; the angles of its triangle with the crank are by cosines."""
+    l1, l2, d, x, y = sp.symbols("l1 l2 d x y", positive=True)
+    legs = []
+    for phi in THIRDS:
+        radial, tangent = around(phi - sp.pi / 6)
+        legs.append((force(y * tangent - x * radial, r * radial), c1))
+    toward = (d**2 + l2**2 - l1**2) / (2 * d * l2)
+    cosine = (d**2 - l1**2 - l2**2) / (2 * l1 * l2)
+    bending = l1**2 / k + l1**3 / (3 * EI)
+    c = cosine**2 * l1 / EA + (1 - cosine**2) * bending + l2 / EA
+    return summed(legs), [R - r, toward, sp.sqrt(1 - x**2), c]
+
+
 def chain_by_the_expert(n: int) -> Callable[[], Found]:
     columns = list(JOINTS.values())[:n]
     return lambda: (ring_fractions(fraction_free_recursion(columns)), [])
@@ -156,6 +278,19 @@ def problems() -> list[Problem]:
             (planar_leg,),
         ),
     ]
+    at_home: dict[str, Callable[[], Found]] = {
+        str(DATA / "gsb-drive.yaml"): platform_with_tubes,
+        "hexapod": hexapod,
+        "3-prs": three_prs,
+        "3-rps": three_rps,
+        "3-upu": three_upu,
+        "3-puu": three_puu,
+        "3-rrr": three_rrr,
+    }
+    for name, expert in at_home.items():
+        robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+        ours = partial(derived, robot, rs.AtHome())
+        found.append(Problem(f"{Path(name).stem} at home", ours, (expert,)))
     for n in range(1, 6):
         name = f"chain of 21 symbols, {n} joint{'s' * (n > 1)}"
         found.append(Problem(name, chain(n), (chain_by_the_expert(n),)))

@@ -8,9 +8,11 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import (
+    Closed,
     Definition,
     Derivation,
     Eigenvalues,
+    Steps,
     StiffnessPart,
     decoupling_conditions,
     eigenvalue_formulas,
@@ -160,8 +162,30 @@ def test_what_is_decoupled_in_steps_is_found():
     K = sp.ImmutableMatrix(sp.diag(t, t, t**2))
     assert decoupling_conditions(Derivation("K_C", K, (), K, steps)) == (0,)
     coupled = sp.ImmutableMatrix([[t, 0, t], [0, t, 0], [t, 0, t**2]])
-    with pytest.raises(rs.InputError, match="decoupling"):
-        decoupling_conditions(Derivation("K_C", coupled, (), coupled, steps))
+    assert decoupling_conditions(Derivation("K_C", coupled, (), coupled, steps)) == (k + x,)
+
+
+@pytest.mark.parametrize("coordinate", ["y", "x", "gamma"])
+def test_decoupling_in_steps_is_that_of_the_closed_form(coordinate):
+    pose = rs.AtCoordinates({coordinate: sp.Symbol("s", real=True)})
+    steps, closed = (rs.derive("3-rpr", pose=pose, form=form) for form in (Steps(), Closed()))
+    assert not steps.is_closed
+    assert closed.is_closed
+    assert set(decoupling_conditions(steps)) == set(decoupling_conditions(closed))
+
+
+def test_a_platform_decouples_where_its_vertical_couplings_vanish():
+    """(28) above home: K15 = 3 z r (R - 2 r) k / 2 L^2, and zero at z = 0."""
+    z = sp.Symbol("s", positive=True)
+    lifted = rs.derive("gough-stewart-b", pose=rs.AtCoordinates({"z": z}), form=Steps())
+    found = decoupling_conditions(lifted)
+    assert {str(x) for x in found} == {"R - 2*r", "k", "r", "s"}
+
+
+def test_nothing_decouples_a_planar_robot_at_a_general_pose(planar):
+    assert decoupling_conditions(planar) == ()
+    with pytest.raises(rs.InputError, match="decoupling"):  # too long to be written out
+        decoupling_conditions(rs.derive("delta", symbols=("k",), pose=rs.AtSymbols()))
 
 
 def test_a_series_of_a_closed_form_is_that_of_sympy():

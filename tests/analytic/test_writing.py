@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff.analytic import Derivation, derive_chain
-from robostiff.analytic.writing import PolynomialWriter
+from robostiff.analytic.element import PolynomialWriter
 
 x, y, p = sp.Symbol("x"), sp.Symbol("y"), sp.Symbol("x", positive=True)
 PLAIN = [sp.sin(x), sp.cos(x), sp.cos(2), x, y, p, sp.Dummy("d")]

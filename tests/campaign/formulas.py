@@ -103,14 +103,14 @@ def _c(derivation: Any, names: list[str]) -> Callable[[dict[str, float]], Any]:
     command = [COMPILER, "-O1", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"]
     subprocess.run(command, check=True, capture_output=True)
     function = ctypes.CDLL(str(library)).stiffness
-    function.restype = None
     shutil.rmtree(folder)
     n = derivation.K.rows
 
     def call(values: dict[str, float]) -> np.ndarray:
         K = (ctypes.c_double * (n * n))()
         given = (ctypes.c_double * max(len(names), 1))(*(values[name] for name in names))
-        function(K, given)
+        if function(K, given):
+            return np.full((n, n), np.nan)  # the formula does not hold
         return np.array(K).reshape(n, n)
 
     return call

@@ -18,6 +18,7 @@ from robostiff.errors import DisagreementError, InputError
 _SETS = 2
 _TRIES = 10  # for values at which all expressions are numbers without cancellation
 _SEED = 15
+_PARTS = 2**20
 _ZERO = 1e-30  # of its terms, computed with 60 digits
 _FLOOR = 1e-3
 _CLEAR = 1e-7  # of the largest singular value: what is not zero
@@ -74,7 +75,7 @@ def check_chain(derivation: Derivation, columns: Mapping[str, Any]) -> None:
     """
     K0 = derivation.K0
     n, count = K0.rows, len(columns)
-    entries = [*K0, *(x for J in columns.values() for x in J)]
+    entries = [*K0.flat(), *(x for J in columns.values() for x in J.flat())]
     for values in _random_values(entries):
         numbers = np.array(values_of(entries, values), dtype=float)
         K = numbers[: n * n].reshape(n, n)
@@ -105,7 +106,8 @@ def _random_values(expressions: Sequence[Any]) -> Iterator[dict[Any, float]]:
     given = 0
     for attempt in range(_TRIES):
         low, high = ((0.5, 1.5), (0.1, 0.9))[attempt % 2]
-        values = {symbol: float(random.uniform(low, high)) for symbol in symbols}
+        # Few binary digits: exact values stay short.
+        values = {s: round(random.uniform(low, high) * _PARTS) / _PARTS for s in symbols}
         if np.all(np.isfinite(np.array(values_of(expressions, values), dtype=float))):
             given += 1
             yield values
@@ -132,9 +134,11 @@ def _exact_value(K: ExactMatrix, values: Mapping[Any, float]) -> np.ndarray:
     """Polynomials at rational numbers, so that cancellation loses no digits."""
     from mpmath import mp
 
-    with mp.workdps(DIGITS):
-        numbers = many_digits_of(K.field.generators, values)
-        rational = [_rational(x) for x in numbers]
+    known = {x: flint.fmpq(*value.as_integer_ratio()) for x, value in values.items()}
+    if others := [x for x in K.field.generators if x not in known]:
+        with mp.workdps(DIGITS):
+            known |= zip(others, map(_rational, many_digits_of(others, values)), strict=True)
+    rational = [known[x] for x in K.field.generators]
     n = len(K.entries)
     below = K.denominator(*rational)
     found = np.zeros((n, n))

@@ -13,12 +13,13 @@ from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.factors import (
     Product,
     bound_of_terms,
+    completed_squares,
+    is_positive_form,
     product_of,
     rational,
     starts_with_minus,
 )
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.squares import completed_squares, is_positive_form
 from robostiff.errors import InputError
 
 

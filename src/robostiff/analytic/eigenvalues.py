@@ -12,10 +12,9 @@ from sympy.polys.matrices import DomainMatrix
 
 from robostiff.analytic.budget import BUDGET, within
 from robostiff.analytic.derivation import Definition, Derivation, used_definitions
-from robostiff.analytic.elimination import determinant, null_space
-from robostiff.analytic.factors import factored
+from robostiff.analytic.exact_matrix import determinant, null_space
+from robostiff.analytic.factors import factored, quadratic_roots
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.quadratic_roots import quadratic_roots
 from robostiff.analytic.questions import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError
 from robostiff.spatial import Space

@@ -1,4 +1,4 @@
-"""Polynomials and fractions as products of irreducible factors."""
+"""Polynomials and fractions as products of irreducible factors and as sums of squares; zeros."""
 
 from __future__ import annotations
 
@@ -79,6 +79,11 @@ def starts_with_minus(expression: Any) -> bool:
     return expression.is_Add and expression.as_ordered_terms()[0].could_extract_minus_sign()
 
 
+def without_sign(expression: Any) -> Any:
+    """``R - r`` rather than ``-R + r``, which is zero at the same places."""
+    return -expression if starts_with_minus(expression) else expression
+
+
 def rational(number: Any) -> Any:
     """A number of a polynomial ring in SymPy."""
     return sp.Rational(int(number.p), int(number.q))
@@ -106,3 +111,179 @@ def bound_of_terms(expression: Any, most: int) -> int:
     else:
         terms = 1
     return min(terms, most + 1)
+
+
+def completed_squares(field: ExactField, polynomial: Any) -> tuple[list[tuple[Any, Any]], Any]:
+    """Complete the squares of a quadratic polynomial of plain symbols, where that is no longer.
+
+    The symbol with the fewest products comes first, as in Lagrange's reduction of quadratic forms:
+    R^2 - 2 R r + r^2 + h^2 has (R - r)^2, and h^2 is left.
+
+    Returns
+    -------
+    list of (polynomial, sympy.Rational), polynomial
+        Sums with the number in front of their squares, and the rest.
+
+    Examples
+    --------
+    >>> R, r, h = sp.symbols("R r h")
+    >>> field = ExactField([R, r, h])
+    >>> squares, rest = completed_squares(field, field.element((R - r) ** 2 / 2 + h**2).num)
+    >>> [(field.polynomial_expression(s), number) for s, number in squares]
+    [(R - r, 1/2)]
+    >>> field.polynomial_expression(rest)
+    h**2
+    """
+    if not _is_quadratic(field, polynomial):
+        return [], polynomial
+    squares: list[tuple[Any, Any]] = []
+    rest = polynomial
+    while (place := _next_symbol(rest)) is not None:
+        slope = rest.derivative(place)
+        (twice,) = (c for powers, c in slope.terms() if powers[place])
+        constant, ((base, _),) = slope.factor()
+        number = constant**2 / (2 * twice)
+        squares.append((base, rational(number)))
+        rest = rest - base**2 * number
+    written = [number * field.polynomial_expression(base) ** 2 for base, number in squares]
+    after = sp.Add(*written, field.polynomial_expression(rest))
+    if int(after.count_ops()) > int(field.polynomial_expression(polynomial).count_ops()):
+        return [], polynomial
+    return squares, rest
+
+
+def is_positive_form(field: ExactField, polynomial: Any) -> bool:
+    """Whether a polynomial is quadratic in plain symbols and nowhere negative.
+
+    Examples
+    --------
+    >>> R, r = sp.symbols("R r")
+    >>> field = ExactField([R, r])
+    >>> [is_positive_form(field, field.element(p).num) for p in (R**2 - R * r + r**2, R * r)]
+    [True, False]
+    """
+    if not _is_quadratic(field, polynomial):
+        return False
+    used = [i for i, degree in enumerate(polynomial.degrees()) if degree]
+    # The constant is a square of the number 1, which comes last.
+    gram = sp.zeros(len(used) + 1)
+    for powers, coefficient in polynomial.terms():
+        places = [k for k, i in enumerate(used) for _ in range(powers[i])]
+        a, b = (places + [len(used)] * 2)[:2]
+        gram[a, b] += rational(coefficient) / 2
+        gram[b, a] += rational(coefficient) / 2
+    return bool(gram.is_positive_semidefinite)
+
+
+def _is_quadratic(field: ExactField, polynomial: Any) -> bool:
+    """Whether a polynomial has degree 2 and no cosines, sines or roots."""
+    if polynomial.is_zero() or polynomial.total_degree() != 2:
+        return False
+    degrees = zip(field.generators, polynomial.degrees(), strict=True)
+    return all(generator.is_Symbol for generator, degree in degrees if degree)
+
+
+def _next_symbol(polynomial: Any) -> int | None:
+    """The symbol with a square and the fewest products, at least one."""
+    if polynomial.is_zero():
+        return None
+    counts: dict[int, int] = {}
+    for place, degree in enumerate(polynomial.degrees()):
+        products = sum(1 for powers, _ in polynomial.terms() if powers[place] == 1)
+        if degree == 2 and products:
+            counts[place] = products
+    return min(counts, key=lambda place: counts[place], default=None)
+
+
+def quadratic_roots(field: ExactField, polynomial: Any, unknown: sp.Symbol) -> list[sp.Expr]:
+    """Zeros of a polynomial of degree 1 or 2 in an unknown, as short products.
+
+    Parameters
+    ----------
+    field : ExactField
+    polynomial : polynomial of the field
+    unknown : sympy.Symbol
+        One of its generators.
+
+    Returns
+    -------
+    list of SymPy expressions
+        One, or two of which the first has the minus sign.
+
+    Examples
+    --------
+    >>> x, a, b = sp.symbols("x a b")
+    >>> field = ExactField([x, a, b])
+    >>> quadratic_roots(field, field.element(x**2 - 2 * a * x + a**2 - 4 * b).num, x)
+    [a - 2*sqrt(b), a + 2*sqrt(b)]
+    """
+    place = field.generators.index(unknown)
+    c0, c1, c2 = (_coefficient(polynomial, place, power) for power in range(3))
+    if c2.is_zero():
+        return [_quotient(field, -c0, c1)]
+    outside, inside = _root(field, field.reduced(c1 * c1 - 4 * c2 * c0))
+    if inside == 1:
+        return [_quotient(field, -c1 + sign * outside, 2 * c2) for sign in (-1, 1)]
+    # The common factor of both parts is written in front.
+    common = c1.gcd(outside)
+    number, root = inside.as_coeff_Mul()
+    plain, plain_number = _primitive(field, -(c1 / common))
+    other, other_number = _primitive(field, outside / common)
+    other_number *= number
+    shared = sp.gcd(plain_number, other_number) if plain_number != 0 else other_number
+    front = shared * _quotient(field, common, 2 * c2)
+    plain, other = plain_number / shared * plain, other_number / shared * other * root
+    if front.is_Rational:
+        return [sp.expand(front * plain) + sign * front * other for sign in (-1, 1)]
+    return [front * (plain + sign * other) for sign in (-1, 1)]
+
+
+def _primitive(field: ExactField, polynomial: Any) -> tuple[Any, Any]:
+    """A polynomial with coprime integer coefficients, and the factor in front."""
+    if polynomial.is_zero():
+        return sp.Integer(0), sp.Integer(0)
+    number, expression = field.polynomial_expression(polynomial).primitive()
+    return expression, number
+
+
+def _coefficient(polynomial: Any, place: int, power: int) -> Any:
+    """Coefficient of a power of one generator."""
+    kept = {
+        (*powers[:place], 0, *powers[place + 1 :]): number
+        for powers, number in polynomial.terms()
+        if powers[place] == power
+    }
+    return polynomial.context().from_dict(kept)
+
+
+def _root(field: ExactField, radicand: Any) -> tuple[Any, Any]:
+    """Square root as a polynomial outside and a SymPy expression inside the root sign."""
+    one = field.ring.constant(1)
+    if radicand.is_zero():
+        return radicand, sp.Integer(1)
+    constant, powers = radicand.factor()
+    outside, inside = one, one
+    for base, exponent in powers:
+        outside = outside * base ** (int(exponent) // 2)
+        inside = inside * base ** (int(exponent) % 2)
+    number = rational(constant)
+    if number < 0:
+        number, inside = -number, -inside
+    return outside, sp.sqrt(number) * _root_sign(field, inside)
+
+
+def _root_sign(field: ExactField, radicand: Any) -> Any:
+    """Square root of a polynomial; a sine or root of the field where it is the square of one."""
+    for relation in field.relations:
+        quotient, rest = divmod(radicand, relation.square)
+        if rest.is_zero() and quotient.is_constant():
+            number = rational(quotient.leading_coefficient())
+            if number > 0:
+                return sp.sqrt(number) * field.generators[relation.place]
+    return sp.sqrt(factored(field, radicand))
+
+
+def _quotient(field: ExactField, above: Any, below: Any) -> Any:
+    """A fraction as a quotient of products."""
+    fraction = field.fraction(above, below)
+    return factored(field, fraction.num) / factored(field, fraction.den)

@@ -10,11 +10,17 @@ from typing import Any
 import flint
 import sympy as sp
 
-from robostiff.analytic.atoms import Angles, atoms_of, is_root, prepare
-from robostiff.analytic.element import Element
+from robostiff.analytic.atoms import (
+    Angles,
+    Radicand,
+    Roots,
+    atoms_of,
+    factors_of,
+    is_root,
+    prepare,
+)
+from robostiff.analytic.element import Element, PolynomialWriter, quotient_of
 from robostiff.analytic.products import FormulaTooLargeError, quotient
-from robostiff.analytic.roots import Radicand, Roots, factors_of
-from robostiff.analytic.writing import PolynomialWriter
 from robostiff.errors import InputError
 
 # Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
@@ -112,7 +118,7 @@ class ExactField:
         above = self.polynomial_expression(element.num)
         if element.has_unit_denominator:
             return above
-        return above / self.polynomial_expression(element.den)
+        return quotient_of(above, self.polynomial_expression(element.den))
 
     def polynomial_expression(self, polynomial: Any) -> sp.Expr:
         """Write a polynomial of the generators as a SymPy expression."""

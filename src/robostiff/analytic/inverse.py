@@ -11,7 +11,7 @@ import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
 from robostiff.analytic.derivation import Condition, Definition, Derivation, used_definitions
-from robostiff.analytic.elimination import echelon
+from robostiff.analytic.exact_matrix import echelon
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.questions import closed_matrix, matrix_by_entries
 from robostiff.errors import InputError

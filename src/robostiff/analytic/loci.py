@@ -1,4 +1,4 @@
-"""Where the rank of a robot's stiffness drops, from the wrenches of a derivation in named steps.
+"""Where the rank of a derivation in named steps drops, and where it decouples.
 
 K = W diag(1/c) W^T loses rank where the wrenches W do, or where a spring in c has no stiffness.
 By Cauchy and Binet all minors of K of its rank are sums of minors of W, of which the common factors
@@ -18,11 +18,12 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.factors import bound_of_terms, starts_with_minus
+from robostiff.analytic.derivation import Derivation, used_definitions
+from robostiff.analytic.factors import bound_of_terms, without_sign
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.spatial import Space
 
 _LONGEST = (2000, 20, 3)  # terms of a step that is written out; fewer where minors are too long
 _MOST_MINORS = 2000
@@ -129,7 +130,7 @@ def _locus(derivation: RobotDerivation, longest: int, rank: int) -> Locus:
                 break
     factors: dict[Any, int] = {}
     for base, exponent in [] if shared is None else shared.factor()[1]:
-        factor = _with_plus(field.polynomial_expression(base))
+        factor = without_sign(field.polynomial_expression(base))
         if factor.free_symbols:
             factors[factor] = 2 * int(exponent)
     for stiffness, lost in _without_springs(W, c, rank).items():
@@ -208,6 +209,41 @@ def _without_springs(W: Sequence[Any], c: Sequence[Any], rank: int) -> dict[Any,
     return found
 
 
-def _with_plus(factor: Any) -> Any:
-    """``R - r`` rather than ``-R + r``, which is zero at the same places."""
-    return -factor if starts_with_minus(factor) else factor
+def coupling_of(K: Any) -> list[Any]:
+    """Entries of a matrix between translations and rotations."""
+    t = Space.of_size(K.rows).translations
+    return list(K[:t, t:])
+
+
+def shared_zeros(entries: Sequence[Any]) -> tuple[sp.Expr, ...]:
+    """Irreducible factors that all entries share; 0 where all of them are zero."""
+    field = ExactField(entries)
+    shared: Any = None
+    for entry in dict.fromkeys(entries):
+        if not (element := field.element(entry)).is_zero:
+            zeros = field.zeros(element)
+            shared = zeros if shared is None else shared.gcd(zeros)
+    if shared is None:
+        return (sp.Integer(0),)
+    factors = [without_sign(field.polynomial_expression(f)) for f, _ in shared.factor()[1]]
+    return tuple(sorted(factors, key=sp.default_sort_key))
+
+
+def decoupling_in_steps(derivation: Derivation) -> tuple[sp.Expr, ...]:
+    """Irreducible factors that all entries between translations and rotations share.
+
+    Raises
+    ------
+    FormulaTooLargeError
+        When entries are too long to be written out.
+    """
+    entries = coupling_of(derivation.K)
+    if not any(entries):
+        return (sp.Integer(0),)
+    full: dict[Any, Any] = {}
+    most = _LONGEST[0]
+    for d in used_definitions(derivation.definitions, entries):
+        full[d.symbol] = d.expression.xreplace(full)
+        if bound_of_terms(full[d.symbol], most) > most:
+            raise FormulaTooLargeError.beyond(most)
+    return shared_zeros([x.xreplace(full) for x in entries])

@@ -9,11 +9,10 @@ import sympy as sp
 from robostiff.analytic.closed_sum import factored_fraction
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.factors import bound_of_terms
+from robostiff.analytic.factors import bound_of_terms, completed_squares
 from robostiff.analytic.field import ExactField
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
-from robostiff.analytic.squares import completed_squares
 from robostiff.record import Entry, Operation, Record
 from robostiff.recorded import entry_reader
 

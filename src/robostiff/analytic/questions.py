@@ -12,12 +12,19 @@ import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, within
 from robostiff.analytic.derivation import Definition, Derivation
-from robostiff.analytic.elimination import determinant, echelon, null_space
-from robostiff.analytic.factors import starts_with_minus
+from robostiff.analytic.exact_matrix import determinant, echelon, null_space
+from robostiff.analytic.factors import is_positive_form, without_sign
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.loci import (
+    Locus,
+    WrittenSteps,
+    coupling_of,
+    decoupling_in_steps,
+    rank_locus,
+    shared_zeros,
+)
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.questions_in_names import MatrixInNames
-from robostiff.analytic.squares import is_positive_form
 from robostiff.errors import InputError
 from robostiff.spatial import Space, skew
 
@@ -90,16 +97,20 @@ def closed_matrix(formula: Any, question: str) -> sp.Matrix:
     if not isinstance(formula, Derivation):
         return sp.Matrix(formula)
     if not formula.is_closed:
-        raise InputError(
-            f"{question} of {formula.name!r}",
-            got="named steps",
-            expected="a closed form",
-            hint="take the home pose, fewer symbols, or form=Closed(); subs(...) with values for "
-            "all symbols but a few makes steps short"
-            + "; compliance_steps(...) has it in steps"
-            * (question == "compliance"),
-        )
+        raise _in_steps(formula, question)
     return sp.Matrix(formula.K)
+
+
+def _in_steps(derivation: Derivation, question: str) -> InputError:
+    return InputError(
+        f"{question} of {derivation.name!r}",
+        got="named steps",
+        expected="a closed form",
+        hint="take the home pose, fewer symbols, or form=Closed(); subs(...) with values for "
+        "all symbols but a few makes steps short"
+        + "; compliance_steps(...) has it in steps"
+        * (question == "compliance"),
+    )
 
 
 def matrix_by_entries(
@@ -190,8 +201,6 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
 
 
 def _rank_in_steps(derivation: Any, rank: int, budget: float | None) -> RankFormula:
-    from robostiff.analytic.loci import Locus, rank_locus
-
     try:
         short = _SHORT if budget is None else min(budget, _SHORT)
         found = within(short, lambda: rank_locus(derivation, rank), "rank of a formula")
@@ -247,7 +256,7 @@ def _rank(K: Any) -> RankFormula:
             zeros = field.zeros(minor)
             shared = zeros if shared is None else shared.gcd(zeros)
     factors = [] if shared is None else shared.factor()[1]
-    exceptions = {_without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
+    exceptions = {without_sign(field.polynomial_expression(f)): int(e) for f, e in factors}
     # Roots and pi are generators of the field, too; a number never vanishes.
     exceptions = {factor: e for factor, e in exceptions.items() if factor.free_symbols}
     common = sp.Mul(*(factor**exponent for factor, exponent in exceptions.items()))
@@ -291,8 +300,6 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
 
 def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
     """Motions against which no wrench of a leg does work."""
-    from robostiff.analytic.loci import WrittenSteps
-
     written = WrittenSteps(derivation)
     W = sp.Matrix([list(written(w)) for leg in derivation.legs for w in leg.wrenches])
     try:
@@ -300,7 +307,7 @@ def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatr
     except FormulaTooLargeError:
         found = ()
     if len(found) != derivation.K.rows - rank:
-        closed_matrix(derivation, "free motions")
+        raise _in_steps(derivation, "free motions")
     return found
 
 
@@ -360,7 +367,13 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     """Irreducible factors that all entries between translations and rotations share.
 
     Where one of them is zero, forces only translate the platform and moments only turn it. An
-    empty tuple: no single condition decouples; ``(0,)``: they are decoupled as they are.
+    empty tuple: no single condition decouples; ``(0,)``: they are decoupled as they are. Named
+    steps are written out.
+
+    Raises
+    ------
+    InputError
+        For steps that are too long to be written out.
 
     Examples
     --------
@@ -369,31 +382,13 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     (k, R - r)
     """
     if isinstance(K, Derivation) and not K.is_closed:
-        t = Space.of_size(K.K.rows).translations
-        if not any(K.K[:t, t:]):
-            return (sp.Integer(0),)
+        try:
+            return within(_SHORT, lambda: decoupling_in_steps(K), "decoupling")
+        except FormulaTooLargeError:
+            raise _in_steps(K, "decoupling") from None
     matrix, names = closed_matrix(K, "decoupling"), _in_names(K)
     if names is not None:
-        found = _shared_zeros(names.matrix)
+        found = shared_zeros(coupling_of(names.matrix))
         zeros = {own for factor in found for own in names.zeros_of(factor)}
         return tuple(sorted(zeros, key=sp.default_sort_key))
-    return _shared_zeros(matrix)
-
-
-def _shared_zeros(K: Any) -> tuple[sp.Expr, ...]:
-    t = Space.of_size(K.rows).translations
-    field = ExactField(list(K[:t, t:]))
-    coupling = [field.element(K[i, j]) for i in range(t) for j in range(t, K.rows)]
-    present = [field.zeros(element) for element in coupling if not element.is_zero]
-    if not present:
-        return (sp.Integer(0),)
-    shared = present[0]
-    for polynomial in present[1:]:
-        shared = shared.gcd(polynomial)
-    factors = [_without_sign(field.polynomial_expression(f)) for f, _ in shared.factor()[1]]
-    return tuple(sorted(factors, key=sp.default_sort_key))
-
-
-def _without_sign(factor: Any) -> Any:
-    """``R - r`` rather than ``-R + r``, which is zero at the same places."""
-    return -factor if starts_with_minus(factor) else factor
+    return shared_zeros(coupling_of(matrix))

@@ -18,9 +18,8 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.factors import starts_with_minus
+from robostiff.analytic.factors import is_positive_form, without_sign
 from robostiff.analytic.field import ExactField
-from robostiff.analytic.squares import is_positive_form
 
 _DIGITS = 100
 _RANK = 1e-20  # of the largest singular value
@@ -189,5 +188,5 @@ def _irreducible(expression: Any) -> list[Any]:
         if written.is_Pow and written.exp == sp.Rational(1, 2):
             found += _irreducible(written.base)
         elif written.free_symbols:
-            found.append(-written if starts_with_minus(written) else written)
+            found.append(without_sign(written))
     return found

@@ -76,10 +76,10 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     ----------
     derivation : Derivation
     name : str
-        Name of the function ``int name(double *restrict K, const double *restrict p)``: it
-        writes the n * n entries of K, row after row, for the values p of the given symbols in
-        alphabetical order, as the comment in front of it says. It returns 0, or 1 where the
-        formula does not hold; all entries are NAN there.
+        Name of the function ``int name(double *restrict K_out, const double *restrict p)``:
+        it writes the n * n entries of K, row after row, for the values p of the given symbols
+        in alphabetical order, as the comment in front of it says, and returns 0. Where the
+        formula does not hold it returns 1, and writes nothing.
 
     Returns
     -------
@@ -96,11 +96,12 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     >>> k, d = sp.symbols("k d")
     >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
     >>> lines = c_function(Derivation("K_C", K, (), K)).splitlines()
-    >>> print("\n".join(lines[16:23]))
-    int stiffness(double *restrict K, const double *restrict p)
+    >>> print("\n".join(lines[16:24]))
+    int stiffness(double *restrict K_out, const double *restrict p)
     {
         const double d = p[0];
         const double k = p[1];
+        double K[9];
     <BLANKLINE>
         K[0] = k;
         K[1] = 0.0;
@@ -114,26 +115,28 @@ def c_function(derivation: Derivation, name: str = "stiffness") -> str:
     identifiers = Identifiers({*C_WORDS, name})
     names = named_symbols(compute, identifiers)
     K, p = identifiers.take("K"), identifiers.take("p")
+    out = identifiers.take("K_out")
     lines = [
-        *_comment(derivation, compute, K, p),
+        *_comment(derivation, compute, out, p),
         "#include <math.h>",
         "",
-        f"int {name}(double *restrict {K}, const double *restrict {p});",
+        f"int {name}(double *restrict {out}, const double *restrict {p});",
         "",
-        f"int {name}(double *restrict {K}, const double *restrict {p})",
+        f"int {name}(double *restrict {out}, const double *restrict {p})",
         "{",
         *_body(compute, names, K, p),
-        *_guard(compute, _CPrinter(names), K, identifiers),
+        *_guard(compute, _CPrinter(names), K, out, identifiers),
         "}",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _comment(derivation: Derivation, compute: FormulaProgram, K: str, p: str) -> list[str]:
+def _comment(derivation: Derivation, compute: FormulaProgram, out: str, p: str) -> list[str]:
     n = derivation.K.rows
-    words = f"{K}, {n} x {n}, row after row, {convention(n)}"
+    words = f"{out}, {n} x {n}, row after row, {convention(n)}"
     order = [f"{p}[{i}] {_plain(symbol.name)}" for i, symbol in enumerate(compute.arguments)]
     values = f"Values: {', '.join(order)}." if order else f"{p} is not used and may be null."
+    returns = f"Returns 0; 1, and writes nothing, {where_it_holds(compute)}."
     lines = [
         f"Stiffness matrix {_plain(derivation.name)} about the reference point.",
         "",
@@ -141,7 +144,7 @@ def _comment(derivation: Derivation, compute: FormulaProgram, K: str, p: str) ->
         "",
         *wrapped_words(values, _WIDTH - 3),
         "",
-        *wrapped_words(_plain(f"Returns 0, or 1 {where_it_holds(compute)}."), _WIDTH - 3),
+        *wrapped_words(_plain(returns), _WIDTH - 3),
     ]
     return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
 
@@ -160,7 +163,7 @@ def _body(compute: FormulaProgram, names: Mapping[sp.Symbol, str], K: str, p: st
     for assignment in compute.assignments:
         target = f"const double {names[assignment.symbol]}"
         lines += _assigned(target, printer.write(assignment.expression))
-    lines.append("")
+    lines += [f"    double {K}[{n * n}];", ""]
     for i, row in enumerate(K_rows):
         for j, entry in enumerate(row):
             place = f"{K}[{n * i + j}]"
@@ -172,9 +175,9 @@ def _body(compute: FormulaProgram, names: Mapping[sp.Symbol, str], K: str, p: st
 
 
 def _guard(
-    compute: FormulaProgram, printer: _CPrinter, K: str, identifiers: Identifiers
+    compute: FormulaProgram, printer: _CPrinter, K: str, out: str, identifiers: Identifiers
 ) -> list[str]:
-    """Lines that return 1 where the result is not finite, or a denominator or condition fails."""
+    """Lines that return K; 1 where it is not finite, or a denominator or condition fails."""
     fails, i = identifiers.take("fails"), identifiers.take("i")
     n = compute.entries.rows
     lines = ["", f"    int {fails} = 0;"]
@@ -186,8 +189,8 @@ def _guard(
         lines += wrapped_formula(f"!({test});", _WIDTH, f"    {fails} |= ", " " * 8)
     return [
         *lines,
-        f"    if ({fails})",
-        f"    {every} {K}[{i}] = NAN;",
+        f"    if (!{fails})",
+        f"    {every} {out}[{i}] = {K}[{i}];",
         f"    return {fails};",
     ]
 
