@@ -1,11 +1,13 @@
 """Recorded equilibria: the same as those of Newton's method in numbers, or computed by it."""
 
 import pickle
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 from mpmath import mp
 
 import robostiff as rs
@@ -241,6 +243,76 @@ def test_parameters_are_inputs():
         assert np.abs(answer.K[i] - one.K).max() < 1e-10 * np.abs(one.K).max()
 
 
+ARM = {
+    "arm/joint3": rs.Mass(12.0),
+    "arm/upper arm": [rs.DeadForce([5, -8, -60]), rs.DeadForce([0, 9, 0], [0.2, 0.1, 0.4])],
+    "platform": [rs.DeadForce([10, 20, -300], [0.3, 0.2, 0.9]), rs.Mass(5)],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "standing"),
+    [
+        ("two-link-arm", {"gravity": "-y"}),
+        ("six-joint-arm", {"gravity": [1.0, 2.0, -9.0]}),
+        ("six-joint-arm", {"loads": ARM, "preload": {"arm/joint2": 40.0}}),
+        ("gough-stewart-b", {"loads": {"platform": rs.Mass(2e5, [0.1, 0.2, 2.0])}}),
+        ("3-rps", {"gravity": "-z"}),
+    ],
+    ids=["plane", "gravity", "loads and preload", "platform", "telescopes closed by steps"],
+)
+def test_weights_loads_and_preloads_act_beside_the_wrench(name: str, standing: Any):
+    robot = rs.load(name)
+    fast = rs.compile_loaded(robot, **standing, backend=rs.Backend.ARRAYS)
+    pose, wrench = postures(name, 0.03), loads(name, 3e-3)
+    answer, sure = fast.evaluate(pose, wrench), equilibrium(robot, pose, wrench, **standing)
+    bare = equilibrium(robot, pose, wrench, gravity=[0, 0, 0])
+    assert not answer.guarded.any()
+    for k, one in enumerate(sure):
+        size = np.sqrt(np.outer(np.diag(one.K), np.diag(one.K)))
+        assert np.abs((answer.K[k] - one.K) / size).max() < 1e-10
+        assert np.abs((answer.K_total[k] - one.K_total) / size).max() < 1e-10
+        assert np.abs(answer.displacement[k] - one.displacement).max() < 1e-11
+        moved = np.abs(bare[k].displacement - one.displacement).max()
+        assert moved > 1e5 * 1e-11  # they matter
+
+
+def test_a_mass_may_be_a_parameter_and_what_is_guarded_has_its_weight():
+    m = sp.Symbol("m")
+    plain = rs.load("gough-stewart-b")
+    robot = replace(
+        plain,
+        platform_masses=(rs.Mass(m, [0.2, 0.0, 1.5]),),
+        gravity="-z",
+        nominal={"m": 3e5},
+    )
+    fast = rs.compile_loaded(robot, parameters=["m"], backend=rs.Backend.ARRAYS)
+    home = posture_finder(plain).home_pose
+    values = np.array([0.0, 2.9e5, 4e5])
+    wrench = [[0, 0, 0, 0, 0, 0], [0, 0, -5e6, 0, 0, 0], [0, 0, -6e7, 0, 0, 0]]
+    answer = fast.evaluate(np.tile(home, (3, 1)), wrench, parameters={"m": values})
+    assert answer.guarded.tolist() == [False, False, True]
+    for k, value in enumerate(values):
+        one = equilibrium(robot.substituted({"m": value}), home, wrench[k])
+        size = np.abs(one.K).max()
+        assert np.abs(answer.K[k] - one.K).max() < 1e-10 * size
+        assert np.abs(answer.K_total[k] - one.K_total).max() < 1e-10 * size
+        assert answer.status_codes[k] == int(one.status)
+
+
+def test_a_weight_at_the_reference_point_is_a_wrench():
+    home = posture_finder(rs.load("gough-stewart-b")).home_pose[None]
+    weight = rs.compile_loaded(
+        rs.load("gough-stewart-b"),
+        loads={"platform": [1e6, -2e6, -2e7]},
+        backend=rs.Backend.ARRAYS,
+    ).evaluate(home, np.zeros(6))
+    wrench = compiled("gough-stewart-b").evaluate(home, [1e6, -2e6, -2e7, 0, 0, 0])
+    size = np.abs(wrench.K).max()
+    assert np.abs(weight.K - wrench.K).max() < 1e-13 * size
+    assert np.abs(weight.displacement - wrench.displacement).max() < 1e-14
+
+
 def test_poses_out_of_reach_and_beyond_limits_say_so_and_stop_no_other():
     robot, fast = rs.load("hexapod"), compiled("hexapod")
     home = posture_finder(robot).home_pose
@@ -266,6 +338,15 @@ def test_what_has_no_kernel_is_refused_with_the_way_to_go():
         rs.compile_loaded(rs.load("planar-link"))
     with pytest.raises(rs.InputError, match="a Robot"):
         rs.compile_loaded("hexapod")  # type: ignore[arg-type]
+    ends = rs.BodyPoint("base"), rs.BodyPoint("arm/upper arm", [0, 0, 0.1])
+    spring = rs.BodySpring("compensator", ends, stiffness=2000.0, free_length=0.2)
+    arm = replace(rs.load("six-joint-arm"), springs=(spring,))
+    with pytest.raises(rs.InputError, match=r"'compensator'.*equilibrium has springs"):
+        rs.compile_loaded(arm)
+    with pytest.raises(rs.InputError, match="arm/nothing"):
+        rs.compile_loaded(rs.load("six-joint-arm"), loads={"arm/nothing": [0, 0, -1]})
+    with pytest.raises(rs.InputError, match="a robot without masses"):
+        rs.compile_loaded(rs.load("gough-stewart-b"), gravity="-z")
     with pytest.raises(rs.InputError, match="6 numbers"):
         compiled("gough-stewart-b").evaluate(np.zeros((1, 6)), [0, 0, -1])
     with pytest.raises(rs.InputError, match="2 wrenches"):

@@ -90,13 +90,37 @@ def test_weights_act_beside_the_wrench():
     assert np.allclose(moved, one.displacement[:3], rtol=1e-6)
 
 
+def test_a_kernel_has_the_weights_and_the_preloads_of_a_map():
+    arm = rs.load("six-joint-arm")
+    joints = [joint.name for joint, _ in arm.legs[0].chain.moving]
+    home = np.array(arm.legs[0].chain.home)
+    shifts = 0.2 * np.random.default_rng(6).uniform(-1, 1, (3, len(joints)))
+    poses = rs.PoseList([*joints, "factor"], np.column_stack([home + shifts, [0.0, 0.5, 1.0]]))
+    loads = {"platform": rs.Mass(6.0, [0.3, 0.2, 0.9])}
+    by = rs.Compiled(rs.Backend.ARRAYS)
+    fast, slow = (
+        rs.stiffness_map(
+            arm,
+            poses,
+            ALL,
+            wrench=[40, 0, -100, 0, 3, 0],
+            method=rs.UnderLoad(loads, "-z", {"arm/joint2": 25.0}, by=own),
+        )
+        for own in (by, rs.Batched())
+    )
+    assert fast.attrs["poses_guarded"] == 0
+    assert "compiled" in fast.attrs["method"]
+    for name in ("K", "translational_stiffness", "worst_deflection", "displacement"):
+        size = float(np.abs(slow[name]).max())
+        assert np.allclose(fast[name], slow[name], rtol=2e-6, atol=1e-10 * size)
+
+
 def test_what_does_not_fit_is_refused():
     robot, grid = rs.load("hexapod"), rs.Grid(x=rs.Axis(0, 0.1, 2))
     with pytest.raises(rs.InputError, match=r"parts has the loads on drives"):
         rs.stiffness_map(robot, grid, [rs.Quantity.ACTUATOR_FORCES], method=rs.UnderLoad())
-    method = rs.UnderLoad(gravity="-z", by=rs.Compiled())
-    with pytest.raises(rs.InputError, match="the wrench alone"):
-        rs.stiffness_map(robot, grid, method=method)
+    with pytest.raises(rs.InputError, match=r"by of UnderLoad"):
+        rs.stiffness_map(robot, grid, method=rs.UnderLoad(by="kernel"))  # type: ignore[arg-type]
     with pytest.raises(rs.InputError, match=r"coordinate of 'hexapod'.*Fz"):
         rs.stiffness_map(robot, rs.Grid(x=rs.Axis(0, 0.1, 2), Fz=rs.Axis(0, 1, 2)))
     with pytest.raises(rs.InputError, match=r"UnderLoad\(\)"):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from robostiff.compiled.arrays import ArrayCode
 from robostiff.compiled.machine import MachineCode
 from robostiff.record import Program
 from robostiff.recorded import CLOSED, RecordedClosure
+from robostiff.recorded.steps import RecordedSteps
 
 Code = MachineCode | ArrayCode
 
@@ -25,38 +25,6 @@ _CHUNK = 1024
 _MANY = 500
 # A part of the way from home that is too long for one is cut into so many, down to the shortest.
 _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
-
-
-class RecordedSteps(Protocol):
-    """Steps to an end as records; see `RecordedClosure`."""
-
-    @property
-    def state(self) -> dict[str, float]:
-        """What the first step begins with."""
-        ...
-
-    @property
-    def step(self) -> Program:
-        """From inputs and state to the next state."""
-        ...
-
-    @property
-    def steps(self) -> int:
-        """How many are usually enough."""
-        ...
-
-    @property
-    def most_steps(self) -> int:
-        """How many may be taken."""
-        ...
-
-    def arrived(self, program: Program) -> Program:
-        """A program at the end of the steps; what is left open, and a check, come last."""
-        ...
-
-    def composed(self, program: Program) -> Program:
-        """The same with the steps before it."""
-        ...
 
 
 @dataclass(frozen=True)

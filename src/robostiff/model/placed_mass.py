@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+
+from robostiff.record import Entry, is_zero
+
+_SAME = 1e-12  # of a part of a length: rounding at the samples
 
 
 @dataclass(frozen=True)
@@ -16,14 +21,14 @@ class PointMass:
     ----------
     after : int
         How many elements of the part lie before the body.
-    value : float
+    value : float or entry
         [kg].
     point : (3,) array
         At the unloaded posture [m].
     """
 
     after: int
-    value: float
+    value: Any
     point: np.ndarray
 
 
@@ -76,7 +81,7 @@ class PlacedMass:
         parts : int
             Elements into which the elastic part is cut; 0 for a mass in one place of a body.
         end : (3,) array
-            Where the elastic part ends [m].
+            Where the elastic part ends [m], of numbers or of entries of a record, as the mass.
 
         Examples
         --------
@@ -85,32 +90,35 @@ class PlacedMass:
         >>> [(own.value, round(own.point[0], 9)) for own in beam.lumped(1, 2 * middle)]
         [(1.5, np.float64(0.1)), (1.5, np.float64(0.5))]
         """
-        value = float(self.value)
+        value = self.value if isinstance(self.value, Entry) else float(self.value)
         if self.start is None or not parts:
-            return [PointMass(0, value, np.asarray(self.centre, dtype=float))]
+            return [PointMass(0, value, np.asarray(self.centre))]
         x = end - self.start
-        length = float(x @ x)
         if self.span is None:
-            s = float(np.clip((self.centre - self.start) @ x / length, 0.0, 1.0)) if length else 1.0
-            first, last, aside = s, s, self.centre - self.start - s * x
+            length = x @ x
+            first = _part((self.centre - self.start) @ x, length) if _size(length) else 1.0
+            last, aside = first, self.centre - self.start - x * first
         else:
             (first, last), aside = self.span, np.zeros(3)
+        in_one_place = is_zero(last - first)
         found = []
+        at = self.start + aside
         for i in range(parts):
-            low, high = max(first * parts - i, 0.0), min(last * parts - i, 1.0)
-            if first == last:
-                here = min(int(first * parts), parts - 1) == i
-                own, low, high = (value, low, low) if here else (0.0, 0.0, 0.0)
+            low, high = first * parts - i, last * parts - i
+            if in_one_place:
+                own = value if min(int(_size(first) * parts), parts - 1) == i else 0
             else:
-                own = value * max(high - low, 0.0) / ((last - first) * parts)
-            if own == 0:
+                low, high = max(low, 0.0), min(high, 1.0)
+                own = value * (max(high - low, 0.0) / ((last - first) * parts))
+            if _size(own) == 0:
                 continue
             far, arm = _share(low, high)
             near, near_arm = _share(1 - high, 1 - low)
-            at = self.start + aside
             for after, share, place in ((i, near, near_arm), (i + 1, far, 1 - arm)):
-                if share > 0:
-                    found.append(PointMass(after, own * share, at + (i + place) / parts * x))
+                if _size(share) > 0:
+                    found.append(
+                        PointMass(after, own * share, at + x * ((i + place) * (1 / parts)))
+                    )
         return found
 
 
@@ -119,14 +127,28 @@ def one_of(values: np.ndarray, own_axes: int, index: int | slice) -> np.ndarray:
     return values if values.ndim == own_axes else values[index]
 
 
-def _share(low: float, high: float) -> tuple[float, float]:
+def _part(along: Any, length: Any) -> Any:
+    """Which part of its length a mass is at; a number where it is so at all samples."""
+    s = along / length
+    if not isinstance(s, Entry):
+        return float(np.clip(s, 0.0, 1.0))
+    usual = _size(s)
+    return usual if np.max(np.abs(s.sample - usual)) < _SAME else s
+
+
+def _size(value: Any) -> float:
+    return float(np.mean(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
+
+
+def _share(low: Any, high: Any) -> tuple[Any, Any]:
     """Share of the far end in what lies between two places, and how far before it that acts."""
-    if high == low:
-        share, moment = 3 * low**2 - 2 * low**3, low**2 - low**3
+    if is_zero(high - low):
+        square = low * low
+        share, moment = 3 * square - 2 * square * low, square - square * low
     else:
         share = _mean(low, high, lambda s: s**3 - s**4 / 2)
         moment = _mean(low, high, lambda s: s**3 / 3 - s**4 / 4)
-    return share, moment / share if share > 0 else 0.0
+    return share, moment / share if _size(share) > 0 else 0.0
 
 
 def _mean(low: float, high: float, integral: Callable[[float], float]) -> float:

@@ -17,8 +17,8 @@ from robostiff.elasticity import (
 )
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
-from robostiff.model.beam_link import beam_mass
 from robostiff.model.checks import vector3
+from robostiff.model.link import beam_mass
 from robostiff.spatial import twist_transport
 from robostiff.spatial.shapes import Float
 

@@ -25,76 +25,33 @@ from robostiff.recorded.parameters import (
     turns_at_home,
     with_inputs,
 )
+from robostiff.recorded.steps import BEFORE_FIRST, RecordedSteps, contraction, handed_on
 
-# Every step is at most half of the one before, or as small as rounding makes it; squares.
-_CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
 # Part of a determinant's size at home below which the careful closure looks at the assembly mode.
 _WATCHED = 0.1
 #: Square of the gap, as a part of the length and radians, at which legs meet to the last digits.
 CLOSED = 1e-12**2
-# Names of what a step hands to the next, beside the unknowns.
-_LAST, _MARGIN = "size of the last step", "contraction"
-_ENDLESS = 1e300
 
 
-@dataclass(frozen=True)
-class RecordedClosure:
+@dataclass(frozen=True, kw_only=True)
+class RecordedClosure(RecordedSteps):
     """Newton steps of a whole robot, from home to a pose.
+
+    Its inputs are pose coordinates, then parameters; its unknowns the coordinates of the legs, and
+    pose coordinates that they decide.
 
     Attributes
     ----------
     home : dict of names to floats
-        The inputs there: pose coordinates, then parameters.
-    start : dict of names to floats
-        The unknowns at home: coordinates of the legs, and pose coordinates that they decide.
-    step : Program
-        From inputs, unknowns, and what the last step handed on, to the next unknowns and the same
-        of this step.
+        The inputs there.
     arrival : Program
-        From the same to the coordinates of all legs in the order of ``joints``, the square of what
-        stays open, and a number that is positive in the assembly mode of home.
+        To the coordinates of all legs in the order of ``joints``, the square of what stays open,
+        and a number that is positive in the assembly mode of home.
     joints : tuple of str
-    steps, most_steps : int
-        How many are enough around home, and how many may be taken.
     """
 
     home: dict[str, float]
-    start: dict[str, float]
-    step: Program
-    arrival: Program
     joints: tuple[str, ...]
-    steps: int = 4
-    most_steps: int = 6
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """Pose coordinates, then parameters."""
-        return tuple(self.home)
-
-    @property
-    def state(self) -> dict[str, float]:
-        """What the first step begins with, by name."""
-        return {**self.start, _LAST: _ENDLESS, _MARGIN: 1.0}
-
-    def arrived(self, program: Program) -> Program:
-        """A program of leg coordinates at the end of the steps, as one of inputs and state.
-
-        Its outputs are followed by the square of the gap and by the number that is positive in
-        the assembly mode of home.
-        """
-        record = self._empty_record((*self.inputs, *self.state))
-        values = {name: record.input(name) for name in record.inputs}
-        return Program.of(record, self._ended(program, values))
-
-    def composed(self, program: Program) -> Program:
-        """A program of leg coordinates, with the steps from home before it."""
-        record = self._empty_record(self.inputs)
-        values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
-        values |= self.state
-        for _ in range(self.steps):
-            after = self.step.evaluated(values, ENTRY_FUNCTIONS)
-            values |= zip(self.state, after, strict=True)
-        return Program.of(record, self._ended(program, values))
 
     def rates(self, by: str) -> Program:
         """Rates of the unknowns in a closed posture when one input changes.
@@ -102,7 +59,7 @@ class RecordedClosure:
         A Newton step g(x, p) from a closed posture x of an input p returns to it, and does so from
         all nearby: dg/dx = 0. So dx/dp = dg/dp, with x held.
         """
-        record = self._empty_record((*self.inputs, *self.state))
+        record = self.empty_record((*self.inputs, *self.state))
         given = {name: record.input(name) for name in record.inputs}
         after = self.step.evaluated(given, ENTRY_FUNCTIONS)
         return Program.of(record, derivatives(record, after[: len(self.start)], by))
@@ -126,7 +83,8 @@ class RecordedClosure:
         }
         return rates | ({by: 1} if by in record.inputs else {})
 
-    def _ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
+    def ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
+        """Those of a program of leg coordinates, then the last two of the arrival."""
         *q, gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)
         at_joints = {**values, **dict(zip(self.joints, q, strict=True))}
         for by in self.inputs:
@@ -135,10 +93,6 @@ class RecordedClosure:
                 rates = self.rates(by).evaluated(values, ENTRY_FUNCTIONS)
                 at_joints |= zip(names, rates, strict=True)
         return [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode]
-
-    def _empty_record(self, names: Sequence[str]) -> Record:
-        # Nothing is decided by samples here: what is alike at home need not be so elsewhere.
-        return Record({name: [self.state.get(name, 0.0)] for name in names})
 
 
 def _rate_name(joint: str, by: str) -> str:
@@ -203,8 +157,7 @@ def steps_from_home(
     Parameters
     ----------
     record : Record
-        Its inputs are those of the closure, the unknowns, then those of `handed_on`; its last
-        sample is home.
+        Its inputs are those of the closure, then the unknowns; its last sample is home.
     inputs : tuple of str
     start : dict of names to floats
         The unknowns at home.
@@ -222,22 +175,17 @@ def steps_from_home(
     mode = _mode(step)
     if mode is None:
         return None
-    last, margin = record.input(_LAST), record.input(_MARGIN)
-    contraction = least(margin, last * _CONTRACTION + _SMALL_STEP - step.size)
+    before = {name: record.add_input(name, 1.0) for name in BEFORE_FIRST}
     after = [record.input(name) + step.steps.get(name, 0) for name in start]
-    mode = reduce(least, turns, mode)
+    mode = reduce(least, turns, least(mode, contraction(before)))
     return RecordedClosure(
+        inputs=inputs,
         home={name: float(record.input(name).sample[-1]) for name in inputs},
         start=start,
-        step=Program.of(record, [*after, step.size, contraction]),
-        arrival=Program.of(record, [*q.values(), step.gap, least(mode, margin)]),
+        step=Program.of(record, [*after, *handed_on(before, step.size)]),
+        arrival=Program.of(record, [*q.values(), step.gap, mode]),
         joints=tuple(q),
     )
-
-
-def handed_on(count: int) -> dict[str, np.ndarray]:
-    """Samples of what a step hands to the next beside the unknowns."""
-    return {name: np.ones(count) for name in (_LAST, _MARGIN)}
 
 
 @dataclass(frozen=True)
@@ -275,7 +223,7 @@ class _Guess:
         free = np.concatenate([leg.chain.free for leg in robot.legs])
         state = {name: pose[:, k] for k, name in open_.items()}
         state |= {joints[i]: q[:, i] for i in np.flatnonzero(free).tolist()}
-        record = Record({**inputs, **state, **handed_on(len(pose))})
+        record = Record({**inputs, **state})
         own = with_inputs(robot, record)
         if turns_at_home(own):
             return None

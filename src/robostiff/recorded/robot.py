@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from operator import add
@@ -18,7 +18,7 @@ from robostiff.kinematics.formula import (
     place_leg,
     place_leg_at_joints,
 )
-from robostiff.model import Actuated, Robot
+from robostiff.model import Actuated, Leg, Robot
 from robostiff.record import Entry, Operation, Record, least
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
@@ -116,57 +116,113 @@ class RecordedRobot:
         return {name: entry for name, entry in checks.items() if entry is not None}
 
 
-def record_at_pose(robot: Robot, finder: PostureFinder) -> RecordedRobot:
-    """Record a robot whose legs close in closed form; the inputs are its free pose coordinates.
+@dataclass(frozen=True)
+class RobotOnEntries:
+    """A robot placed in the world on the entries of a new record.
 
-    Parameters
+    Attributes
     ----------
     robot : Robot
-        Its symbols, which have nominal values, are inputs as well.
-    finder : PostureFinder
-        Of the same robot in numbers.
-
-    Raises
-    ------
-    InputError
-        When a leg has no closed form, or home has no room around it.
+        Inputs in place of its symbols.
+    record : Record
+        Its inputs are coordinates of the posture, then the symbols.
+    coordinates : tuple of str
+        Free pose coordinates; or coordinates of all legs, named ``leg/0``, ``leg/1`` and so on, or
+        ``q0``, ``q1`` of a serial arm.
+    pose : FormulaPose
+        Of the platform.
+    placed : tuple of PlacedFormula
+    length : float
+        Characteristic length [m].
     """
+
+    robot: Robot
+    record: Record
+    coordinates: tuple[str, ...]
+    pose: FormulaPose
+    placed: tuple[PlacedFormula, ...]
+    length: float
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        finder: PostureFinder,
+        *,
+        by_pose: bool,
+        changed: Callable[[Leg], Leg] = lambda leg: leg,
+    ) -> RobotOnEntries:
+        """A robot whose legs close in closed form, by its pose; any robot by its joints.
+
+        Parameters
+        ----------
+        robot : Robot
+            Its symbols, which have nominal values, are inputs as well.
+        finder : PostureFinder
+            Of the same robot in numbers.
+        by_pose : bool
+        changed : callable
+            What is done to a leg on entries before it is placed.
+
+        Raises
+        ------
+        InputError
+            When a leg has no closed form, or home has no room around it.
+        """
+        given = _pose_samples(robot, finder) if by_pose else _joint_samples(robot, finder)
+        record = Record({**given, **parameter_samples(robot)})
+        robot = with_inputs(robot, record)
+        legs = [changed(leg) for leg in robot.legs]
+        if by_pose:
+            six: list[Any] = coordinates_at_home(robot, finder)
+            for name, k in zip(given, robot.coordinate_places, strict=True):
+                six[k] = record.input(name)
+            pose = FormulaPose.of_coordinates(np.array(six, dtype=object))
+            pairs = zip(legs, finder.solvers, strict=True)
+            placed = tuple(place_leg(leg, pose, solver) for leg, solver in pairs)
+        else:
+            waiting = iter(given)
+            q = [[record.input(next(waiting)) for _ in range(leg.chain.size)] for leg in legs]
+            pairs = zip(legs, q, strict=True)
+            placed = tuple(place_leg_at_joints(leg, np.array(x, dtype=object)) for leg, x in pairs)
+            pose = placed[0].platform
+        return cls(robot, record, tuple(given), pose, placed, finder.length)
+
+    @property
+    def reference(self) -> np.ndarray:
+        """Reference point (3,) in the world."""
+        return self.pose.p + self.pose.R @ np.array(self.robot.reference_point, dtype=object)
+
+    @property
+    def recorded(self) -> RecordedRobot:
+        """Its stiffness, as one of these coordinates."""
+        return assembled(self.robot, self.record, self.pose, self.placed, self.length)
+
+
+def _pose_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
     samples = sample_postures(finder.robot, finder).pose
-    names = [c.value for c in robot.coordinates]
-    places = robot.coordinate_places
-    coordinates = {name: samples[:, k] for name, k in zip(names, places, strict=True)}
-    record = Record({**coordinates, **parameter_samples(robot)})
-    robot = with_inputs(robot, record)
-    six: list[Any] = coordinates_at_home(robot, finder)
-    for name, k in zip(names, places, strict=True):
-        six[k] = record.input(name)
-    pose = FormulaPose.of_coordinates(np.array(six, dtype=object))
-    placed = [
-        place_leg(leg, pose, solver) for leg, solver in zip(robot.legs, finder.solvers, strict=True)
-    ]
-    return assembled(robot, record, pose, placed, finder.length)
+    pairs = zip(robot.coordinates, robot.coordinate_places, strict=True)
+    return {coordinate.value: samples[:, k] for coordinate, k in pairs}
+
+
+def _joint_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
+    samples = closed_samples(robot, finder).coordinates
+    found = {}
+    for leg, own in zip(robot.legs, samples, strict=True):
+        start = "q" if robot.is_serial else f"{leg.name}/"
+        found |= {f"{start}{i}": own[:, i] for i in range(leg.chain.size)}
+    return found
+
+
+def record_at_pose(robot: Robot, finder: PostureFinder) -> RecordedRobot:
+    """Record a robot whose legs close in closed form; the inputs are its free pose coordinates."""
+    return RobotOnEntries.of(robot, finder, by_pose=True).recorded
 
 
 def record_at_joints(robot: Robot, finder: PostureFinder) -> RecordedRobot:
-    """Record a robot at coordinates of all its legs, a serial arm at those of its joints.
-
-    The inputs are named ``leg/0``, ``leg/1`` and so on, or ``q0``, ``q1`` for a serial arm; then
-    come the symbols of the robot.
-    """
-    samples = closed_samples(robot, finder).coordinates
-    inputs: dict[str, Any] = {}
-    for leg, own in zip(robot.legs, samples, strict=True):
-        start = "q" if robot.is_serial else f"{leg.name}/"
-        inputs.update({f"{start}{i}": own[:, i] for i in range(leg.chain.size)})
-    record = Record({**inputs, **parameter_samples(robot)})
-    robot = with_inputs(robot, record)
-    waiting = iter(record.inputs)
-    placed = []
-    for leg in robot.legs:
-        q = np.array([record.input(next(waiting)) for _ in range(leg.chain.size)], dtype=object)
-        placed.append(place_leg_at_joints(leg, q))
-    recorded = assembled(robot, record, placed[0].platform, placed, finder.length)
-    return replace(recorded, joints=tuple(inputs))
+    """Record a robot at coordinates of all its legs, a serial arm at those of its joints."""
+    own = RobotOnEntries.of(robot, finder, by_pose=False)
+    return replace(own.recorded, joints=own.coordinates)
 
 
 def assembled(

@@ -65,14 +65,10 @@ def legs_of(
     InputError
         When a name is no part of the robot, or a preload is not of an elastic or passive joint.
     """
-    walks = []
-    springs = SpringElements(snapshot.space)
-    for leg in snapshot.legs:
-        walk = _Walk(springs, beams, f"{leg.name}/")
-        walk.along(leg, None, None)
-        if np.any(gravity):
+    springs, walks = SpringElements(snapshot.space), walks_of(snapshot, beams)
+    if np.any(gravity):
+        for walk in walks:
             walk.weigh(gravity)
-        walks.append(walk)
     named = {name: (k, part) for k, walk in enumerate(walks) for name, part in walk.named.items()}
     for name, forces in loads.items():
         k, part = _found(named, name, "loads")
@@ -176,8 +172,19 @@ class _Behind:
     is_end: bool = False
 
 
+def walks_of(snapshot: Snapshot, beams: Beams) -> list[LegWalk]:
+    """The chains of each leg, loads left out."""
+    springs = SpringElements(snapshot.space)
+    found = []
+    for leg in snapshot.legs:
+        walk = LegWalk(springs, beams, f"{leg.name}/")
+        walk.along(leg, None, None)
+        found.append(walk)
+    return found
+
+
 @dataclass
-class _Walk:
+class LegWalk:
     """The chains of one leg, as they are found on the way from base to platform."""
 
     springs: SpringElements
@@ -246,14 +253,17 @@ class _Walk:
     def weigh(self, gravity: np.ndarray) -> None:
         """Weights of its masses; those along an elastic part are shared by bodies at its ends."""
         for mass, behind in self.weights:
-            chain, after = self.place(behind)
-            parts = 0
-            if mass.start is not None:
-                parts = sum(e.names[0] == mass.name for e in self.chains[chain][2][:after])
+            chain, after, parts = self.carrier(mass, behind)
             for own in mass.lumped(parts, behind.point):
                 force = own.value * gravity
                 body = BodyLoad(after - parts + own.after, own.point[None], force[None])
                 self.loads.setdefault(chain, []).append(body)
+
+    def carrier(self, mass: PlacedMass, behind: _Behind) -> tuple[int, int, int]:
+        """Chain of a mass, elements before its body, and how many of them its elastic part has."""
+        chain, after = self.place(behind)
+        along = self.chains[chain][2][:after] if mass.start is not None else ()
+        return chain, after, sum(element.names[0] == mass.name for element in along)
 
     def place(self, behind: _Behind) -> tuple[int, int]:
         """A chain, and how many of its elements lie before a body."""
@@ -265,6 +275,7 @@ class _Walk:
         return found[-1], len(self.chains[found[-1]][2])
 
     def body(self, point: np.ndarray) -> int:
+        """A new body between chains, by a point of it."""
         self.points.append(point)
         return len(self.points) - 1
 
@@ -274,6 +285,7 @@ class _Walk:
         start: int | None,
         end: int | None,
     ) -> list[_Behind]:
+        """A chain of joints and springs from one body to another; the bodies behind each."""
         own: list[Element] = []
         behind: list[_Behind] = []
         for i, element in enumerate(run):

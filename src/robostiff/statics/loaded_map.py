@@ -46,9 +46,8 @@ class UnderLoad:
     loads, gravity, preload, beams
         As for `equilibrium`; they act at every pose in full, whatever the factor.
     by : Compiled, Batched or None
-        ``Compiled()`` records the robot once, see `compile_loaded`, for the wrench alone;
-        ``Batched()`` computes each `equilibrium`. By default large maps are compiled where there is
-        a kernel.
+        ``Compiled()`` records the robot once, see `compile_loaded`; ``Batched()`` computes each
+        `equilibrium`. By default large maps are compiled where there is a kernel.
 
     Examples
     --------
@@ -94,21 +93,27 @@ class UnderLoad:
         robot, columns = like.robot, like.columns
         if not isinstance(robot, Robot):
             return None
-        others = bool(self.loads or self.preload or self.gravity is not None)
         free = tuple(c.value for c in robot.coordinates)
         fits = columns.of_joints or columns.names[: -columns.loads] == free
-        if others or columns.of_joints != robot.is_posed_by_joints or not fits:
+        if columns.of_joints != robot.is_posed_by_joints or not fits:
             if required:
                 raise InputError(
                     f"map of {robot.name!r} under load by a kernel",
-                    got="loads beside the wrench" if others else " ".join(columns.names),
-                    expected="the wrench alone, at free coordinates",
+                    got=" ".join(columns.names),
+                    expected="the free coordinates of the robot",
                     hint="leave by out, or write UnderLoad(by=Batched())",
                 )
             return None
         try:
             backend = self.by.backend if isinstance(self.by, Compiled) else Compiled().backend
-            return compile_loaded(robot, beams=self.beams, backend=backend)
+            return compile_loaded(
+                robot,
+                loads=self.loads,
+                gravity=self.gravity,
+                preload=self.preload,
+                beams=self.beams,
+                backend=backend,
+            )
         except (InputError, NoAnswerError):
             if required:
                 raise
@@ -162,15 +167,9 @@ class LoadedEvaluator:
             found, guarded = self._equilibria(pose, F), np.zeros(len(poses), dtype=bool)
         else:
             answer = self.kernel.evaluate(pose, F)
-            found = _Found(
-                answer.K, answer.K, answer.displacement, answer.status_codes.astype(np.uint16)
-            )
+            codes = answer.status_codes.astype(np.uint16)
+            found = _Found(answer.K, answer.K_total, answer.displacement, codes)
             guarded = answer.guarded
-            again = np.flatnonzero(guarded)
-            if again.size:  # K_total is that of the equilibria
-                some = self._equilibria(columns.as_pose(poses[again]), F[again])
-                for to, by in zip(found, some, strict=True):
-                    to[again] = by
         for name, values in self._quantities(found).items():
             out[name][...] = values
         return {**out, "guarded": guarded}
@@ -229,9 +228,6 @@ class _Found:
     K_total: np.ndarray
     displacement: np.ndarray
     codes: np.ndarray
-
-    def __iter__(self) -> Any:
-        return iter((self.K, self.K_total, self.displacement, self.codes))
 
 
 def _ranks(K: np.ndarray, rows: Any, length: float) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,12 +19,13 @@ from robostiff.model import ALL_COORDINATES, Robot, StiffnessLaw
 from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, record_robot, sample_postures
 from robostiff.statics.beam_bowing import Beams, Bowing
-from robostiff.statics.given_loads import acting_gravity
-from robostiff.statics.kernels.compiled_loading import CompiledLoading, equilibria_of
+from robostiff.statics.given_loads import Gravity, Loads
+from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.loading import RecordedLoading, record_loading
+from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.problem import EquilibriumProblem
-from robostiff.statics.question import Postures, postures_of
+from robostiff.statics.question import Postures, Question, postures_of
 from robostiff.statics.status import EquilibriumStatus
 
 _BOWING = Bowing()
@@ -43,23 +44,28 @@ def compile_loaded(
     robot: Robot,
     *,
     parameters: Sequence[str] = (),
+    loads: Loads | None = None,
+    gravity: Gravity = None,
+    preload: Mapping[str, float] | None = None,
     beams: Beams = _BOWING,
     backend: Backend = Backend.BEST,
 ) -> CompiledLoading:
     """Record the equilibrium of a robot under a wrench once, for many poses and wrenches.
 
     The unloaded posture, the Newton steps from it to equilibrium, and K there become a list of
-    operations without branches; legs that carry a force along a line alone enter as springs between
-    two points. At every pose the record checks that its steps contract and arrive, that no leg and
-    no motion of the platform is near a critical load, and that the posture is regular; what fails
-    is computed by `equilibrium`.
+    operations without branches; legs that carry a force along a line alone, without weight, enter
+    as springs between two points. At every pose the record checks that its steps contract and
+    arrive, that no leg and no motion of the platform is near a critical load, and that the posture
+    is regular; what fails is computed by `equilibrium`.
 
     Parameters
     ----------
     robot : Robot
         Symbols that are no parameters take their nominal values.
     parameters : sequence of str
-        Names of symbols that stay open, to be given with the poses.
+        Names of symbols that stay open, to be given with the poses; masses may be symbols.
+    loads, gravity, preload
+        As for `equilibrium`; they act at every pose, beside the wrench.
     beams : Bowing or Linear
         As for `equilibrium`.
     backend : Backend
@@ -72,8 +78,8 @@ def compile_loaded(
     Raises
     ------
     InputError
-        When the robot has a flexible platform, weighs something under its own gravity, or a
-        parameter is no symbol of it.
+        When the robot has a flexible platform, springs between bodies or laws of force, or when a
+        parameter is no symbol of it or a load does not fit.
     NoAnswerError
         When the platform has free motions at every pose, or a leg is rigid in some direction.
     DisagreementError
@@ -89,6 +95,12 @@ def compile_loaded(
     >>> K = rs.equilibrium(robot, poses[0], [0, 0, -1e5, 0, 0, 0]).K
     >>> bool(np.allclose(answer.K[0], K, rtol=1e-9, atol=1e-9 * K.max())), answer.stable.tolist()
     (True, [True, True, True])
+
+    Weights of the robot, and loads beside the wrench, act at all poses:
+
+    >>> tool = rs.compile_loaded(robot, loads={"platform": rs.Mass(2e4)})
+    >>> bool(np.all(tool.evaluate(poses, np.zeros(6)).displacement[:, 2] < 0))
+    True
     """
     if not isinstance(robot, Robot):
         raise InputError(
@@ -105,12 +117,12 @@ def compile_loaded(
             expected="joints that move by themselves",
             hint="equilibrium takes couplings, pose by pose",
         )
-    if np.any(acting_gravity(robot.numeric, None)):
+    if robot.springs:
         raise InputError(
             f"kernel under load of {robot.name!r}",
-            got="a robot under its own gravity",
-            expected="a wrench on the platform alone",
-            hint="leave gravity out of the model, or use equilibrium, which has weights",
+            got=f"springs between bodies, such as {robot.springs[0].name!r}",
+            expected="weights, dead forces, and preloads of drives",
+            hint="equilibrium has springs between bodies, pose by pose",
         )
     if robot.laws or any(
         isinstance(getattr(role, "stiffness", None), StiffnessLaw)
@@ -128,10 +140,13 @@ def compile_loaded(
     robot = with_parameters(robot, parameters, taken)
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
-    problems = _problems(finder, beams)
-    force = _small_force(robot, problems[0])
+    standing = StandingLoads(loads, gravity, preload)
+    questions = _questions(finder, standing, beams)
+    force = _small_force(robot, questions[0].problem)
     try:
-        loading = record_loading(robot, finder, problems, force, by_pose=not recorded.joints)
+        loading = record_loading(
+            robot, finder, questions, force, standing, beams, by_pose=not recorded.joints
+        )
     except RigidLegError as error:
         raise NoAnswerError(
             f"no kernel under load of {robot.name!r}: a leg is rigid in some direction; give its "
@@ -155,7 +170,9 @@ def compile_loaded(
             ClosedCode.of(recorded.closure, joints, code),
         )
     general = AtGeneralPoses(loading.rank, loading.status, verified=True)
-    found = CompiledLoading(robot, kernel, closure, general, EquilibriumStatus.OK, beams)
+    found = CompiledLoading(
+        robot, kernel, closure, general, EquilibriumStatus.OK, beams, standing, loading.has_arms
+    )
     return _confirmed(found, finder, force)
 
 
@@ -169,11 +186,11 @@ def _kernel(robot: Robot, loading: RecordedLoading, code: Callable[[Program], An
     )
 
 
-def _problems(finder: PostureFinder, beams: Beams) -> list[EquilibriumProblem]:
+def _questions(finder: PostureFinder, standing: StandingLoads, beams: Beams) -> list[Question]:
     """The robot in numbers at home, and at postures around it."""
     robot = finder.robot
-    home = postures_of(robot, None, None).question(0, None, None, None, beams)
-    found = [home.problem]
+    own = standing.loads, standing.preload, beams, standing.gravity
+    found = [postures_of(robot, None, None).question(0, None, *own)]
     if robot.is_posed_by_joints:
         return found
     places = robot.coordinate_places
@@ -185,10 +202,7 @@ def _problems(finder: PostureFinder, beams: Beams) -> list[EquilibriumProblem]:
     if posture is None:
         return found
     reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]
-    for k in reached:
-        own = around.question(int(k), None, None, None, beams)
-        found.append(own.problem)
-    return found
+    return [*found, *(around.question(int(k), None, *own) for k in reached)]
 
 
 def _small_force(robot: Robot, problem: EquilibriumProblem) -> float:
@@ -246,7 +260,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     status = EquilibriumStatus.OK
     for other, own in parameter_rows.groups(~answer.guarded):
         part = JointCoordinates(given[own]) if by_joints else given[own]
-        sure = equilibria_of(other, part, F[own], found.beams)
+        sure = found.equilibria(other, part, F[own])
         for k, one in zip(own, sure, strict=True):
             where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
             if not one.has_answer:

@@ -20,6 +20,7 @@ from robostiff.model import Robot
 from robostiff.recorded import CLOSED
 from robostiff.statics.beam_bowing import Beams
 from robostiff.statics.equilibrium import equilibrium
+from robostiff.statics.kernels.weights import StandingLoads
 from robostiff.statics.question import wrenches_of
 from robostiff.statics.result import Equilibria
 from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
@@ -43,6 +44,8 @@ class LoadedAnswer:
         What was computed again by `equilibrium`.
     wrench : (N, r) array
         As given [N, N m].
+    arms : (N, 3, 3) array
+        Sum of ``b f^T`` over the dead forces f on the platform, b from the reference point [N m].
     """
 
     K_sym: np.ndarray
@@ -51,16 +54,27 @@ class LoadedAnswer:
     status_codes: np.ndarray
     guarded: np.ndarray
     wrench: np.ndarray
+    arms: np.ndarray
 
     @property
     def K(self) -> np.ndarray:
         """Rate of the wrench (N, r, r): `K_sym` and the antisymmetric part of moments."""
         K = self.K_sym.copy()
         if K.shape[-1] == 6:
-            x, y, z = 0.5 * self.wrench[:, 3:].T
+            b_f, f_b = self.arms[:, [1, 2, 0], [2, 0, 1]], self.arms[:, [2, 0, 1], [1, 2, 0]]
+            x, y, z = 0.5 * (self.wrench[:, 3:] + b_f - f_b).T
             for (i, j), part in {(3, 4): z, (4, 5): x, (5, 3): y}.items():
                 K[:, i, j] += part
                 K[:, j, i] -= part
+        return K
+
+    @property
+    def K_total(self) -> np.ndarray:
+        """K less what dead forces on the platform do as it turns (N, r, r)."""
+        K = self.K
+        turned = [2] if K.shape[-1] == 3 else [0, 1, 2]
+        turning = self.arms - np.trace(self.arms, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+        K[:, -len(turned) :, -len(turned) :] -= turning[:, turned][:, :, turned]
         return K
 
     @property
@@ -102,6 +116,10 @@ class CompiledLoading:
     status : EquilibriumStatus
         At a general pose.
     beams : Bowing or Linear
+    standing : StandingLoads
+        What acts beside the wrench.
+    has_arms : bool
+        Whether dead forces act on the platform.
     """
 
     robot: Robot
@@ -110,6 +128,8 @@ class CompiledLoading:
     general: AtGeneralPoses
     status: EquilibriumStatus
     beams: Beams
+    standing: StandingLoads
+    has_arms: bool
 
     @property
     def verified(self) -> bool:
@@ -170,6 +190,7 @@ class CompiledLoading:
             status_codes=np.empty(count, dtype=np.uint16),
             guarded=np.empty(count, dtype=bool),
             wrench=F,
+            arms=np.zeros((count, 3, 3)),
         )
 
         def fill(part: slice) -> None:
@@ -203,16 +224,19 @@ class CompiledLoading:
             found = self.closure.evaluate(np.concatenate([given.T, parameters]))
             posture = found[:-2]
             loose = ~((found[-2] < CLOSED) & (found[-1] > 0))
-        results = self.kernel.evaluate(np.concatenate([posture, F.T, parameters]))
+        results = self.kernel.evaluate(np.concatenate([posture, parameters, F.T]))
         missed = np.zeros(count, dtype=bool)
         checked = checked_results(self.kernel, results, missed, loose, self.general)
         unpack(checked.rows["K"], answer.K_sym[where])
         rows = r * (r + 1) // 2
         # Equilibrium is only as good as all that it was computed from.
-        unsure = ~np.isfinite(results[: rows + 7]).all(axis=0)
+        last = rows + 7 + 9 * self.has_arms
+        unsure = ~np.isfinite(results[:last]).all(axis=0)
         place = np.where(
             unsure, np.array([0.0, 0, 0, 1, 0, 0, 0])[:, None], results[rows : rows + 7]
         )
+        if self.has_arms:
+            answer.arms[where] = results[rows + 7 : last].T.reshape(-1, 3, 3)
         answer.displacement[where] = displacement_of(place)[:, list(self.robot.space.rows)]
         unreachable = (checked.status_codes & int(Status.UNREACHABLE)) != 0
         answer.displacement[where][unreachable] = np.nan
@@ -226,19 +250,22 @@ class CompiledLoading:
     def _compute_again(
         self, robot: Robot, pose: Pose, F: np.ndarray, rows: np.ndarray, answer: LoadedAnswer
     ) -> None:
-        found = equilibria_of(robot, pose, F, self.beams)
+        found = self.equilibria(robot, pose, F)
         K = found.K.filled(np.nan)
         answer.K_sym[rows] = 0.5 * (K + np.swapaxes(K, -1, -2))
         answer.displacement[rows] = found.displacement.filled(np.nan)
         answer.stable[rows], answer.status_codes[rows] = found.stable, found.status_codes
+        for row, one in zip(rows, found, strict=True):
+            if one.problem is not None and one.found is not None:
+                b = one.problem.arms @ one.found.state.R.T
+                answer.arms[row] = b.T @ one.problem.forces
 
-
-def equilibria_of(robot: Robot, pose: Pose, F: np.ndarray, beams: Beams) -> Equilibria:
-    """Equilibria of a robot at many poses, each under its wrench."""
-    found = equilibrium(robot, pose, F, beams=beams)
-    if not isinstance(found, Equilibria):
-        raise TypeError("a batch of poses gives equilibria")
-    return found
+    def equilibria(self, robot: Robot, pose: Pose, F: np.ndarray) -> Equilibria:
+        """Equilibria of a robot at many poses, each under its wrench and what stands."""
+        found = equilibrium(robot, pose, F, beams=self.beams, **self.standing.given)
+        if not isinstance(found, Equilibria):
+            raise TypeError("a batch of poses gives equilibria")
+        return found
 
 
 def displacement_of(place: np.ndarray) -> np.ndarray:

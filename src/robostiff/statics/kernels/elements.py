@@ -28,6 +28,8 @@ class RecordedJoint:
         Shift for each unit of q.
     stiffness : entry or number
         0 where it is passive.
+    preload : entry or number
+        With which it pushes along its coordinate at q = 0 [N or N m].
     """
 
     point: np.ndarray
@@ -35,6 +37,7 @@ class RecordedJoint:
     turns: bool
     slide: Any
     stiffness: Any
+    preload: Any = 0
 
     size = 1
 
@@ -93,7 +96,7 @@ class RecordedSpring:
 RecordedElement = RecordedJoint | RecordedSpring
 
 
-def recorded_joint(freedom: PlacedFreedom) -> RecordedJoint:
+def recorded_joint(freedom: PlacedFreedom, preload: float = 0.0) -> RecordedJoint:
     """A placed freedom as an element."""
     k = freedom.stiffness
     return RecordedJoint(
@@ -102,6 +105,7 @@ def recorded_joint(freedom: PlacedFreedom) -> RecordedJoint:
         freedom.turns,
         freedom.advance(1),
         0 if k is None else k,
+        preload,
     )
 
 

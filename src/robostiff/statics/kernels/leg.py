@@ -14,15 +14,22 @@ from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
 from robostiff.statics.element import FiniteSpring
+from robostiff.statics.from_snapshot import LegWalk
 from robostiff.statics.kernels.elements import (
     RecordedElement,
+    RecordedJoint,
     recorded_joint,
     recorded_springs,
 )
 from robostiff.statics.kernels.elimination import SymmetricElimination
-from robostiff.statics.kernels.motion import Body, ChainTerms, chain_terms, identity
+from robostiff.statics.kernels.motion import (
+    Body,
+    ChainTerms,
+    RecordedLoad,
+    chain_terms,
+    identity,
+)
 from robostiff.statics.kernels.strut import RecordedStrut, recorded_strut
-from robostiff.statics.legs import LegGroup
 
 
 @dataclass(frozen=True)
@@ -36,12 +43,14 @@ class RecordedChain:
     start, end : int or None
         Bodies; None for base and platform.
     elements : tuple of RecordedElement
+    loads : tuple of RecordedLoad
     """
 
     name: str
     start: int | None
     end: int | None
     elements: tuple[RecordedElement, ...]
+    loads: tuple[RecordedLoad, ...] = ()
 
     @property
     def coordinates(self) -> list[str]:
@@ -190,7 +199,8 @@ class RecordedLoadedLeg:
             begin, first = _BASE, []
             if chain.start is not None:
                 begin, first = bodies[chain.start], motions[chain.start]
-            terms = chain_terms(chain.elements, x, begin, rows if first else (), end.origin, W)
+            moving = rows if first else ()
+            terms = chain_terms(chain.elements, x, begin, moving, end.origin, W, chain.loads)
             turns += terms.turns
             wrench = chain.wrench(len(rows))
             ends = twist if chain.end is None else motions[chain.end]
@@ -276,52 +286,63 @@ _BASE = Body(
 
 
 def recorded_legs(
-    groups: Sequence[LegGroup],
+    walks: Sequence[LegWalk],
     placed: Sequence[PlacedLeg],
     unloaded: RecordedRobot,
+    loads: Sequence[Mapping[int, Sequence[RecordedLoad]]],
+    preload: Mapping[str, float],
 ) -> list[RecordedLoadedLeg | RecordedStrut]:
     """Legs on entries, of the same elements as those in numbers.
 
     Parameters
     ----------
-    groups : sequence of LegGroup
+    walks : sequence of LegWalk
         In numbers, at one posture.
     placed : sequence of PlacedLeg
         On entries, in the order of the robot.
     unloaded : RecordedRobot
         The stiffness of these legs without load.
+    loads : sequence of mappings of int to sequence of RecordedLoad
+        On the bodies of each leg, by chain.
+    preload : mapping of str to float
+        By ``leg/part``.
     """
-    found: dict[int, RecordedLoadedLeg | RecordedStrut] = {}
-    for group in groups:
-        for i, index in enumerate(group.indices):
-            found[index] = _leg(group, i, placed[index], unloaded.legs[index], unloaded)
-    return [found[k] for k in sorted(found)]
+    legs = zip(walks, placed, unloaded.legs, loads, strict=True)
+    return [_leg(*own, preload, unloaded) for own in legs]
 
 
 def _leg(
-    group: LegGroup, i: int, placed: PlacedLeg, own: RecordedLeg, robot: RecordedRobot
+    walk: LegWalk,
+    placed: PlacedLeg,
+    own: RecordedLeg,
+    loads: Mapping[int, Sequence[RecordedLoad]],
+    preload: Mapping[str, float],
+    robot: RecordedRobot,
 ) -> RecordedLoadedLeg | RecordedStrut:
     space, length = robot.space, robot.length
     parts = {part.name: part for part in placed.parts}
     chains, origins = [], {}
-    for c, chain in enumerate(group.chains):
+    for c, (start, end, like) in enumerate(walk.chains):
         elements: list[RecordedElement] = []
-        names = [element.names[i] for element in chain.elements]
-        for k, (name, element) in enumerate(zip(names, chain.elements, strict=True)):
+        names = [element.names[0] for element in like]
+        for k, (name, element) in enumerate(zip(names, like, strict=True)):
             part = parts[name]
             if isinstance(part, PlacedFreedom):
-                elements.append(recorded_joint(part))
+                elements.append(recorded_joint(part, preload.get(walk.prefix + name, 0)))
             elif isinstance(element, FiniteSpring) and name not in names[:k]:
                 count = names.count(name)
                 elements += recorded_springs(part, element, count, space, length)
-        chains.append(RecordedChain(f"{placed.name}.{c}", chain.start, chain.end, tuple(elements)))
-        if chain.end is not None and elements:
-            origins.setdefault(chain.end, elements[-1].point)
-    if len(chains) == 1 and space is Space.SPATIAL:
+        forces = tuple(loads.get(c, ()))
+        chains.append(RecordedChain(f"{placed.name}.{c}", start, end, tuple(elements), forces))
+        if end is not None and elements:
+            origins.setdefault(end, elements[-1].point)
+    pushed = any(e.preload for own in chains for e in own.elements if isinstance(e, RecordedJoint))
+    alone = len(chains) == 1 and not chains[0].loads and not pushed
+    if alone and space is Space.SPATIAL:
         strut = recorded_strut(chains[0].elements, own, length)
         if strut is not None:
             return strut
-    bodies = tuple(Turned(f"{placed.name}.b{b}", origins[b]) for b in range(len(group.points)))
+    bodies = tuple(Turned(f"{placed.name}.b{b}", origins[b]) for b in range(len(walk.points)))
     return RecordedLoadedLeg(placed.name, tuple(chains), bodies, space, length)
 
 

@@ -12,102 +12,78 @@ import numpy as np
 
 from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.formula import FormulaPose, place_leg, place_leg_at_joints
-from robostiff.model import Robot
-from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, is_zero, least
+from robostiff.model import Leg, Robot
+from robostiff.record import Entry, Program, is_zero, least
 from robostiff.recorded import RecordedRobot
-from robostiff.recorded.parameters import (
-    closed_samples,
-    coordinates_at_home,
-    parameter_samples,
-    sample_postures,
-    with_inputs,
-)
-from robostiff.recorded.robot import assembled
-from robostiff.spatial import Space
+from robostiff.recorded.robot import RobotOnEntries
+from robostiff.recorded.steps import BEFORE_FIRST, RecordedSteps, contraction, handed_on
+from robostiff.spatial import Space, cross
+from robostiff.statics.beam_bowing import Beams
+from robostiff.statics.from_snapshot import walks_of
 from robostiff.statics.kernels.buckling import Buckling, buckling_of
+from robostiff.statics.kernels.elements import RecordedJoint
 from robostiff.statics.kernels.elimination import SymmetricElimination, solved_with
 from robostiff.statics.kernels.leg import RecordedLoadedLeg, Turned, recorded_legs
-from robostiff.statics.kernels.motion import FURTHEST_TURN
+from robostiff.statics.kernels.motion import FURTHEST_TURN, identity
 from robostiff.statics.kernels.strut import RecordedStrut, StrutTerms, strut_terms
-from robostiff.statics.problem import EquilibriumProblem
+from robostiff.statics.kernels.weights import (
+    StandingLoads,
+    framed,
+    gravity_on,
+    loads_on_legs,
+    loads_on_platform,
+    with_recorded_masses,
+)
+from robostiff.statics.question import Question
 
-# Every step is at most half of the one before, or as small as rounding makes it; squares.
-_CONTRACTION, _SMALL_STEP = 0.5**2, 1e-9**2
 #: Least ratio of stiffness under load to that without it at which an answer is given.
 SAFE = 0.3
 # Of its mean size at the samples: what a pivot must keep.
 _PIVOT = 1e-3
 # The step that would be next at which equilibrium is reached; ClosedCode compares with 1e-12.
 _ARRIVED = 1e-11
-_LAST, _MARGIN = "size of the last step", "contraction"
-_ENDLESS = 1e300
 
 
-@dataclass(frozen=True)
-class RecordedLoading:
+@dataclass(frozen=True, kw_only=True)
+class RecordedLoading(RecordedSteps):
     """Newton steps from the unloaded posture to equilibrium.
+
+    Its inputs are coordinates of the posture, parameters, then the wrench; the first step leads to
+    the linear answer.
 
     Attributes
     ----------
-    inputs : tuple of str
-        Coordinates of the posture, the wrench, then parameters.
-    start : dict of names to floats
-        The unknowns without load.
-    first : Program
-        The first step, which leads from the inputs to the linear answer.
-    step : Program
-        From inputs, unknowns, and what the last step handed on, to the same of the next.
     arrival : Program
-        From the same to K (symmetric part, upper triangle), the shift and quaternion of the
-        platform, the square of the step that would be next, and a number that is positive where
-        all checks hold.
+        To K (symmetric part, upper triangle), the shift and quaternion of the platform, where it
+        has them the arms of dead forces on it (see `LoadedAnswer`), the square of the step that
+        would be next, and a number that is positive where all checks hold.
     checks : tuple of str
         Checks of the unloaded posture, whose rows come before the last two.
-    steps, most_steps : int
-        How many are usually enough, and how many may be taken.
+    has_arms : bool
     status, rank : Status, int
         Without load, at a general pose.
     """
 
-    inputs: tuple[str, ...]
-    start: dict[str, float]
-    first: Program
-    step: Program
-    arrival: Program
     checks: tuple[str, ...]
-    steps: int = 4
+    has_arms: bool
     most_steps: int = 10
     status: Status = Status.OK
     rank: int = 6
 
-    @property
-    def state(self) -> dict[str, float]:
-        """What the first step begins with, by name."""
-        return {**self.start, _LAST: _ENDLESS, _MARGIN: 1.0}
-
-    def arrived(self, program: Program) -> Program:
-        """What is computed at the end of the steps."""
-        return program
-
-    def composed(self, program: Program) -> Program:
-        """The same with the steps before it, from the inputs alone."""
-        record = Record({name: np.array([1.0]) for name in self.inputs})
-        values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
-        values |= self.state
-        for step in [self.first, *[self.step] * (self.steps - 1)]:
-            after = step.evaluated(values, ENTRY_FUNCTIONS)
-            values |= zip(self.state, after, strict=True)
-        return Program.of(record, program.evaluated(values, ENTRY_FUNCTIONS))
-
 
 @dataclass(frozen=True)
 class _Equations:
-    """The platform's equations at a state, legs eliminated."""
+    """The platform's equations at a state, legs eliminated.
+
+    K is that of the legs, `K_total` that less what dead forces f on the platform do, both symmetric
+    parts; `arms` is the sum of ``b f^T``, b their arms.
+    """
 
     elimination: SymmetricElimination
     K: dict[tuple[int, int], Any]
+    K_total: dict[tuple[int, int], Any]
     antisymmetric: np.ndarray
+    arms: np.ndarray
     right: list[Any]
     turns: list[Any]
     buckling: list[Any]
@@ -129,6 +105,8 @@ class LoadedRobot:
     space : Space
     length, force : float
     wrench : list of entries
+    dead : list of pairs of (3,) arrays
+        Arms from the point of the platform at the unloaded posture [m], and forces [N].
     """
 
     unloaded: RecordedRobot
@@ -139,6 +117,7 @@ class LoadedRobot:
     length: float
     force: float
     wrench: list[Any]
+    dead: list[tuple[np.ndarray, np.ndarray]]
 
     @property
     def start(self) -> dict[str, float]:
@@ -155,6 +134,15 @@ class LoadedRobot:
     def struts(self) -> dict[int, RecordedStrut]:
         """Legs that are struts, by number."""
         return {k: leg for k, leg in enumerate(self.legs) if isinstance(leg, RecordedStrut)}
+
+    @property
+    def stands(self) -> bool:
+        """Whether anything acts beside the wrench."""
+        if self.dead:
+            return True
+        chains = [c for leg in self.legs if isinstance(leg, RecordedLoadedLeg) for c in leg.chains]
+        joints = [e for c in chains for e in c.elements if isinstance(e, RecordedJoint)]
+        return any(c.loads for c in chains) or any(not is_zero(e.preload) for e in joints)
 
     def equations(self, values: Mapping[str, Any], *, arrived: bool = False) -> _Equations:
         """At a state, on the way to equilibrium or there."""
@@ -184,24 +172,39 @@ class LoadedRobot:
             moment = moment + terms.W[3:]
             for number, t, length in zip(struts, terms.t, terms.lengths, strict=True):
                 buckling += self.buckling[number].checks(t, length, SAFE)
+        arms = np.zeros((3, 3), dtype=int).astype(object)
+        for arm, force in self.dead:
+            b = body.R @ arm
+            arms = arms + b[:, None] * force[None, :]
+            acting = np.concatenate([force, cross(b, force)])
+            moment = moment - acting[3:]
+            for name, row in zip(twist, rows, strict=True):
+                elimination.add_right(name, acting[row])
         n = len(rows)
         K = {
             (i, j): elimination.A[twist[i]].get(twist[j], 0) for i in range(n) for j in range(i, n)
         }
+        turning = np.zeros((6, 6), dtype=int).astype(object)
+        trace = arms[0, 0] + arms[1, 1] + arms[2, 2]
+        turning[3:, 3:] = (arms + arms.T) * 0.5 - identity() * trace
+        K_total = {(i, j): own - turning[rows[i], rows[j]] for (i, j), own in K.items()}
         x, y, z = moment * 0.5
         A = np.zeros((6, 6), dtype=int).astype(object)
         A[3:, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
         right = [elimination.right[name] for name in twist]
-        return _Equations(elimination, K, A[np.ix_(rows, rows)], right, turns, buckling, terms)
+        A = A[np.ix_(rows, rows)]
+        return _Equations(elimination, K, K_total, A, arms, right, turns, buckling, terms)
 
     def first(self, values: Mapping[str, Any]) -> list[Any]:
         """The state after the first step: the linear answer."""
-        values = {**values, **self.start, _LAST: _ENDLESS, _MARGIN: 1.0}
-        return self.step(values, self.equations(values), self.unloaded.factors.solved(self.wrench))
+        values = {**values, **self.start, **BEFORE_FIRST}
+        at = self.equations(values)
+        twist = self.twist(at) if self.stands else self.unloaded.factors.solved(self.wrench)
+        return self.step(values, at, twist)
 
     def twist(self, at: _Equations) -> list[Any]:
         """Step of the platform, K_total x = missing, K_total not symmetric under moments."""
-        return solved_with(at.K, at.antisymmetric, at.right)[0]
+        return solved_with(at.K_total, at.antisymmetric, at.right)[0]
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
         """A twist in radians, shifts by the length."""
@@ -228,8 +231,7 @@ class LoadedRobot:
                 after |= own
                 moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
-        kept = values[_LAST] * _CONTRACTION + _SMALL_STEP - size
-        return [*(after[name] for name in self.start), size, least(values[_MARGIN], kept)]
+        return [*(after[name] for name in self.start), *handed_on(values, size)]
 
     def arrival(
         self, values: Mapping[str, Any], at: _Equations
@@ -239,7 +241,7 @@ class LoadedRobot:
         The step that would be next is taken with what K has more than its share of the stiffness
         without load: where that is positive, the energy of this step is at least that of the other.
         """
-        rest = {place: own - self.unloaded.K[place] * SAFE for place, own in at.K.items()}
+        rest = {place: own - self.unloaded.K[place] * SAFE for place, own in at.K_total.items()}
         none = np.zeros((self.space.size,) * 2, dtype=int)
         twist, pivots = solved_with(rest, none, at.right)
         left = [x for x in self.sizes(twist) if not is_zero(x)]
@@ -251,20 +253,23 @@ class LoadedRobot:
             *at.elimination.still,
             *at.buckling,
             *(FURTHEST_TURN - turn for turn in at.turns if isinstance(turn, Entry)),
-            values[_MARGIN],
+            contraction(values),
         ]
         safe = [x for x in safe if isinstance(x, Entry)]
         K = [at.K[i, j] for i in range(n) for j in range(i, n)]
         place = [values[name] for name in self.platform.coordinates]
+        arms = [*at.arms.flat] if self.dead else []
         checks = self.unloaded.checks
-        return [*K, *place, *checks.values(), gap, reduce(least, safe)], checks
+        return [*K, *place, *arms, *checks.values(), gap, reduce(least, safe)], checks
 
 
 def record_loading(
     robot: Robot,
     finder: PostureFinder,
-    problems: Sequence[EquilibriumProblem],
+    questions: Sequence[Question],
     force: float,
+    standing: StandingLoads,
+    beams: Beams,
     *,
     by_pose: bool,
 ) -> RecordedLoading:
@@ -276,100 +281,80 @@ def record_loading(
         Its symbols are inputs.
     finder : PostureFinder
         Of the same robot in numbers.
-    problems : sequence of EquilibriumProblem
+    questions : sequence of Question
         In numbers, at several postures.
     force : float
         Under which the platform moves by about a thousandth of the robot's length [N].
+    standing : StandingLoads
+        What acts beside the wrench.
+    beams : Bowing or Linear
     by_pose : bool
         Whether its inputs are pose coordinates; otherwise the coordinates of all legs.
     """
-    inputs = _posture_inputs(robot, finder, by_pose=by_pose)
-    random = np.random.default_rng(7)
+    gravity = gravity_on(robot.numeric, standing)
+    here = RobotOnEntries.of(
+        robot, finder, by_pose=by_pose, changed=framed if np.any(gravity) else _as_it_is
+    )
+    if np.any(gravity):
+        here = with_recorded_masses(here)
+    record, unloaded = here.record, here.recorded
+    random, count = np.random.default_rng(7), record.count
     # Some samples are without load: what vanishes there is no pivot.
-    count = len(next(iter(inputs.values())))
     shares = np.resize(np.array([0.0, 1.0, 0.5]), count)
-    wrench = {
-        name: shares * force * (1.0 if row < 3 else finder.length) * random.uniform(-1, 1, count)
-        for name, row in zip(robot.space.wrench_order, robot.space.rows, strict=True)
-    }
-    own = {**inputs, **wrench, **parameter_samples(robot)}
-    record = Record(own)
-    placed, pose, unloaded = _placed(robot, finder, record, list(inputs), by_pose=by_pose)
-    reference = pose.p + pose.R @ np.array(robot.reference_point, dtype=object)
-    legs = recorded_legs(problems[0].groups, [leg.leg for leg in placed], unloaded)
+
+    def small(size: float) -> np.ndarray:
+        return shares * size * random.uniform(-1, 1, count)
+
+    rows = zip(robot.space.wrench_order, robot.space.rows, strict=True)
+    sizes = {name: force * (1.0 if row < 3 else finder.length) for name, row in rows}
+    wrench = [record.add_input(name, small(size)) for name, size in sizes.items()]
+    inputs = record.inputs
+    dead, forces = loads_on_platform(here, standing, gravity)
+    snapshot = questions[0].snapshot
+    walks = [] if snapshot is None else walks_of(snapshot, beams)
+    on_legs = [own.leg for own in here.placed]
+    loads = loads_on_legs(walks, on_legs, forces, gravity)
+    legs = recorded_legs(walks, on_legs, unloaded, loads, standing.preload or {})
     struts = [k for k, leg in enumerate(legs) if isinstance(leg, RecordedStrut)]
     loaded = LoadedRobot(
         unloaded,
         legs,
-        buckling_of(problems, struts, force),
-        Turned("platform", reference),
+        buckling_of([own.problem for own in questions], struts, force),
+        Turned("platform", here.reference),
         robot.space,
         finder.length,
         force,
-        [record.input(name) for name in wrench],
+        wrench,
+        dead,
     )
-    platform = dict.fromkeys(loaded.platform.coordinates[:3], finder.length)
-    platform |= dict.fromkeys(loaded.platform.coordinates[4:], 1.0)
-    for name in loaded.platform.coordinates:
-        size = platform.get(name)
-        sample = 1.0 if size is None else size * 1e-3 * shares * random.uniform(-1, 1, count)
-        record.add_input(name, sample)
+    start = loaded.start
+    lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
+    for name, size in (lengths | dict.fromkeys(loaded.platform.coordinates[3:], 1e-3)).items():
+        record.add_input(name, small(size) if start[name] == 0.0 else start[name])
     for leg in legs:
         if isinstance(leg, RecordedLoadedLeg):
             for name, sample in leg.samples(shares, force, random).items():
                 record.add_input(name, sample)
         else:
-            record.add_input(leg.name, force * shares * random.uniform(-1, 1, count))
-    # in the order of the state
-    start = loaded.start
-    record.add_input(_LAST, 1.0)
-    record.add_input(_MARGIN, 1.0)
+            record.add_input(leg.name, small(force))
+    for name in BEFORE_FIRST:
+        record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}
     outputs, checks = loaded.arrival(values, loaded.equations(values, arrived=True))
     arrival = Program.of(record, outputs)
     at = loaded.equations(values)
-    step = Program.of(record, loaded.step(values, at, loaded.twist(at)))
-    first = loaded.first(values)
     return RecordedLoading(
-        tuple(own),
-        start,
-        Program.of(record, first),
-        step,
-        arrival,
-        tuple(checks),
+        inputs=inputs,
+        start=start,
+        step=Program.of(record, loaded.step(values, at, loaded.twist(at))),
+        arrival=arrival,
+        first=Program.of(record, loaded.first(values)),
+        checks=tuple(checks),
+        has_arms=bool(loaded.dead),
         status=unloaded.status,
         rank=unloaded.factors.rank,
     )
 
 
-def _posture_inputs(robot: Robot, finder: PostureFinder, *, by_pose: bool) -> dict[str, np.ndarray]:
-    if by_pose:
-        samples = sample_postures(finder.robot, finder).pose
-        pairs = zip(robot.coordinates, robot.coordinate_places, strict=True)
-        return {c.value: samples[:, k] for c, k in pairs}
-    inputs = {}
-    for leg, own in zip(robot.legs, closed_samples(robot, finder).coordinates, strict=True):
-        start = "q" if robot.is_serial else f"{leg.name}/"
-        inputs.update({f"{start}{i}": own[:, i] for i in range(leg.chain.size)})
-    return inputs
-
-
-def _placed(
-    robot: Robot, finder: PostureFinder, record: Record, names: Sequence[str], *, by_pose: bool
-) -> tuple[list[Any], FormulaPose, RecordedRobot]:
-    robot = with_inputs(robot, record)
-    if by_pose:
-        six: list[Any] = coordinates_at_home(robot, finder)
-        for name, k in zip(names, robot.coordinate_places, strict=True):
-            six[k] = record.input(name)
-        pose = FormulaPose.of_coordinates(np.array(six, dtype=object))
-        pairs = zip(robot.legs, finder.solvers, strict=True)
-        placed = [place_leg(leg, pose, solver) for leg, solver in pairs]
-    else:
-        waiting = iter(names)
-        placed = []
-        for leg in robot.legs:
-            q = [record.input(next(waiting)) for _ in range(leg.chain.size)]
-            placed.append(place_leg_at_joints(leg, np.array(q, dtype=object)))
-        pose = placed[0].platform
-    return placed, pose, assembled(robot, record, pose, placed, finder.length)
+def _as_it_is(leg: Leg) -> Leg:
+    return leg

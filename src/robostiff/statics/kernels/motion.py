@@ -46,6 +46,23 @@ class Body:
 
 
 @dataclass(frozen=True)
+class RecordedLoad:
+    """A force that keeps its direction on a body of a chain; see `BodyLoad`.
+
+    Attributes
+    ----------
+    after : int
+        How many elements lie before the body.
+    point, force : (3,) arrays of entries and numbers
+        At the unloaded posture [m], [N].
+    """
+
+    after: int
+    point: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True)
 class Column:
     """How a chain moves by one coordinate.
 
@@ -98,12 +115,13 @@ def chain_terms(
     body_rows: Sequence[int],
     end_point: np.ndarray,
     W: np.ndarray,
+    loads: Sequence[RecordedLoad] = (),
 ) -> ChainTerms:
     """A chain at its coordinates, under the wrench that the body at its end exerts on it.
 
     With a nearer the base than b the second derivative is ``w_a . h_b``, symmetric part,
     ``h_b = v_b x f + s (f . w_b) - (s . f) w_b + w_b x m / 2``, where the wrench (f, m) acts at s
-    from the point of b.
+    from the point of b; dead forces on bodies beyond add ``sum(s (f . w_b) - (s . f) w_b)`` alike.
 
     Parameters
     ----------
@@ -116,6 +134,7 @@ def chain_terms(
         At the unloaded posture [m].
     W : (6,) array of entries and numbers
         About the end point, where the chain has it.
+    loads : sequence of RecordedLoad
     """
     own = _Moving(start, body_rows)
     i = 0
@@ -123,14 +142,14 @@ def chain_terms(
         y = x[i : i + element.size]
         i += element.size
         own.pass_(k, element, y)
-    return own.terms(end_point, W)
+    return own.terms(end_point, W, loads)
 
 
 class _Moving:
     """A chain as it is passed from base to platform."""
 
     def __init__(self, start: Body, body_rows: Sequence[int]) -> None:
-        self.body = start
+        self.body, self.bodies = start, [start]
         self.columns: list[Column] = []
         self.stored: list[Any] = []  # gradient of the energy
         self.curved: dict[tuple[int, int], Any] = {}
@@ -146,6 +165,7 @@ class _Moving:
             self._joint(k, element, y[0])
         else:
             self._spring(k, element, y)
+        self.bodies.append(self.body)
 
     def _joint(self, k: int, joint: RecordedJoint, q: Any) -> None:
         R = self.body.R
@@ -158,7 +178,7 @@ class _Moving:
         own = len(self.columns)
         self.curved[own, own] = joint.stiffness
         self.columns.append(Column(k, axis * joint.slide, turning, at))
-        self.stored.append(joint.stiffness * q)
+        self.stored.append(joint.stiffness * q - joint.preload)
         if joint.turns:
             half = q * 0.5
             s = sine(half)
@@ -194,34 +214,39 @@ class _Moving:
             self.springs.append((spring, first, r, Q))
         self.body = Body(R, spring.point, at)
 
-    def terms(self, end_point: np.ndarray, W: np.ndarray) -> ChainTerms:
+    def terms(
+        self, end_point: np.ndarray, W: np.ndarray, loads: Sequence[RecordedLoad]
+    ) -> ChainTerms:
         P = self.body.of(end_point)
         f, m = W[:3], W[3:]
+        acting = [(own.after, self.bodies[own.after].of(own.point), own.force) for own in loads]
         J, gradient = [], []
         T = dict(self.curved)
         felt: dict[int, np.ndarray] = {}
         for b, column in enumerate(self.columns):
             v, w, s = column.v, column.w, P - column.at
             J.append(np.concatenate([v + cross(w, s), w]))
-            beyond = m + cross(s, f)
+            more, N = _dead(acting, column)
+            spread = N[0, 0] + N[1, 1] + N[2, 2]
+            turned = np.array([N[1, 2] - N[2, 1], N[2, 0] - N[0, 2], N[0, 1] - N[1, 0]])
+            beyond = m + cross(s, f) + turned
             felt[b] = beyond
-            gradient.append(self.stored[b] - (v @ f + w @ beyond))
+            gradient.append(self.stored[b] - (v @ (f + more) + w @ beyond))
             turning = any(not is_zero(x) for x in w)
             fw, sf = f @ w, s @ f
-            h = cross(v, f)
+            h = cross(v, f + more)
             if turning:
-                h = h + s * fw - w * sf + cross(w, m) * 0.5
+                h = h + s * fw - w * sf + cross(w, m) * 0.5 + N @ w - w * spread
             for a in range(b + 1):
                 other = self.columns[a]
                 if all(is_zero(x) for x in other.w):
                     continue
                 if other.element != column.element:
-                    rate = other.w @ h
+                    T[a, b] = T.get((a, b), 0) - other.w @ h
                 elif turning:
-                    rate = ((other.w @ s) * fw + (w @ s) * (f @ other.w)) * 0.5 - sf * (other.w @ w)
-                else:
-                    continue
-                T[a, b] = T.get((a, b), 0) - rate
+                    both = (other.w @ s) * fw + (w @ s) * (f @ other.w)
+                    both = both + other.w @ (N @ w) + w @ (N @ other.w)
+                    T[a, b] = T.get((a, b), 0) - (both * 0.5 - (sf + spread) * (other.w @ w))
         for spring, first, r, Q in self.springs:
             D = _rate_felt(r, Q.T @ felt[first])
             V = spring.modes[3:]
@@ -231,6 +256,18 @@ class _Moving:
                     place = first + a, first + b
                     T[place] = T.get(place, 0) - V[:, a] @ DV[:, b]
         return ChainTerms(self.body, P, J, T, gradient, self.turns)
+
+
+def _dead(
+    acting: Sequence[tuple[int, np.ndarray, np.ndarray]], column: Column
+) -> tuple[np.ndarray, np.ndarray]:
+    """What dead forces f on bodies beyond a column add: their sum, and that of ``s f^T``."""
+    N = np.zeros((3, 3), dtype=int).astype(object)
+    total = N[0]
+    for after, at, force in acting:
+        if after > column.element:
+            total, N = total + force, N + (at - column.at)[:, None] * force[None, :]
+    return total, N
 
 
 def _rate_felt(r: np.ndarray, m: np.ndarray) -> np.ndarray:

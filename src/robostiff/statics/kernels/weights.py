@@ -1,0 +1,253 @@
+"""Weights and dead forces on the bodies of a robot on recorded entries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
+from typing import Any
+
+import numpy as np
+
+from robostiff.elasticity import Elasticity
+from robostiff.model import (
+    Chain,
+    Element,
+    Joint,
+    Leg,
+    Link,
+    Mass,
+    ParallelBlock,
+    PlacedBlock,
+    PlacedElement,
+    PlacedLeg,
+    PlacedMass,
+    PlacedSpring,
+    Rigid,
+    Robot,
+    Telescope,
+    TelescopicBeam,
+)
+from robostiff.record import is_zero
+from robostiff.recorded.robot import RobotOnEntries
+from robostiff.statics.from_snapshot import DeadForce, LegWalk
+from robostiff.statics.given_loads import Gravity, Loads, acting_gravity, given_forces
+from robostiff.statics.kernels.motion import RecordedLoad
+
+# Names a rigid part without extent, which shows where the frame of the next one is.
+_FRAME = "\0frame"
+_NOWHERE = np.zeros(3)
+
+
+@dataclass(frozen=True)
+class StandingLoads:
+    """What acts beside the wrench, at every pose alike; as for `equilibrium`."""
+
+    loads: Loads | None = None
+    gravity: Gravity = None
+    preload: Mapping[str, float] | None = None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """As arguments of `equilibrium`."""
+        return {"loads": self.loads, "gravity": self.gravity, "preload": self.preload}
+
+
+def framed(leg: Leg) -> Leg:
+    """The same leg with a mark in each frame in which masses are given."""
+    return replace(leg, chain=_framed(leg.chain))
+
+
+def _framed(chain: Chain) -> Chain:
+    elements: list[Element] = []
+    for element in chain.elements:
+        own = element
+        if isinstance(element, ParallelBlock):
+            branches = (replace(one, chain=_framed(one.chain)) for one in element.branches)
+            own = replace(element, branches=tuple(branches))
+        elif isinstance(element, Rigid | Link) and element.masses:
+            elements.append(Link(_NOWHERE, Elasticity(np.zeros((6, 6))), np.eye(3), _FRAME))
+        elements.append(own)
+    return replace(chain, elements=tuple(elements))
+
+
+def with_recorded_masses(here: RobotOnEntries) -> RobotOnEntries:
+    """A robot whose legs were placed with marks, without them, and its masses in place."""
+    pairs = zip(here.robot.legs, here.placed, strict=True)
+    placed = (replace(own, leg=_weighed(framed(leg).chain, own.leg)) for leg, own in pairs)
+    return replace(here, placed=tuple(placed))
+
+
+def _weighed(chain: Chain, placed: PlacedLeg) -> PlacedLeg:
+    """Its masses as `with_masses` has them in numbers, in the same order."""
+    left = iter(placed.elements)
+    kept: list[PlacedElement] = []
+    masses: list[PlacedMass] = []
+    R, p = np.eye(3), _NOWHERE
+    for element in chain.elements:
+        if isinstance(element, Rigid):
+            for mass in element.masses:
+                centre = element.transform.p * 0.5 if mass.centre is None else mass.centre
+                masses += _fixed(element.name, mass, p + R @ centre, len(kept))
+            continue
+        own = next(left)
+        if isinstance(own, PlacedSpring) and element.name == _FRAME:
+            R, p = own.rotation, own.point
+            continue
+        if isinstance(own, PlacedBlock) and isinstance(element, ParallelBlock):
+            pairs = zip(element.branches, own.branches, strict=True)
+            own = replace(own, branches=tuple(_weighed(b.chain, leg) for b, leg in pairs))
+        kept.append(own)
+        if isinstance(element, Joint):
+            kept += [next(left) for _ in range(element.size - 1)]
+        elif isinstance(element, Link):
+            masses += _along(element, own, R, p, len(kept))
+        elif isinstance(element, Telescope):
+            for beam in element.beams:
+                start, own = own, next(left)
+                kept.append(own)
+                masses += _of_beam(beam, start, own, len(kept))
+    return replace(placed, elements=tuple(kept), masses=tuple(masses))
+
+
+def _along(link: Link, own: Any, R: np.ndarray, p: np.ndarray, after: int) -> Iterator[PlacedMass]:
+    """Masses of an elastic part that begins in the frame (R, p)."""
+    for mass in link.masses:
+        centre = p if mass.centre is None else p + R @ mass.centre
+        if not np.any(link.to):
+            yield from _fixed(own.name, mass, centre, after)
+        elif mass.centre is None:
+            yield _spread(mass.value, own, p, mass.span or (0.0, 1.0), after)
+        else:
+            yield from _fixed(own.name, mass, centre, after, p)
+
+
+def _of_beam(beam: TelescopicBeam, start: Any, own: Any, after: int) -> Iterator[PlacedMass]:
+    """Mass of a beam of a telescope, between the points of two parts."""
+    value, density = beam.mass, beam.material.density
+    if value is None and density is not None:
+        length = (own.point - start.point) @ own.rotation[:, 0]
+        value = length * beam.section.A * density
+    if value is not None:
+        yield _spread(value, own, start.point, (0.0, 1.0), after)
+
+
+def _fixed(
+    name: str, mass: Mass, centre: np.ndarray, after: int, start: np.ndarray | None = None
+) -> list[PlacedMass]:
+    """A mass in one place; where it turns does not matter to its weight."""
+    count = 1 if mass.inertia is None else 6
+    one = PlacedMass(name, mass.value * (1 / count), centre, after, start)
+    return [one] * count
+
+
+def _spread(
+    value: Any, own: PlacedSpring, start: np.ndarray, span: tuple[float, float], after: int
+) -> PlacedMass:
+    centre = start + (own.point - start) * (0.5 * (span[0] + span[1]))
+    return PlacedMass(own.name, value, centre, after, start, span)
+
+
+def _masses(leg: PlacedLeg) -> Iterator[PlacedMass]:
+    """In the order in which a walk meets them."""
+    for block in leg.blocks:
+        for branch in block.branches:
+            yield from _masses(branch)
+    yield from leg.masses
+
+
+def loads_on_legs(
+    walks: Sequence[LegWalk],
+    placed: Sequence[PlacedLeg],
+    forces: Mapping[str, Sequence[DeadForce]],
+    gravity: np.ndarray,
+) -> list[dict[int, list[RecordedLoad]]]:
+    """What acts on the bodies of each leg, by chain.
+
+    The weights of one body are one force at their centre.
+
+    Parameters
+    ----------
+    walks : sequence of LegWalk
+        Of the same legs in numbers.
+    placed : sequence of PlacedLeg
+        On entries.
+    forces : mapping of str to sequence of DeadForce
+        By ``leg/part``.
+    gravity : (3,) array
+        [m/s^2].
+    """
+    found = []
+    for walk, leg in zip(walks, placed, strict=True):
+        points: dict[str, np.ndarray] = {}
+        for element in leg.parts:  # the last freedom of a joint has its body behind it
+            points[element.name] = points[element.name.partition("[")[0]] = element.point
+        own: dict[int, list[RecordedLoad]] = {}
+        weights: dict[tuple[int, int], list[tuple[Any, np.ndarray]]] = {}
+        if np.any(gravity):
+            for (_, behind), mass in zip(walk.weights, _masses(leg), strict=True):
+                chain, after, parts = walk.carrier(mass, behind)
+                end = points.get(mass.name, _NOWHERE)
+                for point in mass.lumped(parts, end):
+                    at = chain, after - parts + point.after
+                    weights.setdefault(at, []).append((point.value, point.point))
+        for (chain, after), several in weights.items():
+            value, centre = _together(several)
+            own.setdefault(chain, []).append(RecordedLoad(after, centre, gravity * value))
+        for name, part in walk.named.items():
+            for force in forces.get(name, ()):
+                point = force.point
+                if point is None:
+                    point = points[name.removeprefix(walk.prefix)]
+                at = np.array(point, dtype=object)
+                own.setdefault(part.chain, []).append(
+                    RecordedLoad(part.after, at, np.array(force.force, dtype=object))
+                )
+        still = {c for c, (start, _, _) in enumerate(walk.chains) if start is None}
+        found.append(
+            {
+                chain: [load for load in loads if load.after or chain not in still]
+                for chain, loads in own.items()
+            }
+        )
+    return found
+
+
+def loads_on_platform(
+    here: RobotOnEntries, standing: StandingLoads, gravity: np.ndarray
+) -> tuple[list[tuple[np.ndarray, np.ndarray]], dict[str, tuple[DeadForce, ...]]]:
+    """Arms (3,) and forces (3,) of what acts on the platform; and forces on legs by their names."""
+    robot, pose, reference = here.robot, here.pose, here.reference
+    forces = given_forces(standing.loads, gravity, robot.space, (pose.R, pose.p))
+    found = []
+    if np.any(gravity) and robot.platform_masses:
+        several = [
+            (mass.value, pose.p if mass.centre is None else pose.p + pose.R @ mass.centre)
+            for mass in robot.platform_masses
+        ]
+        value, centre = _together(several)
+        found.append((centre - reference, gravity * value))
+    for own in forces.pop("platform", ()):
+        arm = np.zeros(3, dtype=int).astype(object)
+        if own.point is not None:
+            arm = np.array(own.point, dtype=object) - reference
+        found.append((arm, np.array(own.force, dtype=object)))
+    return found, forces
+
+
+def _together(several: Sequence[tuple[Any, np.ndarray]]) -> tuple[Any, np.ndarray]:
+    """Masses as one at their centre."""
+    several = [(value, np.array(point, dtype=object)) for value, point in several]
+    if len(several) == 1:
+        return several[0]
+    total = sum(value for value, _ in several)
+    if is_zero(total):
+        return total, several[0][1]
+    moment = reduce(add, (point * value for value, point in several))
+    return total, moment * (1 / total)
+
+
+def gravity_on(robot: Robot, standing: StandingLoads) -> np.ndarray:
+    """Acceleration of free fall (3,) [m/s^2] on a robot in numbers."""
+    return acting_gravity(robot, standing.gravity)
