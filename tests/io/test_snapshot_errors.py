@@ -44,8 +44,8 @@ WRONG = {
         '"reference_point"',
         '"refrence_point"',
         "2:17: refrence_point: unknown key: expected one of name, reference_point, legs, "
-        "description, planar, $schema, units, frame, order, params, oracle, peers, note, notes; "
-        "did you mean reference_point?",
+        "description, planar, gravity, $schema, units, frame, order, params, oracle, peers, note, "
+        "notes, masses; did you mean reference_point?",
     ),
     "key of another element": (
         '"k": 2e6',
@@ -291,7 +291,7 @@ WRONG = {
         '"legs"',
         '"graph": {}, "legs"',
         "3:2: graph: unknown key: expected one of name, reference_point, legs, description, "
-        "planar, $schema, units, frame, order, params, oracle, peers, note, notes",
+        "planar, gravity, $schema, units, frame, order, params, oracle, peers, note, notes, masses",
     ),
     "not JSON": ('"name": "arm",', '"name" "arm",', "2:9: not JSON: Expecting ':' delimiter"),
     "key given twice": (

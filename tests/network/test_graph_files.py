@@ -88,7 +88,7 @@ WRONG = {
         '"beams"',
         '"baems"',
         "11:3: graph.baems: unknown key: expected one of nodes, fixed, platform, beams, springs, "
-        "joints, note; did you mean beams?",
+        "joints, masses, note; did you mean beams?",
     ),
     "axis of no length": (
         '"axis": [0, 0, 1]',

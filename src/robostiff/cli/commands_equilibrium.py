@@ -85,11 +85,11 @@ def print_modes(
 
     picture = picture_beside(shown.plot, replacing)
     robot = model.load()
-    if not isinstance(robot, Robot | Snapshot):
+    if not isinstance(robot, Robot | Snapshot | Network):
         raise InputError(
             f"modes of {model.source!r}",
             got=type(robot).__name__,
-            expected="a robot or a snapshot of legs",
+            expected="a robot or a snapshot of legs, or a network",
         )
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}

@@ -145,7 +145,7 @@ def _results(source: str, robot: Any, place: Place) -> Any:
 
 def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
     """The robot at the pose: a snapshot of legs, or a network for the other forms."""
-    from robostiff.kinematics import find_posture
+    from robostiff.kinematics import find_posture, with_masses
     from robostiff.model import Robot, Snapshot
     from robostiff.network import Network
     from robostiff.network.snapshot_network import network_of_snapshot
@@ -155,7 +155,7 @@ def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
         found = find_posture(robot, pose, near=near_from(robot, place))
         if not found.reached.all():
             raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(found.complaints)}")
-        robot = found.snapshot.one(0)
+        robot = with_masses(found).one(0)
     if isinstance(robot, Snapshot):
         return robot if form == "snapshot" else network_of_snapshot(robot)
     if isinstance(robot, Network) and form != "snapshot":

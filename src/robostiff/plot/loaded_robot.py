@@ -182,7 +182,11 @@ def mode_picture(modes: Modes, number: int = 1, side: float = 1.0) -> Scene:
         )
     snapshot, own = modes.snapshot, modes[number - 1]
     if snapshot is None:
-        raise TypeError("modes have their robot")
+        raise InputError(
+            f"picture of a mode of {modes.name!r}",
+            got="a network or a linkage",
+            expected="a robot of legs, or a snapshot of one",
+        )
     motion = finite_motion(snapshot, own.motion)
     factor, unit = unit_of(extent(snapshot))
     scale = side * chosen_exaggeration(snapshot, motion)

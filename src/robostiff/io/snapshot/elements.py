@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -30,14 +30,25 @@ from robostiff.io.snapshot.format import (
     BeamPart,
     ElementPart,
     FreedomPart,
+    MassData,
     PassivePart,
     Spring6Data,
     Spring6Part,
     SpringPart,
 )
 from robostiff.io.units import Dimension
-from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedSpring, Role, beam_axes
+from robostiff.model import (
+    Actuated,
+    Mass,
+    Passive,
+    PlacedFreedom,
+    PlacedMass,
+    PlacedSpring,
+    Role,
+    beam_axes,
+)
 from robostiff.model.checks import rotation_matrix, unit_vector
+from robostiff.network.elements import uniform_mass
 from robostiff.spatial import Screw, full_turn
 
 
@@ -200,6 +211,45 @@ def placed_spring6(element: Spring6Data, name: str, place: DocumentPlace) -> Pla
         with place.at("compliance").to_blame():
             elasticity = elasticity_from_compliance(element.compliance or [])
     return PlacedSpring(name, np.array(element.point, dtype=float), rotation, elasticity)
+
+
+def placed_masses(
+    data: MassData, place: DocumentPlace, carrier: str, usual: np.ndarray, after: int = 0
+) -> Iterator[PlacedMass]:
+    """A mass of a file in the world, as one or, with an inertia, as six.
+
+    Parameters
+    ----------
+    data : MassData
+    place : DocumentPlace
+    carrier : str
+        What carries it.
+    usual : (3,) array
+        Where it is where the file does not say so, or where the elastic part ends [m].
+    after : int
+    """
+    at = None if data.at is None else np.array(data.at, dtype=float)
+    if data.start is None:
+        with place.to_blame():
+            mass = Mass(data.mass, inertia=data.inertia, name=data.name or carrier)
+        for value, arm in mass.points:
+            centre = (usual if at is None else at) + arm
+            yield PlacedMass(mass.name, np.asarray(value), centre, after)
+        return
+    start, span = np.array(data.start, dtype=float), None
+    if at is None:
+        span = (0.0, 1.0) if data.span is None else (data.span[0], data.span[1])
+        at = start + 0.5 * sum(span) * (usual - start)
+    yield PlacedMass(carrier, np.asarray(data.mass), at, after, start, span)
+
+
+def beam_masses(element: BeamData, name: str, after: int = 0) -> tuple[PlacedMass, ...]:
+    """The mass of a beam, from its density."""
+    start, end = np.array(element.start, dtype=float), np.array(element.end, dtype=float)
+    value = None if element.density is None else element.density * element.A
+    if value is not None:
+        value *= float(np.linalg.norm(end - start))
+    return tuple(replace(own, after=after) for own in uniform_mass(name, value, start, end))
 
 
 def _direction(subject: str, value: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ Row6 = Annotated[list[Number], Field(min_length=6, max_length=6)]
 Matrix6 = Annotated[list[Row6], Field(min_length=6, max_length=6)]
 Name = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0, le=_LARGEST)]
+Share = Annotated[float, Field(ge=0, le=1)]
 Informative = Annotated[Any, Field(description="any value; for people, not read")]
 
 
@@ -112,6 +113,7 @@ class BeamData(FilePart):
     shear_factor_z: Positive | None = Field(
         None, description="the shear correction factor of a force along z, for Timoshenko's theory"
     )
+    density: Positive | None = Field(None, description="of its material [kg/m^3], for its mass")
 
     @model_validator(mode="after")
     def _both_shear_factors(self) -> Self:
@@ -124,6 +126,62 @@ class BeamData(FilePart):
                 expected="shear_factor_y and shear_factor_z, or neither",
             )
         return self
+
+
+class MassData(FilePart):
+    """A mass in one place, or along an elastic part."""
+
+    name: Name | None = Field(None, description="what it is")
+    mass: Annotated[float, Field(ge=0, le=_LARGEST)] = Field(description="[kg]")
+    at: Point | None = Field(None, description="where it is [m]")
+    inertia: Vector | Matrix3 | None = Field(
+        None,
+        description="three moments of inertia, or a matrix, about `at` and in world axes [kg m^2]",
+    )
+    start: Point | None = Field(
+        None,
+        description="where the elastic part begins along which the mass is, and both ends of which "
+        "carry it [m]",
+    )
+    span: Annotated[list[Share], Field(min_length=2, max_length=2)] | None = Field(
+        None,
+        description="beside `start`: from which to which part of the length it is spread; all of "
+        "it where neither this nor `at` is given",
+    )
+    note: Informative = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        first, last = self.span or (0.0, 1.0)
+        expected = None
+        if self.span is not None and (self.start is None or self.at is not None or first >= last):
+            expected = "start and two rising parts of the length, without at"
+        elif self.inertia is not None and self.start is not None:
+            expected = "no inertia: an elastic part moves its masses by both its ends"
+        if expected is not None:
+            raise InputError("place of the mass", got=Words(self._given), expected=expected)
+        return self
+
+    @property
+    def _given(self) -> str:
+        keys = ("at", "inertia", "start", "span")
+        return ", ".join(key for key in keys if getattr(self, key) is not None)
+
+
+class LegMass(MassData):
+    """A mass that a leg or a branch carries."""
+
+    after: Name | None = Field(
+        None,
+        description="the element of the chain before the body that carries it, or the elastic part "
+        "along which it is; none for the body at which the chain begins",
+    )
+
+
+class NodeMass(MassData):
+    """A mass that a node of a graph carries."""
+
+    on: Name = Field(description="the node")
 
 
 class BeamPart(Chained, BeamData):
@@ -192,6 +250,7 @@ class BranchPart(FilePart):
         description="the elements from body to body, none for a rigid branch; all else is rigid"
     )
     couplings: list[CouplingPart] = Field(default=[], description="of joints in the chain")
+    masses: list[LegMass] = Field(default=[], description="of its parts, beside their densities")
     note: Informative = None
 
 
@@ -218,6 +277,7 @@ class LegPart(FilePart):
         min_length=1, description="the elements from base to platform; all else is rigid"
     )
     couplings: list[CouplingPart] = Field(default=[], description="of joints in the chain")
+    masses: list[LegMass] = Field(default=[], description="of its parts, beside their densities")
     note: Informative = None
 
 
@@ -230,6 +290,9 @@ class FileHead(FilePart):
         description="the point of the platform about which stiffness is given [m]"
     )
     planar: bool = Field(False, description="true for a robot that moves in the x-y plane alone")
+    gravity: Vector | None = Field(
+        None, description="the acceleration of free fall [m/s^2], for finite loads; none by default"
+    )
     schema_: str | None = Field(None, alias="$schema", description="for editors, not read")
     units: str | None = Field(None, description="for people, not read: units are always SI")
     frame: str | None = Field(None, description="for people, not read: axes are the world's")
@@ -245,6 +308,7 @@ class SnapshotFile(FileHead):
     """A robot frozen at a pose: world axes, metres, newtons and radians."""
 
     legs: list[LegPart] = Field(min_length=1, description="the chains that hold the platform")
+    masses: list[MassData] = Field(default=[], description="on the platform")
 
 
 class BetweenPart(FilePart):
@@ -264,6 +328,10 @@ class BeamBetween(BetweenPart, BeamData):
 
 class SpringBetween(BetweenPart, Spring6Data):
     """An elastic part given by its 6 x 6 matrix, of node b against node a."""
+
+    masses: list[MassData] = Field(
+        default=[], description="along it; without a start on the body of node b"
+    )
 
 
 class FreedomPart(ScrewData):
@@ -291,6 +359,7 @@ class GraphPart(FilePart):
     beams: list[BeamBetween] = Field(default=[], description="beams between nodes")
     springs: list[SpringBetween] = Field(default=[], description="springs between nodes")
     joints: list[JointBetween] = Field(default=[], description="joints between nodes")
+    masses: list[NodeMass] = Field(default=[], description="masses of nodes")
     note: Informative = None
 
 

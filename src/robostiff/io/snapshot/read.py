@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -11,14 +11,23 @@ import numpy as np
 
 from robostiff.errors import FileError
 from robostiff.io.document import Document, read_document
-from robostiff.io.snapshot.elements import DocumentPlace, placed, question_joints
+from robostiff.io.snapshot.elements import (
+    DocumentPlace,
+    beam_masses,
+    placed,
+    placed_masses,
+    question_joints,
+)
 from robostiff.io.snapshot.format import (
+    BeamPart,
     BranchPart,
     ElementPart,
+    LegMass,
     LegPart,
     ParallelPart,
     SnapshotFile,
 )
+from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.validation import validate
 from robostiff.kinematics import spring_compliance
 from robostiff.kinematics.frames import coupled
@@ -31,6 +40,7 @@ from robostiff.model import (
     PlacedElement,
     PlacedFreedom,
     PlacedLeg,
+    PlacedMass,
     PlacedSpring,
     Snapshot,
 )
@@ -168,8 +178,20 @@ def snapshot_from_document(document: Document) -> Snapshot:
     refuse_twins([leg.name for leg in file.legs], place.at("legs"), "leg")
     legs = tuple(_leg(leg, place.at("legs", i)) for i, leg in enumerate(file.legs))
     space = Space.PLANAR if file.planar else Space.SPATIAL
+    reference = np.array(file.reference_point, dtype=float)
+    masses = [
+        mass
+        for i, own in enumerate(file.masses)
+        for mass in placed_masses(own, place.at("masses", i), "platform", reference)
+    ]
     snapshot = Snapshot(
-        file.name, legs, np.array(file.reference_point, dtype=float), space, file.description
+        file.name,
+        legs,
+        reference,
+        space,
+        file.description,
+        masses=tuple(masses),
+        gravity=None if file.gravity is None else np.array(file.gravity, dtype=float),
     )
     if file.planar:
         check_planar(snapshot, place.at("legs"))
@@ -228,7 +250,7 @@ def _leg(part: LegPart, place: DocumentPlace) -> PlacedLeg:
             expected="at least one beam, spring or spring6",
             hint="a leg of rigid parts and passive joints alone has no stiffness matrix",
         )
-    return PlacedLeg(part.name, _chain(part, place), np.array(part.end, dtype=float))
+    return _placed_leg(part, place, part.name)
 
 
 def _is_elastic(chain: Sequence[ElementPart]) -> bool:
@@ -240,24 +262,58 @@ def _is_elastic(chain: Sequence[ElementPart]) -> bool:
     )
 
 
-def _chain(
-    part: LegPart | BranchPart, place: DocumentPlace, prefix: str = ""
-) -> tuple[PlacedElement, ...]:
-    """The elements of a leg or a branch; inside blocks names begin with ``block/branch/``."""
+def _placed_leg(
+    part: LegPart | BranchPart, place: DocumentPlace, name: str, prefix: str = ""
+) -> PlacedLeg:
+    """A leg or a branch; inside blocks names begin with ``block/branch/``."""
+    end = np.array(part.end, dtype=float)
     chain = place.at("chain")
     given = [element.name for element in part.chain if element.name is not None]
     refuse_twins(given, chain, "element", [i for i, e in enumerate(part.chain) if e.name])
     elements: list[PlacedElement] = []
-    for i, (element, own) in enumerate(zip(part.chain, _names(part.chain), strict=True)):
-        name = prefix + own
+    masses: list[PlacedMass] = []
+    names = _names(part.chain)
+    for i, (element, own) in enumerate(zip(part.chain, names, strict=True)):
         if isinstance(element, ParallelPart):
-            elements.append(_block(element, name, chain.at(i)))
-        else:
-            elements.append(placed(element, name, chain.at(i)))
+            elements.append(_block(element, prefix + own, chain.at(i)))
+            continue
+        elements.append(placed(element, prefix + own, chain.at(i)))
+        if isinstance(element, BeamPart):
+            masses += beam_masses(element, prefix + own, i + 1)
     question_joints(part.chain, chain)
-    if not part.couplings:
-        return tuple(elements)
-    return tuple(coupled(elements, _transmission(part, place, elements, prefix), prefix=prefix))
+    for i, own in enumerate(part.masses):
+        masses += _masses(own, place.at("masses", i), names, elements)
+    if part.couplings:
+        elements = coupled(elements, _transmission(part, place, elements, prefix), prefix=prefix)
+    return PlacedLeg(name, tuple(elements), end, tuple(masses))
+
+
+def _masses(
+    data: LegMass, place: DocumentPlace, names: Sequence[str], elements: Sequence[PlacedElement]
+) -> Iterator[PlacedMass]:
+    """A mass that a leg or a branch carries."""
+    if data.after is None:
+        if data.at is None or data.start is not None:
+            raise place.error(
+                "mass before the first element", expected="a place of it: at, and no start"
+            )
+        yield from placed_masses(data, place, "base", np.zeros(3))
+        return
+    if data.after not in names:
+        raise place.at("after").error(
+            "element before a mass",
+            got=data.after,
+            expected=f"one of {listing(names)}",
+            hint=did_you_mean(data.after, names),
+        )
+    count = names.index(data.after) + 1
+    carrier = elements[count - 1]
+    if data.start is not None and not isinstance(carrier, PlacedSpring):
+        raise place.at("after").error(
+            "elastic part along which a mass is", got=data.after, expected="a beam or a spring6"
+        )
+    usual = carrier.branches[0].end if isinstance(carrier, PlacedBlock) else carrier.point
+    yield from placed_masses(data, place, carrier.name, usual, count)
 
 
 def _transmission(
@@ -293,8 +349,7 @@ def _block(part: ParallelPart, name: str, place: DocumentPlace) -> PlacedBlock:
     legs = []
     for i, branch in enumerate(part.branches):
         own = f"{name}/{branch.name}"
-        elements = _chain(branch, branches.at(i), f"{own}/")
-        legs.append(PlacedLeg(own, elements, np.array(branch.end, dtype=float)))
+        legs.append(_placed_leg(branch, branches.at(i), own, f"{own}/"))
     return PlacedBlock(name, tuple(legs))
 
 

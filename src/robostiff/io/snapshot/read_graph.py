@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -11,8 +11,10 @@ import numpy as np
 from robostiff.io.document import Document, read_document
 from robostiff.io.snapshot.elements import (
     DocumentPlace,
+    beam_masses,
     placed_beam,
     placed_freedom,
+    placed_masses,
     placed_spring6,
 )
 from robostiff.io.snapshot.format import (
@@ -26,7 +28,7 @@ from robostiff.io.snapshot.format import (
 from robostiff.io.snapshot.read import refuse_twins
 from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.validation import validate
-from robostiff.model import Actuated, Passive
+from robostiff.model import Actuated, Passive, PlacedMass
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
 from robostiff.network.connection import check_fits
 from robostiff.spatial import Space
@@ -111,7 +113,7 @@ def network_from_document(document: Document) -> Network:
         )
     return Network(
         file.name,
-        tuple(Node(name, np.array(point, dtype=float)) for name, point in graph.nodes.items()),
+        tuple(_nodes(graph, place)),
         tuple(graph.fixed),
         graph.platform,
         np.array(file.reference_point, dtype=float),
@@ -120,7 +122,19 @@ def network_from_document(document: Document) -> Network:
         tuple(joints),
         space,
         file.description,
+        gravity=None if file.gravity is None else np.array(file.gravity, dtype=float),
     )
+
+
+def _nodes(graph: GraphPart, place: DocumentPlace) -> Iterator[Node]:
+    """The bodies with their masses."""
+    for name, given in graph.nodes.items():
+        point = np.array(given, dtype=float)
+        masses: list[PlacedMass] = []
+        for i, own in enumerate(graph.masses):
+            if own.on == name:
+                masses += placed_masses(own, place.at("masses", i), name, point)
+        yield Node(name, point, tuple(masses))
 
 
 def _check_nodes(graph: GraphPart, place: DocumentPlace) -> None:
@@ -131,6 +145,12 @@ def _check_nodes(graph: GraphPart, place: DocumentPlace) -> None:
         raise place.at("platform").error(
             "platform", got=graph.platform, expected="a node that is not fixed"
         )
+    for i, own in enumerate(graph.masses):
+        _check_known(own.on, graph, place.at("masses", i, "on"))
+        if own.start is not None:
+            raise place.at("masses", i, "start").error(
+                "mass of a node", got=own.start, expected="a place: at, and no start"
+            )
     lists = {"beams": graph.beams, "springs": graph.springs, "joints": graph.joints}
     for key, parts in lists.items():
         for i, part in enumerate(parts):
@@ -165,7 +185,9 @@ def _beam(part: BeamBetween, name: str, place: DocumentPlace, space: Space) -> B
     spring = placed_beam(part, name, place)
     start = np.array(part.start, dtype=float)
     compliance = spring.elasticity.compliance
-    beam = BeamElement(name, part.a, part.b, start, spring.point, spring.rotation, compliance)
+    ends = start, spring.point
+    masses = beam_masses(part, name)
+    beam = BeamElement(name, part.a, part.b, *ends, spring.rotation, compliance, masses)
     with place.to_blame():
         check_fits(beam, space)
     return beam
@@ -173,7 +195,11 @@ def _beam(part: BeamBetween, name: str, place: DocumentPlace, space: Space) -> B
 
 def _spring(part: SpringBetween, name: str, place: DocumentPlace, space: Space) -> SpringElement:
     placed = placed_spring6(part, name, place)
-    spring = SpringElement(name, part.a, part.b, placed.point, placed.rotation, placed.elasticity)
+    masses: list[PlacedMass] = []
+    for i, own in enumerate(part.masses):
+        masses += placed_masses(own, place.at("masses", i), name, placed.point)
+    own = placed.point, placed.rotation, placed.elasticity
+    spring = SpringElement(name, part.a, part.b, *own, tuple(masses))
     with place.to_blame():
         check_fits(spring, space)
     return spring

@@ -19,6 +19,7 @@ from robostiff.model import (
     PlacedElement,
     PlacedFreedom,
     PlacedLeg,
+    PlacedMass,
     PlacedSpring,
     Role,
     Snapshot,
@@ -74,6 +75,9 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     if snapshot.space is Space.PLANAR:
         data["planar"] = True
     data["reference_point"] = one_pose(snapshot.reference_point, 1)
+    data |= _gravity(snapshot)
+    if snapshot.masses:
+        data["masses"] = [_mass(mass) for mass in snapshot.masses]
     names = distinct(leg.name for leg in snapshot.legs)
     data["legs"] = [_leg(leg, name) for leg, name in zip(snapshot.legs, names, strict=True)]
     return data
@@ -97,7 +101,8 @@ def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
         replace(e, role=held[e.name]) if isinstance(e, PlacedFreedom) and e.name in held else e
         for e in alone
     ]
-    elements = [e for e in elements if not _is_rigid(e)]
+    kept = [k for k, e in enumerate(elements) if not _is_rigid(e)]
+    elements = [elements[k] for k in kept]
     names = distinct(e.name.removeprefix(prefix) for e in elements)
     chain = [
         _block(e, n) if isinstance(e, PlacedBlock) else _element(e, n)
@@ -106,7 +111,29 @@ def _chain(leg: PlacedLeg, name: str, prefix: str) -> dict[str, Any]:
     written = dict(zip((e.name for e in elements), names, strict=True))
     couplings = list(_couplings(leg, written, held, prefix))
     data = {"name": name, "end": one_pose(leg.end, 1), "chain": chain}
-    return {**data, "couplings": couplings} if couplings else data
+    if couplings:
+        data["couplings"] = couplings
+    if leg.masses:
+        data["masses"] = [
+            _mass(mass) | {"after": names[before[-1]]} if before else _mass(mass)
+            for mass in leg.masses
+            for before in ([i for i, k in enumerate(kept) if k < mass.after],)
+        ]
+    return data
+
+
+def _mass(mass: PlacedMass) -> dict[str, Any]:
+    """What `placed_masses` reads back."""
+    data = {"name": mass.name, "mass": float(mass.value)}
+    if mass.span is None:
+        data["at"] = one_pose(mass.centre, 1)
+    else:
+        data["span"] = [float(part) for part in mass.span]
+    return data if mass.start is None else {**data, "start": one_pose(mass.start, 1)}
+
+
+def _gravity(robot: Snapshot | Network) -> dict[str, Any]:
+    return {} if robot.gravity is None else {"gravity": _plain(robot.gravity)}
 
 
 def _held_alone(leg: PlacedLeg, rigid: set[str]) -> dict[str, Role]:
@@ -253,9 +280,9 @@ def network_to_data(network: Network) -> dict[str, Any]:
     if network.space is Space.PLANAR:
         data["planar"] = True
     data["reference_point"] = _plain(network.reference_point)
+    data |= _gravity(network)
     springs = [
-        _spring(element.name, element.a, element.b, *_elastic(element))
-        for element in (*network.beams, *network.springs)
+        _spring(element, *_elastic(element)) for element in (*network.beams, *network.springs)
     ]
     joints = [_joint(joint) for joint in network.joints]
     data["graph"] = {
@@ -265,6 +292,9 @@ def network_to_data(network: Network) -> dict[str, Any]:
         "springs": _named(springs),
         "joints": _named(joints),
     }
+    masses = [{"on": node.name, **_mass(mass)} for node in network.nodes for mass in node.masses]
+    if masses:
+        data["graph"]["masses"] = masses
     return data
 
 
@@ -275,10 +305,14 @@ def _elastic(element: BeamElement | SpringElement) -> tuple[np.ndarray, np.ndarr
 
 
 def _spring(
-    name: str, a: str, b: str, point: np.ndarray, rotation: np.ndarray, elasticity: Elasticity
+    own: BeamElement | SpringElement,
+    point: np.ndarray,
+    rotation: np.ndarray,
+    elasticity: Elasticity,
 ) -> dict[str, Any]:
     place = {"point": _plain(point), "rotation": _plain(rotation)}
-    return {"name": name, "a": a, "b": b, **place, **matrix_data(elasticity, name)}
+    data = {"name": own.name, "a": own.a, "b": own.b, **place, **matrix_data(elasticity, own.name)}
+    return {**data, "masses": [_mass(mass) for mass in own.masses]} if own.masses else data
 
 
 def _joint(joint: JointElement) -> dict[str, Any]:

@@ -1,0 +1,133 @@
+"""Masses and gravity in snapshot files by legs and by graphs: read back, and written by hand."""
+
+import json
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+from robostiff.errors import FileError
+from robostiff.io.document import parse_document
+from robostiff.io.snapshot import (
+    network_from_document,
+    network_to_data,
+    snapshot_from_document,
+    snapshot_to_data,
+)
+from robostiff.kinematics import with_masses
+from robostiff.network import network_of_snapshot
+from tests.cli.running import Running
+
+ONE = rs.Bowing(elements=1)
+
+
+def heavy(name: str) -> rs.Snapshot:
+    """A shipped robot with a spindle on its platform, at home."""
+    robot = rs.load(name)
+    spindle = rs.Mass(15, [0.01, 0.02, 0.05], name="spindle", inertia=[0.4, 0.5, 0.7])
+    robot = rs.Robot(**{**vars_of(robot), "platform_masses": (spindle,), "gravity": "-z"})
+    return with_masses(rs.find_posture(robot)).one(0)
+
+
+def vars_of(robot: rs.Robot) -> dict:
+    return {name: getattr(robot, name) for name in robot.__dataclass_fields__}
+
+
+@pytest.mark.parametrize("name", ["six-joint-arm", "3-puu", "orthoglide"])
+def test_masses_and_gravity_are_read_back(name: str):
+    snapshot = heavy(name)
+    network = network_of_snapshot(snapshot)
+    legs = snapshot_from_document(parse_document(json.dumps(snapshot_to_data(snapshot))))
+    graph = network_from_document(parse_document(json.dumps(network_to_data(network))))
+    F = [20, -10, -30, 1, 2, 3.0]
+    for one, other in ((snapshot, legs), (network, graph)):
+        a, b = rs.modes(one, beams=ONE), rs.modes(other, beams=ONE)
+        assert len(a) == len(b) > 5
+        assert np.allclose(b.frequencies[:9], a.frequencies[:9], rtol=1e-7)
+        a, b = (rs.equilibrium(own, wrench=F, beams=ONE) for own in (one, other))
+        assert np.allclose(b.displacement, a.displacement, rtol=1e-8, atol=1e-14)
+    assert np.allclose(legs.gravity, [0, 0, -9.80665])
+    weight = sum(float(own.value) for leg in snapshot.legs for own in leg.masses)
+    assert np.isclose(weight, sum(float(own.value) for leg in legs.legs for own in leg.masses))
+
+
+def crane(**more: object) -> dict:
+    rod = {
+        "type": "beam",
+        "name": "rod",
+        "start": [0, 0, 0],
+        "end": [1.2, 0, 0],
+        "y_axis": [0, 1, 0],
+        "E": 2e11,
+        "G": 8e10,
+        "A": 1e-3,
+        "Iy": 1e-7,
+        "Iz": 1e-7,
+        "J": 2e-7,
+        "density": 7850,
+    }
+    leg = {"name": "boom", "end": [1.2, 0, 0], "chain": [rod], **more}
+    return {"name": "crane", "reference_point": [1.2, 0, 0], "legs": [leg]}
+
+
+def read(data: dict) -> rs.Snapshot:
+    return snapshot_from_document(parse_document(json.dumps(data)))
+
+
+def test_a_beam_with_a_density_and_masses_along_it():
+    """q L^4 / 8 E I, a mass at its end, one in its middle, and half of a beam that is covered."""
+    g, L, EI, q = 9.80665, 1.2, 2e4, 7.85
+    sunk = [q * L**4 / 8, 3.0 * L**3 / 3, 2.0 * 5 * L**3 / 48, 4.0 / L * 2 * 41 * L**4 / 384]
+    given = [
+        [],
+        [{"mass": 3, "after": "rod"}],
+        [{"mass": 2, "after": "rod", "start": [0, 0, 0], "at": [0.6, 0, 0]}],
+        [{"mass": 4, "after": "rod", "start": [0, 0, 0], "span": [0.5, 1]}],
+    ]
+    for own, more in zip(sunk, given, strict=True):
+        bent = rs.deflection(read(crane(masses=more)), gravity="-z")
+        expected = (sunk[0] + (own if more else 0.0)) * g / EI
+        assert np.isclose(-bent.twist[2], expected, rtol=1e-9)
+
+
+def test_the_same_as_a_graph(tmp_path):
+    rod = {key: own for key, own in crane()["legs"][0]["chain"][0].items() if key != "type"}
+    graph = {
+        "nodes": {"wall": [0, 0, 0], "tip": [1.2, 0, 0]},
+        "fixed": ["wall"],
+        "platform": "tip",
+        "beams": [{**rod, "a": "wall", "b": "tip"}],
+        "masses": [{"on": "tip", "mass": 3, "at": [1.2, 0, 0.1], "inertia": [0.1, 0.2, 0.25]}],
+    }
+    data = {
+        "name": "crane",
+        "reference_point": [1.2, 0, 0],
+        "gravity": [0, 0, -9.8],
+        "graph": graph,
+    }
+    network = network_from_document(parse_document(json.dumps(data)))
+    mass = {**graph["masses"][0], "after": "rod"}
+    del mass["on"]
+    legs = read({**crane(masses=[mass]), "gravity": [0, 0, -9.8]})
+    assert np.allclose(rs.modes(network).frequencies, rs.modes(legs).frequencies, rtol=1e-9)
+    path = tmp_path / "crane.json"
+    path.write_text(json.dumps(data))
+    found = Running().answer("modes", str(path))
+    told = [mode["frequency"] for mode in found["modes"]]
+    assert np.allclose(told, rs.modes(legs).frequencies, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("mass", "words"),
+    [
+        ({"mass": 3}, "mass before the first element"),
+        ({"mass": 3, "after": "road"}, "did you mean rod"),
+        ({"mass": -3, "after": "rod"}, "mass"),
+        ({"mass": 3, "after": "rod", "span": [0, 1]}, "start and two rising parts"),
+        ({"mass": 3, "after": "rod", "start": [0, 0, 0], "inertia": [1, 1, 1]}, "no inertia"),
+        ({"mass": 3, "after": "rod", "inertia": [1, 1, 9]}, "none is more than the other two"),
+    ],
+)
+def test_masses_that_make_no_sense(mass: dict, words: str):
+    with pytest.raises(FileError, match=words):
+        read(crane(masses=[mass]))
