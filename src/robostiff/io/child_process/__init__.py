@@ -15,6 +15,8 @@ from robostiff.errors import FileError, Location
 from robostiff.io.suggest import Words
 
 _SERVE = Path(__file__).with_name("serve.py")
+# What may be asked of it; these scripts import nothing of this package.
+EXPAND_XACRO, COMPILE_MJCF = map(_SERVE.with_name, ("expand_xacro.py", "compile_mjcf.py"))
 
 
 @dataclass(frozen=True)

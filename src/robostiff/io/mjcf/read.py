@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, InputError, Location
-from robostiff.io.child_process import answer_of
+from robostiff.io.child_process import COMPILE_MJCF, answer_of
 from robostiff.io.mjcf.kinematic_part import kinematic_part
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint, TreeLoop
@@ -23,7 +23,6 @@ from robostiff.kinematics.turn import turn_about
 from robostiff.model import Actuated, Passive, Role
 from robostiff.spatial import Frame
 
-_TASK = Path(__file__).with_name("compile_in_child.py")
 _LINE = re.compile(r",? line (\d+)")
 _REAL = frozenset(
     (
@@ -81,12 +80,12 @@ def compiled_model(source: Path | str) -> CompiledModel:
 @lru_cache(maxsize=64)
 def _compiled(text: str, file: str) -> CompiledModel:
     place = Location(file)
-    return _from_data(answer_of(_TASK, {"text": text}, place, "MJCF", "MuJoCo"), place)
+    return _from_data(answer_of(COMPILE_MJCF, {"text": text}, place, "MJCF", "MuJoCo"), place)
 
 
 def read_model(model: Any) -> CompiledModel:
     """Names and arrays of an ``mujoco.MjModel``."""
-    from robostiff.io.mjcf.compile_in_child import mujoco, names_and_arrays
+    from robostiff.io.child_process.compile_mjcf import mujoco, names_and_arrays
 
     on_joints = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
     driven = [

@@ -1,4 +1,4 @@
-"""Reading URDF, with what is checked of it, and xacro where it is allowed."""
+"""URDF, robot descriptions of ROS, read by yourdfpy; and xacro, expanded by xacrodoc."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from robostiff.errors import FileError, InputError, Location
-from robostiff.io.child_process import answer_of
+from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.plausibility import question
 from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
 from robostiff.io.rigid_tree.xml_text import XmlElement, XmlLimits, parse_xml, read_bytes
@@ -235,7 +235,6 @@ def _limits(joint: Any) -> tuple[float, float] | None:
     return (low, high) if low < high else None
 
 
-_TASK = Path(__file__).with_name("expand_in_child.py")
 _LIMITS = XmlLimits()
 
 
@@ -267,4 +266,4 @@ def expand_xacro(source: Path | str) -> bytes:
             hint="pip install 'robostiff[urdf]'",
         )
     request = {"file": file, "limits": vars(_LIMITS)}
-    return answer_of(_TASK, request, Location(file), "xacro", "xacro")["text"].encode()
+    return answer_of(EXPAND_XACRO, request, Location(file), "xacro", "xacro")["text"].encode()
