@@ -305,12 +305,7 @@ def careful_stiffness(
 
 
 def check_arguments(robot: Any, method: Any, near: Near, tolerance: Any) -> None:
-    """Raise for what `stiffness` does not take.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise for what `stiffness` does not take."""
     if not isinstance(robot, Robot | Snapshot | Network | Linkage | CableRobot):
         raise InputError(
             "robot",

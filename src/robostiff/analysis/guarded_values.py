@@ -191,11 +191,6 @@ def values_of(output: Output, result: RobotStiffness) -> tuple[np.ndarray, np.nd
     """Values (N, ...) of an output, and where a load of its own drives a free motion (N,).
 
     Not a number where there are none, which the status explains.
-
-    Raises
-    ------
-    InputError
-        For an output that is made of others, such as a derivative.
     """
     balanced = np.zeros(result.batch_shape, dtype=bool)
     match output:

@@ -40,13 +40,7 @@ class ParameterValues:
 
     @classmethod
     def of(cls, robot: Robot, given: Mapping[str, ArrayLike] | None, count: int) -> ParameterValues:
-        """Given values, one for all poses or one a pose, and nominal ones for the rest.
-
-        Raises
-        ------
-        InputError
-            When a name is no parameter, or values are not as many as poses.
-        """
+        """Given values, one for all poses or one a pose, and nominal ones for the rest."""
         names = [str(symbol) for symbol in robot.symbols]
         given = given or {}
         for name in given:
@@ -167,13 +161,7 @@ class KernelInputs:
     joints: int
 
     def checked(self, pose: Pose) -> np.ndarray:
-        """The numbers of poses (N, n).
-
-        Raises
-        ------
-        InputError
-            When they are not as the kernel takes them.
-        """
+        """The numbers of poses (N, n)."""
         subject = f"poses of {self.robot.name!r}"
         by_joints = isinstance(pose, JointCoordinates) and self._takes_joints
         expected = self._joints_in_words if by_joints else self._pose_in_words

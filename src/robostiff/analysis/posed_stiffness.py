@@ -195,13 +195,7 @@ class PosedStiffness(RobotStiffness):
         return self._details.asked.placed(self._rows)
 
     def snapshot(self) -> Snapshot:
-        """The robot in the world at a single pose.
-
-        Raises
-        ------
-        InputError
-            For a linkage.
-        """
+        """The robot in the world at a single pose."""
         found = self.placed()
         if not isinstance(found, Snapshot):
             raise InputError(
@@ -257,12 +251,7 @@ def careful_answer(
 def _check_agreement(
     asked: Asked, rows: np.ndarray, recorded: RecordedAnswer, careful: RobotStiffness
 ) -> None:
-    """Raise where the record and the careful form give different results at a pose.
-
-    Raises
-    ------
-    DisagreementError
-    """
+    """Raise where the record and the careful form give different results at a pose."""
     from robostiff.analysis.record_agreement import differences
 
     K, rank, codes = recorded.K, recorded.rank, recorded.status_codes

@@ -109,13 +109,7 @@ class _Sampled:
         return cls(robot, kernel, given, values, rows, results, met)
 
     def agrees(self, general: AtGeneralPoses) -> bool:
-        """Whether it gives what the wrench basis form gives, and nothing is in doubt.
-
-        Raises
-        ------
-        DisagreementError
-            When they differ at a pose where both are well conditioned.
-        """
+        """Whether it gives what the wrench basis form gives, and nothing is in doubt."""
         robot, rows = self.robot, self.rows
         found = checked_results(self.kernel, self.results, rows.missed, rows.loose, general)
         trusted = True

@@ -293,13 +293,7 @@ Answer = TypeVar("Answer", "RobotStiffness", "CableStiffness")
 
 
 def about_point(result: Answer, at: ArrayLike | None) -> Answer:
-    """The same answer about a point of the platform that a user gave; about its own for None.
-
-    Raises
-    ------
-    InputError
-        When it is no point in the world [m], or not one for each pose.
-    """
+    """The same answer about a point of the platform that a user gave; about its own for None."""
     if at is None:
         return result
     point = as_floats("point 'at'", at, "three numbers x y z [m]", "m")

@@ -130,11 +130,6 @@ def recorded_answer(robot: Robot, asked: AskedPoses) -> RecordedAnswer | None:
 
     That is so for other methods, tolerances and postures than a record has, for robots that have
     none, and until a record pays.
-
-    Raises
-    ------
-    DisagreementError
-        When the record gives something else than the careful form at generic poses.
     """
     given = _inputs(robot, asked)
     if given is None or not given.size:  # no poses, or a structure that has one alone

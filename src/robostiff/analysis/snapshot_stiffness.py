@@ -34,13 +34,7 @@ _IN, _OUT = list(Space.PLANAR.rows), [2, 3, 4]
 
 
 def check_passive_in_plane(J_q: np.ndarray, names: tuple[str, ...]) -> None:
-    """Raise unless every passive joint turns about z or slides across it.
-
-    Raises
-    ------
-    InputError
-        Naming the joint.
-    """
+    """Raise unless every passive joint turns about z or slides across it."""
     out = np.linalg.norm(J_q[..., _OUT, :], axis=-2) > 1e-9 * np.linalg.norm(J_q, axis=-2)
     if np.any(out):
         name = names[int(np.argwhere(out)[0][-1])]
@@ -53,13 +47,7 @@ def check_passive_in_plane(J_q: np.ndarray, names: tuple[str, ...]) -> None:
 
 
 def check_compliance_in_plane(C: np.ndarray, leg: str) -> None:
-    """Raise unless loads in the plane deflect the leg in the plane alone.
-
-    Raises
-    ------
-    InputError
-        Naming the leg.
-    """
+    """Raise unless loads in the plane deflect the leg in the plane alone."""
     size = np.sqrt(np.maximum(np.einsum("...ii->...i", C), 0.0))
     coupling = np.abs(C[..., _IN, :][..., :, _OUT])
     allowed = 1e-9 * size[..., _IN, None] * size[..., None, _OUT]

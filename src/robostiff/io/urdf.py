@@ -33,13 +33,7 @@ _ASKED = {("origin", "xyz"): Dimension.LENGTH, ("origin", "rpy"): Dimension.ANGL
 
 
 def check_structure(root: XmlElement) -> None:
-    """Raise unless links and joints have their names, types, links and numbers.
-
-    Raises
-    ------
-    FileError
-        At the element that is to blame.
-    """
+    """Raise unless links and joints have their names, types, links and numbers."""
     if root.tag != "robot":
         raise FileError(
             root.location, "URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top"

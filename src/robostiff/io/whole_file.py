@@ -14,10 +14,6 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A path beside the wanted one, to write to; it takes the other's place once it is written.
 
     What is written is on disk before it takes that place; after an error nothing is left behind.
-
-    Raises
-    ------
-    OSError
     """
     wanted = Path(path)
     begun = wanted.with_name(f".{uuid.uuid4().hex[:8]}.{wanted.name}")

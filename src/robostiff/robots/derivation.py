@@ -121,13 +121,7 @@ def derive(
 
 
 def symbolic_robot(robot: Robot | str | Path, symbols: Symbols | None) -> Robot:
-    """A robot as it is, or loaded with the symbols of a formula.
-
-    Raises
-    ------
-    InputError
-        When there is no such robot, or it is none of which a formula is made.
-    """
+    """A robot as it is, or loaded with the symbols of a formula."""
     if isinstance(robot, Robot):
         if symbols is not None:
             raise InputError(

@@ -19,13 +19,7 @@ _SHORTEST = 1e-30  # [m]; the largest number there may be is its inverse
 
 
 def index_length(result: RobotStiffness, length: float | None) -> float:
-    """The characteristic length [m]: the one given, or the robot's own at its pose.
-
-    Raises
-    ------
-    InputError
-        For a length that is no positive number, or whose square no stiffness can be divided by.
-    """
+    """The characteristic length [m]: the one given, or the robot's own at its pose."""
     if length is None:
         return float(result.about_reference.length)
     expected = f"a length above 0, from {_SHORTEST:.0e} m"
@@ -41,12 +35,7 @@ def length_factors(result: RobotStiffness, length: float) -> np.ndarray:
 
 
 def checked_metric(metric: ArrayLike, size: int) -> np.ndarray:
-    """A symmetric positive definite matrix (n, n) that measures twists.
-
-    Raises
-    ------
-    InputError
-    """
+    """A symmetric positive definite matrix (n, n) that measures twists."""
     expected = f"a symmetric positive definite matrix {size} x {size}, in units 1, m, m^2"
     M = as_floats("metric", metric, expected)
     if M.shape != (size, size):

@@ -201,13 +201,7 @@ class IndicesOfPoses:
         return values
 
     def __getitem__(self, index: Any) -> Any:
-        """The indices of one pose, or of some poses.
-
-        Raises
-        ------
-        NoAnswerError
-            For one pose without a matrix, with the advice of its status.
-        """
+        """The indices of one pose, or of some poses."""
         return indices(self.result[index], length=self.length)
 
 

@@ -136,15 +136,7 @@ class StiffnessParts:
 
 
 def stiffness_parts(result: RobotStiffness) -> StiffnessParts:
-    """The parts of K at a single pose.
-
-    Raises
-    ------
-    InputError
-        For a batch of poses, or what is no result of `stiffness`.
-    NoAnswerError
-        Where the pose has no stiffness matrix.
-    """
+    """The parts of K at a single pose."""
     if not isinstance(result, RobotStiffness):
         raise InputError(
             "result",

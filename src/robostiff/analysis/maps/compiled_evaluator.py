@@ -48,15 +48,7 @@ class CompiledEvaluator:
 
     @classmethod
     def of(cls, batched: BatchedEvaluator, backend: Backend) -> CompiledEvaluator:
-        """The kernel for the quantities of a batched evaluator.
-
-        Raises
-        ------
-        InputError
-            When a kernel does not compute one of the quantities, or takes other coordinates.
-        NoAnswerError
-            When a quantity has no answer at any pose.
-        """
+        """The kernel for the quantities of a batched evaluator."""
         robot, columns = batched.robot, batched.columns
         subject = f"map of {robot.name!r} by a kernel"
         if Quantity.ACTUATOR_FORCES in batched.quantities:

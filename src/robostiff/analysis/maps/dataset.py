@@ -69,13 +69,7 @@ class MapArrays:
 
 
 def open_map(path: Path) -> xarray.Dataset:
-    """The map in a store, read and checked when its values are asked for.
-
-    Raises
-    ------
-    InputError
-        When it is damaged: now, or when the damaged values are read.
-    """
+    """The map in a store, read and checked when its values are asked for."""
     with needs_extra("maps", "maps"):
         import xarray
 

@@ -283,13 +283,7 @@ class MapJob:
         return columns.T
 
     def selected(self, poses: np.ndarray) -> np.ndarray | None:
-        """Which poses to compute (N,); None for all of them.
-
-        Raises
-        ------
-        InputError
-            When `where` does not answer with a truth value a pose.
-        """
+        """Which poses to compute (N,); None for all of them."""
         if self.where is None:
             return None
         answer = np.asarray(self.where(dict(zip(self.columns.names, poses.T, strict=True))))

@@ -37,11 +37,6 @@ def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
     """Axes of a grid, time along a list, names of rows and columns.
 
     Coordinates that each pose has of its own are variables of the job instead.
-
-    Raises
-    ------
-    InputError
-        When a joint is called like a variable of the map.
     """
     source = job.source
     found: dict[str, CoordinateArray] = {}

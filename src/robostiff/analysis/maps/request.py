@@ -108,13 +108,7 @@ def checked_request(
     check_room: Callable[[MapJob], None] = lambda _: None,
     near: Near = None,
 ) -> MapRequest:
-    """The checked request for a map; it chooses the method.
-
-    Raises
-    ------
-    InputError
-        When something does not fit.
-    """
+    """The checked request for a map; it chooses the method."""
     if isinstance(robot, CableRobot):
         raise InputError(
             "robot of a map",

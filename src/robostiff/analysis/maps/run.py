@@ -85,11 +85,6 @@ def run_on_dask(
     """Let Dask workers compute blocks and write them, and yield each when it is done.
 
     Only summaries pass through the scheduler. The work of a worker that dies is given to another.
-
-    Raises
-    ------
-    NoAnswerError
-        When block after block kills its worker.
     """
     from distributed import KilledWorker, as_completed
 
@@ -123,13 +118,7 @@ def run_on_dask(
 
 @contextmanager
 def dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
-    """A client of the scheduler given, or of a cluster of processes that lives as long as this.
-
-    Raises
-    ------
-    InputError
-        When there is no such scheduler.
-    """
+    """A client of the scheduler given, or of a cluster of processes that lives as long as this."""
     with needs_extra("maps", "maps"):
         import dask.config
         from distributed import Client, LocalCluster

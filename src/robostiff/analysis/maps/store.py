@@ -53,13 +53,7 @@ def create_store(
     identity: Mapping[str, str],
     attributes: Mapping[str, Any],
 ) -> None:
-    """Make an empty store beside its place, then move it there whole.
-
-    Raises
-    ------
-    InputError
-        When something is there already, or its folder is missing.
-    """
+    """Make an empty store beside its place, then move it there whole."""
     with needs_extra("maps", "maps"):
         import zarr  # noqa: F401
 

@@ -85,13 +85,7 @@ def damaged(path: Path, what: str) -> InputError:
 
 
 def read_store(path: Path) -> StoredMap:
-    """Read and check the description of a map: nothing is allocated that it asks for.
-
-    Raises
-    ------
-    InputError
-        When there is no map, or one that is damaged.
-    """
+    """Read and check the description of a map: nothing is allocated that it asks for."""
     if not (path / "zarr.json").is_file():
         raise InputError(
             "store of a map", got=str(path), expected="a map that was begun by robostiff"

@@ -28,13 +28,7 @@ class _DuplicateKey(Exception):
 
 
 def parse_json(text: str, file: str, limits: Limits) -> Any:
-    """The data of a JSON text.
-
-    Raises
-    ------
-    FileError
-        At the first thing that is no JSON, or that goes over the limits.
-    """
+    """The data of a JSON text."""
     _check_structure(text, file, limits)
     try:
         unique = partial(_unique, most=limits.keys)

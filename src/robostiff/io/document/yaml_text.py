@@ -85,13 +85,7 @@ _NO_TAG = "remove the word that begins with !"
 
 
 def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
-    """The data and places of a YAML text.
-
-    Raises
-    ------
-    FileError
-        At the first thing that is no YAML, or that model files may not use.
-    """
+    """The data and places of a YAML text."""
     from ruamel.yaml import events as kinds
 
     if found := _LONG_TAG.search(text):  # over which the scanner takes quadratic time

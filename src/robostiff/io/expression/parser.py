@@ -123,13 +123,7 @@ def error_at(
 
 
 def tokens(text: str) -> Iterator[Token]:
-    """The tokens of the text, one after the other, closed by one of kind ``end``.
-
-    Raises
-    ------
-    InputError
-        At a character that has no place in an expression, or a unit that is none.
-    """
+    """The tokens of the text, one after the other, closed by one of kind ``end``."""
     if not isinstance(text, str):
         raise InputError("expression", got=text, expected="a text such as 2*R")
     if len(text) > LONGEST_TEXT:

@@ -69,13 +69,7 @@ def write_map_netcdf(found: xarray.Dataset, path: str | os.PathLike[str]) -> Non
 
 
 def read_map_netcdf(path: Path) -> xarray.Dataset:
-    """All of a NetCDF file; first another process tries to read it, within limits.
-
-    Raises
-    ------
-    InputError
-        When it cannot be read, or is not as it was written.
-    """
+    """All of a NetCDF file; first another process tries to read it, within limits."""
     check_netcdf()
     import xarray
 
@@ -152,14 +146,7 @@ def _damaged(path: Path, what: str) -> InputError:
 
 
 def read_map(path: str | Path) -> xarray.Dataset:
-    """A map that was written to Zarr, read when its values are needed, or to NetCDF.
-
-    Raises
-    ------
-    InputError
-        When there is no such file, or it is no map, or damaged. Chunks of a store that are damaged
-        raise it when they are read.
-    """
+    """A map that was written to Zarr, read when its values are needed, or to NetCDF."""
     path = Path(path)
     try:
         is_there = path.exists()

@@ -84,14 +84,7 @@ class KinematicPart:
 
 
 def kinematic_part(source: Path | str) -> KinematicPart:
-    """The part of an MJCF file, and of included files, that describes bodies and joints.
-
-    Raises
-    ------
-    FileError
-        When a file cannot be read or is too large, copies are too many, numbers are not finite, or
-        there is what has no counterpart here.
-    """
+    """The part of an MJCF file, and of included files, that describes bodies and joints."""
     root = parse_xml(read_bytes(source, _LIMITS), str(source), _LIMITS)
     if root.tag != "mujoco":
         raise FileError(

@@ -54,15 +54,7 @@ class CompiledModel:
 
 
 def compiled_model(source: Path | str) -> CompiledModel:
-    """The MuJoCo model of a file without its shapes.
-
-    Raises
-    ------
-    FileError
-        When the file cannot be read, is too large, or MuJoCo refuses it or takes too long.
-    InputError
-        When mujoco is not installed.
-    """
+    """The MuJoCo model of a file without its shapes."""
     part = kinematic_part(source)
     if find_spec("mujoco") is None:
         raise InputError(
@@ -190,11 +182,6 @@ def read_equalities(
     """Loops, and for each joint that follows another one how it does.
 
     Constraints that are not active are left out.
-
-    Raises
-    ------
-    FileError
-        For constraints that are no loops of rigid bodies.
     """
     loops: list[TreeLoop] = []
     mimics: dict[str, Mimic] = {}

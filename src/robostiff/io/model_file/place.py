@@ -56,13 +56,7 @@ class Place:
         return self.mathematics is not FLOATS
 
     def number(self, value: str | float, dimension: Dimension) -> Any:
-        """What is written here, in SI units.
-
-        Raises
-        ------
-        FileError
-            When it cannot be evaluated, or is something else.
-        """
+        """What is written here, in SI units."""
         number, has_unit = self._number(value, dimension)
         return self._question(number, dimension, has_unit)
 

@@ -33,13 +33,7 @@ Symbols = Iterable[str] | ParameterChoice
 def chosen_parameters(
     symbols: Symbols, definitions: Mapping[str, str | float], overrides: Mapping[str, str | float]
 ) -> tuple[str, ...]:
-    """Names of the parameters that stay symbols.
-
-    Raises
-    ------
-    InputError
-        When a name is no parameter of the file.
-    """
+    """Names of the parameters that stay symbols."""
     if symbols is ParameterChoice.ALL:
         given = {**definitions, **overrides}
         return tuple(name for name in definitions if not _is_computed(given[name]))

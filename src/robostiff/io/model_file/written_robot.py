@@ -284,13 +284,7 @@ _KINDS = {
 
 
 def written_model(document: Document) -> WrittenModel:
-    """A model file as it is written: a robot of legs, an arm by its table, or a hybrid machine.
-
-    Raises
-    ------
-    FileError
-        At the place that is to blame.
-    """
+    """A model file as it is written: a robot of legs, an arm by its table, or a hybrid machine."""
     check_version(document)
     for key, (kind, hint) in _KINDS.items():
         if key in document.data:

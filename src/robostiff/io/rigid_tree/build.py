@@ -50,13 +50,7 @@ from robostiff.network import Network
 
 
 def build_linkage(top: Place, written: WrittenSide, tree: RigidTree) -> Linkage:
-    """The linkage that a tree and its side file describe.
-
-    Raises
-    ------
-    FileError
-        At the place in the side file that is to blame.
-    """
+    """The linkage that a tree and its side file describe."""
     base = tree.root
     if written.base is not None:
         base = check_known(top / "base", written.base, "link", tree.links)

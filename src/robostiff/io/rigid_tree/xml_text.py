@@ -43,13 +43,7 @@ _LIMITS = XmlLimits()
 
 
 def read_bytes(source: Path | str, limits: XmlLimits = _LIMITS) -> bytes:
-    """The content of a file that is not too large.
-
-    Raises
-    ------
-    FileError
-        When it cannot be read, is a folder or too large.
-    """
+    """The content of a file that is not too large."""
     file = str(source)
     try:
         if stat.S_ISDIR(os.stat(source).st_mode):
