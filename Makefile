@@ -15,7 +15,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 # Tests start some two hundred processes; without bytecode each compiles all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 CAMPAIGN_ARGS ?=
-.PHONY: help demo test slow processors campaign lint format docs outputs bench clean
+.PHONY: help demo test slow processors campaign lint format docs outputs bench proof clean
 .NOTPARALLEL:
 
 help:
@@ -29,6 +29,7 @@ help:
 	@echo "make docs    the documentation, into docs/_build/html"
 	@echo "make outputs what the documents show: picture, list of robots, printed output"
 	@echo "make bench   time and accuracy, printed as tables"
+	@echo "make proof   what was promised and what is measured, as the table of ARCHITECTURE.md"
 	@echo "make clean   remove .venv and everything built"
 
 demo: $(STAMP)-demo
@@ -102,6 +103,10 @@ bench: $(STAMP)-bench
 	$(BIN)/python benchmarks/linkages.py
 	$(BIN)/python benchmarks/map_workers.py
 	$(BIN)/python benchmarks/under_load.py
+	$(BIN)/python benchmarks/size.py
+
+proof: $(STAMP)-bench
+	$(BIN)/python benchmarks/proof.py
 
 clean:
 	rm -rf $(VENV) docs/_build docs/gallery build dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis

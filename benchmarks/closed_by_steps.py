@@ -44,16 +44,9 @@ def main() -> None:
     print(f"{'robot':10}{'spread':>15}{'operations':>11}{'compile s':>10}{'before it':>11}", end="")
     print(f"{'in the kernel':>15}{'ratio':>8}{'computed again':>16}{'K':>9}")
     for name in ROBOTS:
-        robot: Any = rs.load(name)
-        finder = PostureFinder(robot)
-        recorded = record_at_joints(robot, finder)
-        closure = record_closure(robot, finder, recorded.joints)
-        if closure is None:
-            raise SystemExit(f"{name}: no record of its closure")
-        of_joints = kernel_of(recorded, [rs.StiffnessMatrix()])
-        of_poses = kernel_of(replace(recorded, closure=closure), [rs.StiffnessMatrix()])
+        robot, finder, of_joints, of_poses = kernels(name)
         start = time.perf_counter()
-        of_poses.evaluate(np.zeros((len(closure.inputs), 8)))
+        of_poses.evaluate(np.zeros((len(of_poses.inputs), 8)))
         compile_time = time.perf_counter() - start
         for spread in SPREADS:
             poses = random_poses(robot, finder, count, spread)
@@ -69,6 +62,27 @@ def main() -> None:
             print(f"{before / within:8.0f}{again:16.2%}{apart:9.0e}", flush=True)
             if apart > 1e-9:
                 raise SystemExit(f"{robot.name}: K differs from that of rs.stiffness")
+
+
+def kernels(name: str | Path) -> tuple[Robot, PostureFinder, Kernel, Kernel]:
+    """A robot, and its kernels from coordinates of the legs and from poses."""
+    robot: Any = rs.load(name)
+    finder = PostureFinder(robot)
+    recorded = record_at_joints(robot, finder)
+    closure = record_closure(robot, finder, recorded.joints)
+    if closure is None:
+        raise SystemExit(f"{name}: no record of its closure")
+    of_poses = replace(recorded, closure=closure)
+    outputs = [rs.StiffnessMatrix()]
+    return robot, finder, kernel_of(recorded, outputs), kernel_of(of_poses, outputs)
+
+
+def kernel_time(name: str | Path, spread: tuple[float, float], count: int = 16_384) -> float:
+    """Microseconds a pose of the kernel that takes poses."""
+    robot, finder, _, of_poses = kernels(name)
+    poses = random_poses(robot, finder, count, spread)
+    in_chunks(of_poses, poses)  # compiled when first used
+    return 1e6 * min(seconds(in_chunks, of_poses, poses) for _ in range(TURNS)) / count
 
 
 def random_poses(

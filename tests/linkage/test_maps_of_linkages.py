@@ -9,7 +9,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.maps import Batched, Compiled, request
-from robostiff.analysis.maps.fingerprint import fingerprint
+from robostiff.analysis.maps.request import fingerprint
 from robostiff.io.map_files import read_poses
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"

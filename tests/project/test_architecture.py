@@ -1,6 +1,8 @@
-"""ARCHITECTURE.md names files that exist, and a place for each equation of the paper."""
+"""ARCHITECTURE.md names files that exist, a place for each equation, and what is measured."""
 
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -39,3 +41,26 @@ def test_formulas_name_their_equations():
         named = {int(n) for n in re.findall(r"\((\d{1,2})\)", text)}
         wanted = {int(n) for n in re.findall(r"\((\d+)\)", row[0])}
         assert named & wanted, place
+
+
+WALK = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+WALK = WALK.partition("## How a kind of joint is added")[2].partition("\n## ")[0]
+CHANGED = sorted(set(re.findall(r"`((?:io|kinematics|model)/[\w/]+\.py)`", WALK)))
+
+
+@pytest.mark.parametrize("place", [place for place in CHANGED if "__init__" not in place])
+def test_files_of_the_walk_are_about_the_helical_joint(place):
+    text = (ROOT / "src/robostiff" / place).read_text(encoding="utf-8")
+    assert re.search(r"helical|pitch|\bslides\b|ADVANCE_PER_TURN|no pitch", text, re.IGNORECASE)
+
+
+def test_counted_rows_of_the_proof_are_what_is_measured():
+    command = [sys.executable, "benchmarks/proof.py", "--counts"]
+    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    table = PAGE.partition("## Proof")[2].partition("\n## ")[0]
+    for row in printed.splitlines()[2:-1]:  # the last is the size, which every commit changes
+        what, goal, measured = (cell.strip() for cell in row.split("|")[1:-1])
+        (own,) = (line for line in table.splitlines() if line.startswith(f"| {what} |"))
+        cells = [cell.strip() for cell in own.split("|")[1:-1]]
+        assert cells[1] == goal
+        assert re.match(r"\d+", cells[2])[0] == re.match(r"\d+", measured)[0], what

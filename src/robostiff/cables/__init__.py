@@ -2,19 +2,17 @@
 
 from robostiff.cables.status import CableStatus
 from robostiff.cables.stiffness_matrix import (
+    PlacedCables,
     axial_stiffness,
     elastic_stiffness,
     force_stiffness,
     geometric_stiffness,
     move_loaded_stiffness,
-    weight_stiffness,
-    wrench_derivative,
-)
-from robostiff.cables.structure_matrix import (
-    PlacedCables,
     place_cables,
     structure_matrix,
+    weight_stiffness,
     weight_wrench,
+    wrench_derivative,
 )
 from robostiff.cables.tension_rules import (
     ClosedFormTensions,

@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robostiff.cables.stiffness_matrix import (
+    PlacedCables,
     elastic_stiffness,
     geometric_stiffness,
+    structure_matrix,
     weight_stiffness,
+    weight_wrench,
     wrench_derivative,
 )
-from robostiff.cables.structure_matrix import PlacedCables, structure_matrix, weight_wrench
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 
 _ITERATIONS = 50

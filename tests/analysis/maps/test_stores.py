@@ -8,7 +8,7 @@ import xarray
 
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity, RandomPoses, Threads
-from robostiff.analysis.maps.fingerprint import fingerprint
+from robostiff.analysis.maps.request import fingerprint
 from robostiff.errors import InputError
 from tests.analysis.maps.robots import loaded
 

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
+from enum import Enum
+from functools import singledispatch
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.maps.compiled_evaluator import CompiledEvaluator
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, Evaluator
-from robostiff.analysis.maps.fingerprint import fingerprint
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.pose_columns import columns_under_load, pose_columns
@@ -30,6 +34,85 @@ from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import as_float, as_floats
 from robostiff.version import __version__
+
+
+def fingerprint(thing: Any) -> str:
+    """SHA-256 of everything that a frozen object consists of, to the last digit.
+
+    Examples
+    --------
+    >>> fingerprint({"a": np.zeros(2)}) == fingerprint({"a": np.zeros(2)})
+    True
+    >>> fingerprint([1.0]) == fingerprint([1.0 + 1e-15])
+    False
+    """
+    text = json.dumps(_plain(thing), separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@singledispatch
+def _plain(thing: Any) -> Any:
+    """The same in lists, mappings and texts; the kind of every object included."""
+    if is_dataclass(thing):
+        own = {field.name: _plain(getattr(thing, field.name)) for field in fields(thing)}
+        return [type(thing).__name__, own]
+    # Symbols and other exact numbers are distinguished by their text.
+    return [type(thing).__name__, str(thing)]
+
+
+@_plain.register(type(None))
+@_plain.register(bool)
+@_plain.register(str)
+def _(thing: bool | str | None) -> Any:
+    return thing
+
+
+@_plain.register(int)
+@_plain.register(np.integer)
+def _(thing: int | np.integer) -> int:
+    return int(thing)
+
+
+@_plain.register(float)
+@_plain.register(np.floating)
+def _(thing: float | np.floating) -> str:
+    return float(thing).hex()
+
+
+@_plain.register
+def _(thing: Enum) -> list[str]:
+    return [type(thing).__name__, thing.name]
+
+
+@_plain.register
+def _(thing: np.ndarray) -> list[Any]:
+    if thing.dtype == object:
+        return [list(thing.shape), [_plain(entry) for entry in thing.flat]]
+    data = np.ascontiguousarray(thing, dtype=thing.dtype.newbyteorder("<"))
+    return [list(data.shape), data.dtype.str, hashlib.sha256(data.tobytes()).hexdigest()]
+
+
+@_plain.register(RigidTransform)
+@_plain.register(Rotation)
+def _(thing: RigidTransform | Rotation) -> list[Any]:
+    return [type(thing).__name__, _plain(thing.as_matrix())]
+
+
+@_plain.register
+def _(thing: Mapping) -> list[Any]:
+    # In the order given: that of the axes of a grid decides the shape of its map.
+    return [[str(key), _plain(value)] for key, value in thing.items()]
+
+
+@_plain.register
+def _(thing: frozenset) -> list[Any]:
+    return sorted(_plain(entry) for entry in thing)
+
+
+@_plain.register(tuple)
+@_plain.register(list)
+def _(thing: tuple[Any, ...] | list[Any]) -> list[Any]:
+    return [_plain(entry) for entry in thing]
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,7 @@ from robostiff.io.model_file.build_platform import (
     check_body_springs,
     check_platform,
 )
-from robostiff.io.model_file.geometry import point, transform
-from robostiff.io.model_file.place import Place, top_place
+from robostiff.io.model_file.place import Place, point, top_place, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.symbols import (
     Symbols,

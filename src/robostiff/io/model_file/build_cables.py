@@ -9,8 +9,7 @@ import numpy as np
 from robostiff.errors import FileError
 from robostiff.io.document import Document
 from robostiff.io.model_file.build_chain import named_copies
-from robostiff.io.model_file.geometry import point, transform, vector
-from robostiff.io.model_file.place import Place, top_place
+from robostiff.io.model_file.place import Place, point, top_place, transform, vector
 from robostiff.io.model_file.written_robot import (
     WrittenCableBody,
     WrittenCableRobot,

@@ -16,8 +16,7 @@ from robostiff.io.model_file.build_link import (
     build_telescope,
 )
 from robostiff.io.model_file.build_platform import build_attachment
-from robostiff.io.model_file.geometry import point, transform
-from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.place import Place, point, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_elements import (
     WrittenBeam,

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from robostiff.io.expression import exact_mathematics, parse
-from robostiff.io.model_file.geometry import direction, vector
-from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.place import Place, direction, vector
 from robostiff.io.model_file.written_elements import (
     WrittenCoupling,
     WrittenCylindrical,

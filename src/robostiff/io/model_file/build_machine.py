@@ -11,8 +11,7 @@ from robostiff.io.document import Document, read_document
 from robostiff.io.expression import ParameterError, parse
 from robostiff.io.model_file.build_chain import WrittenChain, build_chain, build_legs
 from robostiff.io.model_file.build_link import build_gravity, build_platform_masses
-from robostiff.io.model_file.geometry import point, transform
-from robostiff.io.model_file.place import Place, top_place
+from robostiff.io.model_file.place import Place, point, top_place, transform
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_robot import (
     WrittenMachine,

@@ -9,8 +9,7 @@ import numpy as np
 
 from robostiff.errors import FileError
 from robostiff.io.model_file.build_link import build_elasticity
-from robostiff.io.model_file.geometry import axes_of, direction, point, transform
-from robostiff.io.model_file.place import Place
+from robostiff.io.model_file.place import Place, axes_of, direction, point, transform
 from robostiff.io.model_file.stock import Stock, read_theory
 from robostiff.io.model_file.written_elements import (
     WrittenAttachment,

@@ -11,8 +11,7 @@ import numpy as np
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.build import verified
-from robostiff.io.model_file.geometry import point
-from robostiff.io.model_file.place import Place, top_place
+from robostiff.io.model_file.place import Place, point, top_place
 from robostiff.io.model_file.stock import Stock
 from robostiff.io.model_file.written_robot import VERSION, check_version
 from robostiff.io.rigid_tree.build_joints import (
