@@ -10,7 +10,7 @@ from jsonschema import Draft202012Validator
 
 import robostiff as rs
 from robostiff import find_posture, load, stiffness
-from robostiff.errors import FileError, InputError
+from robostiff.errors import FileError, InputError, NoAnswerError
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import (
     is_graph,
@@ -22,7 +22,7 @@ from robostiff.io.snapshot import (
     snapshot_to_data,
 )
 from robostiff.model import Robot
-from robostiff.network import Network, network_of_snapshot
+from robostiff.network import Network, compliance_between, network_of_snapshot
 from tests.network.frames import GRAPH_NAMES, GRAPHS, graph
 
 # One element a line, so that lines can be counted.
@@ -88,7 +88,7 @@ WRONG = {
         '"beams"',
         '"baems"',
         "11:3: graph.baems: unknown key: expected one of nodes, fixed, platform, beams, springs, "
-        "joints, masses, note; did you mean beams?",
+        "joints, couplings, masses, note; did you mean beams?",
     ),
     "axis of no length": (
         '"axis": [0, 0, 1]',
@@ -208,3 +208,52 @@ def test_a_flexible_platform_is_written_as_a_graph():
     assert isinstance(robot, Robot)
     with pytest.raises(InputError, match="network_to_data"):
         snapshot_to_data(find_posture(robot).snapshot.one(0))
+
+
+def geared(sum_: dict[str, float], k: float | None) -> Network:
+    """A slide with a spring, and on another one a body that slides and turns, geared to it."""
+    slide = {"kind": "P", "point": [0, 0, 0], "axis": [1, 0, 0]}
+    turn = {"kind": "R", "point": [0, 0.3, 0], "axis": [1, 0, 0]}
+    data = {
+        "name": "gear",
+        "reference_point": [0, 0.3, 0],
+        "graph": {
+            "nodes": {"wall": [0, 0, 0], "rack": [0.2, 0, 0], "table": [0, 0.3, 0]},
+            "fixed": ["wall"],
+            "platform": "table",
+            "joints": [
+                {"name": "a", "a": "wall", "b": "rack", "dofs": [{**slide, "k": 3e5}]},
+                {
+                    "name": "b",
+                    "a": "wall",
+                    "b": "table",
+                    "dofs": [{**slide, "point": [0, 0.3, 0], "k": None}, {**turn, "k": None}],
+                },
+            ],
+            "couplings": [{"name": "gear", "sum": sum_, "k": k}],
+        },
+    }
+    Draft202012Validator(network_schema()).validate(data)
+    text = json.dumps(data)
+    again = json.dumps(network_to_data(network_from_document(parse_document(text))))
+    return network_from_document(parse_document(again))
+
+
+@pytest.mark.parametrize(("motion", "row"), [("b/dof1", 0), ("b/dof2", 3)])
+@pytest.mark.parametrize("k", [None, 7e4])
+def test_a_gear_between_joints_of_different_legs(motion: str, row: int, k: float | None):
+    """q_b = r q_a: the spring of one is felt at the other, C = r^2 / k_a + 1 / k."""
+    r = -1.6
+    network = geared({motion: 1.0, "a": -r}, k)
+    table, unit = [("table", network.reference_point)], np.eye(6)
+    C = compliance_between(network, table, loads=unit[:, [row]])
+    assert np.isclose(C[0, 0], r**2 / 3e5 + (0.0 if k is None else 1 / k), rtol=1e-10)
+    with pytest.raises(NoAnswerError):  # the other motion of the joint is free
+        compliance_between(network, table, loads=unit[:, [3 - row]])
+
+
+def test_gears_of_graphs_have_errors_with_a_place():
+    with pytest.raises(FileError, match=r"couplings\[0\]\.sum\.b: motion of a joint.*b/dof1"):
+        geared({"b": 1.0, "a": 1.0}, None)
+    with pytest.raises(FileError, match="a number other than zero"):
+        geared({"b/dof1": 0.0, "a": 1.0}, None)

@@ -9,7 +9,7 @@ import pytest
 import robostiff as rs
 from robostiff.errors import InputError
 from robostiff.io.model_file import read_model
-from robostiff.io.snapshot import snapshot_to_data
+from robostiff.io.snapshot import network_to_data, snapshot_to_data
 from robostiff.kinematics import find_posture, leg_compliance
 from robostiff.model import (
     Actuated,
@@ -390,6 +390,9 @@ def test_snapshot_files_keep_couplings(case: str, tmp_path):
     assert apart(rs.stiffness(read).K, rs.stiffness(robot).K) < 1e-11
     by_rows = condense(network_of_snapshot(read)).whole
     assert int(by_rows.rank) == int(rs.stiffness(robot).rank)
+    path.write_text(json.dumps(network_to_data(network_of_snapshot(snapshot))))
+    graph = condense(rs.load(path)).whole
+    assert apart(graph.K, by_rows.K) < 1e-10
 
 
 def test_errors_of_couplings_in_snapshot_files(tmp_path):

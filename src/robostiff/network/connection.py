@@ -151,11 +151,11 @@ def coupled_motion(
     rows, found = list(space.rows), []
     for joint, number, factor in own.terms:
         at = points[joint.a] if joint.point is None else joint.point
-        moving = [f for f in joint.freedoms if f.is_passive or f.stiffness is not None]
-        if joint.freedoms[number] not in moving:
+        place = joint.place(number)
+        if place is None:
             continue
-        twists = np.array([freedom_twist(f, at)[rows] * scale for f in moving]).T
-        row = factor * np.linalg.pinv(twists)[moving.index(joint.freedoms[number])][None, :]
+        twists = np.array([freedom_twist(f, at)[rows] * scale for f in joint.moving]).T
+        row = factor * np.linalg.pinv(twists)[place][None, :]
         found += [(joint.a, at, -row), (joint.b, at, row)]
     size = float(np.sqrt(sum(np.sum(row**2) for _, _, row in found)))
     S = 0.0 if own.stiffness is None else 1.0 / (own.stiffness * size**2)

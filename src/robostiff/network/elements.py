@@ -130,6 +130,16 @@ class JointElement:
     freedoms: tuple[PlacedFreedom, ...] = ()
 
     @property
+    def moving(self) -> list[PlacedFreedom]:
+        """Freedoms that no rigid drive or lock holds."""
+        return [f for f in self.freedoms if f.is_passive or f.stiffness is not None]
+
+    def place(self, number: int) -> int | None:
+        """Of a freedom among those that move; None where it is held."""
+        own = self.freedoms[number]
+        return next((i for i, one in enumerate(self.moving) if one is own), None)
+
+    @property
     def point(self) -> np.ndarray | None:
         """Mean of the points about which it turns (3,) [m]; None for slides and welds."""
         turns = [f.point for f in self.freedoms if f.turns]

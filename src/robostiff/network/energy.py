@@ -83,8 +83,10 @@ def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE
     for own in network.couplings:
         row = np.zeros(size)
         for joint, number, factor in own.terms:
-            moving = [f for f in joint.freedoms if f.is_passive or f.stiffness is not None]
-            k = starts[places[id(joint)]] + moving.index(joint.freedoms[number])
+            place = joint.place(number)
+            if place is None:
+                continue
+            k = starts[places[id(joint)]] + place
             twist = freedom_twist(joint.freedoms[number], _point(joint, equations))
             rows = list(network.space.rows)
             row[k] = factor / np.linalg.norm(twist[rows] * equations.scale)
@@ -232,8 +234,7 @@ def _coordinates(
         J = J / np.linalg.norm(J, axis=0)
         k = np.concatenate([1 / size[soft] ** 2 / equations.stiffness, np.zeros(J.shape[1])])
         return np.hstack([modes[:, soft] / size[soft], J]), k
-    moving = [f for f in element.freedoms if f.is_passive or f.stiffness is not None]
-    at = _point(element, equations)
+    moving, at = element.moving, _point(element, equations)
     T = np.zeros((len(rows), len(moving)))
     k = np.zeros(len(moving))
     for i, freedom in enumerate(moving):

@@ -228,7 +228,7 @@ class Spring6Part(Chained, Spring6Data):
 
 
 class CouplingPart(FilePart):
-    """A gear or differential: a sum of coordinates of joints in the chain, which is held."""
+    """A gear or differential: a sum of coordinates of joints, which is held."""
 
     name: Name | None = Field(None, description="by default the names of the joints")
     sum: Annotated[dict[Name, Number], Field(min_length=2)] = Field(
@@ -348,6 +348,14 @@ class JointBetween(BetweenPart):
     dofs: list[FreedomPart] = Field(description="its motions; none for a weld")
 
 
+class GraphCoupling(CouplingPart):
+    """A gear or differential between joints anywhere."""
+
+    sum: Annotated[dict[Name, Number], Field(min_length=1)] = Field(
+        description="joints with their factors; ``joint/dof2`` for the second motion of a joint"
+    )
+
+
 class GraphPart(FilePart):
     """Rigid bodies and what is between them."""
 
@@ -359,6 +367,7 @@ class GraphPart(FilePart):
     beams: list[BeamBetween] = Field(default=[], description="beams between nodes")
     springs: list[SpringBetween] = Field(default=[], description="springs between nodes")
     joints: list[JointBetween] = Field(default=[], description="joints between nodes")
+    couplings: list[GraphCoupling] = Field(default=[], description="of joints")
     masses: list[NodeMass] = Field(default=[], description="masses of nodes")
     note: Informative = None
 

@@ -31,6 +31,7 @@ from robostiff.io.validation import validate
 from robostiff.model import Actuated, Passive, PlacedMass
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
 from robostiff.network.connection import check_fits
+from robostiff.network.elements import CouplingElement
 from robostiff.spatial import Space
 
 Between = TypeVar("Between", bound=BetweenPart)
@@ -104,7 +105,9 @@ def network_from_document(document: Document) -> Network:
         _joint(part, name, place.at("joints", i), space)
         for i, (part, name) in enumerate(_named(graph.joints, "joint", place.at("joints")))
     ]
+    couplings = _couplings(graph, joints, place)
     elastic = beams or springs or any(f.stiffness for j in joints for f in j.freedoms)
+    elastic = elastic or any(own.stiffness for own in couplings)
     if not elastic:
         raise place.error(
             f"network {file.name} without compliance",
@@ -122,8 +125,33 @@ def network_from_document(document: Document) -> Network:
         tuple(joints),
         space,
         file.description,
+        couplings=couplings,
         gravity=None if file.gravity is None else np.array(file.gravity, dtype=float),
     )
+
+
+def _couplings(
+    graph: GraphPart, joints: Sequence[JointElement], place: DocumentPlace
+) -> tuple[CouplingElement, ...]:
+    """Held sums of the coordinates of joints."""
+    known: dict[str, tuple[JointElement, int]] = {}
+    for joint in joints:
+        count = len(joint.freedoms)
+        known |= {f"{joint.name}/dof{i + 1}": (joint, i) for i in range(count)}
+        known |= {joint.name: (joint, 0)} if count == 1 else {}
+    found = []
+    for i, own in enumerate(graph.couplings):
+        for name, factor in own.sum.items():
+            there = place.at("couplings", i, "sum", name)
+            if name not in known:
+                expected = f"one of {listing(list(known))}"
+                hint = did_you_mean(name, known)
+                raise there.error("motion of a joint", got=name, expected=expected, hint=hint)
+            if factor == 0:
+                raise there.error("factor", got=factor, expected="a number other than zero")
+        terms = tuple((*known[name], float(factor)) for name, factor in own.sum.items())
+        found.append(CouplingElement(own.name or f"coupling{i + 1}", terms, own.k))
+    return tuple(found)
 
 
 def _nodes(graph: GraphPart, place: DocumentPlace) -> Iterator[Node]:

@@ -25,6 +25,7 @@ from robostiff.model import (
     Snapshot,
 )
 from robostiff.network import BeamElement, JointElement, Network, SpringElement
+from robostiff.network.elements import CouplingElement, Element
 from robostiff.spatial import Space
 
 # Part of its size by which a compliance may change when it is written as a stiffness.
@@ -267,8 +268,7 @@ def network_to_data(network: Network) -> dict[str, Any]:
     >>> network_to_data(network)["graph"]["springs"][0]["name"]
     'rod'
     """
-    network.check_has_no_couplings("file of a graph")
-    if not any(_is_elastic(element) for element in network.elements):
+    if not any(_is_elastic(own) for own in (*network.elements, *network.couplings)):
         raise InputError(
             f"network {network.name} without compliance",
             expected="at least one beam, spring or joint with a stiffness",
@@ -284,14 +284,17 @@ def network_to_data(network: Network) -> dict[str, Any]:
     springs = [
         _spring(element, *_elastic(element)) for element in (*network.beams, *network.springs)
     ]
-    joints = [_joint(joint) for joint in network.joints]
+    joints = _named([_joint(joint) for joint in network.joints])
     data["graph"] = {
         "nodes": {node.name: _plain(node.point) for node in network.nodes},
         "fixed": list(network.fixed),
         "platform": network.platform,
         "springs": _named(springs),
-        "joints": _named(joints),
+        "joints": joints,
     }
+    names = {id(own): data["name"] for own, data in zip(network.joints, joints, strict=True)}
+    if couplings := [_coupling(own, names) for own in network.couplings if own.terms]:
+        data["graph"]["couplings"] = couplings
     masses = [{"on": node.name, **_mass(mass)} for node in network.nodes for mass in node.masses]
     if masses:
         data["graph"]["masses"] = masses
@@ -316,9 +319,17 @@ def _spring(
 
 
 def _joint(joint: JointElement) -> dict[str, Any]:
-    moving = [f for f in joint.freedoms if f.is_passive or f.stiffness is not None]
-    freedoms = [_freedom(freedom) for freedom in moving]
+    freedoms = [_freedom(freedom) for freedom in joint.moving]
     return {"name": joint.name, "a": joint.a, "b": joint.b, "dofs": freedoms}
+
+
+def _coupling(own: CouplingElement, names: dict[int, str]) -> dict[str, Any]:
+    terms = {
+        f"{names[id(joint)]}/dof{place + 1}": float(factor)
+        for joint, number, factor in own.terms
+        if (place := joint.place(number)) is not None
+    }
+    return {"name": own.name, "sum": terms, "k": own.stiffness}
 
 
 def _freedom(freedom: PlacedFreedom) -> dict[str, Any]:
@@ -330,7 +341,9 @@ def _named(parts: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{**part, "name": name} for part, name in zip(parts, names, strict=True)]
 
 
-def _is_elastic(element: BeamElement | SpringElement | JointElement) -> bool:
+def _is_elastic(element: Element | CouplingElement) -> bool:
+    if isinstance(element, CouplingElement):
+        return element.stiffness is not None
     if isinstance(element, JointElement):
         return any(f.stiffness is not None for f in element.freedoms)
     return bool(np.any(_elastic(element)[2].compliance))
