@@ -215,3 +215,10 @@ def test_wrong_formula_is_not_returned(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(LegResponse, "shapes", lambda *_: [])
     with pytest.raises(rs.DisagreementError, match="equilibria under small loads"):
         rs.derive_under_load("planar-link", ["-P", 0, 0])
+
+
+def test_a_formula_that_names_a_step_is_refused():
+    loaded = rs.derive_under_load("planar-link", ["-P", 0, 0], form=rs.Steps())
+    name = loaded.definitions[0].symbol.name
+    with pytest.raises(rs.InputError, match=name):
+        loaded.subs({"L": sp.Symbol(name)})

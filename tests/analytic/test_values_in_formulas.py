@@ -19,6 +19,7 @@ from robostiff.analytic import (
     differentiate,
     substitution,
 )
+from robostiff.errors import InputError
 
 R, r, h, k = sp.symbols("R r h k", positive=True)
 
@@ -103,6 +104,30 @@ def test_quantities_are_converted(closed):
     values = {"R": Q(500, "mm"), "r": Q(300, "mm"), "h": 0.75, "k": Q(200, "N/um")}
     assert_agrees(numbers(closed.substituted(values)), numeric_K(**VALUES))
     assert_agrees(closed.lambdify()(**values), numeric_K(**VALUES))
+
+
+@pytest.mark.parametrize("system", ["cgs", "imperial"])
+def test_quantities_of_any_system_are_converted(closed, system: str):
+    """A registry may prefer centimetres or yards; a series begins at a quantity as well."""
+    pint = pytest.importorskip("pint")
+    Q = pint.UnitRegistry(system=system).Quantity
+    given = {"R": Q(500, "mm"), "r": Q(30, "cm"), "h": Q(0.75, "m"), "k": Q(100, "MN/m")}
+    expected = closed.lambdify()(R=0.5, r=0.3, h=0.75, k=1e8)
+    assert numbers(closed.lambdify()(**given)) == pytest.approx(expected, rel=1e-12)
+    assert numbers(closed.subs(given).K) == pytest.approx(expected, rel=1e-12)
+    line = closed.series("h", Q(75, "cm"), 2)
+    assert numbers(line.substituted(given)) == pytest.approx(expected, rel=1e-12)
+    with pytest.raises(InputError, match="a quantity of mechanics"):
+        closed.subs({"h": Q(3, "ampere")})
+
+
+def test_a_derivative_by_name_or_by_a_symbol_of_that_name(closed):
+    """A symbol without the assumptions of the formula's own has another identity in SymPy."""
+    expected = differentiate(closed, h).dK
+    assert differentiate(closed, sp.Symbol("h")).dK == expected
+    assert differentiate(closed, "h").dK == expected
+    with pytest.raises(InputError, match="one of R, h, k, r"):
+        differentiate(closed, "H")
 
 
 def test_stages_of_a_chain_have_the_values_too():

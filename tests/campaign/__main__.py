@@ -1,13 +1,19 @@
-"""``python -m tests.campaign``: robots, linkages, readers, stores, or all of them."""
+"""``python -m tests.campaign``: robots, coupled joints, linkages, readers, stores, or all."""
 
 from __future__ import annotations
 
 import argparse
 from importlib import import_module
 
-PARTS = ("robots", "moved_linkages", "readers", "stores")
+PARTS = ("robots", "coupled_joints", "moved_linkages", "readers", "stores")
 #: How many of each where no number is given.
-COUNTS = {"robots": 20000, "moved_linkages": 400, "readers": 20000, "stores": 400}
+COUNTS = {
+    "robots": 20000,
+    "coupled_joints": 400,
+    "moved_linkages": 400,
+    "readers": 20000,
+    "stores": 400,
+}
 
 
 def main() -> int:

@@ -106,14 +106,14 @@ def by_forces(linkage: Linkage, found: Configuration) -> ByForces:
                 balance[bodies.index(body), :, k] = -sign * np.eye(6)
         at = found.frames[c.a] @ c.before
         if isinstance(c.element, Link):
-            own = _to_point(at.p + at.R @ c.element.to - point)
-            turned = np.kron(np.eye(2), at.R @ c.element.axes).T
+            own = to_point(at.p + at.R @ c.element.to - point)
+            turned = rotated(at.R @ c.element.axes).T
             B = turned @ own * scale
             energy[k, :, k] += B.T @ c.element.elasticity.compliance @ B
         if isinstance(c.element, Joint):
             _, _, columns = motion(c.element, found.coordinates[c.name].tolist())
             for column in columns:
-                v = np.kron(np.eye(2), at.R) @ column
+                v = rotated(at.R) @ column
                 v = np.concatenate([v[:3] + np.cross(at.p - point, v[3:]), v[3:]])
                 row = np.zeros((n + 1, 6))
                 row[k] = v * scale
@@ -123,6 +123,14 @@ def by_forces(linkage: Linkage, found: Configuration) -> ByForces:
                 elif c.element.role.stiffness is not None:
                     energy[k, :, k] += np.outer(row[k], row[k]) / c.element.role.stiffness
     A = np.vstack([balance.reshape(-1, 6 * (n + 1)), *no_work])
+    return from_wrenches(A, energy.reshape(6 * n, 6 * n), scale)
+
+
+def from_wrenches(A: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> ByForces:
+    """The stiffness from wrenches x = (inside, load) of A x = 0, and their energy inside.
+
+    Rows of A are unit vectors; the load has moments in units of the last of `scale`.
+    """
     _, values, Vt = np.linalg.svd(A)
     values = np.concatenate([values, np.zeros(Vt.shape[0] - len(values))]) / values[0]
     Z = Vt[values <= _INDEPENDENT].T
@@ -131,9 +139,9 @@ def by_forces(linkage: Linkage, found: Configuration) -> ByForces:
     values = np.linalg.svd(on_tool, compute_uv=False) if Z.shape[1] else np.zeros(0)
     rank = int(np.count_nonzero(values > _INDEPENDENT))
     clear &= not np.any((values > 1e-12) & (values < _DOUBT))
-    Q = inside.T @ energy.reshape(6 * n, 6 * n) @ inside
+    Q = inside.T @ energy @ inside
     K = np.zeros((6, 6))
-    if Z.shape[1]:
+    if rank:
         # What rounding leaves of no energy at all is none.
         size = max(np.trace(Q) / len(Q), 1e-3 * float(np.abs(energy).max())) or 1.0
         w, V = np.linalg.eigh(Q / size)
@@ -146,11 +154,16 @@ def by_forces(linkage: Linkage, found: Configuration) -> ByForces:
     return ByForces(K * np.outer(scale, scale), rank, bool(clear))
 
 
-def _to_point(v: np.ndarray) -> np.ndarray:
+def to_point(v: np.ndarray) -> np.ndarray:
     """From a wrench about the reference point to that about the point v away (6, 6)."""
     T = np.eye(6)
     T[3:, :3] = -np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     return T
+
+
+def rotated(R: np.ndarray) -> np.ndarray:
+    """Of twists and wrenches (6, 6), by a rotation."""
+    return np.kron(np.eye(2), R)
 
 
 def open_by(linkage: Linkage, found: Configuration) -> float:

@@ -97,6 +97,9 @@ def test_curve_has_a_status_for_every_factor():
         (("--weight", "leg9/strut=1 kg"), "such as 'leg"),
         (("--gravity", "0 0"), "--gravity"),
         (("--preload", "leg1/strut=2 mm"), "expected a force"),
+        (("--preload", "leg1/strut=2 N m"), "expected a force"),
+        (("--preload", "leg1/base joint[0]=2 N"), "expected a moment"),
+        (("--preload", "leg1/strut=2 N", "--preload", "leg1/strut=3 N"), "one value for"),
         (("--wrench", "0 0 1 0 0 0", "--factors", "0 1 1.5"), "a whole COUNT"),
     ],
 )

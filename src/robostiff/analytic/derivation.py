@@ -11,6 +11,7 @@ import sympy as sp
 from robostiff.analytic.substitution import (
     Substitution,
     refuse_failing,
+    refuse_names_of_steps,
     refuse_undefined,
     values_of_symbols,
 )
@@ -250,15 +251,7 @@ class Derivation:
         known = {*self.symbols, *self._symbols_of_conditions, *self._symbols_of_stages}
         known -= {d.symbol for d in self.definitions}
         chosen = values_of_symbols(sorted(known, key=str), given, f"formula {self.name!r}")
-        names = {d.symbol.name for d in self.definitions}
-        for symbol, formula in chosen.items():
-            taken = names & {str(s) for s in formula.free_symbols}
-            if taken:
-                raise InputError(
-                    f"value of {symbol}",
-                    got=str(formula),
-                    expected=f"a formula without {', '.join(sorted(taken))}, which name steps",
-                )
+        refuse_names_of_steps(chosen, self.definitions)
         found = replace(self, **self._parts_at(Substitution(chosen)))
         where = f"formula {self.name!r}"
         refuse_undefined([*found.K.flat(), *(d.expression for d in found.definitions)], where)

@@ -13,6 +13,7 @@ from robostiff.analytic.derivation import Definition, Derivation, used_definitio
 from robostiff.analytic.field import Element, ExactField
 from robostiff.analytic.formula_function import FormulaFunction, formula_function
 from robostiff.analytic.robot_derivation import RobotDerivation
+from robostiff.analytic.substitution import values_of_symbols
 from robostiff.errors import InputError
 
 
@@ -94,7 +95,7 @@ class FormulaDerivative:
         return formula_function(self, arguments)
 
 
-def differentiate(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
+def differentiate(derivation: Derivation, symbol: sp.Symbol | str) -> FormulaDerivative:
     """Derivative of a stiffness formula with respect to one of its given symbols.
 
     A closed form gives canonical fractions. Named steps are differentiated one by one, in forward
@@ -104,7 +105,8 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivativ
     Parameters
     ----------
     derivation : Derivation
-    symbol : sympy.Symbol
+    symbol : str or sympy.Symbol
+        Stands for the given symbol of its name, whatever its assumptions.
 
     Raises
     ------
@@ -119,7 +121,10 @@ def differentiate(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivativ
     >>> differentiate(Derivation("K_C", K, (), K), L).dK[0, 0]
     -9*E*I/L**4
     """
-    if symbol in {d.symbol for d in derivation.definitions} or not isinstance(symbol, sp.Symbol):
+    own = {s.name: s for s in derivation.symbols}
+    symbol = own.get(str(symbol), symbol)
+    defined = {d.symbol.name for d in derivation.definitions}
+    if not isinstance(symbol, sp.Symbol) or symbol.name in defined:
         raise InputError(
             "symbol to differentiate by",
             got=str(symbol),
@@ -150,7 +155,7 @@ def series_formula(
     ----------
     derivation : Derivation
     symbol : sympy.Symbol
-    x0 : number or formula
+    x0 : number, quantity or formula
         Where it begins: a pose, a length.
     n : int
         Number of terms.
@@ -174,6 +179,7 @@ def series_formula(
     """
     if not isinstance(n, int) or isinstance(n, bool) or n < 1:
         raise InputError("number of terms of a series", got=n, expected="1, 2, 3 ...")
+    (x0,) = values_of_symbols([symbol], {symbol.name: x0}, "series").values()
     found = differentiate(derivation, symbol)
     terms, definitions = [derivation.K, found.dK], found.definitions
     while len(terms) < n:

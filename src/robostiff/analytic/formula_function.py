@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.spatial.quantities import as_floats, is_pint
+from robostiff.spatial.quantities import as_floats, is_pint, si_number
 
 if TYPE_CHECKING:
     from robostiff.analytic.derivation import Derivation
@@ -127,7 +127,7 @@ class FormulaFunction:
 
 def _number(name: str, value: Any) -> np.ndarray:
     if is_pint(value):
-        value = value.to_base_units().magnitude
+        value = si_number(f"value of {name}", value)
     return as_floats(f"value of {name}", value, "a number, or an array of numbers")
 
 

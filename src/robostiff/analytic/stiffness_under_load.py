@@ -25,6 +25,7 @@ from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols, Pose
 from robostiff.analytic.substitution import (
     Substitution,
     refuse_failing,
+    refuse_names_of_steps,
     refuse_undefined,
     values_of_symbols,
 )
@@ -109,7 +110,9 @@ class StiffnessUnderLoad:
             When a name is no symbol of the formula, or the formula does not hold at these values.
         """
         subject = f"formula {self.name!r}"
-        put_in = Substitution(values_of_symbols(self.symbols, values, subject))
+        chosen = values_of_symbols(self.symbols, values, subject)
+        refuse_names_of_steps(chosen, self.definitions)
+        put_in = Substitution(chosen)
         refuse_failing(self.conditions, put_in, subject)
         kept = put_in.definitions(self.definitions)
         K0, K1 = put_in.matrix(self.K0), put_in.matrix(self.K1)

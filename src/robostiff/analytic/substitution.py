@@ -11,7 +11,7 @@ import sympy as sp
 
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_number, is_formula
-from robostiff.spatial.quantities import is_pint
+from robostiff.spatial.quantities import is_pint, si_number
 
 _GUARD_DIGITS = 15
 _CONDITION_DIGITS = 30
@@ -65,7 +65,7 @@ def values_of_symbols(
 
 def _value(symbol: sp.Symbol, value: Any) -> Any:
     if is_pint(value):
-        value = value.to_base_units().magnitude
+        value = si_number(f"value of {symbol}", value)
     try:
         found: Any = exact_number(value)
     except InputError as error:
@@ -86,6 +86,24 @@ def _value(symbol: sp.Symbol, value: Any) -> Any:
             hint="the formula was made for a positive symbol",
         )
     return found
+
+
+def refuse_names_of_steps(values: Mapping[Any, Any], definitions: Iterable[Any]) -> None:
+    """Raise where a formula that is put in has a symbol with the name of a step.
+
+    Raises
+    ------
+    InputError
+    """
+    names = {d.symbol.name for d in definitions}
+    for symbol, formula in values.items():
+        taken = names & {str(s) for s in formula.free_symbols}
+        if taken:
+            raise InputError(
+                f"value of {symbol}",
+                got=str(formula),
+                expected=f"a formula without {', '.join(sorted(taken))}, which name steps",
+            )
 
 
 class Substitution:

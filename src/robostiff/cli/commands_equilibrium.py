@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, cast
 
 import numpy as np
 
 from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads
 from robostiff.cli.command import BAD_STATUS
-from robostiff.cli.options import Answer, Model, Place, Replacing, named_values
+from robostiff.cli.options import Answer, Model, Place, Replacing, named_once, named_values
 from robostiff.cli.output import print_data, say
 from robostiff.cli.pictures import draw, picture_beside
 from robostiff.cli.written_arguments import (
@@ -21,8 +22,9 @@ from robostiff.cli.written_arguments import (
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si
-from robostiff.model import Mass, Robot, Snapshot
+from robostiff.model import Mass, PlacedLeg, Robot, Snapshot
 from robostiff.network import Network
+from robostiff.spatial import Screw
 from robostiff.statics import DeadForce, Equilibrium, critical_load, equilibrium, load_path, modes
 
 _MOST_FACTORS = 1000
@@ -117,7 +119,7 @@ def _options(
         "at": point_from(place),
         "loads": _loads(written),
         "gravity": gravity_from(written.gravity),
-        "preload": dict(_named("--preload", written.preloads, _push)),
+        "preload": _pushes(robot, written.preloads),
         "near": near_from(robot, place),
     }
 
@@ -147,9 +149,8 @@ def _loads(written: WrittenLoads) -> dict[str, list[Mass | DeadForce]]:
 
 
 def _named(option: str, texts: tuple[str, ...], read: Any) -> list[tuple[str, Any]]:
-    expected = f"LEG/PART=VALUE, such as {_SUCH_AS[option]}"
     found = []
-    for name, value in named_values(option, texts, expected):
+    for name, value in named_values(option, texts, _expected(option)):
         try:
             found.append((name, read(value)))
         except InputError as error:
@@ -158,6 +159,10 @@ def _named(option: str, texts: tuple[str, ...], read: Any) -> list[tuple[str, An
                 where.removesuffix(": "), got=error.got, expected=error.expected, hint=error.hint
             ) from None
     return found
+
+
+def _expected(option: str) -> str:
+    return f"LEG/PART=VALUE, such as {_SUCH_AS[option]}"
 
 
 _SUCH_AS = {
@@ -177,14 +182,31 @@ def _force(text: str) -> DeadForce:
     return DeadForce(force)
 
 
-def _push(text: str) -> float:
-    try:
-        return to_si(text, Dimension.FORCE, subject="--preload")
-    except InputError as of_force:
-        try:
-            return to_si(text, Dimension.MOMENT, subject="--preload")
-        except InputError:
-            raise of_force from None
+def _pushes(robot: Robot | Snapshot | Network, texts: tuple[str, ...]) -> dict[str, float]:
+    """Preloads of joints: forces of slides, moments of turns."""
+    moments = {name: screw.turns for name, screw in _freedoms(robot)}
+
+    def push(name: str, text: str) -> float:
+        # A name that is none is refused where the joints are.
+        turns = moments.get(name, False)
+        return to_si(text, Dimension.MOMENT if turns else Dimension.FORCE, subject="--preload")
+
+    given = named_once("--preload", texts, _expected("--preload"))
+    return {name: push(name, value) for name, value in given.items()}
+
+
+def _freedoms(robot: Robot | Snapshot | Network) -> Iterator[tuple[str, Screw]]:
+    """Freedoms by the names of their joints, as preloads name them."""
+    if isinstance(robot, Network):
+        for joint in robot.joints:
+            yield from ((own.name, own) for own in joint.freedoms)
+        return
+    for leg in robot.legs:
+        if isinstance(leg, PlacedLeg):
+            yield from ((f"{leg.name}/{own.name}", own) for own in leg.freedoms)
+        else:
+            names = (f"{leg.name}/{name}" for name in leg.chain.coordinate_names)
+            yield from zip(names, leg.chain.freedoms, strict=True)
 
 
 def _factors(text: str) -> np.ndarray:

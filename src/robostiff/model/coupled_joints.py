@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import islice, permutations
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from robostiff.spatial.formula import exact_together, is_formula
 
 _GEAR = Locked()
 _ROUNDING = 1e-9  # part of a factor: less is left of a sum that others contain
+_ORDERS = 120  # in which couplings choose the joints that follow
 
 
 @dataclass(frozen=True)
@@ -164,19 +166,7 @@ def transmission(
     at = {name: place for name, (place, _) in joints.items()}
     flat = iter(exact_together(*(factor for own in couplings for _, factor in own.terms)))
     rows = [{name: next(flat) for name, _ in own.terms} for own in couplings]
-    reduced: list[dict[str, Any]] = []
-    chosen: list[str] = []
-    for own, factors in zip(couplings, rows, strict=True):
-        row = dict(factors)
-        for pivot, before in zip(chosen, reduced, strict=True):
-            share = row.get(pivot, 0)
-            if not _is_nothing(share, 0.0):
-                of_pivot = share / before[pivot]
-                both = row.keys() | before.keys()
-                row = {k: row.get(k, 0) - of_pivot * before.get(k, 0) for k in both}
-                row[pivot] = 0
-        chosen.append(_follower(own, row, chosen, joints))
-        reduced.append(row)
+    chosen = _followers(couplings, rows, joints)
     places = [at[name] for name in chosen]
     exact = any(is_formula(factor) for row in rows for factor in row.values())
     A = np.eye(size, dtype=int).astype(object) if exact else np.eye(size)
@@ -190,6 +180,32 @@ def transmission(
     T[np.ix_(places, places)] = S
     T[np.ix_(places, others)] = -(S @ A[np.ix_(places, others)])
     return Transmission(A, T, dict(zip(places, couplings, strict=True)))
+
+
+def _followers(
+    couplings: Sequence[Coupling], rows: Sequence[Mapping[str, Any]], joints: Mapping[str, Any]
+) -> list[str]:
+    """The joint whose place each coupling takes; others choose first where that leaves it none."""
+    first: InputError | None = None
+    for order in islice(permutations(range(len(rows))), _ORDERS):
+        reduced: dict[str, Mapping[str, Any]] = {}
+        try:
+            for k in order:
+                row = dict(rows[k])
+                for pivot, before in reduced.items():
+                    share = row.get(pivot, 0)
+                    if not _is_nothing(share, 0.0):
+                        of_pivot = share / before[pivot]
+                        for name in row.keys() | before.keys():
+                            row[name] = row.get(name, 0) - of_pivot * before.get(name, 0)
+                        row[pivot] = 0
+                reduced[_follower(couplings[k], row, list(reduced), joints)] = row
+        except InputError as error:
+            first = first or error
+            continue
+        taken = dict(zip(order, reduced, strict=True))
+        return [taken[k] for k in range(len(rows))]
+    raise cast("InputError", first)
 
 
 def _check_joints(own: Coupling, joints: Mapping[str, tuple[int, Any]]) -> None:

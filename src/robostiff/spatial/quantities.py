@@ -193,6 +193,24 @@ def is_pint(value: Any) -> bool:
     return hasattr(type(value), "to_root_units") and hasattr(value, "magnitude")
 
 
+_SI = {"[length]": "meter", "[mass]": "kilogram", "[time]": "second"}
+
+
+def si_number(subject: str, quantity: Any) -> Any:
+    """The number of SI units in a quantity of pint, whatever units its registry prefers.
+
+    Raises
+    ------
+    InputError
+        For a quantity of anything but length, mass and time.
+    """
+    powers = dict(quantity.dimensionality)
+    if not powers.keys() <= _SI.keys():
+        raise InputError(subject, got=str(quantity), expected="a quantity of mechanics")
+    units = " * ".join(f"{_SI[name]} ** {power}" for name, power in powers.items())
+    return quantity.to(units or "dimensionless").magnitude
+
+
 def _is_foreign(value: Any) -> bool:
     """Arrays of astropy, unyt and pandas that carry units in other ways."""
     kind = type(value)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
-from robostiff.errors import FileError
+from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
 from robostiff.io.snapshot.elements import (
     DocumentPlace,
@@ -329,12 +328,18 @@ def _transmission(
         for i, freedom in enumerate(freedoms)
     }
     couplings: list[Coupling] = []
-    found = None
     for i, own in enumerate(part.couplings):
         with place.at("couplings", i).to_blame():
             couplings.append(Coupling(tuple(own.sum.items()), Locked(own.k), None, own.name or ""))
-            found = transmission(joints, len(joints), couplings)
-    return cast("Transmission", found)
+    try:
+        with np.errstate(all="ignore"):
+            return transmission(joints, len(joints), couplings)
+    except InputError:
+        for i in range(len(couplings) - 1):
+            with place.at("couplings", i).to_blame():
+                transmission(joints, len(joints), couplings[: i + 1])
+        with place.at("couplings", len(couplings) - 1).to_blame():
+            raise
 
 
 def _kind(freedom: PlacedFreedom) -> JointKind:

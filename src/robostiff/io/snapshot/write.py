@@ -162,9 +162,13 @@ def _couplings(
     leg: PlacedLeg, written: dict[str, str], held: dict[str, Role], prefix: str
 ) -> Iterator[dict[str, Any]]:
     """Couplings of a leg or branch, between the joints that are written."""
+    joints = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
+    turns = {e.joint if isinstance(e, CoupledFreedom) else e.name: e.turns for e in joints}
     for element in leg.elements:
         if isinstance(element, CoupledFreedom) and len(element.sum) > 1:
-            terms = {written[joint]: float(a) for joint, a in element.sum if joint in written}
+            # The first joint says whether the sum is an angle or a length.
+            factors = sorted(element.sum, key=lambda term: turns[term[0]] is not element.turns)
+            terms = {written[joint]: float(a) for joint, a in factors if joint in written}
             if len(terms) > 1:
                 name = element.name.removeprefix(prefix)
                 yield {"name": name, "sum": terms, "k": element.stiffness}
