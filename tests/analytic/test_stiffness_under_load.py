@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import FormulaTooLargeError
+from robostiff.analytic import Definition, FormulaTooLargeError
 from robostiff.analytic.leg_response import LegResponse
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 from robostiff.robots import robot_file
@@ -218,7 +218,10 @@ def test_wrong_formula_is_not_returned(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_a_formula_that_names_a_step_is_refused():
-    loaded = rs.derive_under_load("planar-link", ["-P", 0, 0], form=rs.Steps())
-    name = loaded.definitions[0].symbol.name
-    with pytest.raises(rs.InputError, match=name):
-        loaded.subs({"L": sp.Symbol(name)})
+    step = sp.Symbol("L_a", real=True)
+    K = sp.ImmutableMatrix(sp.diag(k / step, k, 0))
+    defined = (Definition(step, sp.sqrt(L**2 + 1)),)
+    loaded = StiffnessUnderLoad("K_C", "at home", sp.ImmutableMatrix([0, P, 0]), K, K, defined)
+    assert loaded.subs({"L": 0}).K[0, 0] == 2 * k
+    with pytest.raises(rs.InputError, match="a formula without L_a"):
+        loaded.subs({"k": sp.Symbol("L_a")})
