@@ -45,9 +45,10 @@ LONGEST = {
     "delta": 70,
     "orthoglide": 20,
     "tripteron": 65,
+    "us-ups": 110,
 }
 # Lines in which it is printed; a long one is dearer than a further name.
-LINES = dict.fromkeys(LONGEST, 10) | {"3-upu": 14}
+LINES = dict.fromkeys(LONGEST, 10)
 
 
 def path_of(name):
