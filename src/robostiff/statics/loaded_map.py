@@ -13,6 +13,7 @@ from robostiff.analysis.maps.evaluator import BatchedEvaluator, room_for
 from robostiff.analysis.maps.request import Method
 from robostiff.analysis.maps.variables import NO_RANK, Variable, map_variables, status_under_load
 from robostiff.analysis.measures import stiffness_indices, symmetric_eigenvalues
+from robostiff.compiled import Backend
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.model import Robot
 from robostiff.statics.beam_bowing import Beams, Bowing
@@ -26,6 +27,8 @@ from robostiff.statics.status import WITHOUT_STIFFNESS, EquilibriumStatus
 _BOWING = Bowing()
 # Equilibria take some 20 ms each, a kernel some seconds to make.
 _WORTH_COMPILING = 2000
+# Poses from which machine code is worth the time that it takes to compile.
+_WORTH_MACHINE_CODE = 100_000
 # Poses at once: a second of equilibria, or enough for a kernel.
 _FEW, _MANY = 64, 2**15
 # Of the largest eigenvalue of K, rotations by lengths: none.
@@ -105,7 +108,9 @@ class UnderLoad:
                 )
             return None
         try:
-            backend = self.by.backend if isinstance(self.by, Compiled) else Compiled().backend
+            backend = Backend.BEST if count >= _WORTH_MACHINE_CODE else Backend.ARRAYS
+            if isinstance(self.by, Compiled):
+                backend = self.by.backend
             return compile_loaded(
                 robot,
                 loads=self.loads,
