@@ -191,12 +191,15 @@ class ActuatorLoad:
         drive holds the opposite.
     travel : float
         Deflection of its own elasticity [m or rad]; 0 for a rigid drive.
+    unit : str
+        Of the load: N of a slide, N m of a turn.
     """
 
     leg: str
     joint: str
     load: float
     travel: float
+    unit: str
 
 
 @dataclass(frozen=True, repr=False)
@@ -402,4 +405,4 @@ def _add_element(
     if element.stiffness is not None:
         parts.append((leg, element.name, 0.5 * load * travel))
     if isinstance(element.role, Actuated):
-        actuators.append(ActuatorLoad(leg, element.name, load, travel))
+        actuators.append(ActuatorLoad(leg, element.name, load, travel, element.load_unit))

@@ -104,10 +104,14 @@ def actuator_table(result: Deflection) -> Table | None:
         return None
     loads = shown_vector(np.array([a.load for a in result.actuators]), 0)
     rows = [
-        [f"{a.leg}/{a.joint}", Number(float(load)), Number(a.travel)]
+        [
+            f"{a.leg}/{a.joint}",
+            Number(float(load), a.unit),
+            Number(a.travel, "rad" if a.unit == "N m" else "m"),
+        ]
         for a, load in zip(result.actuators, loads, strict=True)
     ]
-    return Table(["actuator", "load [N or N m]", "deflection [m or rad]"], rows)
+    return Table(["actuator", "load", "deflection"], rows)
 
 
 MOST_PARTS = 10

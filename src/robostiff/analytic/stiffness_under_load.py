@@ -79,6 +79,12 @@ class StiffnessUnderLoad:
         return sp.ImmutableMatrix(self.K0 + self.K1)
 
     @property
+    def derivation(self) -> Derivation:
+        """K with all that it follows from, as programs are written of it."""
+        K = self.K
+        return Derivation(self.name, K, (), K, self.definitions, conditions=self.conditions)
+
+    @property
     def is_closed(self) -> bool:
         """Whether it is written in the given symbols alone."""
         return not self.definitions
@@ -145,9 +151,7 @@ class StiffnessUnderLoad:
         InputError
             When a symbol of the formula is not among them, or another name is.
         """
-        K = self.K
-        formula = Derivation(self.name, K, (), K, self.definitions, conditions=self.conditions)
-        return formula_function(formula, arguments, self.symbols)
+        return formula_function(self.derivation, arguments, self.symbols)
 
 
 def stiffness_under_load(

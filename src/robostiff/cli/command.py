@@ -5,16 +5,16 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
-from robostiff.cli.options import Part, arguments_in_words, built, parameters_of
-from robostiff.cli.output import running
+from robostiff.cli.options import Answer, Part, arguments_in_words, built, parameters_of
+from robostiff.cli.output import running, show
 from robostiff.errors import (
     DisagreementError,
     InputError,
@@ -143,6 +143,21 @@ class _Ended:
     """How a command ended."""
 
     status = 0
+
+
+Result = TypeVar("Result")
+
+
+def answered(
+    result: Result,
+    answer: Answer,
+    data: Callable[[Result], Mapping[str, Any]],
+    text: Callable[[Result], str],
+) -> int:
+    """Print a result as text or as JSON; 1 for a bad status, otherwise 0."""
+    show(data(result) if answer.as_json else text(result))
+    status: Any = result.status  # pyright: ignore[reportAttributeAccessIssue]
+    return BAD_STATUS if status.is_bad else 0
 
 
 @contextmanager

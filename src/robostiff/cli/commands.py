@@ -7,21 +7,20 @@ from typing import Any
 from robostiff.analysis.result import RobotStiffness
 from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.cli.answer_commands import Details, Load, Method
-from robostiff.cli.command import BAD_STATUS, slips
+from robostiff.cli.command import answered, slips
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing
-from robostiff.cli.output import on_terminal, print_data, say
+from robostiff.cli.output import show
 from robostiff.cli.written_arguments import (
+    chosen,
     length_from,
     loaded,
-    near_from,
-    point_from,
-    pose_from,
+    where_from,
     wrench_from,
 )
 from robostiff.elastostatics import Block, Form, IndexRules, Recursive, SaddlePoint, WrenchBasis
 from robostiff.errors import InputError
 from robostiff.io.results import deflection_data, deflection_text, stiffness_data, stiffness_text
-from robostiff.io.suggest import Words, did_you_mean
+from robostiff.io.suggest import Words
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -65,12 +64,7 @@ def check_robot(model: Model, details: Details, replacing: Replacing, answer: An
 
         draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)
         facts["picture"] = str(picture)
-    if answer.as_json:
-        print_data(facts)
-    else:
-        from robostiff.cli import tables
-
-        tables.print_facts(facts)
+    show(facts if answer.as_json else facts_of.facts_text(facts))
     return 0
 
 
@@ -93,23 +87,14 @@ def _add_details(facts: dict[str, Any], robot: Any, source: str, details: Detail
 
 def print_stiffness(model: Model, place: Place, method: Method, answer: Answer) -> int:
     """Print K at a pose."""
-    form = _method(method.method)
+    form = chosen("--method", method.method, METHODS)
     robot = loaded(model, place)
-    pose, near = pose_from(robot, place), near_from(robot, place)
-    result = stiffness(robot, pose, method=form, at=point_from(place), near=near)
+    result = stiffness(robot, method=form, **where_from(robot, place))
     if not isinstance(result, RobotStiffness):
         from robostiff.cli.commands_cables import print_cable_stiffness
 
         return print_cable_stiffness(result, answer)
-    if answer.as_json:
-        print_data(stiffness_data(result))
-    elif on_terminal():
-        from robostiff.cli import tables
-
-        tables.print_stiffness(result)
-    else:
-        say(stiffness_text(result))
-    return BAD_STATUS if result.status.is_bad else 0
+    return answered(result, answer, stiffness_data, stiffness_text)
 
 
 def print_deflection(model: Model, load: Load, place: Place, answer: Answer) -> int:
@@ -118,28 +103,8 @@ def print_deflection(model: Model, load: Load, place: Place, answer: Answer) -> 
 
     robot = loaded(model, place)
     F = wrench_from(load.wrench, robot.space)
-    pose, near = pose_from(robot, place), near_from(robot, place)
-    result = deflection(robot, pose, F, at=point_from(place), near=near)
-    if answer.as_json:
-        print_data(deflection_data(result))
-    elif on_terminal():
-        from robostiff.cli import tables
-
-        tables.print_deflection(result)
-    else:
-        say(deflection_text(result))
-    return BAD_STATUS if result.status.is_bad else 0
-
-
-def _method(name: str) -> Form:
-    if name not in METHODS:
-        raise InputError(
-            "--method",
-            got=name,
-            expected=", ".join(METHODS),
-            hint=did_you_mean(name, METHODS),
-        )
-    return METHODS[name]
+    result = deflection(robot, wrench=F, **where_from(robot, place))
+    return answered(result, answer, deflection_data, deflection_text)
 
 
 def print_indices(model: Model, place: Place, length: Length, answer: Answer) -> int:
@@ -154,11 +119,11 @@ def print_indices(model: Model, place: Place, length: Length, answer: Answer) ->
             got="a cable robot",
             expected="a robot with legs: the stiffness of cables depends on their tensions",
         )
-    pose, near = pose_from(robot, place), near_from(robot, place)
-    result = stiffness(robot, pose, at=point_from(place), near=near)
+    result = stiffness(robot, **where_from(robot, place))
     found = indices(result, length=length_from(length)) if result.answered.all() else None
-    if answer.as_json:
-        print_data(indices_data(result, found))
-    else:
-        say(stiffness_text(result) if found is None else indices_text(found))
-    return BAD_STATUS if result.status.is_bad else 0
+    return answered(
+        result,
+        answer,
+        lambda own: indices_data(own, found),
+        lambda own: stiffness_text(own) if found is None else indices_text(found),
+    )

@@ -14,9 +14,8 @@ from robostiff.cables import (
     TensionRule,
 )
 from robostiff.cli.answer_commands import WrittenTensions
-from robostiff.cli.command import BAD_STATUS
+from robostiff.cli.command import answered
 from robostiff.cli.options import Answer, Model, Place
-from robostiff.cli.output import show
 from robostiff.cli.robot_facts import head_facts, home_facts
 from robostiff.cli.written_arguments import pose_from, wrench_from
 from robostiff.errors import InputError
@@ -51,17 +50,15 @@ def print_cables(model: Model, place: Place, written: WrittenTensions, answer: A
         result = cable_response(robot, pose, wrench_from(wrench, robot.space), tensions=rule)
         text, data = cable_response_text, cable_response_data
     else:
-        held = None if balance is None else wrench_from(balance, robot.space)
+        held = None if balance is None else wrench_from(balance, robot.space, "--balance")
         result = cable_stiffness(robot, pose, held, tensions=rule)
         text, data = cable_stiffness_text, cable_stiffness_data
-    show(data(result) if answer.as_json else text(result))  # pyright: ignore[reportArgumentType]
-    return BAD_STATUS if result.status.is_bad else 0
+    return answered(result, answer, data, text)  # pyright: ignore[reportArgumentType]
 
 
 def print_cable_stiffness(result: CableStiffness, answer: Answer) -> int:
     """Print K of a cable robot."""
-    show(cable_stiffness_data(result) if answer.as_json else cable_stiffness_text(result))
-    return BAD_STATUS if result.status.is_bad else 0
+    return answered(result, answer, cable_stiffness_data, cable_stiffness_text)
 
 
 def cable_robot_facts(robot: CableRobot) -> dict[str, Any]:

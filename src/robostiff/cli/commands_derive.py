@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import click
 import sympy as sp
@@ -15,12 +15,14 @@ from robostiff.analytic import (
     AtHome,
     AtSymbols,
     Closed,
+    Derivation,
     FormulaDerivative,
     FormulaTooLargeError,
     LegElimination,
     RobotDerivation,
     Steps,
     StiffnessPart,
+    StiffnessUnderLoad,
     UnitQuaternion,
     derive_leg,
     derive_robot,
@@ -50,6 +52,7 @@ from robostiff.cli.file_commands import FORMATS, FormulaRequest, Questions, Shee
 from robostiff.cli.options import Answer, Model, Replacing
 from robostiff.cli.output import new_file
 from robostiff.cli.watched import go_on_in_child
+from robostiff.cli.written_arguments import chosen, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.model_file import ALL_PARAMETERS
 from robostiff.io.suggest import did_you_mean
@@ -175,7 +178,8 @@ def _listed(expressions: Iterable[Any]) -> str:
     return ", ".join(map(sp.sstr, expressions))
 
 
-_Found = RobotDerivation | LegElimination | FormulaDerivative
+_Found = Derivation | FormulaDerivative | StiffnessUnderLoad
+_PROGRAMS = ("json", "python", "c", "julia", "matlab")
 _WRITERS: dict[str, Callable[[Any], str]] = {
     "text": derivation_text,
     "latex": derivation_latex,
@@ -213,31 +217,19 @@ def print_formula(
     language, output = _language(sheet, replacing, answer)
     form = _form(asked)
     checked_budget(asked.budget)
-    if questions.any and (asked.derivative is not None or language != "text"):
-        raise InputError(
-            "questions about a formula",
-            got="--derivative" if asked.derivative is not None else f"--format {language}",
-            expected="--rank, --free-motions and --eigenvalues alone, answered in text",
-        )
-    if questions.any and asked.leg is not None:
-        raise InputError(
-            "questions about a formula",
-            got=f"--leg {asked.leg}",
-            expected="the whole robot: --rank, --free-motions and --eigenvalues without --leg",
-        )
+    _check_questions(questions, asked, language)
     go_on_in_child(_progress(model.source, asked, form))
     try:
-        robot, pose = _robot_and_pose(model, asked)
-        derivation = (
-            derive_robot(robot, pose, form, asked.budget)
-            if asked.leg is None
-            else derive_leg(robot, asked.leg, pose, form, asked.budget)
-        )
+        derivation = _derived(model, asked, form)
         if isinstance(derivation, RobotDerivation) and derivation.remark:
             click.echo(f"robostiff: {derivation.remark} These are named steps.", err=True)
         found: _Found = derivation
+        as_one = asked.derivative is not None or language in _PROGRAMS
+        if as_one and isinstance(derivation, StiffnessUnderLoad):
+            found = derivation.derivation
         if asked.derivative is not None:
-            found = differentiate(derivation, _symbol(derivation, asked.derivative))
+            symbol = _symbol(derivation, asked.derivative)
+            found = differentiate(cast("Derivation", found), symbol)
         if language == "pdf" and output is not None:
             with whole_file(output) as begun:
                 derivation_pdf(found, begun)
@@ -264,6 +256,41 @@ def print_formula(
         with whole_file(output) as begun:
             begun.write_text(written, encoding="utf-8")
     return 0
+
+
+def _check_questions(questions: Questions, asked: FormulaRequest, language: str) -> None:
+    """Refuse what does not go together."""
+    if questions.any and (asked.derivative is not None or language != "text"):
+        raise InputError(
+            "questions about a formula",
+            got="--derivative" if asked.derivative is not None else f"--format {language}",
+            expected="--rank, --free-motions and --eigenvalues alone, answered in text",
+        )
+    if questions.any and asked.leg is not None:
+        raise InputError(
+            "questions about a formula",
+            got=f"--leg {asked.leg}",
+            expected="the whole robot: --rank, --free-motions and --eigenvalues without --leg",
+        )
+    if asked.under_load is not None and (questions.any or asked.leg is not None):
+        raise InputError(
+            "--under-load", got=asked.under_load, expected="no --leg and no question beside it"
+        )
+
+
+def _derived(
+    model: Model, asked: FormulaRequest, form: Closed | Steps | None
+) -> RobotDerivation | LegElimination | StiffnessUnderLoad:
+    """The formula of the robot, of one of its legs, or under a load."""
+    robot, pose = _robot_and_pose(model, asked)
+    options: dict[str, Any] = {"pose": pose, "form": form, "budget": asked.budget}
+    if asked.under_load is not None:
+        from robostiff.robots.derivation_under_load import derive_under_load
+
+        return derive_under_load(robot, _wrench(asked.under_load, robot.space), **options)
+    if asked.leg is not None:
+        return derive_leg(robot, asked.leg, **options)
+    return derive_robot(robot, **options)
 
 
 def _progress(
@@ -319,10 +346,7 @@ def _language(sheet: Sheet, replacing: Replacing, answer: Answer) -> tuple[str, 
             got=sheet.output,
             expected=f"a name that ends in {', '.join(_SUFFIXES)}, or --format beside it",
         )
-    if name not in FORMATS:
-        raise InputError(
-            "--format", got=name, expected=", ".join(FORMATS), hint=did_you_mean(name, FORMATS)
-        )
+    chosen("--format", name, dict.fromkeys(FORMATS))
     if name == "pdf" and output is None:
         raise InputError("--format", got="pdf", expected="a file", hint="write -o FILE.pdf")
     if output is not None:
@@ -330,14 +354,25 @@ def _language(sheet: Sheet, replacing: Replacing, answer: Answer) -> tuple[str, 
     return name, output
 
 
-def _symbol(derivation: RobotDerivation | LegElimination, name: str) -> sp.Symbol:
-    for symbol in derivation.symbols:
-        if symbol.name == name:
-            return symbol
-    names = [symbol.name for symbol in derivation.symbols]
-    raise InputError(
-        "--derivative",
-        got=name,
-        expected=f"a symbol of the formula: {', '.join(names) or 'it has none'}",
-        hint=did_you_mean(name, names),
-    )
+def _wrench(text: str, space: Space) -> str | list[float]:
+    """A wrench of numbers with units, or of symbols."""
+    try:
+        return wrench_from(text, space, "--under-load")
+    except InputError:
+        if len(text.split()) != space.size:
+            raise
+    return text
+
+
+def _symbol(
+    derivation: RobotDerivation | LegElimination | StiffnessUnderLoad, name: str
+) -> sp.Symbol:
+    known = {symbol.name: symbol for symbol in derivation.symbols}
+    if name not in known:
+        raise InputError(
+            "--derivative",
+            got=name,
+            expected=f"a symbol of the formula: {', '.join(known) or 'it has none'}",
+            hint=did_you_mean(name, known),
+        )
+    return known[name]

@@ -8,20 +8,19 @@ from typing import Any, cast
 import numpy as np
 
 from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads
-from robostiff.cli.command import BAD_STATUS
+from robostiff.cli.command import answered
 from robostiff.cli.options import Answer, Model, Place, Replacing, named_once, named_values
-from robostiff.cli.output import print_data, say
 from robostiff.cli.pictures import draw, picture_beside
 from robostiff.cli.written_arguments import (
     gravity_from,
-    near_from,
-    point_from,
-    pose_from,
+    loaded,
+    where_from,
     wrench_from,
 )
 from robostiff.errors import InputError
 from robostiff.io.results.equilibrium import equilibrium_data, equilibrium_text
 from robostiff.io.units import Dimension, parse_quantities, to_si
+from robostiff.linkage import Linkage
 from robostiff.model import Mass, PlacedLeg, Robot, Snapshot
 from robostiff.network import Network
 from robostiff.spatial import Screw
@@ -39,12 +38,12 @@ def print_equilibrium(
     answer: Answer,
 ) -> int:
     """Print where a robot comes to rest under loads; 1 for a bad status."""
-    robot, source = model.load(), model.source
-    if not isinstance(robot, Robot | Snapshot | Network):
+    robot, source = loaded(model, place), model.source
+    if not isinstance(robot, Robot | Snapshot | Network | Linkage):
         raise InputError(
             f"equilibrium of {source!r}",
             got=type(robot).__name__,
-            expected="a robot or a snapshot of legs, or a network",
+            expected="a robot or a snapshot of legs, a network or a linkage",
             hint=f"cables have 'robostiff cables {source} --wrench ...'",
         )
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
@@ -53,25 +52,26 @@ def print_equilibrium(
             raise InputError(option, expected='--wrench beside it, such as "0 0 -1 kN 0 0 0"')
     picture = picture_beside(wanted.plot, replacing)
     options = _options(robot, place, written)
-    pose = pose_from(robot, place)
     factors = None if wanted.factors is None else _factors(wanted.factors)
-    result = cast("Equilibrium", equilibrium(robot, pose, F, **options))  # of one pose
+    result = cast("Equilibrium", equilibrium(robot, wrench=F, **options))  # of one pose
     critical = curve = None
     if wanted.critical:
-        critical = critical_load(robot, pose, F or (), **options)
+        critical = critical_load(robot, wrench=F or (), **options)
     if factors is not None:
-        curve = load_path(robot, pose, F or (), factors, **options)
+        curve = load_path(robot, wrench=F or (), factors=factors, **options)
     if picture is not None:
         from robostiff.plot.load_curve import load_curve_picture
         from robostiff.plot.loaded_robot import equilibrium_picture
 
         draw(equilibrium_picture(result) if curve is None else load_curve_picture(curve), picture)
-    if answer.as_json:
-        print_data(equilibrium_data(result, critical, curve))
-    else:
-        text = equilibrium_text(result, critical)
-        say(text if curve is None else f"{text}\n\n{_curve_text(curve)}")
-    return BAD_STATUS if result.status.is_bad else 0
+    return answered(
+        result,
+        answer,
+        lambda own: equilibrium_data(own, critical, curve),
+        lambda own: "\n\n".join(
+            [equilibrium_text(own, critical), *(() if curve is None else (_curve_text(curve),))]
+        ),
+    )
 
 
 def print_modes(
@@ -86,41 +86,35 @@ def print_modes(
     from robostiff.io.results.equilibrium import modes_data, modes_text
 
     picture = picture_beside(shown.plot, replacing)
-    robot = model.load()
-    if not isinstance(robot, Robot | Snapshot | Network):
+    robot = loaded(model, place)
+    if not isinstance(robot, Robot | Snapshot | Network | Linkage):
         raise InputError(
             f"modes of {model.source!r}",
             got=type(robot).__name__,
-            expected="a robot or a snapshot of legs, or a network",
+            expected="a robot or a snapshot of legs, a network or a linkage",
         )
     F = None if written.wrench is None else wrench_from(written.wrench, robot.space)
     moving: dict[str, list[float]] = {}
     for name, mass in _named("--mass", shown.masses, _kilograms):
         moving.setdefault(name, []).append(mass)
-    pose = pose_from(robot, place)
-    found = modes(robot, pose, moving, wrench=F, **_options(robot, place, written))
+    found = modes(robot, masses=moving, wrench=F, **_options(robot, place, written))
     if picture is not None:
         from robostiff.plot.loaded_robot import mode_picture
 
         number = shown.number
         draw(mode_picture(found, number), picture, mode_picture(found, number, -1.0))
-    if answer.as_json:
-        print_data(modes_data(found))
-    else:
-        say(modes_text(found))
-    return BAD_STATUS if found.status.is_bad else 0
+    return answered(found, answer, modes_data, modes_text)
 
 
 def _options(
-    robot: Robot | Snapshot | Network, place: Place, written: WrittenLoads
+    robot: Robot | Snapshot | Network | Linkage, place: Place, written: WrittenLoads
 ) -> dict[str, Any]:
-    """Loads beside the wrench, and where they act."""
+    """Place, and loads beside the wrench."""
     return {
-        "at": point_from(place),
+        **where_from(robot, place),
         "loads": _loads(written),
         "gravity": gravity_from(written.gravity),
         "preload": _pushes(robot, written.preloads),
-        "near": near_from(robot, place),
     }
 
 
@@ -182,7 +176,9 @@ def _force(text: str) -> DeadForce:
     return DeadForce(force)
 
 
-def _pushes(robot: Robot | Snapshot | Network, texts: tuple[str, ...]) -> dict[str, float]:
+def _pushes(
+    robot: Robot | Snapshot | Network | Linkage, texts: tuple[str, ...]
+) -> dict[str, float]:
     """Preloads of joints: forces of slides, moments of turns."""
     moments = {name: screw.turns for name, screw in _freedoms(robot)}
 
@@ -195,8 +191,11 @@ def _pushes(robot: Robot | Snapshot | Network, texts: tuple[str, ...]) -> dict[s
     return {name: push(name, value) for name, value in given.items()}
 
 
-def _freedoms(robot: Robot | Snapshot | Network) -> Iterator[tuple[str, Screw]]:
+def _freedoms(robot: Robot | Snapshot | Network | Linkage) -> Iterator[tuple[str, Screw]]:
     """Freedoms by the names of their joints, as preloads name them."""
+    if isinstance(robot, Linkage):
+        yield from ((joint.name, own) for joint in robot.joints for own in joint.freedoms)
+        return
     if isinstance(robot, Network):
         for joint in robot.joints:
             yield from ((own.name, own) for own in joint.freedoms)

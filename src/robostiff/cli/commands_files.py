@@ -11,7 +11,7 @@ from typing import Any
 
 from robostiff.cli.file_commands import Converted, NewFile, WantedSchema
 from robostiff.cli.options import Answer, Model, Place, Replacing
-from robostiff.cli.output import new_file, print_data, say
+from robostiff.cli.output import new_file, show
 from robostiff.cli.written_arguments import near_from, pose_from
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.io.suggest import Words, did_you_mean, listing, nearest_first
@@ -27,11 +27,11 @@ def print_schema(wanted: WantedSchema, replacing: Replacing) -> int:
     """Print or write the JSON schema of a file format."""
     schema = _schemas(wanted.form)
     if wanted.output is None:
-        say(json.dumps(schema, indent=2))
+        show(json.dumps(schema, indent=2))
         return 0
     path = new_file("--output", wanted.output, replacing.overwrite)
     path.write_text(json.dumps(schema, indent=2) + "\n", encoding="utf-8")
-    say(str(path))
+    show(str(path))
     return 0
 
 
@@ -65,10 +65,7 @@ def write_new(new: NewFile, answer: Answer) -> int:
     text = re.sub(r"(?m)^name: .*$", lambda _: line, text, count=1)
     with path.open("x", encoding="utf-8") as file:
         file.write(text)
-    if answer.as_json:
-        print_data({"files": [str(path)], "template": template})
-    else:
-        say(str(path))
+    show({"files": [str(path)], "template": template} if answer.as_json else str(path))
     return 0
 
 
@@ -119,13 +116,10 @@ def convert(
         else:
             text = json.dumps(_data(frozen), indent=1, allow_nan=False) + "\n"
         if path is None:
-            say(text.removesuffix("\n"))
+            show(text.removesuffix("\n"))
             return 0
         path.write_text(text, encoding="utf-8")
-    if answer.as_json:
-        print_data({"files": [str(path)], "form": form})
-    else:
-        say(str(path))
+    show({"files": [str(path)], "form": form} if answer.as_json else str(path))
     return 0
 
 

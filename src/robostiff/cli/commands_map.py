@@ -38,10 +38,11 @@ from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing
-from robostiff.cli.output import new_file, print_data, say
+from robostiff.cli.output import new_file, show
 from robostiff.cli.picture_commands import NO_LOAD, MapLoad, MapPoses, MapQuantities, Run
 from robostiff.cli.pictures import draw, picture_beside
 from robostiff.cli.written_arguments import (
+    chosen,
     gravity_from,
     length_from,
     loaded,
@@ -56,7 +57,6 @@ from robostiff.io.map_files import (
     write_map_csv,
     write_map_netcdf,
 )
-from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.linkage import Linkage
 from robostiff.markup import text_of
@@ -177,6 +177,7 @@ class MapBar:
 
 _WRITERS = {".zarr": None, ".nc": write_map_netcdf, ".csv": write_map_csv}
 _SUFFIXES = ", ".join(_WRITERS)
+_QUANTITIES = {quantity.value: quantity for quantity in Quantity}
 
 
 def _under_load(load: MapLoad) -> UnderLoad | None:
@@ -232,7 +233,8 @@ def make_map(
             found = stiffness_map(
                 robot,
                 poses,
-                [_quantity(name) for name in wanted.quantities] or [Quantity.PRINCIPAL_STIFFNESS],
+                [chosen("--quantity", name, _QUANTITIES) for name in wanted.quantities]
+                or [Quantity.PRINCIPAL_STIFFNESS],
                 wrench=None if wanted.wrench is None else wrench_from(wanted.wrench, robot.space),
                 characteristic_length=length_from(length),
                 near=near_from(robot, place),
@@ -261,10 +263,10 @@ def make_map(
     facts = _facts(found, output, bar, time.monotonic() - started)
     if output is None:
         return 0 if facts["poses_reachable"] else BAD_STATUS
-    if answer.as_json:
-        print_data(facts)
-    else:
-        _print_facts(facts)
+    show(facts if answer.as_json else _facts_text(facts))
+    if bar.rate and not answer.as_json:
+        # Not on standard output, which is the same every time.
+        click.echo(f"{facts['seconds']:.3g} s, {bar.rate:.3g} poses/s", err=True)
     return 0 if facts["poses_reachable"] else BAD_STATUS
 
 
@@ -307,15 +309,6 @@ def _checked_output(run: Run, replacing: Replacing) -> Path | None:
     return output
 
 
-def _quantity(name: str) -> Quantity:
-    names = [quantity.value for quantity in Quantity]
-    if name not in names:
-        raise InputError(
-            "--quantity", got=name, expected=", ".join(names), hint=did_you_mean(name, names)
-        )
-    return Quantity(name)
-
-
 def _how_to_go_on(output: Path | None) -> str:
     if output is not None and output.suffix == ".zarr" and output.exists():
         arguments = [word for word in sys.argv[1:] if word != "--resume"]
@@ -345,7 +338,7 @@ def _facts(
     return facts
 
 
-def _print_facts(facts: Mapping[str, Any]) -> None:
+def _facts_text(facts: Mapping[str, Any]) -> str:
     shape = " x ".join(f"{name} {size}" for name, size in facts["dimensions"].items())
     computed = facts["poses_computed"]
     lines = [f"{facts['robot']}: {facts['poses']} poses ({shape}) in {facts['output']}"]
@@ -361,8 +354,4 @@ def _print_facts(facts: Mapping[str, Any]) -> None:
     if facts["poses_guarded"]:
         share = facts["poses_guarded"] / computed
         lines.append(f"recomputed by the batched form: {100 * share:.3g} %")
-    say(text_of(lines))
-    if facts["poses_a_second"]:
-        # Not on standard output, which is the same every time.
-        rate = f"{facts['poses_a_second']:.3g} poses/s"
-        click.echo(f"{facts['seconds']:.3g} s, {rate}", err=True)
+    return text_of(lines)

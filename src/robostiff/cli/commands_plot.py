@@ -10,12 +10,19 @@ import numpy as np
 
 from robostiff.analysis import cable_response, cable_stiffness, stiffness
 from robostiff.cli.options import Answer, Place, Replacing, named_once
-from robostiff.cli.output import print_data, say
+from robostiff.cli.output import show
 from robostiff.cli.picture_commands import WHAT, Drawing, Subject
 from robostiff.cli.pictures import draw, picture_file
-from robostiff.cli.written_arguments import near_from, point_from, pose_from, wrench_from
+from robostiff.cli.written_arguments import (
+    chosen,
+    loaded,
+    near_from,
+    point_from,
+    pose_from,
+    wrench_from,
+)
 from robostiff.errors import InputError
-from robostiff.io.suggest import did_you_mean
+from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.plot.ellipsoids import ellipsoid_picture
@@ -34,6 +41,7 @@ if TYPE_CHECKING:
 
 _MAPS = (".zarr", ".nc")
 _OF_LOADS = ("deflection", "energy")
+_QUALITIES = {quality.name.lower().replace("_", "-"): quality for quality in Quality}
 
 
 def make_plot(
@@ -45,12 +53,9 @@ def make_plot(
     if what == "map":
         pictures = (_of_map(model.source, asked),)
     else:
-        pictures = _of_robot(what, model.load(), place, asked)
+        pictures = _of_robot(what, loaded(model, place), place, asked)
     draw(pictures[0], path, *pictures[1:])
-    if answer.as_json:
-        print_data({"file": str(path), "what": what})
-    else:
-        say(str(path))
+    show({"file": str(path), "what": what} if answer.as_json else str(path))
     return 0
 
 
@@ -60,10 +65,7 @@ def _what(subject: str, asked: Drawing) -> str:
     what = asked.what
     if what is None:
         what = "map" if is_map else "robot" if asked.wrench is None else "deflection"
-    if what not in WHAT:
-        raise InputError(
-            "--what", got=what, expected=", ".join(WHAT), hint=did_you_mean(what, WHAT)
-        )
+    chosen("--what", what, dict.fromkeys(WHAT))
     if is_map != (what == "map"):
         raise InputError(
             f"--what {what} of {subject!r}",
@@ -89,9 +91,7 @@ def _of_robot(what: str, robot: Any, place: Place, asked: Drawing) -> tuple[Pict
         return (picture_of_robot(robot, pose, colouring=Colouring.NAMES),)
     if isinstance(robot, CableRobot):
         return (_of_cables(what, robot, pose, place, asked),)
-    options: dict[str, Any] = {"at": point_from(place)}
-    if isinstance(robot, Robot | Snapshot):
-        options["near"] = near_from(robot, place)
+    options: dict[str, Any] = {"at": point_from(place), "near": near_from(robot, place)}
     if what in _OF_LOADS:
         bent = deflection(robot, pose, wrench_from(asked.wrench or "", robot.space), **options)
         if what == "energy":
@@ -102,7 +102,9 @@ def _of_robot(what: str, robot: Any, place: Place, asked: Drawing) -> tuple[Pict
             raise _no_picture(what, robot, "a robot or a snapshot of legs")
         found = modes(robot, pose, **options)
         return (mode_picture(found, asked.mode), mode_picture(found, asked.mode, -1.0))
-    return (_of_stiffness(what, robot, stiffness(robot, pose, **options), asked),)
+    result = stiffness(robot, pose, **options)
+    shown = robot.network_at(pose) if isinstance(robot, Linkage) else robot
+    return (_of_stiffness(what, shown, result, asked),)
 
 
 def _of_cables(what: str, robot: CableRobot, pose: Any, place: Place, asked: Drawing) -> Picture:
@@ -125,16 +127,7 @@ def _of_stiffness(what: str, robot: Any, result: Any, asked: Drawing) -> Picture
     around = surroundings(robot, result)
     if what == "free-motions":
         return free_motions_picture(result, around)
-    return ellipsoid_picture(result, _quality(asked.quality), around)
-
-
-def _quality(name: str) -> Quality:
-    known = {quality.name.lower().replace("_", "-"): quality for quality in Quality}
-    if name not in known:
-        raise InputError(
-            "--quality", got=name, expected=", ".join(known), hint=did_you_mean(name, tuple(known))
-        )
-    return known[name]
+    return ellipsoid_picture(result, chosen("--quality", asked.quality, _QUALITIES), around)
 
 
 def _of_map(path: str, asked: Drawing) -> Picture:

@@ -7,13 +7,13 @@ from datetime import date as day
 
 from robostiff.cli.command import BAD_STATUS
 from robostiff.cli.options import Answer, Model, Place, Replacing
-from robostiff.cli.output import new_file, print_data, say
+from robostiff.cli.output import new_file, show
 from robostiff.cli.picture_commands import Pages
-from robostiff.cli.written_arguments import near_from, point_from, pose_from, wrench_from
+from robostiff.cli.written_arguments import loaded, near_from, point_from, pose_from, wrench_from
 from robostiff.errors import InputError
 from robostiff.io.map_files.netcdf import read_map
 from robostiff.io.model_file import ALL_PARAMETERS
-from robostiff.model import Robot, Snapshot
+from robostiff.model import Robot
 from robostiff.report import (
     TitleBlock,
     described_by,
@@ -33,13 +33,13 @@ def make_report(
         paths.append(report_path(paths[0].with_suffix(".pdf")))
     for path in paths:
         new_file("--output", path, replacing.overwrite)
-    robot, source = model.load(), model.source
+    robot, source = loaded(model, place), model.source
     contents = report_contents(
         robot,
         pose_from(robot, place),
         wrench=None if pages.wrench is None else wrench_from(pages.wrench, robot.space),
         at=point_from(place),
-        near=near_from(robot, place) if isinstance(robot, Robot | Snapshot) else None,
+        near=near_from(robot, place),
         found=None if pages.map_file is None else read_map(pages.map_file),
         symbolic=_with_symbols(model),
         finite=pages.finite,
@@ -48,10 +48,11 @@ def make_report(
         other=None if pages.compare is None else load(pages.compare),
     )
     save_report(contents, *paths)
-    if answer.as_json:
-        print_data({"files": [str(path) for path in paths], "status": str(contents.status)})
-    else:
-        say("\n".join(map(str, paths)))
+    show(
+        {"files": [str(path) for path in paths], "status": str(contents.status)}
+        if answer.as_json
+        else "\n".join(map(str, paths))
+    )
     return BAD_STATUS if contents.status.is_bad else 0
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from robostiff.cli.answer_commands import WrittenNetworkLoads
-from robostiff.cli.command import BAD_STATUS
+from robostiff.cli.command import answered
 from robostiff.cli.options import Answer, named_once, named_values
-from robostiff.cli.output import print_data, say
 from robostiff.errors import InputError
 from robostiff.io.results.network import response_data, response_text
 from robostiff.io.units import Dimension, parse_quantities
@@ -38,11 +38,9 @@ def print_response(written: WrittenNetworkLoads, answer: Answer) -> int:
             f"loads of {source!r}", got="none", expected="--load, --along, --on or --settle"
         )
     result = network_response(network, loads, settlements=settlements)
-    if answer.as_json:
-        print_data(response_data(network, result))
-    else:
-        say(response_text(network, result))
-    return BAD_STATUS if result.status.is_bad else 0
+    return answered(
+        result, answer, partial(response_data, network), partial(response_text, network)
+    )
 
 
 Row = dict[str, Dimension]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Mapping
 
 from robostiff.cli.options import Answer
-from robostiff.cli.output import on_terminal, print_data, shown
+from robostiff.cli.output import show, shown
 from robostiff.robots import (
     RobotInfo,
     describe,
@@ -14,6 +15,8 @@ from robostiff.robots import (
     shipped_linkages,
     shipped_robots,
 )
+
+_WIDTH = 78  # of a terminal, for a table
 
 
 def list_robots(answer: Answer) -> int:
@@ -24,8 +27,8 @@ def list_robots(answer: Answer) -> int:
         robots = [
             {"name": name, "title": d.title, "source": d.source} for name, d in listed.items()
         ]
-        print_data({"robots": robots})
-    elif on_terminal():
+        show({"robots": robots})
+    elif sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH:
         _print_table(listed)
     else:
         for name, description in listed.items():

@@ -9,7 +9,7 @@ import click
 from click.shell_completion import get_completion_class
 
 from robostiff.cli.command import BAD_INPUT
-from robostiff.cli.output import say
+from robostiff.cli.output import show
 
 _VARIABLE = "_ROBOSTIFF_COMPLETE"
 _FILES = {
@@ -32,7 +32,7 @@ def show_completion() -> int:
     kind = None if shell is None else get_completion_class(shell)
     if kind is None:
         return _unknown()
-    say(kind(app, {}, "robostiff", _VARIABLE).source())
+    show(kind(app, {}, "robostiff", _VARIABLE).source())
     return 0
 
 
@@ -47,7 +47,7 @@ def install_completion() -> int:
         file.parent.mkdir(parents=True, exist_ok=True)
         gap = "" if not text or text.endswith("\n") else "\n"
         file.write_text(f"{text}{gap}{line}\n", encoding="utf-8")
-    say(f"{line}\nis in {file}; a new shell completes robostiff.")
+    show(f"{line}\nis in {file}; a new shell completes robostiff.")
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 from collections.abc import Mapping
 from contextvars import ContextVar
@@ -14,9 +13,6 @@ import click
 
 from robostiff.errors import InputError, printable
 
-_WIDTH = 78
-BAR = "█"
-"""Of which bars are drawn, where the encoding has it."""
 JSON_VERSION = 1
 """Of what ``--json`` prints: a key that changes its meaning or is gone makes another version."""
 
@@ -30,29 +26,31 @@ def shown(words: str) -> str:
     return printable(words).encode(encoding, "backslashreplace").decode(encoding)
 
 
-def on_terminal() -> bool:
-    """Whether standard output is a terminal wide enough for a matrix."""
-    wide = sys.stdout.isatty() and shutil.get_terminal_size().columns >= _WIDTH
-    return wide and shown(BAR) == BAR
-
-
-def say(text: str) -> None:
-    """Print lines of text."""
-    click.echo("\n".join(map(shown, text.split("\n"))))
-
-
-def print_data(data: Mapping[str, Any]) -> None:
-    """Print plain data as one JSON object, in ASCII, with the name and version of its form."""
-    form = {"schema": f"robostiff {running.get()} {JSON_VERSION}"}
-    click.echo(json.dumps({**form, **data}, indent=1, allow_nan=False))
+# How lines of an answer begin, and what a terminal makes of them.
+_STYLES: dict[str, dict[str, Any]] = {
+    "status: ok\n": {"fg": "green"},
+    "status:": {"bold": True},
+    "advice:": {"fg": "yellow"},
+    "method:": {"dim": True},
+    "decided by:": {"dim": True},
+}
 
 
 def show(answer: str | Mapping[str, Any]) -> None:
-    """Print lines of text, or plain data as JSON."""
+    """Print lines of text, in colours on a terminal, or plain data as one JSON object in ASCII.
+
+    The object has the name and version of its form.
+    """
     if isinstance(answer, str):
-        say(answer)
-    else:
-        print_data(answer)
+        click.echo("\n".join(_styled(shown(line)) for line in answer.split("\n")))
+        return
+    form = {"schema": f"robostiff {running.get()} {JSON_VERSION}"}
+    click.echo(json.dumps({**form, **answer}, indent=1, allow_nan=False))
+
+
+def _styled(line: str) -> str:
+    style = next((own for start, own in _STYLES.items() if f"{line}\n".startswith(start)), None)
+    return line if style is None else click.style(line, **style)
 
 
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:

@@ -1,15 +1,17 @@
-"""Contents of a robot, a snapshot or a network as plain data."""
+"""Contents of a robot, a snapshot or a network: plain data, and lines of text."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import CableStiffness, RobotStiffness, stiffness
+from robostiff.analysis.parts_at_home import part_in_words
 from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.kinematics.turn import turn_by_vector
+from robostiff.markup import row, text_of
 from robostiff.model import Actuated, Passive, PlacedLeg, PlacedMass, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.model.in_words import elements_in_words, placed_in_words
@@ -154,3 +156,73 @@ def home_facts(home: RobotStiffness | CableStiffness) -> dict[str, Any]:
         "free_motions": [str(motion) for motion in home.free_motions],
         "advice": list(home.advice),
     }
+
+
+def facts_text(facts: Mapping[str, Any]) -> str:
+    """The parts of a robot as lines of text."""
+    lines = [f"{facts['name']}: {facts['kind']}, {facts['space']}", *_fact_lines(facts)]
+    for leg, parts in facts.get("parts", {}).items():
+        lines.append(f"{leg} at home, from base to platform")
+        lines += [f"  {part_in_words(part)}" for part in parts]
+    return text_of([*lines, *_home_lines(facts)])
+
+
+def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
+    for key in ("title", "source"):
+        if facts[key]:
+            yield f"{key}: {' '.join(facts[key].split())}"
+    if facts["coordinates"]:
+        yield f"free coordinates: {' '.join(facts['coordinates'])}"
+    for leg in facts["legs"]:
+        freedoms = f"{leg['passive_freedoms']} passive, {leg['actuated_freedoms']} actuated"
+        yield f"{leg['name']}: {', '.join(leg['elements'])}; {freedoms}"
+    if "platform" in facts:
+        platform = facts["platform"]
+        held = ", ".join(f"{leg} at {node}" for leg, node in platform["legs"].items())
+        parts = ", ".join(platform["parts"])
+        yield f"flexible platform: {parts}; tool at {platform['tool']}, {held}"
+    yield from _mass_lines(facts)
+    if facts["kind"] == "cable robot":
+        yield f"cables: {', '.join(facts['cables'])}"
+    if facts["kind"] == "network":
+        counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
+        yield ", ".join(f"{facts[key]} {key.replace('_', ' ')}" for key in counted)
+
+
+def _home_lines(facts: Mapping[str, Any]) -> Iterator[str]:
+    mobility = facts.get("mobility")
+    if mobility and mobility["freedoms"] != len(facts["coordinates"]):
+        count, free = mobility["freedoms"], " ".join(mobility["coordinates"])
+        yield f"this platform has {count} freedoms at home: {free}; poses outside are unreachable"
+    home = facts["home"]
+    yield f"at home: rank {home['rank']}, status {home['status']}"
+    yield from (f"free: {motion}" for motion in home["free_motions"])
+    yield from (f"advice: {advice}" for advice in home["advice"])
+    if "picture" in facts:
+        yield f"picture: {facts['picture']}"
+
+
+def _mass_lines(facts: Mapping[str, Any]) -> list[str]:
+    """Masses of a robot at home, equal ones of several legs together, and its gravity."""
+    lines = []
+    if "masses" in facts:
+        masses = facts["masses"]
+        count: dict[tuple[str, str], int] = {}
+        for name, value in masses["parts"].items():
+            leg, _, part = name.partition("/")
+            called = name if leg == "platform" else part
+            key = (called, f"{value:.4g} kg")
+            count[key] = count.get(key, 0) + 1
+        parts = [f"{n} x {part} {m}" if n > 1 else f"{part} {m}" for (part, m), n in count.items()]
+        lines.append(f"masses: {', '.join(parts)}; {masses['total']:.4g} kg in all")
+        if "centre" in masses:
+            lines[-1] += f" at ({row(np.array(masses['centre']))}) m"
+    if "gravity" in facts:
+        lines.append(f"gravity: ({row(np.array(facts['gravity']))}) m/s^2")
+    for own in facts.get("springs", ()):
+        lines.append(
+            f"spring {own['name']} between {' and '.join(own['bodies'])}: "
+            f"{own['stiffness']:.4g} N/m, {own['length']:.4g} m long at home, "
+            f"tension {own['tension']:.4g} N; under finite loads alone"
+        )
+    return lines

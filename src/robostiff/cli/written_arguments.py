@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -35,25 +35,30 @@ _POSE_DIMENSIONS = {
 }
 
 
-def loaded(model: Model, place: Place | None = None, *, by_joints: bool = False) -> Any:
+def loaded(
+    model: Model,
+    place: Place | None = None,
+    *,
+    by_joints: bool = False,
+    moved: Mapping[str, str] | None = None,
+) -> Any:
     """The robot of a name or file; its linkage where joints move a network, or legs `by_joints`.
 
-    Without a place, as for maps, a network is to be moved.
+    Without a place, as for maps and views, a network is to be moved; parameters are `moved`, too.
     """
-    robot = model.load()
+    robot = model.load(moved)
     moves = place is None or place.joints is not None or place.pose is not None
-    moved = isinstance(robot, Network) or (
+    has_joints = isinstance(robot, Network) or (
         by_joints and isinstance(robot, Robot) and not robot.is_serial
     )
-    if not (moves and moved):
+    if not (moves and has_joints):
         return robot
     from robostiff.robots.descriptions import describes_bodies, load_linkage
 
     if not describes_bodies(model.source):
         return robot
-    return load_linkage(
-        model.source, model.parameters, side=model.side, allow_xacro=model.allow_xacro
-    )
+    parameters = {**model.parameters, **(moved or {})}
+    return load_linkage(model.source, parameters, side=model.side, allow_xacro=model.allow_xacro)
 
 
 Posed = Robot | Snapshot | Network | Linkage | CableRobot
@@ -168,7 +173,7 @@ def _by_name(
     return found
 
 
-def _of_linkage(linkage: Linkage, place: Place) -> Any:
+def _of_linkage(linkage: Linkage, place: Place) -> dict[str, Any] | None:
     """Coordinates of some joints by name, or of all actuated ones."""
     if place.pose is not None:
         raise InputError(
@@ -177,12 +182,14 @@ def _of_linkage(linkage: Linkage, place: Place) -> Any:
     if place.joints is None:
         return None
     units = {joint.name: [_DIMENSIONS[s.unit] for s in joint.freedoms] for joint in linkage.joints}
-    if "=" not in place.joints:
-        names = [joint.name for joint in linkage.joints if isinstance(joint.role, Actuated)]
-        dimensions = [dimension for name in names for dimension in units[name]]
-        words = [name for name in names for _ in units[name]]
-        return np.array(parse_quantities(place.joints, dimensions, words, "--joints"))
-    found = _by_name(place.joints, units, units)
+    if "=" in place.joints:
+        found = _by_name(place.joints, units, units)
+    else:
+        driven = {j.name: units[j.name] for j in linkage.joints if isinstance(j.role, Actuated)}
+        words = [name for name, own in driven.items() for _ in own]
+        dimensions = [dimension for own in driven.values() for dimension in own]
+        each = iter(parse_quantities(place.joints, dimensions, words, "--joints"))
+        found = {name: [next(each) for _ in own] for name, own in driven.items()}
     return {name: own[0] if len(own) == 1 else own for name, own in found.items()}
 
 
@@ -229,11 +236,11 @@ def point_from(place: Place) -> list[float] | None:
     return parse_quantities(place.at, [Dimension.LENGTH] * 3, ["x", "y", "z"], "--at")
 
 
-def wrench_from(text: str, space: Space) -> list[float]:
+def wrench_from(text: str, space: Space, option: str = "--wrench") -> list[float]:
     """A load, from forces and moments with units."""
     dimensions = [Dimension.FORCE] * space.translations
     dimensions += [Dimension.MOMENT] * (space.size - space.translations)
-    return parse_quantities(text, dimensions, space.wrench_order, "--wrench")
+    return parse_quantities(text, dimensions, space.wrench_order, option)
 
 
 def length_from(written: Length) -> float | None:
@@ -241,3 +248,26 @@ def length_from(written: Length) -> float | None:
     if written.length is None:
         return None
     return parse_quantities(written.length, [Dimension.LENGTH], ["length"], "--length")[0]
+
+
+def where_from(robot: Posed, place: Place) -> dict[str, Any]:
+    """Pose, point and posture, as `robostiff.stiffness` takes them."""
+    pose, at, near = pose_from(robot, place), point_from(place), near_from(robot, place)
+    return {"pose": pose, "at": at, "near": near}
+
+
+_Chosen = TypeVar("_Chosen")
+
+
+def chosen(option: str, name: str, allowed: Mapping[str, _Chosen]) -> _Chosen:
+    """What a name stands for.
+
+    Raises
+    ------
+    InputError
+        When it is none of those allowed.
+    """
+    if name not in allowed:
+        expected, hint = ", ".join(allowed), did_you_mean(name, tuple(allowed))
+        raise InputError(option, got=name, expected=expected, hint=hint)
+    return allowed[name]

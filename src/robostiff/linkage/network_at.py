@@ -29,6 +29,11 @@ def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
     InputError
         When a name in `values` is no joint's, or nothing connects the platform with the base.
     """
+    return network_of(*closed_at(linkage, values))
+
+
+def closed_at(linkage: Linkage, values: JointValues | None = None) -> tuple[Linkage, Configuration]:
+    """The part of a linkage between base and platform, closed; as `network_at`."""
     given = linkage.checked(values or {})
     part = essential(linkage)
     felt = {joint.name for joint in part.joints}
@@ -37,7 +42,7 @@ def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
         raise NoAnswerError(
             f"the loops of {linkage.name!r} do not close: {found.complaint}; {found.advice}"
         )
-    return network_of(part, found)
+    return part, found
 
 
 def network_of(part: Linkage, found: Configuration) -> Network:

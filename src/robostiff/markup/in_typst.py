@@ -27,7 +27,7 @@ TYPST_BLOCKS = """\
   width: 100%, fill: rgb("#fff4e0"), stroke: (left: 3pt + rgb("#8a4b00")), inset: 8pt, body,
 )
 #let rows(columns, ..cells) = block(above: 1em, below: 1em, table(
-  columns: columns, stroke: none, inset: (x: 5pt, y: 3pt), align: left,
+  columns: columns, stroke: none, inset: (x: 5pt, y: 2.2pt), align: left,
   table.hline(y: 1, stroke: 0.5pt), ..cells,
 ))
 #let entries(symbol, units, size, second, ..cells) = block(breakable: false, above: 1.2em, {

@@ -40,7 +40,7 @@ class InternalLoads:
         Of every joint: force [N] and moment [N m] of node b on node a about the point that comes
         last [m]. Statically indeterminate reactions among rigid parts have no value, and
         are left out.
-    actuators : tuple of (str, str, float, float)
+    actuators : tuple of (str, str, float, float, str)
         Load along the coordinate [N or N m], and travel [m or rad].
     work : float
         Of forces at bodies on their displacements [J].
@@ -48,7 +48,7 @@ class InternalLoads:
 
     energies: tuple[tuple[str, str, float], ...]
     reactions: tuple[tuple[str, str, np.ndarray, np.ndarray], ...]
-    actuators: tuple[tuple[str, str, float, float], ...]
+    actuators: tuple[tuple[str, str, float, float, str], ...]
     work: float = 0.0
 
 
@@ -258,7 +258,7 @@ def loads_of_parts(
     network = equations.network
     energies: list[tuple[str, str, float]] = []
     reactions: list[tuple[str, str, np.ndarray, np.ndarray]] = []
-    actuators: list[tuple[str, str, float, float]] = []
+    actuators: list[tuple[str, str, float, float, str]] = []
     elements = (*network.elements, *network.couplings)
     for k, (element, c) in enumerate(zip(elements, equations.connections, strict=True)):
         f = x[system.wrench_rows[k]]
@@ -280,7 +280,7 @@ def loads_of_parts(
             if k_own is not None:
                 energies.append((element.name, freedom.name, 0.5 * load * travel))
             if isinstance(freedom.role, Actuated) and (is_determined or k_own is not None):
-                actuators.append((element.name, freedom.name, load, travel))
+                actuators.append((element.name, freedom.name, load, travel, freedom.load_unit))
     return InternalLoads(tuple(energies), tuple(reactions), tuple(actuators))
 
 

@@ -6,7 +6,7 @@ Pictures are computed without them as data, in ``picture``; ``geometry`` finds t
 lines of legs, bent or not, of screws, ellipsoids and isosurfaces.
 """
 
-from robostiff.plot.backend import PlotBackend
+from robostiff.plot.backend import Matplotlib, PlotBackend, Plotly, Width
 from robostiff.plot.ellipsoids import ellipsoid
 from robostiff.plot.energy_bars import energy_shares
 from robostiff.plot.free_motion_screws import free_motions
@@ -17,8 +17,6 @@ from robostiff.plot.maps.isosurfaces import map_isosurface
 from robostiff.plot.maps.percentile_bands import map_bands
 from robostiff.plot.maps.slice import map_overview, map_slice
 from robostiff.plot.matrix_cells import Kind, Shade, matrix
-from robostiff.plot.on_matplotlib.backend import Matplotlib, Width
-from robostiff.plot.on_plotly.backend import Plotly
 from robostiff.plot.posed_robot import Colouring, robot
 from robostiff.plot.theme import Theme
 from robostiff.plot.two_designs import Measure, comparison

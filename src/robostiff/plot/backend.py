@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
 
-from robostiff.errors import InputError
-from robostiff.plot.on_matplotlib.backend import Matplotlib
-from robostiff.plot.picture import Picture
+from robostiff.errors import InputError, needs_extra
+from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Picture, Scene
+from robostiff.plot.picture.charts import with_words
+from robostiff.plot.theme import Theme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from plotly.graph_objects import Figure
     from typing_extensions import TypeVar
 
     Drawn = TypeVar("Drawn", default=Axes)
@@ -27,6 +31,101 @@ class PlotBackend(Protocol[Drawn_co]):
     def draw(self, picture: Picture) -> Drawn_co:
         """Draw a picture, without showing it."""
         ...
+
+
+class Width(Enum):
+    """Width of a figure in a paper [mm]."""
+
+    HALF = 85.0
+    FULL = 170.0
+
+
+@dataclass(frozen=True)
+class Matplotlib:
+    """Draws on Matplotlib's axes, those of a new figure or those given; shows and saves nothing.
+
+    ``axes.figure.savefig("k.pdf")`` writes what was drawn. Text has 8 points, so that a figure goes
+    into a paper as it is.
+
+    Attributes
+    ----------
+    ax : Axes or None
+        Where to draw; pictures of space want axes with ``projection="3d"``, planar robots and
+        everything else want plain ones.
+    width : Width
+        Of a new figure.
+    theme : Theme
+    """
+
+    ax: Any = None
+    width: Width = Width.FULL
+    theme: Theme = Theme.LIGHT
+
+    def draw(self, picture: Picture) -> Axes:
+        """Draw a picture.
+
+        Raises
+        ------
+        InputError
+            When Matplotlib is missing, or the axes given do not suit the picture.
+        """
+        with needs_extra("plots", "plot"):
+            import matplotlib as mpl
+
+        from robostiff.plot.on_matplotlib import charts, scene
+        from robostiff.plot.on_matplotlib.canvas import Canvas, style
+
+        palette = self.theme.palette
+        settings: Any = style(palette)
+        with mpl.rc_context(settings):
+            canvas = Canvas(self.ax, self.width.value / 25.4, palette)
+            # A dollar would begin a formula.
+            shown = with_words(picture, lambda text: text.replace("$", r"\$"))
+            return canvas.finish(_drawer(picture, charts, scene)(shown, canvas))
+
+
+@dataclass(frozen=True)
+class Plotly:
+    """Draws figures of Plotly, to be turned and zoomed in a browser; shows and writes nothing.
+
+    ``figure.write_html("robot.html")`` writes what was drawn.
+
+    Attributes
+    ----------
+    theme : Theme
+    """
+
+    theme: Theme = Theme.LIGHT
+
+    def draw(self, picture: Picture) -> Figure:
+        """Draw a picture.
+
+        Raises
+        ------
+        InputError
+            When Plotly is missing.
+        """
+        with needs_extra("plots", "plot"):
+            import plotly.graph_objects  # noqa: F401
+
+        from robostiff.plot.on_plotly import charts, scene
+
+        # Plotly interprets text as HTML.
+        shown = with_words(picture, lambda text: text.replace("&", "&amp;").replace("<", "&lt;"))
+        return _drawer(picture, charts, scene)(shown, self.theme.palette)
+
+
+def _drawer(picture: Picture, charts: Any, scene: Any) -> Any:
+    """The function of a backend that draws this kind of picture."""
+    kinds: dict[type, Any] = {
+        Scene: scene.draw_scene,
+        Matrix: charts.draw_matrix,
+        Bars: charts.draw_bars,
+        Field: charts.draw_field,
+        Bands: charts.draw_bands,
+        Curves: charts.draw_curves,
+    }
+    return kinds[type(picture)]
 
 
 # Any, since a default cannot have the type that the caller chooses.

@@ -13,9 +13,9 @@ from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.markup import escaped
 from robostiff.model import Robot
+from robostiff.plot.backend import Matplotlib
 from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
-from robostiff.plot.on_matplotlib.backend import Matplotlib
 from robostiff.plot.picture import Picture
 from robostiff.plot.posed_robot import picture_of_robot, robot_picture
 from robostiff.plot.posture import surroundings

@@ -86,6 +86,7 @@ def load_curve_picture(curve: xarray.Dataset, twist: str | None = None) -> Curve
     return Curves(
         f"{curve.attrs['robot']} under load",
         f"{twist} [{unit}]",
-        f"times the wrench ({wrench}) N, N m",
+        "times the wrench",
         tuple(curves),
+        (f"wrench ({wrench}) N, N m",),
     )

@@ -124,7 +124,9 @@ def picture_of_robot(
         return cable_scene(cable_stiffness(robot, pose))
     own = None if bent is None else _of_kind(robot, bent, Deflection)
     if isinstance(robot, Linkage):
-        return network_scene(robot.network_at(pose), own, exaggeration)
+        return network_scene(
+            robot.network_at(pose), own, exaggeration, joints_in_words(robot, pose)
+        )
     if isinstance(robot, Network):
         if pose is not None:
             raise InputError(
@@ -132,6 +134,20 @@ def picture_of_robot(
             )
         return network_scene(robot, own, exaggeration)
     return robot_picture(snapshot_at(robot, pose), own, colouring, exaggeration)
+
+
+def joints_in_words(linkage: Linkage, values: Mapping[str, Any] | None) -> tuple[str, ...]:
+    """Coordinates that are given to joints, such as ``screw −50 mm``."""
+    words, given = [], values or {}
+    for joint in linkage.joints:
+        if joint.name in given:
+            pairs = zip(joint.freedoms, np.atleast_1d(given[joint.name]), strict=True)
+            shown = (
+                f"{short(np.degrees(q))}°" if screw.turns else f"{short(1e3 * q)} mm"
+                for screw, q in pairs
+            )
+            words.append(f"{joint.name} {', '.join(shown)}")
+    return tuple(words)
 
 
 def picture_of_posed(

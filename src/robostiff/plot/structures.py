@@ -86,7 +86,10 @@ class NetworkDrawing:
 
 
 def network_scene(
-    network: Network, bent: Deflection | None = None, exaggeration: float | None = None
+    network: Network,
+    bent: Deflection | None = None,
+    exaggeration: float | None = None,
+    notes: tuple[str, ...] = (),
 ) -> Scene:
     """A network, coloured part by part; under a load deformed and coloured by elastic energy."""
     points = network_points(network)
@@ -95,7 +98,7 @@ def network_scene(
     if bent is None:
         colours = colours_of_network(network)
         items = network_items(NetworkDrawing(network, factor, colours))
-        return _scene(network.name, items, unit, is_flat)
+        return _scene(network.name, items, unit, is_flat, notes=notes)
     motions, scale = displaced_network(network, bent, exaggeration)
     moved = motions[network.platform].displacement(bent.stiffness.reference_point)
     is_flat = is_flat and abs(moved[2]) <= _SAME * float(np.linalg.norm(moved))
@@ -106,7 +109,7 @@ def network_scene(
     items += network_load(drawn, bent, is_flat)
     top = 100 * max((part.share for part in bent.parts), default=0.0)
     known = ColourScale("share of elastic energy [%]", 0, top) if top else None
-    return _scene(network.name, items, unit, is_flat, known, _exaggerated(scale))
+    return _scene(network.name, items, unit, is_flat, known, (*notes, *_exaggerated(scale)))
 
 
 def colours_of_network(network: Network) -> dict[str, Paint]:

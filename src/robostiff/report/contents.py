@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -27,10 +27,13 @@ from robostiff.cables import CableStatus
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Near, Pose, find_posture
-from robostiff.linkage import Linkage
+from robostiff.linkage import Configuration, Linkage
+from robostiff.linkage.network_at import closed_at, network_of
+from robostiff.markup import Number
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.plot.posed_robot import joints_in_words
 from robostiff.report.origin import NO_TITLE_BLOCK, DescribedBy, TitleBlock
 from robostiff.spatial import as_floats
 from robostiff.statics import (
@@ -128,6 +131,10 @@ class ReportContents:
     described_by : DescribedBy or None
         The file of the robot, where it is known.
     compared : OtherDesign or None
+    joints : mapping of str to Number
+        Coordinates of the joints of a linkage.
+    given : tuple of str
+        Those that were given, in words.
     """
 
     robot: Reported
@@ -143,6 +150,8 @@ class ReportContents:
     title_block: TitleBlock = NO_TITLE_BLOCK
     described_by: DescribedBy | None = None
     compared: OtherDesign | None = None
+    joints: Mapping[str, Number] = field(default_factory=dict)
+    given: tuple[str, ...] = ()
 
     @property
     def status(self) -> Status | CableStatus:
@@ -153,7 +162,7 @@ class ReportContents:
 
 def report_contents(
     robot: Reported | Linkage,
-    pose: Pose = None,
+    pose: Pose | Mapping[str, Any] = None,
     *,
     wrench: ArrayLike | None = None,
     at: ArrayLike | None = None,
@@ -170,10 +179,9 @@ def report_contents(
     Parameters
     ----------
     robot : Robot, Snapshot, Network, Linkage or CableRobot
-        Of a linkage, its home configuration. Symbols have their nominal values in all but the
-        derivation.
-    pose : RigidTransform, array, JointCoordinates or None
-        One pose, as for `robostiff.stiffness`.
+        Symbols have their nominal values in all but the derivation.
+    pose : RigidTransform, array, JointCoordinates, mapping or None
+        One pose, as for `robostiff.stiffness`; of a linkage coordinates of joints by name.
     wrench : (6,) array, or (3,) for a planar robot, optional
         A load [N, N m], about `at`.
     at : (3,) array, optional
@@ -198,8 +206,12 @@ def report_contents(
     InputError
         When an argument does not fit, several poses are given, or the map is of another robot.
     """
+    own: dict[str, Any] = {"title_block": title_block, "described_by": described_by}
+    place: Any = pose
     if isinstance(robot, Linkage):
-        robot = robot.network_at()
+        part, closed = closed_at(robot, place)
+        own |= {"joints": _coordinates(part, closed), "given": joints_in_words(robot, place)}
+        robot, place = network_of(part, closed), None
     if not isinstance(robot, Robot | Snapshot | Network | CableRobot):
         raise InputError(
             "robot of a report",
@@ -211,24 +223,23 @@ def report_contents(
         raise InputError(
             "finite loads of a report", got="no wrench", expected="a wrench other than zero"
         )
-    own: Any = {"title_block": title_block, "described_by": described_by}
     if isinstance(robot, CableRobot):
         given = {"near": near, "finite": finite, "other": other}
-        return _of_cables(robot, pose, wrench, at, given, found, own)
+        return _of_cables(robot, place, wrench, at, given, found, own)
     numeric = robot.numeric if isinstance(robot, Robot) else robot
-    result = stiffness(numeric, pose, at=at, near=near)
+    result = stiffness(numeric, place, at=at, near=near)
     hint = "make a map of many poses, and give it to the report"
     require_one_pose("a report", result.batch_shape, hint)
     posed: Snapshot | Network | None = numeric if not isinstance(numeric, Robot) else None
     if isinstance(numeric, Robot) and Status.UNREACHABLE not in result.status:
-        posed = find_posture(numeric, pose, near=near).snapshot.one(0)
+        posed = find_posture(numeric, place, near=near).snapshot.one(0)
     of_pose = None
     if np.all(result.answered):
         with suppress(NoAnswerError):
             of_pose = indices(result)
     bent = None
     if wrench is not None:
-        bent = deflection(numeric, pose, wrench, at=at, near=near)
+        bent = deflection(numeric, place, wrench, at=at, near=near)
     derivation, why_not = _derivation(robot if symbolic is None else symbolic)
     return ReportContents(
         robot=robot,
@@ -239,11 +250,22 @@ def report_contents(
         derivation=derivation,
         no_derivation=why_not,
         found=found,
-        under_load=_under_load(numeric, pose, wrench, at, near) if finite else None,
-        modes=_modes(numeric, pose, near),
-        compared=None if other is None else _other_design(other, result, pose, wrench, at),
+        under_load=_under_load(numeric, place, wrench, at, near) if finite else None,
+        modes=_modes(numeric, place, near),
+        compared=None if other is None else _other_design(other, result, place, wrench, at),
         **own,
     )
+
+
+def _coordinates(part: Linkage, found: Configuration) -> dict[str, Number]:
+    """Coordinates of all joints, by their names."""
+    return {
+        joint.name + (f"[{i}]" if joint.size > 1 else ""): Number(float(q), screw.unit)
+        for joint in part.joints
+        for i, (screw, q) in enumerate(
+            zip(joint.freedoms, found.coordinates[joint.name], strict=True)
+        )
+    }
 
 
 def _of_cables(
@@ -310,10 +332,6 @@ def _under_load(
     at: ArrayLike | None,
     near: Near,
 ) -> AnswersUnderLoad:
-    if isinstance(robot, Network):
-        raise InputError(
-            f"finite loads of network {robot.name!r}", expected="a robot or a snapshot of legs"
-        )
     options: dict[str, Any] = {"at": at, "near": near}
     found = equilibrium(robot, pose, wrench, **options)
     require_one_pose("a report", () if isinstance(found, Equilibrium) else (len(found),))

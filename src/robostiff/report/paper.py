@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from io import StringIO
-from typing import Any
+from itertools import groupby
+from typing import Any, TypeVar
 
 from robostiff.analytic.export.typst import (
     TYPST_DERIVATIONS,
@@ -13,8 +14,8 @@ from robostiff.analytic.export.typst import (
     wants_wide_page,
 )
 from robostiff.errors import needs_extra, printable
-from robostiff.markup import TYPST_BLOCKS, Bullets, Facts, Tone, block_typst, typst_text
-from robostiff.plot import Matplotlib
+from robostiff.markup import TYPST_BLOCKS, Bullets, Facts, Table, Tone, block_typst, typst_text
+from robostiff.plot import Matplotlib, Width
 from robostiff.plot.picture import Picture
 from robostiff.report.contents import ReportContents
 from robostiff.report.figures import Figure
@@ -32,6 +33,8 @@ from robostiff.report.sections import report_sections
 from robostiff.version import __version__
 
 _LINES = "\n\t"
+_NARROW, _LONG = 3, 12  # columns and rows of tables that are set in two halves
+_Row = TypeVar("_Row")
 _PREAMBLE = """\
 #set document(title: {title}, date: none)
 #set page(
@@ -41,10 +44,10 @@ _PREAMBLE = """\
     robostiff {version} #h(1fr) #counter(page).display("1 / 1", both: true)
   ],
 )
-#set text(size: 9.5pt)
+#set text(size: 9pt)
 #show table: set text(size: 8pt)
 #set par(justify: false)
-#show heading: set block(above: 1.5em, below: 0.9em, sticky: true)
+#show heading: set block(above: 1.3em, below: 0.8em, sticky: true)
 #show figure: set block(above: 1.2em, below: 1.2em)
 #show figure.caption: set text(size: 9pt)
 #set figure(numbering: none)
@@ -92,49 +95,71 @@ def report_typst(contents: ReportContents) -> str:
 
 
 def _section(section: Section) -> str:
-    """A section; on landscape pages of its own if its matrices are wide."""
-    written = "\n\n".join([f"= {typst_text(section.title)}", *map(_part, section.parts)])
-    is_wide = any(wants_wide_page(formula.derivation) for formula in _formulas(section.parts))
-    return f"#page(flipped: true)[\n{written}\n]" if is_wide else written
+    return "\n\n".join([f"= {typst_text(section.title)}", *_parts(section.parts)])
 
 
-def _formulas(parts: Iterable[Part]) -> Iterator[FormulaBlock]:
-    for part in parts:
-        if isinstance(part, FormulaBlock):
-            yield part
-        elif isinstance(part, Folded):
-            yield from _formulas(part.parts)
+def _parts(parts: Iterable[Part]) -> Iterator[str]:
+    """Parts one after the other, two figures in a row side by side."""
+    for is_figure, group in groupby(parts, lambda part: isinstance(part, Figure)):
+        own = list(group)
+        if not is_figure:
+            yield from map(_part, own)
+        elif len(own) == 1:
+            yield "#" + _figure(own[0])
+        else:
+            yield _beside([_figure(figure, Width.HALF) for figure in own])
 
 
-def _part(part: Part) -> str:
+def _beside(cells: Sequence[str]) -> str:
+    listed = ",\n".join(cells)
+    return f"#grid(columns: (1fr, 1fr), column-gutter: 1.5em, row-gutter: 1em,\n{listed})"
+
+
+def _in_halves(rows: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
+    middle = (len(rows) + 1) // 2
+    return rows[:middle], rows[middle:]
+
+
+def _part(part: Part) -> str:  # noqa: PLR0911
     match part:
-        case Figure():
-            return _figure(part)
+        case Table(header, rows) if len(header) <= _NARROW and len(rows) > _LONG:
+            halves = (Table(header, own) for own in _in_halves(rows))
+            return _beside([f"[{block_typst(half)}]" for half in halves])
         case FormulaBlock(derivation):
-            return derivation_in_typst(derivation, first_heading=3)
+            written = derivation_in_typst(derivation, first_heading=3)
+            small = wants_wide_page(derivation)  # what is wider than the page still is scaled down
+            return f"#[\n#set text(size: 7pt)\n{written}\n]" if small else written
         case Folded(title, parts):
-            return "\n\n".join([f"== {typst_text(title)}", *map(_part, parts)])
+            return "\n\n".join([f"== {typst_text(title)}", *_parts(parts)])
         case Verbatim(text):
-            lines = _quoted(printable(text, kept=_LINES))
-            return f"#columns(2, text(size: 5.5pt, raw({lines}, block: true)))"
+            lines = printable(text, kept=_LINES).split("\n")
+            halves = map(_quoted, map("\n".join, _in_halves(lines)))
+            return _beside([f"text(size: 5.5pt, raw({half}, block: true))" for half in halves])
+        case SideBySide(blocks) if all(isinstance(block, Table) for block in blocks):
+            cells = ", ".join(f"[{block_typst(block)}]" for block in blocks)
+            return f"#grid(columns: {len(blocks)}, column-gutter: 2em,\n{cells})"
         case SideBySide(blocks):
             return "\n\n".join(map(block_typst, blocks))
+        case Figure():
+            return "#" + _figure(part)
         case _:
             return block_typst(part)
 
 
-def _figure(figure: Figure) -> str:
-    """The figure that the HTML page shows first."""
+def _figure(figure: Figure, width: Width = Width.FULL) -> str:
+    """The figure that the HTML page shows first: one of two in a row, or smaller than the page."""
     level = figure.levels[figure.start]
     caption = figure.caption + (f" Here {level.label}." if level.label else "")
-    image = f'image(bytes({_quoted(_svg(level.picture))}), format: "svg", width: 68%)'
-    return f"#figure({image}, caption: [{typst_text(caption)}])"
+    share = 54 if width is Width.FULL else 100
+    source = _quoted(_svg(level.picture, width))
+    image = f'image(bytes({source}), format: "svg", width: {share}%)'
+    return f"figure({image}, caption: [{typst_text(caption)}])"
 
 
-def _svg(picture: Picture) -> str:
+def _svg(picture: Picture, width: Width) -> str:
     with needs_extra("plots", "plot"):
         import matplotlib as mpl
-    figure: Any = Matplotlib().draw(picture).figure
+    figure: Any = Matplotlib(width=width).draw(picture).figure
     written = StringIO()
     # deterministic names of clips
     with mpl.rc_context({"svg.hashsalt": "robostiff"}):

@@ -114,8 +114,12 @@ def verdict_of(contents: ReportContents) -> Verdict:
     is_placed = isinstance(result, CableStiffness) or Status.UNREACHABLE not in result.status
     reached = is_placed and int(result.rank) >= 0
     kind = "network" if isinstance(contents.robot, Network) else "snapshot"
+    if contents.joints:
+        kind = "linkage at home"
     place = (
-        f"At the pose of the {kind}"
+        f"At {', '.join(contents.given)}"
+        if contents.given
+        else f"At the pose of the {kind}"
         if result.pose is None
         else f"At the pose [{row(result.pose)}] (m, rad)"
     )

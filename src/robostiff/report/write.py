@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -27,7 +28,7 @@ _PAGES, _PAPER = (".html", ".htm"), ".pdf"
 def write_report(
     robot: Reported | Linkage,
     path: str | Path,
-    pose: Pose = None,
+    pose: Pose | Mapping[str, Any] = None,
     *,
     wrench: ArrayLike | None = None,
     at: ArrayLike | None = None,
@@ -46,8 +47,8 @@ def write_report(
     path : str or Path
         The file to write: ``.html`` opens in any browser without a network and has figures to turn
         and sliders; ``.pdf`` is for paper. A file of that name is replaced once all is written.
-    pose : RigidTransform, array, JointCoordinates or None
-        One pose, as for `robostiff.stiffness`.
+    pose : RigidTransform, array, JointCoordinates, mapping or None
+        One pose, as for `robostiff.stiffness`; of a linkage coordinates of joints by name.
     wrench : (6,) array, or (3,) for a planar robot, optional
         A load [N, N m] about `at`: adds the deflection and the elastic energy of each part.
     at : (3,) array, optional

@@ -39,6 +39,8 @@ class LoadedPart:
         What the load does along the coordinate of a joint: ``k q`` less its preload [N or N m].
     energy : float
         Elastic [J].
+    unit : str
+        Of the load: N of a slide, N m of a turn.
     """
 
     leg: str
@@ -50,6 +52,7 @@ class LoadedPart:
     motion: np.ndarray
     load: float | None
     energy: float
+    unit: str = ""
 
 
 def loaded_parts(
@@ -84,9 +87,10 @@ def loaded_parts(
             for k, (wrench, point) in enumerate(_carried(chain, motion, W, P, acting[c])):
                 element, x = chain.elements[k], own.x[c][:, chain.places[k]]
                 for i, index, leg in group.rows_of(c):
-                    load, moved = None, x[i]
+                    load, moved, unit = None, x[i], ""
                     if isinstance(element, FiniteJoint):
                         load = element.force(i, float(x[i, 0])) - share * float(element.preload[i])
+                        unit = "N m" if element.turns else "N"
                     else:
                         moved = element.modes[i] @ x[i]
                     alike = [e.names[i] == element.names[i] for e in chain.elements]
@@ -100,6 +104,7 @@ def loaded_parts(
                         motion=moved,
                         load=load,
                         energy=float(energies[c][k][i]),
+                        unit=unit,
                     )
                     found.append((index, part))
                     found += [

@@ -250,7 +250,7 @@ class _Small:
     def actuators(self, parts: tuple[LoadedPart, ...]) -> tuple[ActuatorLoad, ...]:
         driven = {(own.leg, own.joint) for own in self.rest.actuators}
         return tuple(
-            ActuatorLoad(part.leg, part.part, part.load, float(part.motion[0]))
+            ActuatorLoad(part.leg, part.part, part.load, float(part.motion[0]), part.unit)
             for part in parts
             if part.load is not None and (part.leg, part.part) in driven
         )

@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import CableStiffness, Deflection, RobotStiffness, cable_response
-from robostiff.analysis.cable_response import CableResponse
 from robostiff.analysis.result_tables import stiffness_html, tension_table
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
@@ -34,7 +33,7 @@ from robostiff.network import Network
 from robostiff.plot.free_motion_screws import free_motion_items
 from robostiff.plot.geometry.displacement import at_rest
 from robostiff.plot.geometry.ellipsoid import Quality
-from robostiff.plot.geometry.legs import extent, foot
+from robostiff.plot.geometry.legs import extent, points_of
 from robostiff.plot.picture import Item, Paint, PlainColour
 from robostiff.plot.posed_robot import displaced
 from robostiff.plot.prefix import short
@@ -50,6 +49,7 @@ from robostiff.plot.robot_parts import (
 from robostiff.plot.structures import (
     NetworkDrawing,
     cable_items,
+    cable_points,
     colours_of_network,
     displaced_network,
     network_ghost,
@@ -58,7 +58,6 @@ from robostiff.plot.structures import (
     network_points,
     size_of,
 )
-from robostiff.spatial import Space
 from robostiff.statics import deflection
 from robostiff.view.answer import (
     Answer,
@@ -84,22 +83,25 @@ _QUALITIES = {
 }
 
 
-class Machine(Protocol):
-    """A robot of any kind at the values of its sliders."""
+class Machine:
+    """A robot of any kind at the values of its sliders: see `machine_of`."""
 
-    name: str
-    space: Space
-    size: float
-    sliders: tuple[Slider, ...]
-    box: tuple[np.ndarray, np.ndarray]
+    sliders: tuple[Slider, ...] = ()
+
+    def __init__(self, robot: Any, points: np.ndarray) -> None:
+        self.robot, self.name, self.space = robot, robot.name, robot.space
+        self.size, self.box = size_of(points), (points.min(axis=0), points.max(axis=0))
+        self._ellipsoids = Ellipsoids()
 
     def like(self, robot: Any) -> Machine:
         """The same with a robot of other dimensions: its sliders and scales stay."""
-        ...
+        found = copy(self)
+        found.robot = robot.numeric if isinstance(robot, Robot) else robot
+        return found
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
-        ...
+        raise NotImplementedError
 
 
 def machine_of(robot: Any, pose: Any = None) -> Machine:
@@ -108,8 +110,8 @@ def machine_of(robot: Any, pose: Any = None) -> Machine:
     Parameters
     ----------
     robot : Robot, Snapshot, Network, CableRobot or Linkage
-    pose : as for `robostiff.stiffness`
-        Where the sliders begin; home when left out.
+    pose : as for `robostiff.stiffness`, or mapping of str to float
+        Where the sliders begin, of a linkage those of joints by name; home when left out.
 
     Raises
     ------
@@ -120,14 +122,14 @@ def machine_of(robot: Any, pose: Any = None) -> Machine:
         return RobotMachine(robot.numeric, pose)
     if isinstance(robot, CableRobot):
         return CableMachine(robot, pose)
+    if isinstance(robot, Linkage):
+        return LinkageMachine(robot, pose or {})
     if pose is not None:
         raise InputError(
             f"pose of {robot.name!r}", got=pose, expected="none: it is frozen at its own pose"
         )
     if isinstance(robot, Snapshot):
         return RobotMachine(robot)
-    if isinstance(robot, Linkage):
-        return LinkageMachine(robot)
     if isinstance(robot, Network):
         return NetworkMachine(robot)
     raise InputError(
@@ -138,17 +140,14 @@ def machine_of(robot: Any, pose: Any = None) -> Machine:
     )
 
 
-class RobotMachine:
+class RobotMachine(Machine):
     """A robot of legs, or a snapshot of one."""
 
     def __init__(self, robot: Robot | Snapshot, pose: Any = None) -> None:
-        self.robot, self.name, self.space = robot, robot.name, robot.space
-        self._ellipsoids = Ellipsoids()
         if isinstance(robot, Snapshot):
-            self.size, self.sliders, self.box = extent(robot), (), box_of(robot)
+            super().__init__(robot, points_of(robot))
             return
-        at_home = find_posture(robot, None).snapshot.one(0)
-        self.size, self.box = extent(at_home), box_of(at_home)
+        super().__init__(robot, points_of(find_posture(robot, None).snapshot.one(0)))
         start = find_posture(robot, pose)
         if start.batch:
             raise InputError("pose of a view", got=pose, expected="a single pose")
@@ -158,12 +157,6 @@ class RobotMachine:
         else:
             home = home_coordinates(robot)
             self.sliders = coordinate_sliders(robot.coordinates, home, start.pose[0], self.size)
-
-    def like(self, robot: Any) -> RobotMachine:
-        """The same with a robot of other dimensions."""
-        found = copy(self)
-        found.robot = robot.numeric if isinstance(robot, Robot) else robot
-        return found
 
     def pose(self, values: Mapping[str, float]) -> Any:
         """The pose of values by the names of the sliders, as `robostiff.stiffness` takes it."""
@@ -234,51 +227,32 @@ def shapes_of(
     return layers, words
 
 
-class NetworkMachine:
+class NetworkMachine(Machine):
     """A network of bodies: it does not move, its load does."""
 
     def __init__(self, network: Network) -> None:
-        self.network, self.name, self.space = network, network.name, network.space
-        self.sliders = ()
-        self.size, self.box = size_of(network_points(network)), box_around(network_points(network))
-        self._ellipsoids = Ellipsoids()
-
-    def like(self, robot: Any) -> NetworkMachine:
-        """The same with another network."""
-        found = copy(self)
-        found.network = robot
-        return found
+        super().__init__(network, network_points(network))
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown under a load (n,) on the platform."""
-        return network_answer(self.network, wrench, self._ellipsoids, self.size, look)
+        return network_answer(self.robot, wrench, self._ellipsoids, self.size, look)
 
 
-class LinkageMachine:
+class LinkageMachine(Machine):
     """Bodies and joints in loops: the joints that keep their coordinates are moved."""
 
-    def __init__(self, linkage: Linkage) -> None:
-        self.linkage, self.name = linkage, linkage.name
-        network = linkage.network_at()
-        points = network_points(network)
-        self.space, self.size, self.box = network.space, size_of(points), box_around(points)
+    def __init__(self, linkage: Linkage, start: Mapping[str, float]) -> None:
+        super().__init__(linkage, network_points(linkage.network_at()))
         moved = {
             joint.name: (bool(joint.freedoms[0].turns), float(np.asarray(joint.home)[0]))
             for joint in linkage.joints
             if joint.size == 1 and joint.name in linkage.held
         }
-        self.sliders = linkage_sliders(moved, self.size)
-        self._ellipsoids = Ellipsoids()
-
-    def like(self, robot: Any) -> LinkageMachine:
-        """The same with another linkage."""
-        found = copy(self)
-        found.linkage = robot
-        return found
+        self.sliders = linkage_sliders(moved, start, self.size)
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
-        network = self.linkage.network_at({s.name: values[s.name] for s in self.sliders})
+        network = self.robot.network_at({s.name: values[s.name] for s in self.sliders})
         return network_answer(network, wrench, self._ellipsoids, self.size, look)
 
 
@@ -314,29 +288,22 @@ def network_answer(
     )
 
 
-class CableMachine:
+class CableMachine(Machine):
     """A cable robot: the load is carried by locked winches."""
 
     def __init__(self, robot: CableRobot, pose: Any = None) -> None:
-        self.robot, self.name, self.space = robot, robot.name, robot.space
         first = cable_response(robot, pose, np.zeros(robot.space.size)).before
-        points = np.concatenate([first.placed.exit_points, first.placed.attachments])
-        self.size, self.box = size_of(points), box_around(points)
+        super().__init__(robot, cable_points(first))
         home = cable_response(robot, None, np.zeros(robot.space.size)).before.pose
         self.sliders = coordinate_sliders(robot.coordinates, home, first.pose, self.size)
-
-    def like(self, robot: Any) -> CableMachine:
-        """The same with another cable robot."""
-        found = copy(self)
-        found.robot = robot
-        return found
 
     def answer(self, values: Mapping[str, float], wrench: np.ndarray, look: Look) -> Answer:
         """What is shown at values in SI units, under a load (n,) on the platform."""
         pose = np.array([values[slider.name] for slider in self.sliders])
         found = cable_response(self.robot, pose, wrench)
         before = found.before
-        layers, notes = _of_cables(found)
+        shown = before if found.after is None else found.after
+        layers = {"robot": cable_items(shown, 1.0)}
         load = cable_response_text(found) if np.any(wrench) else ""
         status = found.status if np.any(wrench) else before.status
         advice = tuple(dict.fromkeys([*before.advice, *found.advice]))
@@ -347,21 +314,7 @@ class CableMachine:
             without_empty(layers.items()),
             cable_stiffness_html(before),
             element("pre", escaped(load)) if load else "",
-            notes,
         )
-
-
-def box_of(snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corner (3,) of the box around a robot [m]."""
-    points = [snapshot.reference_point]
-    for leg in snapshot.legs:
-        points += [leg.end, foot(leg), *(part.point for part in leg.parts)]
-    return box_around(np.array(points))
-
-
-def box_around(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corner (3,) of the box around points (n, 3)."""
-    return points.min(axis=0), points.max(axis=0)
 
 
 def cable_stiffness_html(result: CableStiffness) -> str:
@@ -378,12 +331,6 @@ def cable_stiffness_html(result: CableStiffness) -> str:
         tension_table(result),
     )
     return "".join(map(block_html, blocks))
-
-
-def _of_cables(found: CableResponse) -> tuple[dict[str, Sequence[Item]], tuple[str, ...]]:
-    shown = found.after if found.after is not None else found.before
-    layers: dict[str, Sequence[Item]] = {"robot": cable_items(shown, 1.0)}
-    return layers, ()
 
 
 def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any]:

@@ -105,8 +105,13 @@ def joint_values(robot: Robot, values: Mapping[str, float]) -> np.ndarray:
     return np.array([values.get(name, float(own)) for name, own in each])
 
 
-def linkage_sliders(joints: Mapping[str, tuple[bool, float]], size: float) -> tuple[Slider, ...]:
-    """Of joints by name: whether each turns, and its coordinate at home [m, rad]."""
+def linkage_sliders(
+    joints: Mapping[str, tuple[bool, float]], start: Mapping[str, float], size: float
+) -> tuple[Slider, ...]:
+    """Of joints by name, around home: whether each turns, and its coordinate there [m, rad].
+
+    They begin at `start`, where it has them.
+    """
     sliders = []
     for name, (turns, home) in joints.items():
         unit, factor, half = (
@@ -114,8 +119,9 @@ def linkage_sliders(joints: Mapping[str, tuple[bool, float]], size: float) -> tu
             if turns
             else ("mm", 1e-3, _round_up(_REACH * size / 1e-3))
         )
-        middle = _shown(home, factor)
-        sliders.append(Slider(name, unit, middle - half, middle + half, middle, factor))
+        middle, value = _shown(home, factor), _shown(start.get(name, home), factor)
+        low, high = min(middle - half, value), max(middle + half, value)
+        sliders.append(Slider(name, unit, low, high, value, factor))
     return tuple(sliders)
 
 

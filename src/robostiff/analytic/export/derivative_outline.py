@@ -9,10 +9,11 @@ from dataclasses import replace
 import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, used_definitions
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
 from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
 from robostiff.analytic.export.leg_outline import leg_outline
+from robostiff.analytic.export.loaded_outline import StiffnessUnderLoad, loaded_outline
 from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
@@ -84,6 +85,14 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
         blocks += series_blocks(derivation.in_series, names, (), taken)
         blocks.append(OutlineText(f"The arm: {_in_words(derivation.legs[0])}"))
+        return (*blocks, _nomenclature(derivation, names))
+    if form is not None and derivation.is_closed:
+        # One leg and the table have said all wrenches, and the average of turned ones K.
+        blocks += _in_words_of_all(derivation)
+        if form.average is None:
+            used = used_definitions(definitions, named.K)
+            blocks += [OutlineHeading("All legs together"), *([equations(used)] if used else [])]
+            blocks.append(stiffness_equation(named.K, names.result, names))
         return (*blocks, _nomenclature(derivation, names))
     if definitions:
         blocks += [OutlineHeading("Names for recurring expressions"), equations(definitions)]
@@ -238,14 +247,18 @@ def _of_pose(names: Sequence[str]) -> str:
     return "pose of the platform: its point, and turns about the world's x, then y, then z"
 
 
-def outline_of(derivation: Derivation | FormulaDerivative) -> tuple[Block, ...]:
-    """The blocks of an exported derivation, of that of a robot, or of a derivative."""
+def outline_of(
+    derivation: Derivation | FormulaDerivative | StiffnessUnderLoad,
+) -> tuple[Block, ...]:
+    """The blocks of an exported derivation, of a robot, of a derivative, or under load."""
     if isinstance(derivation, FormulaDerivative):
         return derivative_outline(derivation)
     if isinstance(derivation, RobotDerivation):
         return robot_outline(derivation)
     if isinstance(derivation, LegElimination):
         return leg_outline(derivation)
+    if isinstance(derivation, StiffnessUnderLoad):
+        return loaded_outline(derivation)
     return outline(derivation)
 
 

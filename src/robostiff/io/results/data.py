@@ -85,7 +85,7 @@ def deflection_data(result: Deflection) -> dict[str, Any]:
         "deflection": result.twist.tolist() if result.has_answer else None,
         "energy": result.energy if result.has_answer else None,
         "parts": picked(result.parts, "leg part energy share"),
-        "actuators": picked(result.actuators, "leg joint load travel"),
+        "actuators": picked(result.actuators, "leg joint load travel unit"),
         "reactions": picked(result.reactions, "leg joint wrench point"),
         "free_motions": [str(motion) for motion in answer.free_motions] if reached else [],
         "robostiff": __version__,

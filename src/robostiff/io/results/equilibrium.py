@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.io.results.data import head, order, picked, plain
-from robostiff.io.results.text import matrix_lines, named, share_lines
+from robostiff.io.results.text import load_line, matrix_lines, named, share_lines
 from robostiff.markup import STIFFNESS_UNITS, row, text_of
 from robostiff.statics import CriticalLoad, Equilibrium, Modes
 from robostiff.version import __version__
@@ -47,8 +47,8 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
             ]
         drives = _drives(result)
         if drives:
-            lines += ["", "load on elastic drives [N or N m]:"]
-            lines += [f"{load:12.5g}  {name}" for name, load in drives.items()]
+            lines += ["", "load on elastic drives:"]
+            lines += [load_line(load, unit, name) for name, (load, unit) in drives.items()]
     if critical is not None:
         lines += ["", *_critical_lines(critical)]
     lines += [f"advice: {advice}" for advice in result.advice]
@@ -61,15 +61,15 @@ def _critical_lines(critical: CriticalLoad) -> list[str]:
     return [f"critical load: {critical.factor:.6g} times the wrench", f"there {critical.mode}"]
 
 
-def _drives(result: Equilibrium) -> dict[str, float]:
-    """What elastic drives and locks carry; rounding is shown as zero."""
+def _drives(result: Equilibrium) -> dict[str, tuple[float, str]]:
+    """What elastic drives and locks carry, with its unit; rounding is shown as zero."""
     loads = {
-        f"{part.leg}/{part.part}": part.load
+        f"{part.leg}/{part.part}": (part.load, part.unit)
         for part in result.parts
         if part.load is not None and (part.energy > 0 or part.load != 0)
     }
-    largest = max(map(abs, loads.values()), default=0.0)
-    return {k: v if abs(v) > _SHOWN * largest else 0.0 for k, v in loads.items()}
+    largest = max((abs(v) for v, _ in loads.values()), default=0.0)
+    return {k: (v if abs(v) > _SHOWN * largest else 0.0, u) for k, (v, u) in loads.items()}
 
 
 def equilibrium_data(

@@ -59,9 +59,9 @@ def deflection_text(result: Deflection, most: int = 10) -> str:
         if result.energy > 0:
             lines += share_lines(result.energy, result.parts, most)
         if result.actuators:
-            lines += ["", "load on the actuators [N or N m]:"]
+            lines += ["", "load on the actuators:"]
             loads = zip(shown_loads(result), result.actuators, strict=True)
-            lines += [f"{load:12.5g}  {a.leg}/{a.joint}" for load, a in loads]
+            lines += [load_line(load, a.unit, f"{a.leg}/{a.joint}") for load, a in loads]
     lines += [f"advice: {advice}" for advice in result.advice]
     return text_of(lines)
 
@@ -111,6 +111,11 @@ def shown_loads(result: Deflection) -> list[float]:
     """Loads on the actuators; rounding errors are shown as zero."""
     largest = max((abs(actuator.load) for actuator in result.actuators), default=0.0)
     return [a.load if abs(a.load) > _SHOWN * largest else 0.0 for a in result.actuators]
+
+
+def load_line(load: float, unit: str, name: str) -> str:
+    """A load with its unit and the drive that it is on."""
+    return f"{load:12.5g} {unit:<4} {name}"
 
 
 def matrix_lines(K: np.ndarray, rows: Sequence[str], columns: Sequence[str]) -> list[str]:

@@ -115,12 +115,17 @@ def clamped_end(spring: PlacedSpring | SpringElement) -> np.ndarray:
     return spring.point + 2 * spring.rotation @ to_centre
 
 
+def points_of(snapshot: Snapshot) -> np.ndarray:
+    """Points (n, 3) of a robot at a single pose: both ends of its legs, and its parts [m]."""
+    points = [snapshot.reference_point]
+    for leg in snapshot.legs:
+        points += [leg.end, foot(leg), *(part.point for part in leg.parts)]
+    return np.array(points)
+
+
 def extent(snapshot: Snapshot) -> float:
     """Length of the diagonal of the box around a robot at a single pose [m]."""
-    points = [snapshot.reference_point, *(foot(leg) for leg in snapshot.legs)]
-    for leg in snapshot.legs:
-        points += [leg.end, *(part.point for part in leg.parts)]
-    return float(np.linalg.norm(np.ptp(np.array(points), axis=0)))
+    return float(np.linalg.norm(np.ptp(points_of(snapshot), axis=0)))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Bars, bands, fields and matrices on Matplotlib."""
+"""Bars, bands, curves, fields and matrices on Matplotlib."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robostiff.plot.on_matplotlib.canvas import (
     legend_below,
     norm,
 )
-from robostiff.plot.picture import Bands, Bars, Cover, Field, Matrix, Panel, RegionStyle
+from robostiff.plot.picture import Bands, Bars, Cover, Curves, Field, Matrix, Panel, RegionStyle
 from robostiff.plot.picture.paint import colour_of
 from robostiff.plot.prefix import short
 
@@ -291,4 +291,22 @@ def draw_matrix(picture: Matrix, canvas: Canvas) -> Axes:
         )
     ax.set_title(picture.title, pad=26)
     colour_bar(ax, shown, picture.scale)
+    return ax
+
+
+def draw_curves(picture: Curves, canvas: Canvas) -> Axes:
+    """Draw curves over common axes."""
+    ax = canvas.axes(canvas.width * (1.0 if canvas.is_narrow else 0.6))
+    handles = []
+    for curve in picture.curves:
+        style = "--" if curve.is_dashed else "" if curve.has_marks else "-"
+        marker = "o" if curve.has_marks else ""
+        colour = colour_of(curve.paint, canvas.palette)
+        handles += ax.plot(curve.x, curve.y, style, color=colour, marker=marker, markersize=4)
+    ax.set_xlabel(picture.x_label)
+    ax.set_ylabel(picture.y_label)
+    ax.set_title(picture.title)
+    ax.grid(True)
+    ax.set_axisbelow(True)
+    legend_below(ax, canvas, handles, [curve.name for curve in picture.curves], picture.notes, 0.42)
     return ax

@@ -1,4 +1,4 @@
-"""Bars, bands, fields and matrices on Plotly."""
+"""Bars, bands, curves, fields and matrices on Plotly."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from robostiff.plot.on_plotly.layout import colour_bar, colour_scale, figure
-from robostiff.plot.picture import Bands, Bars, Cover, Field, Matrix, Panel, Region
+from robostiff.plot.picture import Bands, Bars, Cover, Curves, Field, Matrix, Panel, Region
 from robostiff.plot.picture.paint import colour_of
 from robostiff.plot.prefix import short
 from robostiff.plot.theme import Palette
@@ -321,3 +321,25 @@ def _hover_text(picture: Matrix) -> np.ndarray:
                 text = picture.texts[i][j]
                 texts[i, j] = f"{picture.rows[i]} / {picture.columns[j]}: {text} {unit.unit}"
     return texts
+
+
+def draw_curves(picture: Curves, palette: Palette) -> go.Figure:
+    """Draw curves over common axes."""
+    traces: list[Any] = []
+    for curve in picture.curves:
+        colour = colour_of(curve.paint, palette)
+        traces.append(
+            go.Scatter(
+                x=curve.x,
+                y=curve.y,
+                mode="markers" if curve.has_marks else "lines",
+                line={"color": colour, "width": 2, "dash": "dash" if curve.is_dashed else "solid"},
+                marker={"color": colour, "size": 7},
+                name=curve.name,
+                showlegend=True,
+            )
+        )
+    made = figure(palette, picture.title, traces, picture.notes)
+    made.update_xaxes(title=picture.x_label)
+    made.update_layout(yaxis={"title": {"text": picture.y_label}})
+    return made

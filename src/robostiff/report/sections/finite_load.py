@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from robostiff.analysis import Deflection
@@ -42,19 +44,20 @@ def finite_load_section(contents: ReportContents) -> Section | None:
     if result.advice:
         parts.append(Bullets(tuple(result.advice), Tone.WARNING))
     if result.has_answer:
-        parts += [_displacements(known, contents), _matrices(known, contents)]
+        tables = (_displacements(known, contents), *_changes(known, contents))
+        parts += [SideBySide(tables), matrix_under_load(result)]
         words = (
             "K under load is the rate of the wrench that the legs carry; K total, less the rate of "
             "loads that turn with the platform, is what more load meets."
         )
         parts.append(Paragraph(words, Tone.QUIET))
-    if result.has_answer:
+    if result.has_answer and result.snapshot is not None:
         words = "Where the robot comes to rest, without load in dashed lines."
         parts.append(one_figure("loaded-shape", words, equilibrium_picture(result)))
-    parts.append(Paragraph(_critical(known)))
     if np.any(np.isfinite(known.curve["displacement"].to_numpy())):
         caption = "Force and deflection up to twice the load; dashed where the robot does not stay."
         parts.append(one_figure("load-curve", caption, load_curve_picture(known.curve)))
+    parts.append(Paragraph(_critical(known)))
     return section("finite-load", _TITLE, parts)
 
 
@@ -73,12 +76,11 @@ def _displacements(known: AnswersUnderLoad, contents: ReportContents) -> Table:
     return Table(["displacement", "under the load", "proportional to the load"], rows)
 
 
-def _matrices(known: AnswersUnderLoad, contents: ReportContents) -> SideBySide:
-    """K under load, and its change against K without."""
+def _changes(known: AnswersUnderLoad, contents: ReportContents) -> Iterator[Table]:
+    """How the load changes the diagonal of K; nothing where there is no K without it."""
     result, space = known.equilibrium, known.equilibrium.space
-    K = matrix_under_load(result)
     if not np.all(contents.stiffness.answered):
-        return SideBySide((K,))
+        return
     change = result.K - contents.stiffness.K
     diagonal = np.diagonal(contents.stiffness.K)
     rows: list[list[Cell]] = []
@@ -90,7 +92,7 @@ def _matrices(known: AnswersUnderLoad, contents: ReportContents) -> SideBySide:
         if diagonal[i] > KNOWN * np.max(alike):
             part = Number(100 * float(change[i, i] / diagonal[i]), "%")
         rows.append([f"{force}/{motion}", part])
-    return SideBySide((K, Table(["diagonal of K", "change by the load"], rows)))
+    yield Table(["diagonal of K", "change by the load"], rows)
 
 
 def _critical(known: AnswersUnderLoad) -> str:

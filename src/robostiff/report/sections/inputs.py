@@ -32,9 +32,10 @@ def inputs_section(contents: ReportContents) -> Section:
         parts.append(Folded(words, tuple(_network(numeric))))
     else:
         words = "Joints and elastic parts of every leg in the home configuration, in world axes [m]"
-        tables: list[Any] = []
-        for leg, found in parts_at_home(numeric).items():
-            tables += [Heading(leg), *_parts_of(found)]
+        every = parts_at_home(numeric).items()
+        tables: list[Any] = list(
+            _parts_of([{**own, "name": f"{leg}/{own['name']}"} for leg, of in every for own in of])
+        )
         if isinstance(numeric, Robot) and numeric.is_coupled:
             tables += [Heading("Coupled joints"), _couplings(numeric)]
         parts.append(Folded(words, tuple(tables)))

@@ -20,7 +20,7 @@ from robostiff.analysis.result_tables import (
     tension_table,
 )
 from robostiff.errors import NoAnswerError
-from robostiff.markup import Bullets, Cell, Heading, Number, Paragraph, Table, Tone, number
+from robostiff.markup import Bullets, Cell, Number, Paragraph, Table, Tone, number
 from robostiff.plot.ellipsoids import Quality, ellipsoid_picture
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.free_motion_screws import free_motions_picture
@@ -94,8 +94,7 @@ def weakest_section(contents: ReportContents) -> Section | None:
     )
     parts: list[Part | None] = [
         words,
-        principal_table(found),
-        ratio_table(found),
+        SideBySide((principal_table(found), ratio_table(found))),
     ]
     parts.append(_ellipsoid(contents))
     return section("weakest", "Where it is soft", parts)
@@ -114,7 +113,8 @@ def bending_section(contents: ReportContents) -> Section | None:
     if not bent.has_answer:
         words = Paragraph(f"There is no deflection: status {bent.status}.")
         return section("load", _LOAD, [words, Bullets(tuple(bent.advice), Tone.WARNING)])
-    parts: list[Part | None] = [displacement_table(bent)]
+    loads = (displacement_table(bent), actuator_table(bent))
+    parts: list[Part | None] = [SideBySide(tuple(table for table in loads if table is not None))]
     if bent.energy > 0 and contents.posed is not None:
         caption = "The robot under the load; colours show shares of the elastic energy."
         parts.append(one_figure("deformed", caption, picture_of_posed(contents.posed, bent)))
@@ -123,9 +123,6 @@ def bending_section(contents: ReportContents) -> Section | None:
         parts.append(one_figure("energy", caption, energy_picture(bent)))
         every = energy_table(bent.parts, most=len(bent.parts))
         parts.append(Folded(f"{len(bent.parts)} parts, one by one", (every,)))
-    actuators = actuator_table(bent)
-    if actuators is not None:
-        parts += [Heading("Actuators"), actuators]
     return section("load", _LOAD, parts)
 
 

@@ -31,6 +31,8 @@ def robot_section(contents: ReportContents) -> Section:
     if posed is not None:
         picture = picture_of_posed(posed, colouring=Colouring.NAMES)
         parts.append(one_figure("robot", "The robot at this pose.", picture))
+    if contents.joints:
+        parts.append(Table(["joint", "coordinate"], list(contents.joints.items())))
     parts.append(_legs(robot))
     return section("robot", "The robot", parts)
 
