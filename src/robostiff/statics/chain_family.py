@@ -1,16 +1,17 @@
-"""Chains of a group of legs whose elements are alike, computed together."""
+"""All chains of a group of legs, their elements side by side: computed together."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.statics.chain import BodyLoad, FiniteChain, stacked_loads
-from robostiff.statics.element import Placement
-from robostiff.statics.leg_state import LegState
+from robostiff.statics.chain import BodyLoad, stacked_loads
+from robostiff.statics.element import FiniteJoint, Placement
+from robostiff.statics.leg_state import LegState, MovingBody
 from robostiff.statics.moving_chain import MovingChains
 
 if TYPE_CHECKING:
@@ -19,74 +20,162 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ChainFamily:
-    """Chains of the legs of a group whose elements are alike, computed together.
+    """The chains of a group in slots: in each of them a chain has an element of its kind, or none.
+
+    Rows of arrays are the legs of the first chain, then those of the next.
 
     Attributes
     ----------
-    members : tuple of int
-        Which chains; rows of the arrays are those of the first, then of the next.
     arrays : MovingChains
-    bodies : tuple of int
-        At their starts; none where they start at the base.
-    held : tuple of (int, int, int)
-        Row, place among the anchors of its chain, and place among the loads, of every anchor.
-    end_points : (N, 3) array
+    slots : tuple of arrays of int
+        Of the elements of every chain.
+    columns : tuple of arrays of int
+        Of the unknowns that move every chain: of the body at its start, where that moves, its own.
+    taken : (rows, n) array of int
+        Where each coordinate stands among those of the state, one after the other, and a zero.
+    starts, ends : (chains,) arrays of int
+        Bodies at their ends: 0 for the base, -1 for the platform, 1 for the first body between.
+    end_points : (rows, 3) array
         Of the bodies at their ends, at the unloaded posture [m].
+    held : tuple of (int, int, int)
+        Chain, place among its anchors, and place among the loads, of every anchor.
     """
 
-    members: tuple[int, ...]
     arrays: MovingChains
-    bodies: tuple[int, ...]
+    slots: tuple[np.ndarray, ...]
+    columns: tuple[np.ndarray, ...]
+    taken: np.ndarray
+    starts: np.ndarray
+    ends: np.ndarray
     end_points: np.ndarray
-    held: tuple[tuple[int, int, int], ...] = ()
+    held: tuple[tuple[int, int, int], ...]
 
     @staticmethod
-    def of(group: LegGroup, members: Sequence[int]) -> ChainFamily:
-        """Some chains of a group."""
-        chains, counts = [group.chains[i] for i in members], [group.count] * len(members)
-        first = chains[0]
-        elements = FiniteChain.stacked(chains, counts).elements
-        loads = list(stacked_loads([chain.loads for chain in chains], counts))
+    def of(group: LegGroup) -> ChainFamily:
+        """The chains of a group."""
+        chains, N = group.chains, group.count
+        kinds = [tuple(map(_kind, chain.elements)) for chain in chains]
+        common: tuple[str, ...] = ()
+        for own in sorted(dict.fromkeys(kinds), key=len, reverse=True):
+            common = _merged(common, own)
+        slots = tuple(np.array(_places(own, common), dtype=int) for own in kinds)
+        sizes = np.ones(len(common), dtype=int)
+        for chain, own in zip(chains, slots, strict=True):
+            sizes[own] = np.maximum(sizes[own], [e.size for e in chain.elements])
+        starts = np.array([0 if c.start is None else c.start + 1 for c in chains], dtype=int)
+        rows = group.rows if np.any(starts) else ()
+        first = len(rows) + np.cumsum([0, *sizes])
+        columns = tuple(
+            np.concatenate(
+                [
+                    np.arange(len(rows) if start else 0),
+                    *(f + np.arange(e.size) for f, e in zip(first[own], c.elements, strict=True)),
+                ]
+            ).astype(int)
+            for start, own, c in zip(starts, slots, chains, strict=True)
+        )
+        ends = np.cumsum([0, *(N * chain.size for chain in chains)])
+        taken = np.full((N * len(chains), int(sizes.sum())), ends[-1])
+        for i, (chain, own) in enumerate(zip(chains, columns, strict=True)):
+            there = own[len(own) - chain.size :] - len(rows)
+            here = ends[i] + np.arange(N * chain.size).reshape(N, chain.size)
+            taken[i * N : (i + 1) * N, there] = here
+        loads = [_in_slots(chain.loads, own) for chain, own in zip(chains, slots, strict=True)]
+        stacked = list(stacked_loads(loads, [N] * len(chains)))
         held = []
-        for row, chain in enumerate(chains):
-            for place, anchor in enumerate(chain.anchors):
-                held.append((row, place, len(loads)))
-                points = np.tile(anchor.point, (sum(counts), 1))
-                loads.append(BodyLoad(anchor.after, points, np.zeros(points.shape)))
-        bodies = tuple(chain.start for chain in chains if chain.start is not None)
-        rows = () if first.start is None else group.rows
+        for c, (chain, own) in enumerate(zip(chains, slots, strict=True)):
+            for place, anchor in enumerate(_in_slots(chain.anchors, own)):
+                held.append((c, place, len(stacked)))
+                points = np.tile(anchor.point, (N * len(chains), 1))
+                stacked.append(BodyLoad(anchor.after, points, np.zeros(points.shape)))
+        placed = [chain.elements for chain in chains]
         return ChainFamily(
-            tuple(members),
-            MovingChains(elements, loads, sum(counts), rows),
-            bodies,
-            np.concatenate([group.end_point(i) for i in members]),
+            MovingChains(common, sizes, placed, slots, stacked, N, rows, np.repeat(starts > 0, N)),
+            slots,
+            columns,
+            taken,
+            starts,
+            np.array([-1 if c.end is None else c.end + 1 for c in chains], dtype=int),
+            np.concatenate([group.end_point(i) for i in range(len(chains))]),
             tuple(held),
         )
 
     def pulls(self, of_chains: Sequence[np.ndarray]) -> np.ndarray | None:
-        """Forces (N, L, 3) at the points of its loads, from those on the anchors of each chain."""
+        """Forces (rows, L, 3) at the points of its loads, from those on the anchors of chains."""
         if not self.held:
             return None
         found = np.zeros(self.arrays.load_force.shape)
-        for row, place, load in self.held:
-            found[row, load] = of_chains[self.members[row]][place]
+        for chain, place, load in self.held:
+            found[chain, load] = of_chains[chain][place]
         return found
 
-    def split(self, count: int) -> list[tuple[int, slice]]:
-        """Each chain with its rows."""
-        return [(i, slice(k * count, (k + 1) * count)) for k, i in enumerate(self.members)]
+    def rows(self, chain: int) -> slice:
+        """Of a chain."""
+        N = len(self.taken) // len(self.slots)
+        return slice(chain * N, (chain + 1) * N)
 
     def coordinates(self, state: LegState) -> np.ndarray:
-        """Of all its chains (N, n)."""
-        return np.concatenate([state.x[i] for i in self.members])
+        """Of all chains, 0 where a chain has no element in a slot (rows, n)."""
+        flat = np.concatenate([*(x.ravel() for x in state.x), np.zeros(1)])
+        return flat[self.taken]
+
+    def placements(self, group: LegGroup, state: LegState) -> Placement | None:
+        """Of the bodies at the starts; None where all of them are the base."""
+        if not self.arrays.body_rows:
+            return None
+        placed = [body.placement(own) for body, own in zip(state.bodies, group.points, strict=True)]
+        N = group.count
+        R = np.stack([np.broadcast_to(np.eye(3), (N, 3, 3)), *(own.R for own in placed)])
+        t = np.stack([np.zeros((N, 3)), *(own.t for own in placed)])
+        return Placement(R[self.starts].reshape(-1, 3, 3), t[self.starts].reshape(-1, 3))
 
     def centres(self, state: LegState) -> np.ndarray | None:
-        """Where the points of the bodies at the starts are (N, 3) [m]."""
-        return np.concatenate([state.bodies[b].p for b in self.bodies]) if self.bodies else None
-
-    def starts(self, group: LegGroup, state: LegState) -> Placement | None:
-        """Of the bodies at the starts; None for the base."""
-        if not self.bodies:
+        """Points of the bodies at the starts (rows, 3) [m]."""
+        if not self.arrays.body_rows:
             return None
-        own = [state.bodies[b].placement(group.points[b]) for b in self.bodies]
-        return Placement(np.concatenate([e.R for e in own]), np.concatenate([e.t for e in own]))
+        p = np.stack([np.zeros(state.bodies[0].p.shape), *(body.p for body in state.bodies)])
+        return p[self.starts].reshape(-1, 3)
+
+    def at_ends(self, state: LegState, platform: MovingBody) -> MovingBody:
+        """The bodies at the ends."""
+        if not state.bodies:
+            number = len(self.ends)
+            R = np.broadcast_to(platform.R, (number, *platform.R.shape))
+            p = np.broadcast_to(platform.p, (number, *platform.p.shape))
+            return MovingBody(R.reshape(-1, 3, 3), p.reshape(-1, 3))
+        every = (platform, *state.bodies)  # -1 is 0 here: the base is at no end
+        ends = np.maximum(self.ends, 0)
+        R, p = np.stack([own.R for own in every]), np.stack([own.p for own in every])
+        return MovingBody(R[ends].reshape(-1, 3, 3), p[ends].reshape(-1, 3))
+
+
+def _kind(element: object) -> str:
+    if isinstance(element, FiniteJoint):
+        return "turn" if element.turns else "slide"
+    return "spring"
+
+
+def _merged(one: tuple[str, ...], other: tuple[str, ...]) -> tuple[str, ...]:
+    """Kinds that contain both in order."""
+    found: list[str] = []
+    at = 0
+    for kind in other:
+        if kind in one[at:]:
+            stop = one.index(kind, at) + 1
+            found += one[at:stop]
+            at = stop
+        else:
+            found.append(kind)
+    return (*found, *one[at:])
+
+
+def _places(own: Sequence[str], common: Sequence[str]) -> list[int]:
+    """Slots of the elements of a chain: the first that fit."""
+    slots = itertools.count()
+    return [next(k for k in slots if common[k] == kind) for kind in own]
+
+
+def _in_slots(loads: Sequence[BodyLoad], slots: np.ndarray) -> tuple[BodyLoad, ...]:
+    """Loads behind slots in place of elements."""
+    behind = [0, *(slots + 1).tolist()]
+    return tuple(replace(load, after=behind[load.after]) for load in loads)

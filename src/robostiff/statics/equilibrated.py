@@ -10,6 +10,23 @@ import numpy as np
 LOST = 1e-11
 # Condition of an equilibrated system beyond which lost directions are looked for.
 _SINGULAR = 1e12
+# Condition of a block up to which it is eliminated before the others.
+_BLOCK = 1e10
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """Unknowns of systems in blocks that meet in the unknowns that are left alone.
+
+    Attributes
+    ----------
+    blocks : tuple of (C, b) arrays of int
+        Unknowns of C blocks of b unknowns each.
+    left : (k,) array of int
+    """
+
+    blocks: tuple[np.ndarray, ...]
+    left: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -22,9 +39,10 @@ class Equilibrated:
     rows, columns : (N, n) arrays
         Factors that bring the largest entry of each row and column near one.
     inverse : (N, n, n) array
-        Of the scaled matrices.
+        Of the scaled matrices; empty where blocks are eliminated.
     regular : (N,) array of bool
         Which of them have all directions.
+    blocks : _Blocks or None
     """
 
     A: np.ndarray
@@ -32,6 +50,7 @@ class Equilibrated:
     columns: np.ndarray
     inverse: np.ndarray
     regular: np.ndarray
+    blocks: _Blocks | None = None
 
     def solve(self, b: np.ndarray, refinements: int = 0) -> np.ndarray:
         """X (N, n, k) with ``A x = b``, refined so many times."""
@@ -41,11 +60,19 @@ class Equilibrated:
         return x
 
     def _once(self, b: np.ndarray) -> np.ndarray:
-        return self.columns[..., None] * (self.inverse @ (self.rows[..., None] * b))
+        b = self.rows[..., None] * b
+        x = self.inverse @ b if self.blocks is None else self.blocks.solve(b)
+        return self.columns[..., None] * x
 
 
-def equilibrated(A: np.ndarray) -> Equilibrated:
+def equilibrated(A: np.ndarray, arrow: Arrow | None = None) -> Equilibrated:
     """Invert square matrices (N, n, n) of mixed units.
+
+    Parameters
+    ----------
+    A : (N, n, n) array
+    arrow : Arrow, optional
+        Blocks that are eliminated first, where they are far from singular.
 
     Examples
     --------
@@ -61,6 +88,10 @@ def equilibrated(A: np.ndarray) -> Equilibrated:
         columns = columns * _root(scaled.max(1, initial=0.0))
     scaled = A * rows[:, :, None] * columns[:, None, :]
     regular = np.ones(len(A), dtype=bool)
+    if arrow is not None:
+        blocks = _Blocks.of(scaled, arrow)
+        if blocks is not None:
+            return Equilibrated(A, rows, columns, np.zeros((0, 0, 0)), regular, blocks)
     try:
         inverse = np.linalg.inv(scaled)
         condition = _norm(scaled) * _norm(inverse)
@@ -75,9 +106,69 @@ def equilibrated(A: np.ndarray) -> Equilibrated:
     return Equilibrated(A, rows, columns, inverse, regular)
 
 
+@dataclass(frozen=True)
+class _Blocks:
+    """Systems solved block by block.
+
+    Attributes
+    ----------
+    arrow : Arrow
+    inverses : tuple of (N, C, b, b) arrays
+        Of the blocks.
+    after, before : tuples of (N, C, b, k) and (N, C, k, b) arrays
+        These times the columns of the unknowns left, and the rows of these.
+    left : Equilibrated
+        What the blocks leave of the other unknowns.
+    """
+
+    arrow: Arrow
+    inverses: tuple[np.ndarray, ...]
+    after: tuple[np.ndarray, ...]
+    before: tuple[np.ndarray, ...]
+    left: Equilibrated
+
+    @staticmethod
+    def of(A: np.ndarray, arrow: Arrow) -> _Blocks | None:
+        """The systems; None where a block, or what is left, is nearly singular."""
+        inverses, every_after, every_before = [], [], []
+        rest = A[:, arrow.left[:, None], arrow.left]
+        for places in arrow.blocks:
+            block = A[:, places[:, :, None], places[:, None]]
+            try:
+                inverse = np.linalg.inv(block)
+            except np.linalg.LinAlgError:
+                return None
+            if not np.all(_norm(block) * _norm(inverse) < _BLOCK):
+                return None
+            after = inverse @ A[:, places[:, :, None], arrow.left]
+            before = A[:, arrow.left[:, None], places[:, None]]
+            rest = rest - np.sum(before @ after, axis=1)
+            inverses.append(inverse)
+            every_after.append(after)
+            every_before.append(before)
+        left = equilibrated(rest)
+        if not np.all(left.regular):
+            return None
+        return _Blocks(arrow, tuple(inverses), tuple(every_after), tuple(every_before), left)
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """X (N, n, k)."""
+        x, rest = np.empty(b.shape), b[:, self.arrow.left]
+        alone = []
+        for places, inverse, before in zip(
+            self.arrow.blocks, self.inverses, self.before, strict=True
+        ):
+            alone.append(inverse @ b[:, places])
+            rest = rest - np.sum(before @ alone[-1], axis=1)
+        x[:, self.arrow.left] = rest = self.left.solve(rest)
+        for places, own, after in zip(self.arrow.blocks, alone, self.after, strict=True):
+            x[:, places] = own - after @ rest[:, None]
+        return x
+
+
 def _root(largest: np.ndarray) -> np.ndarray:
     return 1.0 / np.sqrt(np.where(largest > 0, largest, 1.0))
 
 
 def _norm(A: np.ndarray) -> np.ndarray:
-    return np.abs(A).sum(1).max(1, initial=0.0)
+    return np.abs(A).sum(-1).max(-1, initial=0.0)

@@ -14,6 +14,7 @@ from robostiff.statics.body_springs import FiniteBodySpring, SpringTerms
 from robostiff.statics.chain import FiniteChain, Moved
 from robostiff.statics.chain_family import ChainFamily
 from robostiff.statics.couplings import FiniteCoupling, add_couplings
+from robostiff.statics.equilibrated import Arrow
 from robostiff.statics.finite_turn import turn_between, turned_by
 from robostiff.statics.leg_state import LegEquations, LegState, MovingBody, Share
 
@@ -155,22 +156,17 @@ class LegGroup:
         )
 
     @cached_property
-    def families(self) -> tuple[ChainFamily, ...]:
-        """Its chains, those with alike elements together."""
-        alike: dict[tuple[object, ...], list[int]] = {}
-        for i, chain in enumerate(self.chains):
-            key = (chain.start is None, *chain.signature_of_elements)
-            alike.setdefault(key, []).append(i)
-        return tuple(ChainFamily.of(self, members) for members in alike.values())
+    def family(self) -> ChainFamily:
+        """Its chains side by side."""
+        return ChainFamily.of(self)
 
     def moved(self, state: LegState) -> tuple[Moved, ...]:
         """Every chain in its finite motion."""
-        found: dict[int, Moved] = {}
-        for family in self.families:
-            whole = family.arrays.moved(family.coordinates(state), family.starts(self, state))
-            for i, own in family.split(self.count):
-                found[i] = whole.one(own)
-        return tuple(found[i] for i in range(len(self.chains)))
+        family = self.family
+        T = family.arrays.moved(family.coordinates(state), family.placements(self, state)).T
+        return tuple(
+            Moved(T[family.rows(i)][:, np.append(0, own + 1)]) for i, own in enumerate(family.slots)
+        )
 
     def equations(
         self, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
@@ -187,33 +183,27 @@ class LegGroup:
         N, n, rows = self.count, self.size, list(self.rows)
         springs = SpringTerms.of(self, state, R, p, share) if self.springs else None
         platform = MovingBody(np.broadcast_to(R, (N, 3, 3)), np.broadcast_to(p, (N, 3)))
-        entries, sides, shares = [], [], []
-        for family in self.families:
-            W = np.concatenate([state.W[i] for i in family.members])
-            full = np.zeros((len(W), 6))
-            full[:, rows] = W
-            terms = family.arrays.terms(
-                family.coordinates(state),
-                family.starts(self, state),
-                family.centres(state),
-                family.end_points,
-                full,
-                share.value,
-                None if springs is None else family.pulls(springs.pulls),
-            )
-            J = terms.J[:, rows]
-            P = terms.end.of(family.end_points)
-            ends = [self.chains[i].end for i in family.members]
-            bodies = [platform if end is None else state.bodies[end] for end in ends]
-            turn = turn_between(np.concatenate([body.R for body in bodies]), terms.end.R)
-            gap = np.concatenate([P - np.concatenate([body.p for body in bodies]), turn], axis=-1)
-            entries += [terms.tangent.ravel(), J.ravel(), -J.ravel()]
-            sides += [terms.gradient.ravel(), gap[:, rows].ravel()]
-            shares.append(terms.by_share.ravel())
+        family = self.family
+        full = np.zeros((len(family.taken), 6))
+        full[:, rows] = np.concatenate(state.W)
+        terms = family.arrays.terms(
+            family.coordinates(state),
+            family.placements(self, state),
+            family.centres(state),
+            family.end_points,
+            full,
+            share.value,
+            None if springs is None else family.pulls(springs.pulls),
+        )
+        J, ends = terms.J[:, rows], family.at_ends(state, platform)
+        turn = turn_between(ends.R, terms.end.R)
+        gap = np.concatenate([terms.end.of(family.end_points) - ends.p, turn], axis=-1)
+        entries = [terms.tangent.ravel(), J.ravel(), -np.swapaxes(J, -1, -2).ravel()]
+        sides = [terms.gradient.ravel(), gap[:, rows].ravel()]
         known = self._places
         A = known.summed(known.entries, entries, (N, n, n)) + known.constant
         residual = known.summed(known.sides, sides, (N, n))
-        r_factor = known.summed(known.shares, shares, (N, n)) * share.rate
+        r_factor = known.summed(known.shares, [terms.by_share.ravel()], (N, n)) * share.rate
         carried = np.zeros((N, len(rows)))
         for i, chain in enumerate(self.chains):
             if chain.end is None:
@@ -231,6 +221,24 @@ class LegGroup:
         A_t[0, :m] += springs.by_twist
         r_factor[0, :m] += share.rate * springs.by_share
         return LegEquations(A, residual, A_t, r_factor, carried + springs.carried, springs.beside)
+
+    @cached_property
+    def arrow(self) -> Arrow | None:
+        """Coordinates and wrench of every chain that bodies alone connect with the others.
+
+        None where springs or couplings connect chains besides, or nothing is left.
+        """
+        if self.springs or self.couplings or not self.points:
+            return None
+        alike: dict[int, list[np.ndarray]] = {}
+        for own, wrench in zip(self.coordinates, self.wrench_places, strict=True):
+            if own.stop - own.start >= len(self.rows):  # fewer cannot close alone
+                places = np.r_[own, wrench]
+                alike.setdefault(len(places), []).append(places)
+        blocks = tuple(np.array(places) for places in alike.values())
+        taken = np.concatenate([np.zeros(0, dtype=int), *(own.ravel() for own in blocks)])
+        left = np.setdiff1d(np.arange(self.size), taken)
+        return Arrow(blocks, left) if blocks and left.size else None
 
     @cached_property
     def sum_rows(self) -> list[np.ndarray]:
@@ -252,21 +260,24 @@ class LegGroup:
     def _places(self) -> _Places:
         """Where what chains contribute stands in the equations."""
         N, n, r = self.count, self.size, len(self.rows)
-        entries, sides, shares = [], [], []
-        leg = np.arange(N)[:, None, None]
-        for family in self.families:
-            moving = [np.r_[*self.moving_places(i)] for i in family.members]
-            own = np.concatenate([np.broadcast_to(m, (N, len(m))) for m in moving])
-            ends = [np.r_[self.wrench_places[i]] for i in family.members]
-            W = np.concatenate([np.broadcast_to(end, (N, r)) for end in ends])
-            start = np.tile(leg, (len(family.members), 1, 1)) * n
-            entries += [
-                (start + own[:, :, None]) * n + own[:, None],
-                (start + W[:, :, None]) * n + own[:, None],
-                (start + own[:, None]) * n + W[:, :, None],
-            ]
-            sides += [start[:, 0] + own, start[:, 0] + W]
-            shares.append(start[:, 0] + own)
+        family, number = self.family, len(self.chains)
+        none, start = N * n, np.tile(np.arange(N), number)[:, None] * n
+        own = np.full((N * number, len(family.arrays.order)), none)
+        W = np.zeros((N * number, r), dtype=int)
+        for i, columns in enumerate(family.columns):
+            here = slice(i * N, (i + 1) * N)
+            own[here, columns] = start[here] + np.r_[*self.moving_places(i)]
+            W[here] = start[here] + np.r_[self.wrench_places[i]]
+        sides = own, W
+        entries = [
+            np.where(
+                (a < none)[:, :, None] & (b < none)[:, None],
+                a[:, :, None] * n + b[:, None] % n,
+                N * n * n,
+            )
+            for a, b in ((own, own), (W, own), (own, W))
+        ]
+        shares = (own,)
         constant, by_twist = np.zeros((n, n)), np.zeros((N, n, r))
         for i, chain in enumerate(self.chains):
             wrench = self.wrench_places[i]
@@ -285,29 +296,23 @@ class LegGroup:
             (np.zeros((len(own.anchors), 3)), np.zeros((len(own.anchors), 3, self.free_size)))
             for own in self.chains
         ]
-        for family in self.families:
-            if not family.held:
-                continue
-            x, starts = family.coordinates(state), family.starts(self, state)
-            points = family.arrays.loaded_points(x, starts)
-            rates = family.arrays.load_velocities(x, starts, family.centres(state))
-            for row, place, load in family.held:
-                c, at = family.members[row], 0
-                found[c][0][place] = points[row, load]
-                for moving in self.moving_places(c):
-                    size = moving.stop - moving.start
-                    found[c][1][place][:, moving] = rates[row, load, :, at : at + size]
-                    at += size
+        family = self.family
+        if not family.held:
+            return found
+        x, starts = family.coordinates(state), family.placements(self, state)
+        points = family.arrays.loaded_points(x, starts)
+        rates = family.arrays.load_velocities(x, starts, family.centres(state))
+        for c, place, load in family.held:
+            found[c][0][place] = points[c, load]
+            to = np.r_[*self.moving_places(c)]
+            found[c][1][place][:, to] = rates[c, load][:, family.columns[c]]
         return found
 
     def energies(self, state: LegState) -> list[list[np.ndarray]]:
         """Elastic energy of every element of every chain (N,) [J], preloads left out."""
-        found: dict[int, list[np.ndarray]] = {}
-        for family in self.families:
-            energies = family.arrays.energies(family.coordinates(state))
-            for i, own in family.split(self.count):
-                found[i] = [energy[own] for energy in energies]
-        return [found[i] for i in range(len(self.chains))]
+        found = self.family.arrays.energies(self.family.coordinates(state))
+        rows = map(self.family.rows, range(len(self.chains)))
+        return [list(found[r][:, k].T) for r, k in zip(rows, self.family.slots, strict=True)]
 
     def energies_of(self, mode: np.ndarray, i: int) -> list[tuple[str, str, float]]:
         """Legs and parts of row i, and what they store in a motion of its coordinates [J]."""
@@ -330,26 +335,21 @@ class LegGroup:
             float(np.sum(own.drive.preload * s))
             for own, s in zip(self.couplings, self.sums(state), strict=True)
         )
-        for family in self.families:
-            x, starts = family.coordinates(state), family.starts(self, state)
-            total += float(np.sum(family.arrays.load_potential(x, starts)))
-        return share * total
+        x, starts = self.family.coordinates(state), self.family.placements(self, state)
+        return share * (total + float(np.sum(self.family.arrays.load_potential(x, starts))))
 
     def load_velocities(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Of the points at which loads act, by coordinates and bodies (N, L, 3, m); the loads."""
-        found, forces = [], []
-        for family in self.families:
-            rates = family.arrays.load_velocities(
-                family.coordinates(state), family.starts(self, state), family.centres(state)
-            )
-            for i, own in family.split(self.count):
-                wide, at = np.zeros((self.count, *rates.shape[1:3], self.free_size)), 0
-                for place in self.moving_places(i):
-                    size = place.stop - place.start
-                    wide[..., place] = rates[own, :, :, at : at + size]
-                    at += size
-                found.append(wide)
-                forces.append(family.arrays.load_force[own])
+        family, found, forces = self.family, [], []
+        rates = family.arrays.load_velocities(
+            family.coordinates(state), family.placements(self, state), family.centres(state)
+        )
+        for i, columns in enumerate(family.columns):
+            own = family.rows(i)
+            wide = np.zeros((self.count, *rates.shape[1:3], self.free_size))
+            wide[..., np.r_[*self.moving_places(i)]] = rates[own][..., columns]
+            found.append(wide)
+            forces.append(family.arrays.load_force[own])
         return np.concatenate(found, axis=1), np.concatenate(forces, axis=1)
 
     @cached_property
@@ -427,9 +427,9 @@ class _Places:
     def summed(
         places: np.ndarray, values: Sequence[np.ndarray], shape: tuple[int, ...]
     ) -> np.ndarray:
-        """Contributions added up at their places."""
+        """Contributions added up at their places; what has none stands behind the last."""
         size = math.prod(shape)
-        return np.bincount(places, np.concatenate(values), size).reshape(shape)
+        return np.bincount(places, np.concatenate(values), size + 1)[:size].reshape(shape)
 
 
 def _slices(start: int, sizes: Sequence[int]) -> tuple[slice, ...]:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.statics.chain import BodyLoad, ChainTerms, Moved
-from robostiff.statics.element import Element, FiniteJoint, FiniteSpring, Placement
+from robostiff.statics.element import Element, FiniteJoint, Law, Placement
 from robostiff.statics.finite_turn import FiniteTurn, crossed, skews, turn_and_rates
 
 _IDENTITY = np.eye(3)
@@ -48,36 +48,79 @@ class _Energies:
 
 
 class MovingChains:
-    """Elements of chains alike as arrays.
+    """Elements of chains as arrays: in each slot a chain has an element of its kind, or none.
+
+    Where it has none, nothing moves: a joint without axis, or an elastic part without modes.
 
     Parameters
     ----------
-    elements : sequence of FiniteJoint or FiniteSpring
+    kinds : sequence of str
+        Of the slots: ``turn``, ``slide`` or ``spring``.
+    sizes : sequence of int
+        Coordinates in each slot, of the chain that has most.
+    chains : sequence of sequences of FiniteJoint or FiniteSpring
+        Elements of every chain, each of so many legs.
+    slots : sequence of arrays of int
+        Of these elements.
     loads : sequence of BodyLoad
-    count : int
-        Number of chains N.
+        Behind slots.
+    legs : int
+        Rows are those of the first chain, then of the next.
     body_rows : sequence of int
-        Coordinates of the body at the start, where that moves.
+        Coordinates of the bodies at the starts, where some of them move.
+    moves : array of bool
+        Rows whose body at the start moves.
     """
 
     def __init__(
         self,
-        elements: Sequence[Element],
+        kinds: Sequence[str],
+        sizes: Sequence[int] | np.ndarray,
+        chains: Sequence[Sequence[Element]],
+        slots: Sequence[np.ndarray],
         loads: Sequence[BodyLoad],
-        count: int,
+        legs: int,
         body_rows: Sequence[int],
+        moves: np.ndarray,
     ) -> None:
-        self.elements, self.count = tuple(elements), count
-        K, N = len(self.elements), count
+        self.slots, self.count = len(kinds), legs * len(chains)
+        N, K = self.count, self.slots
         self.point = np.zeros((N, K, 3))
-        starts = np.cumsum([0, *(e.size for e in elements)])
+        starts = np.cumsum([0, *sizes])
         self.size = int(starts[-1])
-        joints = [(k, e) for k, e in enumerate(elements) if isinstance(e, FiniteJoint)]
-        springs = [(k, e) for k, e in enumerate(elements) if isinstance(e, FiniteSpring)]
-        for k, e in enumerate(elements):
-            self.point[:, k] = e.point
-        self._set_joints(joints, starts)
-        self._set_springs(springs, starts)
+        is_spring = np.array([kind == "spring" for kind in kinds], dtype=bool)
+        self.joint_elements, self.spring_elements = (
+            np.flatnonzero(own) for own in (~is_spring, is_spring)
+        )
+        at = np.where(is_spring, np.cumsum(is_spring), np.cumsum(~is_spring)) - 1
+        J, S = len(self.joint_elements), len(self.spring_elements)
+        self.joint_places = starts[self.joint_elements]
+        self.axis, self.slide = np.zeros((N, J, 3)), np.zeros((N, J, 1))
+        self.stiffness, self.preload = np.zeros((N, J)), np.zeros((N, J))
+        #: Row, joint, and law of what is no linear spring.
+        self.laws: list[tuple[int, int, Law]] = []
+        self.own_axes, self.modes = np.zeros((N, S, 3, 3)), np.zeros((N, S, 6, 6))
+        self.own_axes[...] = _IDENTITY
+        self.mode_stiffness = np.zeros((N, S, 6))
+        self.axial, self.G = np.zeros((N, S, 1)), np.zeros((N, S, 6, 6))
+        for c, (elements, own) in enumerate(zip(chains, slots, strict=True)):
+            rows = slice(c * legs, (c + 1) * legs)
+            for e, k in zip(elements, own, strict=True):
+                self.point[rows, k] = e.point
+                self._put(e, rows, int(at[k]))
+        self.turning = np.array([[float(kinds[k] == "turn")] for k in self.joint_elements]).reshape(
+            J, 1
+        )
+        self.axis_skew = skews(self.axis)
+        self.axis_skew_squared = self.axis_skew @ self.axis_skew
+        within = [np.arange(sizes[k]) for k in self.spring_elements]
+        #: Which of the 6 S coordinates there are, and their places in x.
+        self.full = np.concatenate(
+            [np.zeros(0, int), *(6 * i + own for i, own in enumerate(within))]
+        )
+        places = zip(starts[self.spring_elements], within, strict=True)
+        self.spring_places = np.concatenate([np.zeros(0, int), *(k + own for k, own in places)])
+        self.has_bowing = bool(np.any(self.axial))
         self.loads = tuple(loads)
         self.load_point = np.zeros((N, len(loads), 3))
         self.load_force = np.zeros((N, len(loads), 3))
@@ -85,51 +128,26 @@ class MovingChains:
             self.load_point[:, i], self.load_force[:, i] = load.point, load.force
         self.load_after = np.array([load.after for load in loads], dtype=int)
         self.body_rows = list(body_rows)
+        self.moves = moves.astype(float)[:, None, None]
         self._set_order(starts)
 
-    def _set_joints(self, joints: Sequence[tuple[int, FiniteJoint]], starts: np.ndarray) -> None:
-        N, J = self.count, len(joints)
-        self.joint_elements = np.array([k for k, _ in joints], dtype=int)
-        self.joint_places = starts[self.joint_elements]
-        self.axis, self.slide = np.zeros((N, J, 3)), np.zeros((N, J, 1))
-        self.stiffness, self.preload = np.zeros((N, J)), np.zeros((N, J))
-        for i, (_, e) in enumerate(joints):
-            self.axis[:, i], self.slide[:, i, 0] = e.axis, e.slide
-            self.stiffness[:, i], self.preload[:, i] = e.stiffness, e.preload
-        #: Leg, joint, and law of what is no linear spring.
-        self.laws = [
-            (n, i, law)
-            for i, (_, e) in enumerate(joints)
-            for n, law in enumerate(e.laws)
-            if law is not None
-        ]
-        self.turning = np.array([[float(e.turns)] for _, e in joints]).reshape(J, 1)
-        self.axis_skew = skews(self.axis)
-        self.axis_skew_squared = self.axis_skew @ self.axis_skew
-
-    def _set_springs(self, springs: Sequence[tuple[int, FiniteSpring]], starts: np.ndarray) -> None:
-        N, S = self.count, len(springs)
-        self.spring_elements = np.array([k for k, _ in springs], dtype=int)
-        self.own_axes, self.modes = np.zeros((N, S, 3, 3)), np.zeros((N, S, 6, 6))
-        self.mode_stiffness = np.zeros((N, S, 6))
-        self.axial, self.G = np.zeros((N, S, 1)), np.zeros((N, S, 6, 6))
-        full, places = [], []
-        for i, (k, e) in enumerate(springs):
-            m = e.size
-            self.own_axes[:, i], self.modes[:, i, :, :m] = e.rotation, e.modes
-            self.mode_stiffness[:, i, :m] = e.stiffness
-            if e.bowing is not None:
-                self.axial[:, i, 0], self.G[:, i] = e.bowing.axial, e.bowing.G
-            full += [6 * i + j for j in range(m)]
-            places += [starts[k] + j for j in range(m)]
-        #: Which of the 6 S coordinates there are, and their places in x.
-        self.full = np.array(full, dtype=int)
-        self.spring_places = np.array(places, dtype=int)
-        self.has_bowing = bool(np.any(self.axial))
+    def _put(self, e: Element, rows: slice, i: int) -> None:
+        """An element of some rows as the i-th joint or elastic part."""
+        if isinstance(e, FiniteJoint):
+            self.axis[rows, i], self.slide[rows, i, 0] = e.axis, e.slide
+            self.stiffness[rows, i], self.preload[rows, i] = e.stiffness, e.preload
+            self.laws += [
+                (rows.start + n, i, law) for n, law in enumerate(e.laws) if law is not None
+            ]
+            return
+        self.own_axes[rows, i], self.modes[rows, i, :, : e.size] = e.rotation, e.modes
+        self.mode_stiffness[rows, i, : e.size] = e.stiffness
+        if e.bowing is not None:
+            self.axial[rows, i, 0], self.G[rows, i] = e.bowing.axial, e.bowing.G
 
     def _set_order(self, starts: np.ndarray) -> None:
         body = len(self.body_rows)
-        own = np.repeat(np.arange(len(self.elements)), np.diff(starts))
+        own = np.repeat(np.arange(self.slots), np.diff(starts))
         #: Element that moves by each unknown, counted from the body at the start.
         self.order = np.concatenate([np.zeros(body, dtype=int), own + bool(body)])
         self.nearer = self.order[:, None] < self.order[None, :]
@@ -265,7 +283,7 @@ class MovingChains:
             gradient[:, self.spring_columns] += stored.gradient.reshape(self.count, -1)[
                 :, self.full
             ]
-            beyond = m[:, self.spring_elements + (C.shape[1] - len(self.elements))]
+            beyond = m[:, self.spring_elements + (C.shape[1] - self.slots)]
             axes = motion.T[:, self.spring_elements, :3, :3] @ self.own_axes
             about = (np.swapaxes(axes, -1, -2) @ beyond[..., None])[..., 0]
             V = self.modes[:, :, 3:]
@@ -295,7 +313,7 @@ class MovingChains:
                 to[:, self.spring_columns] = np.swapaxes(by, -1, -2).reshape(N, -1, 3)[:, self.full]
         if body and centre is not None:
             unit = np.eye(6)[self.body_rows]
-            v[:, :body], w[:, :body] = unit[:, :3], unit[:, 3:]
+            v[:, :body], w[:, :body] = self.moves * unit[:, :3], self.moves * unit[:, 3:]
             C = np.concatenate([centre[:, None], C], axis=1)
         return w, v, C
 
@@ -356,17 +374,17 @@ class MovingChains:
 
     def _reach(self, elements: int) -> np.ndarray:
         """Which element, counted from the body at the start, feels which load (K, L)."""
-        return np.arange(elements)[:, None] < self.load_after + (elements - len(self.elements))
+        return np.arange(elements)[:, None] < self.load_after + (elements - self.slots)
 
-    def energies(self, x: np.ndarray) -> list[np.ndarray]:
-        """Elastic energy of every element (N,) [J], preloads left out."""
-        found = np.zeros((self.count, len(self.elements)))
+    def energies(self, x: np.ndarray) -> np.ndarray:
+        """Elastic energy in every slot (N, K) [J], preloads left out."""
+        found = np.zeros((self.count, self.slots))
         found[:, self.joint_elements] = 0.5 * self.stiffness * x[:, self.joint_places] ** 2
         for n, i, law in self.laws:
             found[n, self.joint_elements[i]] = law.energy(float(x[n, self.joint_places[i]]))
         if len(self.spring_elements):
             found[:, self.spring_elements] = self._stored(x).value
-        return list(found.T)
+        return found
 
     def load_potential(self, x: np.ndarray, start: Placement | None) -> np.ndarray:
         """Potential of whole loads and preloads, 0 at the unloaded posture (N,) [J]."""

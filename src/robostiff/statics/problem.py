@@ -193,7 +193,7 @@ class EquilibriumProblem:
                 lacking[g] = closures[g].solve(eq.A, wanted, refinements)
                 inverse, found = lacking[g].inverse, lacking[g].found
             else:
-                inverse = equilibrated(eq.A)
+                inverse = equilibrated(eq.A, group.arrow)
                 found = inverse.solve(wanted, refinements)
             regular = regular and bool(np.all(inverse.regular))
             ends = [group.wrench_places[i] for i in group.on_platform]
@@ -244,7 +244,7 @@ class EquilibriumProblem:
             return False
         if any(np.any(own.drive.preload) for g in self.groups for own in g.couplings):
             return False
-        return not any(family.arrays.is_loaded for g in self.groups for family in g.families)
+        return not any(group.family.arrays.is_loaded for group in self.groups)
 
     def under_load(self, known: Linearised, loading: LoadCase, factor: float) -> Linearised:
         """The equations at the unloaded posture, from those without load.
