@@ -13,13 +13,12 @@ from pydantic import (
     Field,
     RootModel,
     Tag,
-    ValidationError,
     field_validator,
 )
 
 from robostiff.errors import FileError, InputError, Location
 from robostiff.io.document import parse_document
-from robostiff.io.validation import file_error, validate
+from robostiff.io.validation import validate
 
 
 class Part(BaseModel):
@@ -208,21 +207,3 @@ def test_the_unknown_key_comes_first_and_the_others_follow():
     ]
     both = complaint("pair: [x, y]").splitlines()
     assert [line.split(" ")[1] for line in both] == ["pair[0]:", "pair[1]:"]
-
-
-def test_part_of_a_document():
-    document = parse_document(f"sections: [{{{ONE_BAR}}}, {{{ONE_BAR}, cuont: 2}}]", file="f.yaml")
-    assert validate(Bar, document, at=["sections", 0]).width == 1
-    with pytest.raises(FileError, match=r"f.yaml:1:59: sections\[1\]\.cuont: unknown key"):
-        validate(Bar, document, at=["sections", 1])
-
-
-def test_converted_data_keep_the_places_of_the_document():
-    document = parse_document("bars: [{shape: bar, width: 300 mm, count: nine}]", file="f.yaml")
-    converted = {"shape": "bar", "width": 0.3, "count": 9}
-    with pytest.raises(ValidationError) as caught:
-        Bar.model_validate(converted)
-    error = file_error(caught.value, Bar, document, at=["bars", 0], data=converted)
-    assert str(error) == (
-        "f.yaml:1:43: bars[0].count: wrong value: got 9, expected a number of at most 4"
-    )

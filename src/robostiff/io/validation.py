@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from robostiff.errors import FileError
-from robostiff.io._problem import Problem, Rank, part, problem
+from robostiff.io._problem import Problem, Rank, problem
 from robostiff.io.document import Document
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -17,15 +17,13 @@ _MOST_OF_A_KIND = 100
 _MOST_SHOWN = 20
 
 
-def validate(model: type[Model], document: Document, at: Sequence[str | int] = ()) -> Model:
-    """Read a document, or a part of it, as a file model.
+def validate(model: type[Model], document: Document) -> Model:
+    """Read a document as a file model.
 
     Parameters
     ----------
     model : type of pydantic.BaseModel
     document : Document
-    at : sequence of str and int
-        Path of the part to read; the whole document when left out.
 
     Returns
     -------
@@ -52,41 +50,15 @@ def validate(model: type[Model], document: Document, at: Sequence[str | int] = (
     robostiff.errors.FileError: robot.yaml:1:1: lenght: unknown key: ...; did you mean length?
     """
     try:
-        return model.model_validate(part(document.data, at))
+        return model.model_validate(document.data)
     except ValidationError as error:
-        raise file_error(error, model, document, at) from None
+        raise _file_error(error, model, document) from None
 
 
-def file_error(
-    error: ValidationError,
-    model: type[BaseModel],
-    document: Document,
-    at: Sequence[str | int] = (),
-    data: Any = None,
-) -> FileError:
-    """The validation error of a model as an error in a file.
-
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-        Of `model`.
-    model : type of pydantic.BaseModel
-    document : Document
-        For places.
-    at : sequence of str and int
-        Path in the document of what was validated.
-    data
-        What was validated, if it is not what the document says there but came from it by some
-        conversion.
-
-    Returns
-    -------
-    FileError
-        For the most specific mistake; further ones follow in the order of the file.
-    """
-    data = part(document.data, at) if data is None else data
+def _file_error(error: ValidationError, model: type[BaseModel], document: Document) -> FileError:
+    """The most specific mistake; further ones follow in the order of the file."""
     entries = error.errors(include_url=False)
-    problems = [problem(dict(details), model, data) for details in _some(entries)]
+    problems = [problem(dict(details), model, document.data) for details in _some(entries)]
     by_path: dict[tuple[str | int, ...], list[Problem]] = {}
     for found in sorted(problems, key=lambda found: (found.rank, -len(found.path))):
         own = by_path.setdefault(found.path, [])
@@ -97,10 +69,10 @@ def file_error(
     follows = {found.meant for found in problems}
     follows |= {path[:k] for path in by_path for k in range(len(path))}
     chief, *rest = [path for path in by_path if path not in follows] or list(by_path)[:1]
-    others = [_complaint(by_path[path], document, at) for path in rest]
+    others = [_complaint(by_path[path], document) for path in rest]
     others.sort(key=lambda other: (other.location.line or 0, other.location.column or 0))
     uncounted = len(entries) - len(problems) + len(others[_MOST_SHOWN:])
-    return _complaint(by_path[chief], document, at, others[:_MOST_SHOWN], uncounted)
+    return _complaint(by_path[chief], document, others[:_MOST_SHOWN], uncounted)
 
 
 def _some(entries: Sequence[Any]) -> list[Any]:
@@ -117,13 +89,12 @@ def _some(entries: Sequence[Any]) -> list[Any]:
 def _complaint(
     same: Sequence[Problem],
     document: Document,
-    at: Sequence[str | int],
     others: Sequence[FileError] = (),
     uncounted: int = 0,
 ) -> FileError:
     """The problems at one path as one error."""
     chief = same[0]
-    path = (*at, *chief.path)
+    path = chief.path
     unknown = chief.rank is Rank.UNKNOWN_KEY
     place = document.key_location(path) if unknown else document.location(path)
     subject, got, hint = chief.subject, chief.got, chief.hint
