@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.cable_tensions import cable_tensions
+from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.result import about_point
 from robostiff.cables import (
     CableStatus,
-    PlacedCables,
     TensionRule,
     axial_stiffness,
     elastic_stiffness,
@@ -34,7 +32,7 @@ from robostiff.spatial import Space
 
 
 @dataclass(frozen=True, repr=False)
-class CableStiffness:
+class CableStiffness(CableAnswer):
     """Stiffness of a cable robot about a point, in world axes, with tensions and status.
 
     Attributes
@@ -63,29 +61,17 @@ class CableStiffness:
     tolerance : Tolerance
     """
 
-    name: str
-    cable_names: tuple[str, ...]
-    pose: np.ndarray
-    placed: PlacedCables
     tensions: np.ndarray
     axial: np.ndarray
-    wrench: np.ndarray
     load_point: np.ndarray
-    status_codes: np.ndarray
     held_rank: np.ndarray
     rank: np.ndarray
-    rule: str
     tolerance: Tolerance
 
     @property
     def space(self) -> Space:
         """Spatial (6 x 6) or planar (3 x 3)."""
         return self.placed.space
-
-    @property
-    def batch_shape(self) -> tuple[int, ...]:
-        """Shape of the batch of poses, () for a single one."""
-        return self.status_codes.shape
 
     @property
     def reference_point(self) -> np.ndarray:
@@ -154,19 +140,9 @@ class CableStiffness:
         return C
 
     @property
-    def status(self) -> CableStatus:
-        """Status of a single pose; of a batch, all flags that hold at any pose."""
-        return CableStatus(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
-
-    @property
     def answered(self) -> np.ndarray:
         """Where there is a stiffness matrix (...)."""
         return (self.status_codes & int(WITHOUT_STIFFNESS)) == 0
-
-    @property
-    def advice(self) -> tuple[str, ...]:
-        """Advice about this result, a sentence each."""
-        return self.status.advice
 
     @property
     def untensioned(self) -> tuple[str, ...]:
@@ -198,21 +174,6 @@ class CableStiffness:
         v = placed.reference_point - self.reference_point
         wrench = moved_wrench(self.wrench, v, self.space)
         return replace(self, placed=placed, wrench=wrench)
-
-    def __getitem__(self, index: Any) -> CableStiffness:
-        """The answer at one pose, or at some poses, of a batch."""
-        return replace(
-            self,
-            pose=self.pose[index],
-            placed=self.placed[index],
-            tensions=self.tensions[index],
-            axial=self.axial[index],
-            wrench=self.wrench[index],
-            load_point=self.load_point[index],
-            status_codes=np.asarray(self.status_codes[index]),
-            held_rank=np.asarray(self.held_rank[index]),
-            rank=np.asarray(self.rank[index]),
-        )
 
     def __repr__(self) -> str:
         if self.batch_shape:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any, cast
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,7 +30,41 @@ _NO_LENGTH = 1e-9  # of the characteristic length
 
 
 @dataclass(frozen=True, repr=False)
-class CableTensions:
+class CableAnswer:
+    """What results of cable robots have in common, at a pose or a batch of poses."""
+
+    name: str
+    cable_names: tuple[str, ...]
+    pose: np.ndarray
+    placed: PlacedCables
+    wrench: np.ndarray
+    status_codes: np.ndarray
+    rule: str
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch of poses, () for a single one."""
+        return self.status_codes.shape
+
+    @property
+    def status(self) -> CableStatus:
+        """Status of a single pose; of a batch, all flags that hold at any pose."""
+        return CableStatus(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """Advice about this result, a sentence each."""
+        return self.status.advice
+
+    def __getitem__(self, index: Any) -> Self:
+        """The answer at one pose, or at some poses, of a batch."""
+        every = {own.name: getattr(self, own.name) for own in fields(self)}
+        arrays = {n: np.asarray(v[index]) for n, v in every.items() if isinstance(v, np.ndarray)}
+        return replace(self, placed=self.placed[index], **arrays)
+
+
+@dataclass(frozen=True, repr=False)
+class CableTensions(CableAnswer):
     """Tensions of the cables at a pose or a batch of poses.
 
     Attributes
@@ -52,14 +86,7 @@ class CableTensions:
         How they were chosen.
     """
 
-    name: str
-    cable_names: tuple[str, ...]
-    pose: np.ndarray
-    placed: PlacedCables
-    wrench: np.ndarray
     values: np.ndarray
-    status_codes: np.ndarray
-    rule: str
 
     @property
     def tensions(self) -> np.ndarray:
@@ -82,32 +109,6 @@ class CableTensions:
         """Where there are tensions (...)."""
         without = CableStatus.INFEASIBLE | CableStatus.NO_LENGTH | CableStatus.RULE_FAILED
         return (self.status_codes & int(without)) == 0
-
-    @property
-    def batch_shape(self) -> tuple[int, ...]:
-        """Shape of the batch of poses, () for a single one."""
-        return self.status_codes.shape
-
-    @property
-    def status(self) -> CableStatus:
-        """Status of a single pose; of a batch, all flags that hold at any pose."""
-        return CableStatus(int(np.bitwise_or.reduce(self.status_codes, axis=None)))
-
-    @property
-    def advice(self) -> tuple[str, ...]:
-        """Advice about this result, a sentence each."""
-        return self.status.advice
-
-    def __getitem__(self, index: Any) -> CableTensions:
-        """The answer at one pose, or at some poses, of a batch."""
-        return replace(
-            self,
-            pose=self.pose[index],
-            placed=self.placed[index],
-            wrench=self.wrench[index],
-            values=self.values[index],
-            status_codes=np.asarray(self.status_codes[index]),
-        )
 
     def __repr__(self) -> str:
         if self.batch_shape:
