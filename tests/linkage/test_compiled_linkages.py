@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.compiled import machine_code_is_available
+from robostiff.compiled import Backend, machine_code_is_available
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.model import Actuated, Passive, beam_link, prismatic, spherical
+from robostiff.robots import robot_file
 from tests.linkage.robots_as_linkages import drives_at, five_bar, linkage_of
 from tests.linkage.test_robots_and_networks import _closed, _frame, _parallel
 
@@ -181,3 +182,67 @@ def test_values_that_do_not_fit_are_refused():
     ):
         with pytest.raises(rs.InputError, match=complaint):
             fast.evaluate(values)
+
+
+def pantograph(folder: Path, name: str) -> Path:
+    """The double pantograph with the modulus of its bars among the parameters."""
+    side = robot_file("double-pantograph")
+    text = side.read_text().replace("{E: 70 GPa,", "{E: E,")
+    text = text.replace("  k: 1e6 N/m", "  E: 70 GPa\n  k: 1e6 N/m")
+    path = folder / name
+    path.write_text(text)
+    (folder / "double-pantograph.xml").write_bytes(side.with_suffix(".xml").read_bytes())
+    return path
+
+
+def test_stiffnesses_may_be_inputs(tmp_path):
+    """Of a drive and of a material, a value a pose; also where the network answers."""
+    path = pantograph(tmp_path, "lift.yaml")
+    linkage = rs.load_linkage(path, symbols=("k", "E"))
+    assert [str(symbol) for symbol in linkage.symbols] == ["E", "k"]
+    fast = rs.compile(linkage, parameters=("k", "E"), backend=Backend.ARRAYS)
+    assert fast.verified
+    assert (fast.inputs, fast.parameters) == (("screw",), ("E", "k"))
+    screw, k, E = np.array([-0.15, 0.02, 0.05]), np.array([2e5, 1e6, 7e6]), 1.1e11
+    answers = [fast.evaluate({"screw": screw}, parameters={"k": k, "E": E})]
+    networks = replace(fast, verified=False)
+    answers.append(networks.evaluate({"screw": screw}, parameters={"k": k, "E": E}))
+    assert not answers[0].guarded.any()
+    assert answers[1].guarded.all()
+    for i in range(3):
+        own = rs.load_linkage(path, {"k": float(k[i]), "E": E})
+        K = rs.stiffness(own.network_at({"screw": float(screw[i])})).K
+        for answer in answers:
+            assert np.allclose(answer.values["K"][i], K, rtol=0, atol=1e-11 * K.max())
+    at_nominal = fast.evaluate({"screw": screw}).values["K"]
+    plain = rs.compile(linkage, backend=Backend.ARRAYS).evaluate({"screw": screw}).values["K"]
+    assert np.allclose(at_nominal, plain, rtol=0, atol=1e-12 * plain.max())
+
+
+def test_the_rate_of_stiffness_by_a_parameter():
+    linkage = rs.load_linkage("double-pantograph", symbols=("k",))
+    by_k = rs.Derivative(rs.StiffnessMatrix(), "k")
+    rates = rs.compile(linkage, [by_k], parameters=("k",), backend=Backend.ARRAYS).evaluate(
+        {"screw": [0.03]}
+    )
+    fast = rs.compile(linkage, parameters=("k",), backend=Backend.ARRAYS)
+    low, high = (
+        fast.evaluate({"screw": [0.03]}, parameters={"k": 1e6 + step}).values["K"]
+        for step in (-1e3, 1e3)
+    )
+    rate = rates.values[by_k.name]
+    assert np.allclose((high - low) / 2e3, rate, rtol=0, atol=1e-5 * np.abs(rate).max())
+
+
+def test_symbols_of_linkages_that_cannot_be():
+    with pytest.raises(rs.InputError, match="parameters of stiffnesses"):
+        rs.load_linkage("double-pantograph", symbols=("stroke",))
+    linkage = rs.load_linkage("double-pantograph", symbols=("k",))
+    for question in (rs.stiffness, linkage.network_at):
+        with pytest.raises(rs.InputError, match="symbols without a number: k"):
+            question(*([linkage] if question is rs.stiffness else []))
+    with pytest.raises(rs.InputError, match="expected a symbol: k"):
+        rs.compile(linkage, parameters=("stiffness",))
+    fast = rs.compile(linkage, parameters=("k",), backend=Backend.ARRAYS)
+    with pytest.raises(rs.InputError, match="positive"):
+        fast.evaluate({"screw": [0.0]}, parameters={"k": -1.0})

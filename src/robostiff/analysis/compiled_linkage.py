@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import (
     CompiledAnswer,
@@ -15,7 +16,7 @@ from robostiff.analysis.compiled_answer import (
     put_careful,
 )
 from robostiff.analysis.guarded_values import AtGeneralPoses, CheckedResults, closes
-from robostiff.analysis.kernel_inputs import InputRows
+from robostiff.analysis.kernel_inputs import InputRows, ParameterValues, with_parameters
 from robostiff.analysis.linkage_stiffness import FREE, SUBJECT, linkage_stiffness
 from robostiff.analysis.record_agreement import differences
 from robostiff.compiled import (
@@ -30,8 +31,10 @@ from robostiff.compiled import (
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status
 from robostiff.errors import DisagreementError, InputError
 from robostiff.linkage import Configuration, DrivenLinkage, DriveValues, Linkage
+from robostiff.linkage.driven import coordinate_names
 from robostiff.linkage.recorded_stiffness import record_linkage
 from robostiff.recorded import RecordedRobot
+from robostiff.recorded.parameters import parameter_samples
 
 _OTHER_SEED = 47
 _NEARER = 4  # how often samples are drawn nearer to home
@@ -44,9 +47,9 @@ class CompiledLinkage:
     Attributes
     ----------
     driven : DrivenLinkage
-        The part between base and platform, and what drives it.
+        The part between base and platform, and what drives it. Its symbols are the parameters.
     kernel : Kernel
-        Takes the coordinates of the drives.
+        Takes the coordinates of the drives, then parameters.
     rank : int
         At a general pose.
     status : Status
@@ -72,9 +75,20 @@ class CompiledLinkage:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the coordinates that it takes."""
-        return self.kernel.inputs
+        return self.driven.inputs
 
-    def evaluate(self, values: DriveValues, *, threads: int = 1) -> CompiledAnswer:
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters, which may differ from pose to pose."""
+        return tuple(str(symbol) for symbol in self.driven.part.symbols)
+
+    def evaluate(
+        self,
+        values: DriveValues,
+        *,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        threads: int = 1,
+    ) -> CompiledAnswer:
         """Outputs, status and rank at many values of the driven joints.
 
         Parameters
@@ -82,6 +96,8 @@ class CompiledLinkage:
         values : (N, n) array, or mapping of str to (N,) arrays
             Coordinates of the drives in the order of `inputs`, one pose a row; or by the names of
             the joints, (N, size) for a joint with several; those left out stay at home [m, rad].
+        parameters : mapping of str to a number or (N,) array, optional
+            Values of parameters, in SI units; nominal where left out.
         threads : int
 
         Raises
@@ -89,31 +105,46 @@ class CompiledLinkage:
         InputError
             When the values do not fit the driven joints.
         """
-        answer, rows = self._attempt(values, threads)
-        again = np.flatnonzero(answer.guarded)
-        if again.size:
-            result = linkage_stiffness(self.driven, rows[again])
+        answer, rows, given = self._attempt(values, parameters, threads)
+        for part, again in given.groups(answer.guarded):
+            result = linkage_stiffness(replace(self.driven, part=part), rows[again])
             put_careful(answer, again, result, self.kernel.outputs, self.rank)
         return answer
 
-    def attempt(self, values: DriveValues, *, threads: int = 1) -> CompiledAnswer:
+    def attempt(
+        self,
+        values: DriveValues,
+        *,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        threads: int = 1,
+    ) -> CompiledAnswer:
         """As `evaluate`, but poses that are ``guarded`` are left to the caller.
 
         What stands there in the answer must not be used.
         """
-        return self._attempt(values, threads)[0]
+        return self._attempt(values, parameters, threads)[0]
 
-    def results(self, values: DriveValues) -> Iterator[tuple[slice, CheckedResults]]:
+    def results(
+        self, values: DriveValues, *, parameters: Mapping[str, ArrayLike] | None = None
+    ) -> Iterator[tuple[slice, CheckedResults]]:
         """Which poses, and rows of results at them, chunk by chunk; see `CompiledRobot.results`."""
-        inputs = _as_inputs(_one_a_row(self.driven, values))
+        inputs = _as_inputs(*self._given(values, parameters))
         general = AtGeneralPoses(self.rank, self.status, self.verified)
         yield from checked_chunks(self.kernel, inputs, general, slice(0, len(inputs.missed)))
 
-    def _attempt(self, values: DriveValues, threads: int) -> tuple[CompiledAnswer, np.ndarray]:
+    def _attempt(
+        self, values: DriveValues, parameters: Mapping[str, ArrayLike] | None, threads: int
+    ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues[Linkage]]:
         threads = whole_threads(threads)
-        rows = _one_a_row(self.driven, values)
+        rows, given = self._given(values, parameters)
         general = AtGeneralPoses(self.rank, self.status, self.verified)
-        return attempted(self.kernel, _as_inputs(rows), general, threads), rows
+        return attempted(self.kernel, _as_inputs(rows, given), general, threads), rows, given
+
+    def _given(
+        self, values: DriveValues, parameters: Mapping[str, ArrayLike] | None
+    ) -> tuple[np.ndarray, ParameterValues[Linkage]]:
+        rows = _one_a_row(self.driven, values)
+        return rows, ParameterValues.of(self.driven.part, parameters, len(rows))
 
 
 def _one_a_row(driven: DrivenLinkage, values: DriveValues) -> np.ndarray:
@@ -142,6 +173,7 @@ def compile_linkage(
     outputs: Sequence[Output] = (StiffnessMatrix(),),
     *,
     joints: Sequence[str] | None = None,
+    parameters: Sequence[str] = (),
     backend: Backend = Backend.BEST,
 ) -> CompiledLinkage:
     """Record the stiffness of a linkage once, for evaluation at many configurations.
@@ -158,6 +190,8 @@ def compile_linkage(
     joints : sequence of str, optional
         Names of the joints that drive it; all actuated ones when left out. The other ones follow,
         as in ``linkage.network_at``.
+    parameters : sequence of str
+        Names of symbols that stay open, to be given with the poses.
     backend : Backend
         ``Backend.MACHINE``, ``Backend.ARRAYS``, or the ``BEST`` there is.
 
@@ -183,7 +217,9 @@ def compile_linkage(
     >>> bool(np.allclose(K[-1], there, rtol=1e-9, atol=1e-9 * there.max()))
     True
     """
-    return compile_driven(DrivenLinkage.of(linkage, joints), checked_outputs(outputs), backend)
+    names = [name for c in linkage.connections for name in coordinate_names(c)]
+    driven = DrivenLinkage.of(with_parameters(linkage, parameters, names), joints)
+    return compile_driven(driven, checked_outputs(outputs), backend)
 
 
 def compile_driven(
@@ -248,13 +284,18 @@ class _Recorded:
         kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
         strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-9)
         trusted = True
-        for own in (self.samples, driven.samples(_OTHER_SEED, self.nearer)):
+        other = driven.samples(_OTHER_SEED, self.nearer)
+        for seed, own in enumerate((self.samples, other)):
             rows = np.array([driven.given_in(one) for one in own])
-            rows = rows[closes(kernel, kernel.evaluate(rows.T))]
-            if not len(rows):
+            some = {name: values[seed] for name, values in parameter_samples(driven.part).items()}
+            given = ParameterValues.of(driven.part, some, len(rows))
+            closed = closes(kernel, kernel.evaluate(_as_inputs(rows, given).rows))
+            if not closed.any():
                 return False
-            answer = attempted(kernel, _as_inputs(rows), general, 1)
-            careful = linkage_stiffness(driven, rows, strict)
+            rows, given = rows[closed], replace(given, rows=given.rows[:, closed])
+            answer = attempted(kernel, _as_inputs(rows, given), general, 1)
+            part = driven.part.substituted(some) if some else driven.part
+            careful = linkage_stiffness(replace(driven, part=part), rows, strict)
             doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
             trusted &= not doubtful.any()
             K, rank, codes = answer.values["K"], answer.rank, answer.status_codes
@@ -277,6 +318,8 @@ def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:
     )
 
 
-def _as_inputs(rows: np.ndarray) -> InputRows:
+def _as_inputs(rows: np.ndarray, given: ParameterValues[Linkage]) -> InputRows:
     none = np.zeros(len(rows), dtype=bool)
-    return InputRows(rows.T, none, none)
+    return InputRows(
+        np.concatenate([rows.T, given.rows]) if len(given.rows) else rows.T, none, none
+    )

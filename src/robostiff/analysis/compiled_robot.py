@@ -157,7 +157,7 @@ class CompiledRobot:
 
     def _attempt(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
-    ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues]:
+    ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues[Robot]]:
         threads = whole_threads(threads)
         inputs, given, parameter_values = self._inputs_of(pose, parameters)
         general = AtGeneralPoses(self.rank, self.status, self.verified)
@@ -166,7 +166,7 @@ class CompiledRobot:
 
     def _inputs_of(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None
-    ) -> tuple[InputRows, np.ndarray, ParameterValues]:
+    ) -> tuple[InputRows, np.ndarray, ParameterValues[Robot]]:
         inputs = _inputs_of(self.robot, self._kernel_for(pose), self.joint_kernel)
         given = inputs.checked(pose)
         values = ParameterValues.of(self.robot, parameters, len(given))
@@ -196,6 +196,7 @@ def compile_robot(
     robot: Linkage,
     outputs: Sequence[Output] = (StiffnessMatrix(),),
     *,
+    parameters: Sequence[str] = (),
     joints: Sequence[str] | None = None,
     backend: Backend = Backend.BEST,
 ) -> CompiledLinkage: ...
@@ -257,11 +258,9 @@ def compile_robot(
     (1000, 6)
     """
     if isinstance(robot, Linkage):
-        if parameters:
-            raise InputError(
-                f"parameters of linkage {robot.name!r}", got=parameters, expected="none"
-            )
-        return compile_linkage(robot, outputs, joints=joints, backend=backend)
+        return compile_linkage(
+            robot, outputs, joints=joints, parameters=parameters, backend=backend
+        )
     if not isinstance(robot, Robot):
         raise InputError(
             "robot to compile",

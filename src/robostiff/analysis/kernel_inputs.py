@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,27 +20,30 @@ from robostiff.kinematics import (
 )
 from robostiff.kinematics.pose import check_held_sums, coordinate_units, joint_units
 from robostiff.model import Robot
+from robostiff.model.entries import OfSymbols, numeric, substitute
 from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import is_rigid_transform
 
 
 @dataclass(frozen=True)
-class ParameterValues:
+class ParameterValues(Generic[OfSymbols]):
     """Values of the symbols of a robot at N poses.
 
     Attributes
     ----------
-    robot : Robot
+    robot : Robot or Linkage
         With symbols; without any, there is one robot for all poses.
     rows : (parameters, N) array
         Sorted by the names of the parameters.
     """
 
-    robot: Robot
+    robot: OfSymbols
     rows: np.ndarray
 
     @classmethod
-    def of(cls, robot: Robot, given: Mapping[str, ArrayLike] | None, count: int) -> ParameterValues:
+    def of(
+        cls, robot: OfSymbols, given: Mapping[str, ArrayLike] | None, count: int
+    ) -> ParameterValues[OfSymbols]:
         """Given values, one for all poses or one a pose, and nominal ones for the rest."""
         names = [str(symbol) for symbol in robot.symbols]
         given = given or {}
@@ -65,7 +69,7 @@ class ParameterValues:
                 )
         return cls(robot, rows)
 
-    def groups(self, chosen: np.ndarray) -> Iterator[tuple[Robot, np.ndarray]]:
+    def groups(self, chosen: np.ndarray) -> Iterator[tuple[OfSymbols, np.ndarray]]:
         """A robot of numbers for each set of values among chosen poses, and its poses."""
         where = np.flatnonzero(chosen)
         if not len(self.rows):
@@ -75,12 +79,12 @@ class ParameterValues:
         values, kinds = np.unique(self.rows[:, where], axis=1, return_inverse=True)
         names = [str(symbol) for symbol in self.robot.symbols]
         for k, own in enumerate(values.T):
-            robot = self.robot.substituted(dict(zip(names, own.tolist(), strict=True)))
+            robot = substitute(self.robot, dict(zip(names, own.tolist(), strict=True)))
             yield robot, where[kinds.ravel() == k]
 
 
-def with_parameters(robot: Robot, names: Sequence[str], taken: Sequence[str]) -> Robot:
-    """The robot with symbols for some of its parameters, and nominal values for the others.
+def with_parameters(robot: OfSymbols, names: Sequence[str], taken: Sequence[str]) -> OfSymbols:
+    """The robot or linkage with symbols for some parameters, and nominal values for the others.
 
     Parameters
     ----------
@@ -114,11 +118,13 @@ def with_parameters(robot: Robot, names: Sequence[str], taken: Sequence[str]) ->
                 expected="a name that is no coordinate",
                 hint="rename it in the model file",
             )
-    robot.numeric  # noqa: B018  raises where a nominal value is missing
+    if not robot.has_formulas:
+        return robot
+    in_numbers = numeric(robot)  # raises where a nominal value is missing
     if not names:
-        return robot.numeric
+        return in_numbers
     others = {name: robot.nominal[name] for name in symbols if name not in names}
-    return robot.substituted(others)
+    return substitute(robot, others)
 
 
 # Of the length: legs that miss the platform by more are no matter for a record, which takes for
@@ -190,7 +196,7 @@ class KernelInputs:
             check_held_sums(self.robot, given)
         return given
 
-    def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues) -> InputRows:
+    def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues[Robot]) -> InputRows:
         """Rows of inputs, and the poses that are known to be out of reach."""
         missed, loose = np.zeros((2, len(given)), dtype=bool)
         by_joints = isinstance(pose, JointCoordinates)

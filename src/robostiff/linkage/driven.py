@@ -94,7 +94,7 @@ class DrivenLinkage:
         InputError
             When a name is no joint of the linkage.
         """
-        part = _tidied(essential(linkage))
+        part = _tidied(essential(linkage.in_floats))
         if joints is None:
             return cls(part, _actuated(part), close(part))
         linkage.check_names(joints)

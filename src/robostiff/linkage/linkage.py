@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 from robostiff.errors import InputError
 from robostiff.model import Joint, Link
 from robostiff.model.checks import finite_coordinates
+from robostiff.model.entries import free_symbols, in_floats, numeric, substitute
 from robostiff.spatial import Frame, Space, refuse_quantities
 
 if TYPE_CHECKING:
@@ -79,6 +81,8 @@ class Linkage:
         Joints that keep their home coordinates while loops are closed; locked ones always do.
     title, source : str
         What it is, and where its numbers come from.
+    nominal : mapping of str to float
+        The values in SI units that a side file gives to the symbols of its stiffnesses.
 
     Raises
     ------
@@ -103,6 +107,7 @@ class Linkage:
     held: frozenset[str] = field(default_factory=frozenset)
     title: str = ""
     source: str = ""
+    nominal: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         seen: set[str] = set()
@@ -134,6 +139,30 @@ class Linkage:
     def __getstate__(self) -> dict[str, Any]:
         """Without what is kept of earlier questions."""
         return {name: own for name, own in vars(self).items() if not name.startswith("_")}
+
+    @cached_property
+    def symbols(self) -> tuple[Any, ...]:
+        """The SymPy symbols that its stiffnesses depend on, sorted by name."""
+        return free_symbols(self)
+
+    @property
+    def has_formulas(self) -> bool:
+        """Whether a stiffness is a formula."""
+        return bool(self.symbols)
+
+    @property
+    def numeric(self) -> Linkage:
+        """The linkage with all symbols at their nominal values."""
+        return numeric(self) if self.symbols else self
+
+    @property
+    def in_floats(self) -> Linkage:
+        """The linkage itself; an InputError where it has symbols."""
+        return in_floats(self) if self.symbols else self
+
+    def substituted(self, values: Mapping[Any, Any]) -> Linkage:
+        """The linkage with values in place of some of its symbols, in SI units."""
+        return substitute(self, values)
 
     @property
     def space(self) -> Space:

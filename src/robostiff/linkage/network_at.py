@@ -35,7 +35,7 @@ def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
 def closed_at(linkage: Linkage, values: JointValues | None = None) -> tuple[Linkage, Configuration]:
     """The part of a linkage between base and platform, closed; as `network_at`."""
     given = linkage.checked(values or {})
-    part = essential(linkage)
+    part = essential(linkage.in_floats)
     felt = {joint.name for joint in part.joints}
     found = close(part, {name: q.tolist() for name, q in given.items() if name in felt})
     if not found.is_closed:

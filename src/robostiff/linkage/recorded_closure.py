@@ -15,7 +15,7 @@ from robostiff.linkage.driven import DrivenLinkage, coordinate_names, named
 from robostiff.linkage.linkage import Connection
 from robostiff.model import Joint
 from robostiff.record import Record
-from robostiff.recorded.closure import RecordedClosure, steps_from_home
+from robostiff.recorded.closure import RecordedClosure, steps_from_home, with_nominal
 from robostiff.recorded.newton_step import (
     ClosureGroup,
     Opening,
@@ -49,7 +49,7 @@ def record_linkage_closure(
     by_name = {c.name: c for c in part.connections}
     drives = [by_name[name] for name in driven.drives]
     closed = [*samples, driven.home]  # the last one is home: a pivot that vanishes there is none
-    given = _sampled(drives, closed)
+    given = _sampled(drives, closed) | with_nominal(part)
     state = _sampled(following, closed)
     record = Record({**given, **state})
     bodies = Bodies.of(tree, coordinates(driven, record, (*drives, *following)))

@@ -40,6 +40,7 @@ from robostiff.recorded.elimination import (
 )
 from robostiff.recorded.factor import factors_of
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
+from robostiff.recorded.parameters import parameter_samples, with_inputs
 from robostiff.recorded.rigidity import at_samples
 from robostiff.recorded.robot import RecordedRobot
 from robostiff.recorded.working_frame import (
@@ -73,7 +74,7 @@ class _Flow:
 def record_linkage(
     driven: DrivenLinkage, samples: Sequence[Configuration]
 ) -> tuple[RecordedRobot | None, tuple[str, ...]]:
-    """Record the stiffness of a linkage; the inputs are the coordinates of its drives.
+    """Record the stiffness of a linkage; inputs are the coordinates of its drives, then symbols.
 
     Parameters
     ----------
@@ -104,13 +105,16 @@ def record_linkage(
     closure, undetermined = record_linkage_closure(driven, samples)
     if closure is None:
         return None, undetermined
-    part = driven.part
-    record = Record(sampled_coordinates(driven, samples))
+    parameters = parameter_samples(driven.part)
+    record = Record(sampled_coordinates(driven, samples) | parameters)
+    part = with_inputs(driven.part, record)
     moving = [c for c in part.connections if c.name in _moved(driven, samples)]
-    bodies = Bodies.of(driven.tree, coordinates(driven, record, moving))
+    bodies = Bodies.of(spanning_tree(part), coordinates(driven, record, moving))
     reference = bodies.frames[part.platform].at(Frame(np.eye(3), part.reference_point)).p
     reference = np.array([record.simplified(x, driven.home.length) for x in reference])
-    length = network_of(part, driven.home).characteristic_length or driven.home.length
+    length = (
+        network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
+    )
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
     leg = _Circulation(part, bodies, recorder).leg
     K = stiffness_entries([leg], 6)

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.spatial.formula import exact_number, is_formula
 
-if TYPE_CHECKING:
-    from robostiff.model.robot import Robot
+Symbolic = Any
+"""A robot or linkage: it has `name`, `nominal`, `symbols` and `has_formulas`."""
+OfSymbols = TypeVar("OfSymbols", bound=Symbolic)
 
 # Limits and laws of drives and nominal values of symbols are not part of a formula.
 _NO_ENTRIES = frozenset(("limits", "nominal", "laws"))
 
 
-def with_entries(robot: Robot, convert: Callable[[Any], Any]) -> Robot:
-    """The same robot with ``convert(entry)`` in place of every number or formula.
+def with_entries(robot: OfSymbols, convert: Callable[[Any], Any]) -> OfSymbols:
+    """The same robot, or linkage, with ``convert(entry)`` in place of every number or formula.
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot or Linkage
     convert : callable
         Gets a Python float, or a formula as it is; gives a float or a formula, of SymPy or of any
         kind that has ``free_symbols``. The limits of drives and the nominal values of symbols are
@@ -31,7 +32,7 @@ def with_entries(robot: Robot, convert: Callable[[Any], Any]) -> Robot:
 
     Returns
     -------
-    Robot
+    Robot or Linkage
         With arrays of floats where all their entries are floats, and of objects elsewhere.
 
     Raises
@@ -99,13 +100,13 @@ def _is_number(part: Any) -> bool:
     return isinstance(part, int | float | np.number) and not isinstance(part, bool)
 
 
-def free_symbols(robot: Robot) -> tuple[Any, ...]:
+def free_symbols(robot: Any) -> tuple[Any, ...]:
     """The symbols in the formulas of a robot, sorted by name."""
     found = set().union(*(formula.free_symbols for formula in formulas(robot)))
     return tuple(sorted(found, key=str))
 
 
-def substitute(robot: Robot, values: Mapping[Any, Any]) -> Robot:
+def substitute(robot: OfSymbols, values: Mapping[Any, Any]) -> OfSymbols:
     """The robot with values in place of some of its symbols, see `Robot.substituted`."""
     by_name: dict[str, list[Any]] = {}
     for symbol in robot.symbols:
@@ -136,7 +137,7 @@ def substitute(robot: Robot, values: Mapping[Any, Any]) -> Robot:
     return replace(with_entries(robot, put_in), nominal=nominal)
 
 
-def numeric(robot: Robot) -> Robot:
+def numeric(robot: OfSymbols) -> OfSymbols:
     """The robot with all symbols at their nominal values, see `Robot.numeric`."""
     missing = [str(symbol) for symbol in robot.symbols if str(symbol) not in robot.nominal]
     if missing:
@@ -149,7 +150,7 @@ def numeric(robot: Robot) -> Robot:
     return substitute(robot, {str(symbol): robot.nominal[str(symbol)] for symbol in robot.symbols})
 
 
-def in_floats(robot: Robot) -> Robot:
+def in_floats(robot: OfSymbols) -> OfSymbols:
     """The robot with floats in place of exact numbers, see `Robot.in_floats`."""
     if not robot.symbols:
         return substitute(robot, {})

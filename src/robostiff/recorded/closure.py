@@ -16,6 +16,7 @@ from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.model import ALL_COORDINATES, Actuated, Robot
+from robostiff.model.entries import Symbolic
 from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, derivatives, least
 from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
 from robostiff.recorded.parameters import (
@@ -218,7 +219,7 @@ class _Guess:
         q_home = np.concatenate([solver.home for solver in finder.solvers])
         pose = np.concatenate([closed.pose, finder.home_pose[None]])
         q = np.concatenate([q, q_home[None]])
-        parameters = _with_nominal(robot)
+        parameters = with_nominal(robot)
         inputs = {names[k]: pose[:, k] for k in chosen} | parameters
         free = np.concatenate([leg.chain.free for leg in robot.legs])
         state = {name: pose[:, k] for k, name in open_.items()}
@@ -251,7 +252,7 @@ class _Guess:
         )
 
 
-def _with_nominal(robot: Robot) -> dict[str, np.ndarray]:
+def with_nominal(robot: Symbolic) -> dict[str, np.ndarray]:
     """Values of the parameters at the samples, the nominal ones last, as at home."""
     samples = parameter_samples(robot)
     return {name: np.append(own, float(robot.nominal[name])) for name, own in samples.items()}

@@ -13,6 +13,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, posture_finder
 from robostiff.model import Robot, with_entries
+from robostiff.model.entries import OfSymbols, Symbolic
 from robostiff.record import (
     Entry,
     Record,
@@ -174,7 +175,7 @@ _SPREAD = 0.02  # of the nominal values
 _SEED = 1911
 
 
-def parameter_samples(robot: Robot, seed: int | None = None) -> dict[str, np.ndarray]:
+def parameter_samples(robot: Symbolic, seed: int | None = None) -> dict[str, np.ndarray]:
     """Values of the symbols of a robot around the nominal ones, by name (samples,); {} of none.
 
     Another seed gives others than those of the records.
@@ -195,7 +196,7 @@ def parameter_samples(robot: Robot, seed: int | None = None) -> dict[str, np.nda
     return samples
 
 
-def with_inputs(robot: Robot, record: Record) -> Robot:
+def with_inputs(robot: OfSymbols, record: Record) -> OfSymbols:
     """The robot with the inputs of a record in place of its symbols, and floats elsewhere."""
     if not robot.has_formulas:
         return robot

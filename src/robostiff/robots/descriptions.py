@@ -11,6 +11,7 @@ from robostiff.io.suggest import Words
 
 if TYPE_CHECKING:
     from robostiff.io.document import Document
+    from robostiff.io.model_file.symbols import Symbols
     from robostiff.io.rigid_tree import RigidTree
     from robostiff.linkage import Linkage
     from robostiff.model import Robot
@@ -87,6 +88,7 @@ def load_linkage(
     path: str | Path,
     parameters: Mapping[str, str | float] | None = None,
     *,
+    symbols: Symbols = (),
     side: str | Path | None = None,
     allow_xacro: bool = False,
 ) -> Linkage:
@@ -102,6 +104,9 @@ def load_linkage(
         a shipped linkage.
     parameters : mapping of str to (str or float), optional
         Other values for some of the side file's parameters.
+    symbols : iterable of str
+        Parameters of stiffnesses that stay SymPy symbols of the same name, for
+        ``rs.compile(linkage, parameters=...)``.
     side : str or path, optional
         The side file; the one beside the description when left out.
     allow_xacro : bool
@@ -120,7 +125,7 @@ def load_linkage(
         path = robot_file(str(path))
     if is_description(path):
         document = read_side(path, side)
-        return linkage_of_tree(_tree(path), document, parameters)
+        return linkage_of_tree(_tree(path), document, parameters, symbols)
     document = read_document(path)
     if not names_description(document):
         raise FileError(
@@ -129,7 +134,8 @@ def load_linkage(
             got=Words("a file that is no robot description"),
             expected="URDF, xacro or MJCF, or a side file with robot: FILE",
         )
-    return linkage_of_tree(_tree(_description_of(document, allow_xacro)), document, parameters)
+    tree = _tree(_description_of(document, allow_xacro))
+    return linkage_of_tree(tree, document, parameters, symbols)
 
 
 def _description_of(document: Document, allow_xacro: bool) -> Path:

@@ -191,7 +191,7 @@ def modes(
     problem, known, state, status = _about(question, given)
     if known is None or state is None:
         return Modes(question.name, question.space, status)
-    more = unit_weights(masses or {}, {"platform": problem.point} | question.places)
+    more = unit_weights(masses or {}, {"platform": problem.point, **question.places})
     weights = postures.question(0, at, more, None, beams, _UNIT if own else None).problem
     each = _vibrating(problem, weights, known, state)
     return Modes(question.name, question.space, status, each, question.snapshot)

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Container, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document, read_document
+from robostiff.io.expression import exact_mathematics
 from robostiff.io.model_file.build import verified
 from robostiff.io.model_file.place import Place, point, top_place
 from robostiff.io.model_file.stock import Stock
+from robostiff.io.model_file.symbols import Symbols, chosen_parameters, symbolic_values
 from robostiff.io.model_file.written_robot import VERSION, check_version
 from robostiff.io.rigid_tree.build_joints import (
     build_joints,
@@ -43,8 +46,9 @@ from robostiff.linkage import (
     with_roles,
 )
 from robostiff.linkage.network_at import network_of
-from robostiff.model import Coordinate, Joint, Robot
+from robostiff.model import Coordinate, Joint, Link, Robot
 from robostiff.model.chain import is_elastic
+from robostiff.model.entries import free_symbols
 from robostiff.network import Network
 
 
@@ -199,9 +203,14 @@ def robot_of_tree(
 
 
 def linkage_of_tree(
-    tree: RigidTree, side: Document, parameters: Mapping[str, str | float] | None = None
+    tree: RigidTree,
+    side: Document,
+    parameters: Mapping[str, str | float] | None = None,
+    symbols: Symbols = (),
 ) -> Linkage:
     """The linkage that a tree and a side file describe, for any configuration.
+
+    Parameters that are `symbols` stay so in its stiffnesses; they are none of its dimensions.
 
     Raises
     ------
@@ -213,7 +222,41 @@ def linkage_of_tree(
     _check_is_elastic(part, top)
     felt = {joint.name for joint in part.joints}
     _refuse_followers(undecided_mimics(written, tree, top) & felt, top)
-    return linkage
+    names = chosen_parameters(symbols, written.parameters, parameters or {})
+    if not names:
+        return linkage
+    quantities, nominal = symbolic_values(names, top.names)
+    overrides = {**(parameters or {}), **quantities}
+    top = top_place(side, written.parameters, overrides, exact_mathematics())
+    try:
+        return _with_symbols(linkage, build_linkage(top, written, tree), nominal)
+    except (InputError, TypeError):  # a dimension that is computed with a symbol is no number
+        raise InputError(
+            f"symbols of linkage {linkage.name!r}",
+            got=names,
+            expected="parameters of stiffnesses, elastic parts and masses alone",
+            hint="give values to parameters of dimensions: load_linkage(path, {NAME: ...})",
+        ) from None
+
+
+def _with_symbols(known: Linkage, symbolic: Linkage, nominal: Mapping[str, float]) -> Linkage:
+    """The linkage of numbers with the stiffnesses of one with symbols."""
+    connections = []
+    for own, other in zip(known.connections, symbolic.connections, strict=True):
+        element, given = own.element, other.element
+        if isinstance(element, Joint) and isinstance(given, Joint):
+            k = getattr(given.role, "stiffness", None)
+            if free_symbols(k):
+                element = replace(element, role=replace(element.role, stiffness=k))
+        elif isinstance(element, Link) and free_symbols(given):
+            given = cast("Link", given)
+            element = replace(element, elasticity=given.elasticity, masses=given.masses)
+        connections.append(replace(own, element=element))
+    plain = [(c.before, c.after, getattr(c.element, "to", None)) for c in symbolic.connections]
+    homes = [getattr(c.element, "home", None) for c in symbolic.connections]
+    if free_symbols((tuple(plain), tuple(homes), symbolic.reference_point)):
+        raise InputError("dimensions", got="symbols", expected="numbers")
+    return replace(known, connections=tuple(connections), nominal=nominal)
 
 
 def _read(
