@@ -8,8 +8,7 @@ import xarray
 
 import robostiff as rs
 from robostiff import Axis, Batched, Compiled, Grid, Quantity, RandomPoses, Threads
-from robostiff.analysis.maps.compiled_evaluator import CompiledEvaluator
-from robostiff.analysis.maps.evaluator import BatchedEvaluator
+from robostiff.analysis.maps.evaluator import BatchedEvaluator, CompiledEvaluator
 from robostiff.analysis.maps.pose_columns import joint_columns, pose_columns
 from robostiff.analysis.maps.request import checked_request
 from tests.analysis.maps.robots import loaded

@@ -1,17 +1,19 @@
-"""Values of a map for a block of poses: the interface, and the batched form behind it."""
+"""Values of a map for a block of poses: by the batched form, and by kernels that it guards."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
+from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
 from robostiff.analysis.deflection_under_load import leg_loads
 from robostiff.analysis.guarded_values import (
+    CheckedResults,
     compliance_where_answered,
     origin_to_reference,
     stiffness_where_answered,
@@ -25,117 +27,27 @@ from robostiff.analysis.measures import (
     worst_deflection,
 )
 from robostiff.analysis.result import RobotStiffness
+from robostiff.compiled import (
+    Backend,
+    DeflectionUnder,
+    Output,
+    PrincipalStiffness,
+    StiffnessMatrix,
+    WorstDeflection,
+    unpack,
+)
 from robostiff.elastostatics import Status
+from robostiff.errors import InputError
 from robostiff.kinematics import find_posture, freedom_twist
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated, Robot
 from robostiff.spatial import move_wrench
 from robostiff.spatial.batch import empty_batch
 
-
-class PoseBatch:
-    """Results from which the quantities of a map are computed, each computed once.
-
-    Parameters
-    ----------
-    robot : Robot
-    columns : PoseColumns
-    poses : (N, n_coordinates) array
-        [m, rad].
-    near : (size,) array, optional
-        Joint coordinates of all legs that choose the posture [m, rad].
-    """
-
-    def __init__(
-        self,
-        robot: Robot | Linkage,
-        columns: PoseColumns,
-        poses: np.ndarray,
-        near: np.ndarray | None = None,
-    ) -> None:
-        self.robot = robot
-        self.columns = columns
-        self.poses = poses
-        self.near = near
-
-    @cached_property
-    def result(self) -> RobotStiffness:
-        """Stiffness at all poses."""
-        return careful_stiffness(self.robot, self.columns.as_pose(self.poses), near=self.near)
-
-    @cached_property
-    def rank(self) -> np.ndarray:
-        """Rank of K (N,); -1 where out of reach."""
-        return self.result.rank
-
-    @cached_property
-    def offset(self) -> np.ndarray:
-        """From where the answer was computed to the reference point (N, 3) or (N, 2) [m]."""
-        return origin_to_reference(self.result)
-
-    @cached_property
-    def K(self) -> np.ndarray:
-        """Stiffness matrices (N, n, n); NaN where there is none."""
-        return stiffness_where_answered(self.result)
-
-    @cached_property
-    def compliance(self) -> np.ndarray:
-        """Compliance matrices (N, n, n); NaN where there is none."""
-        return compliance_where_answered(self.result)
-
-    def moved(self, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Twist of the reference point under a wrench, and where the load drives a free motion.
-
-        The least displacement, where free motions remain that the load does not feel.
-
-        Returns
-        -------
-        twist : (N, n) array
-            [m, rad]; NaN where there is none.
-        unbalanced : (N,) array of bool
-        """
-        return twists_under(self.result, wrench)
-
-
-def actuator_forces(batch: PoseBatch, twist: np.ndarray, wrench: np.ndarray) -> np.ndarray:
-    """Load on each actuator along its coordinate (N, actuators) [N or N m].
-
-    Of what a leg carries an actuator feels the part along its own motion.
-
-    Parameters
-    ----------
-    batch : PoseBatch
-    twist : (N, n) array
-        Of the reference point under the wrench; NaN where there is none.
-    wrench : (n,) array
-        About the reference point.
-    """
-    result, robot = batch.result, batch.robot
-    if not isinstance(robot, Robot):
-        raise TypeError("actuator forces of a linkage are no quantity of maps")
-    known = np.isfinite(twist[:, 0])
-    whole = np.broadcast_to(wrench, (len(twist), len(wrench)))
-    loads = leg_loads(result[known], move_wrench(whole, -batch.offset)[known])
-    pose = batch.columns.as_pose(batch.poses)
-    posture = find_posture(robot, pose, near=batch.near)
-    rows = list(robot.space.rows)
-    columns = [
-        (i, freedom_twist(freedom, result.origin)[..., rows])
-        for i, leg in enumerate(posture.snapshot.legs)
-        for freedom in leg.freedoms
-        if isinstance(freedom.role, Actuated)
-    ]
-    out = empty_batch((len(twist),), (len(columns),))
-    out[...] = np.nan
-    if loads is not None:
-        for k, (i, column) in enumerate(columns):
-            out[known, k] = np.einsum("...i,...i->...", column[known], loads.wrenches[i])
-    return out
-
-
 # Poses at once: few enough for the cache.
 _CHUNK = 4096
 _NETWORKS = 128
+_OF_K = {Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES}
 
 
 class Evaluator(Protocol):
@@ -238,27 +150,182 @@ class BatchedEvaluator:
         return out
 
     def _chunk(self, poses: np.ndarray) -> dict[str, np.ndarray]:
-        batch = PoseBatch(
-            self.robot, self.columns, poses, np.array(self.near) if self.near else None
-        )
-        status = batch.result.status_codes
-        found: dict[str, np.ndarray] = {"rank": batch.rank}
+        pose = self.columns.as_pose(poses)
+        result = careful_stiffness(self.robot, pose, near=self._near)
+        status, rank = result.status_codes, result.rank
+        K = stiffness_where_answered(result) if _OF_K & set(self.quantities) else np.empty(0)
+        found: dict[str, np.ndarray] = {"rank": rank}
         if Quantity.STIFFNESS in self.quantities:
-            found["K"] = batch.K
+            found["K"] = K
         if Quantity.PRINCIPAL_STIFFNESS in self.quantities:
-            found |= principal_stiffnesses(batch.K)
+            found |= principal_stiffnesses(K)
         if Quantity.WORST_DEFLECTION in self.quantities:
-            found |= worst_deflection(batch.compliance)
+            found |= worst_deflection(compliance_where_answered(result))
         if Quantity.INDICES in self.quantities:
-            found |= stiffness_indices(batch.K, batch.rank, self.length)
+            found |= stiffness_indices(K, rank, self.length)
         if self.wrench:
             F = np.array(self.wrench)
-            twist, unbalanced = batch.moved(F)
+            twist, unbalanced = twists_under(result, F)
             status = status | unbalanced * np.uint8(Status.UNBALANCED)
             d = self.robot.space.translations
             if Quantity.DEFLECTION in self.quantities:
                 found |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
             if Quantity.ACTUATOR_FORCES in self.quantities:
-                found["actuator_force"] = actuator_forces(batch, twist, F)
+                known = np.isfinite(twist[:, 0])
+                found["actuator_force"] = self._actuator_forces(pose, result, known, F)
         found["status"] = status
         return found
+
+    @property
+    def _near(self) -> np.ndarray | None:
+        return np.array(self.near) if self.near else None
+
+    def _actuator_forces(
+        self, pose: Any, result: RobotStiffness, known: np.ndarray, wrench: np.ndarray
+    ) -> np.ndarray:
+        """Load on each actuator (N, actuators) [N or N m]: what its leg carries along it."""
+        if not isinstance(self.robot, Robot):
+            raise TypeError("actuator forces of a linkage are no quantity of maps")
+        whole = np.broadcast_to(wrench, (len(known), len(wrench)))
+        about_origin = move_wrench(whole, -origin_to_reference(result))
+        loads = leg_loads(result[known], about_origin[known])
+        posture = find_posture(self.robot, pose, near=self._near)
+        rows = list(self.robot.space.rows)
+        columns = [
+            (i, freedom_twist(freedom, result.origin)[..., rows])
+            for i, leg in enumerate(posture.snapshot.legs)
+            for freedom in leg.freedoms
+            if isinstance(freedom.role, Actuated)
+        ]
+        out = empty_batch((len(known),), (len(columns),))
+        out[...] = np.nan
+        if loads is not None:
+            for k, (i, column) in enumerate(columns):
+                out[known, k] = np.einsum("...i,...i->...", column[known], loads.wrenches[i])
+        return out
+
+
+# Poses at once, at most: their rows of inputs and results take some 30 MB.
+_MOST = 2**18
+
+_STIFFNESS, _PRINCIPAL = StiffnessMatrix(), PrincipalStiffness()
+_WORST = WorstDeflection()
+
+
+@dataclass(frozen=True)
+class CompiledEvaluator:
+    """The kernel of a robot, guarded by the batched form of the same quantities.
+
+    Attributes
+    ----------
+    compiled : CompiledRobot or CompiledLinkage
+    batched : BatchedEvaluator
+    """
+
+    compiled: CompiledRobot | CompiledLinkage
+    batched: BatchedEvaluator
+
+    @classmethod
+    def of(cls, batched: BatchedEvaluator, backend: Backend) -> CompiledEvaluator:
+        """The kernel for the quantities of a batched evaluator."""
+        robot, columns = batched.robot, batched.columns
+        subject = f"map of {robot.name!r} by a kernel"
+        if Quantity.ACTUATOR_FORCES in batched.quantities:
+            raise InputError(
+                subject, got="actuator forces", expected="other quantities", hint=_OTHERWISE
+            )
+        if isinstance(robot, Linkage):
+            joints = [name for name, _ in columns.drives]
+            return cls(
+                compile_linkage(robot, _outputs(batched), joints=joints, backend=backend), batched
+            )
+        free = tuple(coordinate.value for coordinate in robot.coordinates)
+        if not columns.of_joints and columns.names != free:
+            raise InputError(
+                subject,
+                got=" ".join(columns.names),
+                expected=f"coordinates that are free: {' '.join(free)}",
+                hint=_OTHERWISE,
+            )
+        compiled = compile_robot(robot, _outputs(batched), backend=backend)
+        if columns.of_joints and not compiled.takes_joints:
+            raise InputError(
+                subject, got="joint coordinates", expected=" ".join(free), hint=_OTHERWISE
+            )
+        return cls(compiled, batched)
+
+    @property
+    def method(self) -> str:
+        """Name of the method."""
+        careful = "networks" if self.batched.columns.drives else "wrench-basis"
+        return f"compiled record, {careful} where it is unsafe"
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The variables that `evaluate` returns."""
+        return self.batched.variables
+
+    @property
+    def most_poses(self) -> int:
+        """Enough to hide the cost of a block."""
+        return _MOST
+
+    def evaluate(
+        self, poses: np.ndarray, out: Mapping[str, np.ndarray] | None = None
+    ) -> Mapping[str, np.ndarray]:
+        """The variables at poses (N, n_coordinates), and which were ``guarded``."""
+        out = room_for(self.variables, len(poses)) if out is None else out
+        guarded = np.empty(len(poses), dtype=bool)
+        for where, found in self.compiled.results(self.batched.columns.as_pose(poses)):
+            self._fill({name: array[where] for name, array in out.items()}, found)
+            guarded[where] = found.guarded
+        rows = np.flatnonzero(guarded)
+        if rows.size:
+            again = np.ascontiguousarray(poses.T[:, rows]).T
+            for name, values in self.batched.evaluate(again).items():
+                out[name][rows] = values
+        return {**out, "guarded": guarded}
+
+    def _fill(self, out: Mapping[str, np.ndarray], found: CheckedResults) -> None:
+        """Put the results of a chunk into their places."""
+        quantities, rows = self.batched.quantities, found.rows
+        d = self.batched.robot.space.translations
+        out["rank"][...], out["status"][...] = found.rank, found.status_codes
+        if Quantity.STIFFNESS in quantities:
+            unpack(rows[_STIFFNESS.name], out["K"])
+        if Quantity.PRINCIPAL_STIFFNESS in quantities:
+            principal = rows[_PRINCIPAL.name]
+            # K is positive semidefinite; what is below zero is rounding.
+            np.maximum(principal, 0.0, out=principal)
+            unpack(principal[:d], out["translational_stiffness"])
+            unpack(principal[d:], out["rotational_stiffness"])
+        if Quantity.WORST_DEFLECTION in quantities:
+            unpack(rows[_WORST.name], out["worst_deflection"])
+        if Quantity.INDICES in quantities:
+            n = self.batched.robot.space.size
+            K = empty_batch(found.rank.shape, (n, n))
+            unpack(rows[_STIFFNESS.name], K)
+            K[found.guarded] = np.nan
+            for name, values in stiffness_indices(K, found.rank, self.batched.length).items():
+                out[name][...] = values
+        if Quantity.DEFLECTION in quantities:
+            twist = rows[DeflectionUnder.name]
+            unpack(twist[:d], out["displacement"])
+            unpack(twist[d:], out["rotation"])
+
+
+_OTHERWISE = "leave the method out, or write method=Batched()"
+
+
+def _outputs(batched: BatchedEvaluator) -> list[Output]:
+    quantities = batched.quantities
+    found: list[Output] = []
+    if {Quantity.STIFFNESS, Quantity.INDICES} & set(quantities):
+        found.append(_STIFFNESS)
+    if Quantity.PRINCIPAL_STIFFNESS in quantities:
+        found.append(_PRINCIPAL)
+    if Quantity.WORST_DEFLECTION in quantities:
+        found.append(_WORST)
+    if Quantity.DEFLECTION in quantities:
+        found.append(DeflectionUnder(batched.wrench))
+    return found

@@ -110,7 +110,21 @@ def check_units(source: PoseSource, units: Mapping[str, str]) -> None:
             )
 
 
-class PoseList:
+class _PosesInARow:
+    """What lists and random poses have in common: one dimension, and coordinates of each pose."""
+
+    dims = ("pose",)
+
+    def axis_values(self) -> Mapping[str, np.ndarray]:
+        """Each pose has coordinates of its own."""
+        return {}
+
+    def parameter(self) -> tuple[str, str, np.ndarray] | None:
+        """None, unless something such as time runs along the poses."""
+        return None
+
+
+class PoseList(_PosesInARow):
     """Poses one after another, such as a trajectory; coordinates left out stay at home.
 
     Parameters
@@ -133,8 +147,6 @@ class PoseList:
     >>> PoseList(["x", "z"], [[0, 0.8], [0.1, 0.8]], time=[0, 0.5]).shape
     (2,)
     """
-
-    dims = ("pose",)
 
     def __init__(
         self,
@@ -197,10 +209,6 @@ class PoseList:
         """Coordinates of some of the poses (names, N)."""
         return self._columns[:, part[0]]
 
-    def axis_values(self) -> Mapping[str, np.ndarray]:
-        """Each pose has coordinates of its own."""
-        return {}
-
     def parameter(self) -> tuple[str, str, np.ndarray] | None:
         """Time [s] or path length [m] of each pose."""
         return self._parameter
@@ -224,7 +232,7 @@ _MOST = 2**63
 
 
 @dataclass(frozen=True)
-class RandomPoses:
+class RandomPoses(_PosesInARow):
     """Independent, uniformly distributed poses; coordinates left out stay at home.
 
     Pose i depends on the seed and on i alone (a counter-based generator), so that blocks can be
@@ -287,11 +295,6 @@ class RandomPoses:
         return tuple(self.ranges)
 
     @property
-    def dims(self) -> tuple[str, ...]:
-        """One dimension."""
-        return ("pose",)
-
-    @property
     def shape(self) -> tuple[int, ...]:
         """How many poses there are."""
         return (int(self.count),)
@@ -308,13 +311,6 @@ class RandomPoses:
             block[k] = np.random.Generator(stream).random(stop - start + ahead)[ahead:]
             block[k] = low + (high - low) * block[k]
         return block
-
-    def axis_values(self) -> Mapping[str, np.ndarray]:
-        """Each pose has coordinates of its own."""
-        return {}
-
-    def parameter(self) -> None:
-        """None: random poses have no parameter."""
 
     def description(self) -> Mapping[str, Any]:
         """Count, ranges and seed."""

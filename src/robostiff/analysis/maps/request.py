@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.maps.compiled_evaluator import CompiledEvaluator
-from robostiff.analysis.maps.evaluator import BatchedEvaluator, Evaluator
+from robostiff.analysis.maps.evaluator import BatchedEvaluator, CompiledEvaluator, Evaluator
 from robostiff.analysis.maps.job import MapJob, Selection
 from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.pose_columns import columns_under_load, pose_columns
