@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -50,6 +49,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 _Blocks = Iterator[tuple[int, MapSummary]]
+_Run = Callable[[MapStore, Iterable[int]], _Blocks]
 _DEFAULT_QUANTITIES = (Quantity.PRINCIPAL_STIFFNESS,)
 
 
@@ -147,37 +147,30 @@ def stiffness_map(
             return arrays.dataset(followed(blocks, MapSummary(), total, progress))
         with TemporaryDirectory(prefix="robostiff-map-") as folder:
             path = Path(folder) / "map.zarr"
-            _fill(path, request, False, _Workforce(threads, workers, scheduler), progress)
+            _fill(path, request, False, _workforce(threads, workers, scheduler), progress)
             return open_map(path).load()
     path = Path(store)
-    _fill(path, request, resume, _Workforce(threads, workers, scheduler), progress)
+    _fill(path, request, resume, _workforce(threads, workers, scheduler), progress)
     return open_map(path)
 
 
-@dataclass(frozen=True)
-class _Workforce:
-    """Threads, processes or cluster that compute a map."""
-
-    threads: Threads | None
-    workers: int | None
-    scheduler: str | Client | Threads | None
-
-    @contextmanager
-    def ready(self) -> Iterator[Callable[[MapStore, Iterable[int]], _Blocks]]:
-        """The function that computes blocks of a store."""
-        threads = self.threads
-        if threads is not None:
-            yield lambda store, todo: run_in_threads(store.compute, todo, threads)
-        else:
-            with dask_client(self.workers, self.scheduler) as client:
-                yield lambda store, todo: run_on_dask(client, store, todo)
+@contextmanager
+def _workforce(
+    threads: Threads | None, workers: int | None, scheduler: str | Client | Threads | None
+) -> Iterator[_Run]:
+    """What computes blocks of a store: threads, processes or a cluster."""
+    if threads is not None:
+        yield lambda store, todo: run_in_threads(store.compute, todo, threads)
+    else:
+        with dask_client(workers, scheduler) as client:
+            yield lambda store, todo: run_on_dask(client, store, todo)
 
 
 def _fill(
     path: Path,
     request: MapRequest,
     resume: bool,
-    workforce: _Workforce,
+    workforce: AbstractContextManager[_Run],
     progress: Callable[[Progress], None] | None,
 ) -> None:
     """Begin a store, or take that of the same request, and compute what is not there yet."""
@@ -192,7 +185,7 @@ def _fill(
         if read_store(path).identity["complete"]:
             return
     partition = request.job.partition
-    with workforce.ready() as run:
+    with workforce as run:
         if not path.exists():
             create_store(path, request.job, identity, request.attributes)
         store = MapStore(path, request.job)
