@@ -80,7 +80,8 @@ def mode_table(found: Modes) -> Table:
     rows: list[list[Cell]] = []
     for i, mode in enumerate(found.each[:_LISTED], start=1):
         most = mode.shares[0] if mode.shares else None
-        part = "none" if most is None else f"{most.leg}/{most.part}, {100 * most.share:.0f} %"
+        share = "" if most is None else f"{100 * most.share:.0f}\N{NO-BREAK SPACE}%"
+        part = "none" if most is None else f"{most.leg}/{most.part}, {share}"
         rate: Cell = Number(mode.frequency, "Hz")
         if mode.growth != 0:
             rate = f"grows by {mode.growth:.4g} /s"

@@ -11,20 +11,15 @@ between them, and the last of them is that of the platform.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.elastostatics import (
-    CartesianStiffness,
-    Tolerance,
-    WrenchBasis,
-    aggregate,
-    scaling,
-    solve_chain,
-)
+from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
+from robostiff.elastostatics import Tolerance, scaling
 from robostiff.kinematics import freedom_twist, spring_compliance
 from robostiff.model import (
     CoupledFreedom,
@@ -199,30 +194,45 @@ class _LegSolver:
     space: Space
     length: np.ndarray
     tolerance: Tolerance
-    solved: dict[int, CartesianStiffness] = field(default_factory=dict)  # by id of the branch
 
     def motion(
         self, leg: PlacedLeg, t_start: np.ndarray, t_end: np.ndarray, F: np.ndarray
     ) -> LegMotion:
         """Motion of a leg whose ends move by t_start and t_end (6,) while it carries F (6,)."""
-        given = [self._compliance_and_freedoms(element) for element in leg.elements]
-        sprung = np.array([C @ F for C, _ in given])
+        known: tuple[SolvedBlock, ...] = ()
+        if leg.blocks:
+            args = (self.origin, self.space, self.length, self.tolerance)
+            known = leg_matrices(leg, *args).blocks
+        return self._motion(leg, known, t_start, t_end, F)
+
+    def _motion(
+        self,
+        leg: PlacedLeg,
+        known: Sequence[SolvedBlock],
+        t_start: np.ndarray,
+        t_end: np.ndarray,
+        F: np.ndarray,
+    ) -> LegMotion:
+        """The same with the blocks of the leg, which share their wrench among the branches."""
+        rows = list(self.space.rows)
+        blocks = iter(known)
+        solved = [next(blocks) if isinstance(e, PlacedBlock) else None for e in leg.elements]
+        given = [self._sprung_and_free(*own, F) for own in zip(leg.elements, solved, strict=True)]
         q = self._joint_motion(
-            np.concatenate([N for _, N in given], axis=1), t_end - t_start - sprung.sum(axis=0)
+            np.concatenate([N for _, N in given], axis=1),
+            t_end - t_start - np.sum([moved for moved, _ in given], axis=0),
         )
-        t, start = t_start, 0
-        twists, branches = [t_start], {}
-        motions = []
-        for i, (_, N) in enumerate(given):
-            motions.append(sprung[i] + N @ q[start : start + N.shape[1]])
+        motions, start = [], 0
+        for moved, N in given:
+            motions.append(moved + N @ q[start : start + N.shape[1]])
             start += N.shape[1]
-        for i, (element, own) in enumerate(
-            zip(leg.elements, self._shared(leg, motions), strict=True)
-        ):
-            if isinstance(element, PlacedBlock):
+        t, twists, branches = t_start, [t_start], {}
+        for i, (block, own) in enumerate(zip(solved, self._shared(leg, motions), strict=True)):
+            if block is not None:
+                parts = zip(block.placed.branches, block.branches, block.whole.shares, strict=True)
                 branches[i] = tuple(
-                    self.motion(branch, t, t + own, self._spatial_stiffness(branch) @ own)
-                    for branch in element.branches
+                    self._motion(branch, inner.blocks, t, t + own, _spatial(share @ F[rows], rows))
+                    for branch, inner, share in parts
                 )
             t = t + own
             twists.append(t)
@@ -246,50 +256,23 @@ class _LegSolver:
                     )
         return shared
 
-    def _compliance_and_freedoms(self, element: Element) -> tuple[np.ndarray, np.ndarray]:
-        """Compliance (6, 6) and free twists (6, k) of an element, about the origin."""
-        if isinstance(element, PlacedBlock):
-            return self._of_block(element)
+    def _sprung_and_free(
+        self, element: Element, block: SolvedBlock | None, F: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Deflection (6,) of an element under F (6,), and free twists (6, k), about the origin."""
+        if block is not None:
+            rows = list(self.space.rows)
+            whole = block.whole
+            N = np.zeros((6, int(np.count_nonzero(whole.present))))
+            N[rows] = whole.J_q[:, whole.present]
+            return _spatial(whole.C @ F[rows], rows), N
         if isinstance(element, PlacedSpring):
-            return spring_compliance(element, self.origin), np.zeros((6, 0))
-        column = freedom_twist(element, self.origin)
+            return spring_compliance(element, self.origin) @ F, np.zeros((6, 0))
+        column = freedom_twist(cast("PlacedFreedom", element), self.origin)
         if element.is_passive:
-            return np.zeros((6, 6)), column[:, None]
+            return np.zeros(6), column[:, None]
         C = 0.0 if element.stiffness is None else 1 / element.stiffness
-        return C * np.outer(column, column), np.zeros((6, 0))
-
-    def _of_block(self, block: PlacedBlock) -> tuple[np.ndarray, np.ndarray]:
-        whole = aggregate([self._solved(branch) for branch in block.branches])
-        s = scaling(self.length, self.space)
-        U, values, _ = np.linalg.svd(whole.held)
-        rank = int(np.count_nonzero(values > self.tolerance.independence))
-        held, free = U[:, :rank], U[:, rank:]
-        K = held.T @ (whole.matrix / np.outer(s, s)) @ held
-        C = held @ np.linalg.solve(K, held.T) / np.outer(s, s)
-        rows = list(self.space.rows)
-        C_spatial, N = np.zeros((6, 6)), np.zeros((6, free.shape[1]))
-        C_spatial[np.ix_(rows, rows)] = C
-        N[rows] = free / s[:, None]
-        return C_spatial, N
-
-    def _spatial_stiffness(self, branch: PlacedLeg) -> np.ndarray:
-        rows = list(self.space.rows)
-        K = np.zeros((6, 6))
-        K[np.ix_(rows, rows)] = self._solved(branch).matrix
-        return K
-
-    def _solved(self, branch: PlacedLeg) -> CartesianStiffness:
-        """The stiffness of a branch, which the block and its motion both need."""
-        if id(branch) not in self.solved:
-            self.solved[id(branch)] = self._stiffness_of(branch)
-        return self.solved[id(branch)]
-
-    def _stiffness_of(self, branch: PlacedLeg) -> CartesianStiffness:
-        rows = list(self.space.rows)
-        given = [self._compliance_and_freedoms(element) for element in branch.elements]
-        C = sum((C for C, _ in given), np.zeros((6, 6)))[np.ix_(rows, rows)]
-        J_q = np.concatenate([N for _, N in given], axis=1)[rows]
-        return solve_chain(C, J_q, WrenchBasis(), self.length, self.tolerance)
+        return C * (column @ F) * column, np.zeros((6, 0))
 
     def _joint_motion(self, N: np.ndarray, missing: np.ndarray) -> np.ndarray:
         """Least joint motion with twist N q = missing."""

@@ -92,7 +92,9 @@ class _MatplotlibPencil:
         elif isinstance(item, Text):
             place = tuple(self._places(item.point[None])[:, 0])
             look = {"color": colour, "fontsize": "x-small", "va": "bottom"}  # above its own line
-            handle = self.ax.text(*place, f"  {item.words}", **look)
+            right = self.picture.is_on_the_right(item.point)
+            words = f"{item.words}  " if right else f"  {item.words}"
+            handle = self.ax.text(*place, words, ha="right" if right else "left", **look)
         else:
             handle = self._faces(item, colour)
         if item.label:

@@ -34,7 +34,8 @@ _HEAD = 0.05  # of the picture
 _WIDER = 1.8  # pixels of a line to a point of its width
 _SCENE, _BELOW = 500, 16  # pixels; nothing is written below a scene but its legend
 _MARGIN = 0.04  # of the longest side of the box
-_WITH_NAMES = 1.15  # how much farther, so that names at the corners are not cut
+# How much farther, so that names at the corners and numbers on axes are not cut.
+_WITH_NAMES, _BESIDE_SCALE = 1.15, 1.25
 _EYE = {"x": 1.28, "y": -1.62, "z": 0.78}
 
 
@@ -50,7 +51,8 @@ def draw_scene(picture: Scene, palette: Palette) -> go.Figure:
     if picture.is_flat:
         across, up = {"title": x}, {"title": y, "scaleanchor": "x"}
         return figure(palette, picture.title, traces, picture.notes, _SCENE, xaxis=across, yaxis=up)
-    away = _WITH_NAMES if any(isinstance(item, Text) for item in picture.items) else 1.0
+    named = any(isinstance(item, Text) for item in picture.items)
+    away = _BESIDE_SCALE if picture.scale is not None else _WITH_NAMES if named else 1.0
     ratio, ranges = _filled(picture)
     scene = {
         "camera": {
@@ -99,9 +101,12 @@ class _PlotlyPencil:
         if isinstance(item, Arrow):
             return self._arrow(item, colour)
         if isinstance(item, Text):
-            look = {"textfont": {"color": colour, "size": 11}, "textposition": "top right"}
+            look: dict[str, Any] = {"textfont": {"color": colour, "size": 11}}
             # beside the mark, not on it
-            return [self._scatter(item.point[None], item, "text", text=[f"  {item.words}"], **look)]
+            words, look["textposition"] = f"  {item.words}", "top right"
+            if self.picture.is_on_the_right(item.point):
+                words, look["textposition"] = f"{item.words}  ", "top left"
+            return [self._scatter(item.point[None], item, "text", text=[words], **look)]
         return [self._surface(item, colour)]
 
     def _marks(self, item: Marks, colour: str) -> Any:

@@ -9,6 +9,9 @@ import numpy as np
 
 from robostiff.plot.picture.paint import ColourScale, Paint
 
+_TO_THE_RIGHT = np.array([0.79, 0.62])  # as spaces are seen at first
+_NEAR_EDGE = 0.2  # of the diagonal of the floor
+
 
 class LineWeight(Enum):
     """Width of a line, in points."""
@@ -136,6 +139,12 @@ class Scene:
             parts.append(self.frame)
         points = np.concatenate(parts)
         return points.min(axis=0), points.max(axis=0)
+
+    def is_on_the_right(self, point: np.ndarray) -> bool:
+        """Whether a point (3,) of a space is seen near the right edge, where axes have numbers."""
+        low, high = self.box
+        across = float((point - 0.5 * (low + high))[:2] @ _TO_THE_RIGHT)
+        return not self.is_flat and across > _NEAR_EDGE * float(np.linalg.norm((high - low)[:2]))
 
 
 def _points(item: Item) -> np.ndarray:
