@@ -224,6 +224,8 @@ class Deflection(InNotebooks):
         What each leg carries about ``stiffness.origin``, world axes [N, N m]; none for a network.
     work_of_loads : float or None
         Of forces and weights at bodies, on their displacements [J]; None where there are none.
+    leg_blocks : tuple of tuples of SolvedBlock
+        Parallel blocks of each leg, by which they share its wrench.
     """
 
     wrench: np.ndarray
@@ -235,6 +237,7 @@ class Deflection(InNotebooks):
     actuators: tuple[ActuatorLoad, ...] = ()
     leg_wrenches: tuple[np.ndarray, ...] = ()
     work_of_loads: float | None = None
+    leg_blocks: tuple[tuple[SolvedBlock, ...], ...] = ()
 
     @property
     def twist(self) -> np.ndarray:
@@ -316,6 +319,7 @@ def deflection_at(
         return Deflection(F, answer, answer.status | Status.UNBALANCED, None)
     t_origin, leg_wrenches = loads.twist, loads.wrenches
     parts: list[tuple[str, str, float]] = []
+    blocks: tuple[tuple[SolvedBlock, ...], ...] = ()
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
     work = None
@@ -328,10 +332,12 @@ def deflection_at(
         reactions += [JointReaction(*own) for own in carried.reactions]
         actuators += [ActuatorLoad(*own) for own in carried.actuators]
     else:
-        for leg, own in zip(placed.legs, leg_wrenches, strict=True):
+        blocks = tuple(_solved_blocks(leg, answer) for leg in placed.legs)
+        for leg, solved, own in zip(placed.legs, blocks, leg_wrenches, strict=True):
+            rows = list(answer.space.rows)
             F_leg = np.zeros(6)
-            F_leg[list(answer.space.rows)] = own
-            for element, F_element in _carried(leg, F_leg, answer):
+            F_leg[rows] = own
+            for element, F_element in _carried_by(leg, solved, F_leg, rows):
                 _add_element(
                     leg.name, element, F_element, answer.origin, parts, reactions, actuators
                 )
@@ -352,19 +358,16 @@ def deflection_at(
         actuators=tuple(actuators),
         leg_wrenches=tuple(leg_wrenches),
         work_of_loads=work,
+        leg_blocks=blocks,
     )
 
 
-def _carried(
-    leg: PlacedLeg, F_leg: np.ndarray, answer: RobotStiffness
-) -> Iterator[tuple[PlacedFreedom | PlacedSpring, np.ndarray]]:
-    """Every joint and elastic part of a leg, with the wrench that it carries about the origin."""
-    solved = ()
-    if leg.blocks:
-        known = answer.about_reference
-        own = leg_matrices(leg, answer.origin, answer.space, known.length, known.tolerance)
-        solved = own.blocks
-    yield from _carried_by(leg, solved, F_leg, list(answer.space.rows))
+def _solved_blocks(leg: PlacedLeg, answer: RobotStiffness) -> tuple[SolvedBlock, ...]:
+    """The parallel blocks of a leg, by which they share a wrench among their branches."""
+    if not leg.blocks:
+        return ()
+    known = answer.about_reference
+    return leg_matrices(leg, answer.origin, answer.space, known.length, known.tolerance).blocks
 
 
 def _carried_by(

@@ -88,8 +88,6 @@ class Surroundings:
         Of the robot [m].
     factor, unit : float, str
         From metres to the unit of the axes.
-    is_flat : bool
-    items : tuple of Item
     """
 
     size: float

@@ -50,7 +50,6 @@ class NetworkDrawing:
 
     Attributes
     ----------
-    network : Network
     factor : float
         From metres to the unit of the axes.
     colours : dict of str to Paint

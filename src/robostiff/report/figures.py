@@ -20,7 +20,6 @@ class Level:
     ----------
     label : str
         Such as ``z = 0.4 m``.
-    picture : Picture
     other : Picture or None
         The other end of a vibration, between which and `picture` the page moves the lines.
     """

@@ -57,8 +57,6 @@ class Section:
     ----------
     anchor : str
         Name in links.
-    title : str
-    parts : tuple of Part
     """
 
     anchor: str
@@ -84,12 +82,10 @@ class Verdict:
     ----------
     place : str
         The pose, or that there is none.
-    status : Status or CableStatus
     kind : str
         ok, note or bad.
     rank : str
         In words; empty where there is none.
-    advice : tuple of str
     """
 
     place: str

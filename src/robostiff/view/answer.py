@@ -60,7 +60,6 @@ class Answer:
         In a word or two.
     kind : str
         ok, note or bad.
-    advice : tuple of str
     layers : mapping of str to sequence of Item
         In metres; a layer that is left out has nothing to show.
     stiffness, load : str

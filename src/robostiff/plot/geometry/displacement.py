@@ -18,7 +18,7 @@ from typing import cast
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.analysis.leg_matrices import SolvedBlock, leg_matrices
+from robostiff.analysis.leg_matrices import SolvedBlock
 from robostiff.elastostatics import Tolerance, scaling
 from robostiff.kinematics import freedom_twist, spring_compliance
 from robostiff.model import (
@@ -95,7 +95,6 @@ class RobotMotion:
     ----------
     platform : BodyMotion
         Of a flexible platform, that of its tool.
-    legs : tuple of LegMotion
     nodes : dict of str to BodyMotion
         Of the nodes of a flexible platform.
     """
@@ -141,8 +140,10 @@ def motion_under(snapshot: Snapshot, bent: Deflection) -> RobotMotion:
         nodes = _nodes_of_platform(snapshot, snapshot.platform, bent)
         ends = [nodes[name] for name in snapshot.platform.holds]
     legs = tuple(
-        solver.motion(leg, np.zeros(6), end.twist_about(answer.origin), _spatial(F, rows))
-        for leg, end, F in zip(snapshot.legs, ends, bent.leg_wrenches, strict=True)
+        solver.motion(leg, own, np.zeros(6), end.twist_about(answer.origin), _spatial(F, rows))
+        for leg, end, own, F in zip(
+            snapshot.legs, ends, bent.leg_blocks, bent.leg_wrenches, strict=True
+        )
     )
     return RobotMotion(platform, legs, nodes)
 
@@ -196,16 +197,6 @@ class _LegSolver:
     tolerance: Tolerance
 
     def motion(
-        self, leg: PlacedLeg, t_start: np.ndarray, t_end: np.ndarray, F: np.ndarray
-    ) -> LegMotion:
-        """Motion of a leg whose ends move by t_start and t_end (6,) while it carries F (6,)."""
-        known: tuple[SolvedBlock, ...] = ()
-        if leg.blocks:
-            args = (self.origin, self.space, self.length, self.tolerance)
-            known = leg_matrices(leg, *args).blocks
-        return self._motion(leg, known, t_start, t_end, F)
-
-    def _motion(
         self,
         leg: PlacedLeg,
         known: Sequence[SolvedBlock],
@@ -213,7 +204,10 @@ class _LegSolver:
         t_end: np.ndarray,
         F: np.ndarray,
     ) -> LegMotion:
-        """The same with the blocks of the leg, which share their wrench among the branches."""
+        """Motion of a leg whose ends move by t_start and t_end (6,) while it carries F (6,).
+
+        Its parallel blocks are `known`, by which they share a wrench among their branches.
+        """
         rows = list(self.space.rows)
         blocks = iter(known)
         solved = [next(blocks) if isinstance(e, PlacedBlock) else None for e in leg.elements]
@@ -231,7 +225,7 @@ class _LegSolver:
             if block is not None:
                 parts = zip(block.placed.branches, block.branches, block.whole.shares, strict=True)
                 branches[i] = tuple(
-                    self._motion(branch, inner.blocks, t, t + own, _spatial(share @ F[rows], rows))
+                    self.motion(branch, inner.blocks, t, t + own, _spatial(share @ F[rows], rows))
                     for branch, inner, share in parts
                 )
             t = t + own

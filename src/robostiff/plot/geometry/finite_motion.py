@@ -18,7 +18,6 @@ class FiniteMotion(BodyMotion):
 
     Attributes
     ----------
-    D : (3, 3) array
     t : (3,) array
         [m].
     """

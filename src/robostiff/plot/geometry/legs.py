@@ -31,12 +31,10 @@ class Member:
 
     Attributes
     ----------
-    leg : str
     part : str
         Joint or elastic part whose line it is; empty for a rigid one.
     points : (n, 3) array
         [m].
-    kind : MemberKind
     """
 
     leg: str

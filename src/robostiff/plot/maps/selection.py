@@ -124,10 +124,8 @@ class Selection:
         Of the robot.
     label : str
         Of the quantity, with the unit of the values.
-    axes : tuple of PlotAxis
     values : array
         One axis a coordinate, in the unit of the label; NaN where a region stands instead.
-    regions : tuple of Region
     where : str
         What else was chosen, in words.
     factor : float

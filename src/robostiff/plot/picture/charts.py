@@ -20,8 +20,6 @@ class Series:
 
     Attributes
     ----------
-    name : str
-    paint : Paint
     values : (groups,) array
         NaN where there is no bar.
     texts : tuple of str
@@ -50,8 +48,6 @@ class Panel:
     ----------
     label : str
         Of the axis of values, with its unit.
-    groups : tuple of Group
-    series : tuple of Series
     """
 
     label: str
@@ -65,12 +61,10 @@ class Bars:
 
     Attributes
     ----------
-    title : str
     panels : tuple of Panel
         Of the same series.
     is_stacked : bool
         Whether the bars of a group lie one after another.
-    notes : tuple of str
     """
 
     title: str
@@ -108,10 +102,8 @@ class Region:
 
     Attributes
     ----------
-    name : str
     where : array of bool
         Of the shape of the values.
-    cover : Cover
     order : int
         Its own colour and hatching, the same in all pictures.
     paint : Category, float or None
@@ -150,16 +142,12 @@ class Field:
 
     Attributes
     ----------
-    title : str
-    x, y : PlotAxis
     values : (y, x) array
         NaN where a region stands instead.
     scale : ColourScale or None
         None where regions alone are shown.
-    regions : tuple of Region
     isolines : tuple of float
         Values along which lines are drawn.
-    notes : tuple of str
     """
 
     title: str
@@ -186,15 +174,12 @@ class Bands:
 
     Attributes
     ----------
-    title : str
-    x : PlotAxis
     label : str
         Of the values, with their unit.
     percentiles : tuple of Percentile
         Ascending, the median in the middle.
     left_out : tuple of Region
         ``where`` holds the share of poses, 0 to 1, that have no value for this reason.
-    notes : tuple of str
     """
 
     title: str
@@ -211,11 +196,8 @@ class Curve:
 
     Attributes
     ----------
-    name : str
     x, y : (n,) arrays
         NaN where it is interrupted.
-    paint : Category
-    is_dashed, has_marks : bool
     """
 
     name: str
@@ -228,14 +210,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves over common axes.
-
-    Attributes
-    ----------
-    title, x_label, y_label : str
-    curves : tuple of Curve
-    notes : tuple of str
-    """
+    """Curves over common axes."""
 
     title: str
     x_label: str
@@ -259,7 +234,6 @@ class Matrix:
 
     Attributes
     ----------
-    title : str
     rows, columns : tuple of str
         Names.
     texts : tuple of tuple of str
@@ -268,7 +242,6 @@ class Matrix:
         On the colour scale; NaN for a plain cell.
     units : tuple of QuarterUnit
         Upper blocks first.
-    scale : ColourScale
     """
 
     title: str

@@ -47,7 +47,6 @@ class ColourScale:
         What the values are, with their unit.
     low, high : float
         Values at the ends.
-    ramp : Ramp
     ticks : tuple of (float, str)
         Values named beside the scale; empty to leave the choice to the backend.
     """
@@ -94,7 +93,6 @@ class PlotAxis:
     ----------
     label : str
         With its unit.
-    values : (n,) array
     """
 
     label: str

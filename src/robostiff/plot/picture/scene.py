@@ -105,7 +105,6 @@ class Scene:
 
     Attributes
     ----------
-    title : str
     axes : tuple of str
         Labels of x, y, z with their units.
     items : tuple of Item
