@@ -9,7 +9,7 @@ from robostiff.analysis.stiffness_at_pose import stiffness
 from robostiff.cli.answer_commands import Details, Load, Method
 from robostiff.cli.command import answered, slips
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing
-from robostiff.cli.output import show
+from robostiff.cli.output import draw, picture_beside, show
 from robostiff.cli.written_arguments import (
     chosen,
     length_from,
@@ -34,11 +34,7 @@ def check_robot(model: Model, details: Details, replacing: Replacing, answer: An
     """Print the parts of a robot; reading the file checks it."""
     from robostiff.cli import robot_facts as facts_of
 
-    picture = None
-    if details.plot is not None:
-        from robostiff.cli.pictures import picture_file
-
-        picture = picture_file("--plot", details.plot, replacing.overwrite)
+    picture = picture_beside(details.plot, replacing)
     doubts: list[str] = []
     with slips(doubts.append):
         robot = model.load()
@@ -59,7 +55,6 @@ def check_robot(model: Model, details: Details, replacing: Replacing, answer: An
     if doubts:
         facts["warnings"] = doubts
     if picture is not None:
-        from robostiff.cli.pictures import draw
         from robostiff.plot.posed_robot import Colouring, picture_of_robot
 
         draw(picture_of_robot(robot, colouring=Colouring.NAMES), picture)

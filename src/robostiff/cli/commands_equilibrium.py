@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.cli.answer_commands import Vibration, Wanted, WrittenLoads
 from robostiff.cli.command import answered
 from robostiff.cli.options import Answer, Model, Place, Replacing, named_once, named_values
-from robostiff.cli.pictures import draw, picture_beside
+from robostiff.cli.output import draw, picture_beside
 from robostiff.cli.written_arguments import (
     gravity_from,
     loaded,

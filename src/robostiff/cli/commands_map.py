@@ -38,9 +38,8 @@ from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing
-from robostiff.cli.output import new_file, show
+from robostiff.cli.output import draw, new_file, picture_beside, show
 from robostiff.cli.picture_commands import NO_LOAD, MapLoad, MapPoses, MapQuantities, Run
-from robostiff.cli.pictures import draw, picture_beside
 from robostiff.cli.written_arguments import (
     chosen,
     gravity_from,

@@ -10,9 +10,8 @@ import numpy as np
 
 from robostiff.analysis import cable_response, cable_stiffness, stiffness
 from robostiff.cli.options import Answer, Place, Replacing, named_once
-from robostiff.cli.output import show
+from robostiff.cli.output import draw, picture_file, show
 from robostiff.cli.picture_commands import WHAT, Drawing, Subject
-from robostiff.cli.pictures import draw, picture_file
 from robostiff.cli.written_arguments import (
     chosen,
     loaded,

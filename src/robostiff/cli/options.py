@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
-from click.shell_completion import CompletionItem
 
 from robostiff.errors import InputError
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 _POSE = '"x y z rx ry rz"'
 _WRENCH = '"fx fy fz mx my mz"'
@@ -94,11 +96,15 @@ def built(taken: type | Part, given: Mapping[str, Any]) -> Any:
 
 
 def _files(*_: Any) -> list[CompletionItem]:
+    from click.shell_completion import CompletionItem  # of no use to a command that runs
+
     return [CompletionItem("", type="file")]
 
 
 def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[CompletionItem]:
     """Shipped robots whose names begin so; the shell itself completes files."""
+    from click.shell_completion import CompletionItem
+
     from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
 
     names = (*shipped_robots(), *shipped_cable_robots(), *shipped_linkages())

@@ -1,4 +1,4 @@
-"""Output of commands: text for people, JSON for programs, and new files."""
+"""Output of commands: text for people, JSON for programs, new files and pictures."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ import sys
 from collections.abc import Mapping
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from robostiff.errors import InputError, printable
+
+if TYPE_CHECKING:
+    from robostiff.cli.options import Replacing
+    from robostiff.plot.picture import Picture
 
 JSON_VERSION = 1
 """Of what ``--json`` prints: a key that changes its meaning or is gone makes another version."""
@@ -85,3 +89,45 @@ def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
             hint="take another name, or write --overwrite to replace it",
         )
     return wanted
+
+
+ON_PAPER = (".png", ".svg", ".pdf")
+
+
+def picture_file(option: str, name: str, overwrite: bool) -> Path:
+    """A picture to be written, checked before anything is computed.
+
+    Raises
+    ------
+    InputError
+        As `new_file`, and for another ending.
+    """
+    path = new_file(option, name, overwrite)
+    if path.suffix.lower() not in {*ON_PAPER, ".html"}:
+        endings = ", ".join((*ON_PAPER, ".html"))
+        raise InputError(option, got=name, expected=f"a name that ends in {endings}")
+    return path
+
+
+def picture_beside(plot: str | None, replacing: Replacing) -> Path | None:
+    """The picture of ``--plot``, if it is wanted; see `picture_file`."""
+    return None if plot is None else picture_file("--plot", plot, replacing.overwrite)
+
+
+def draw(picture: Picture, path: Path, other: Picture | None = None) -> None:
+    """Into a file; on a page, moving to another picture and back."""
+    from robostiff import plot
+    from robostiff.io.whole_file import whole_file
+
+    with whole_file(path) as begun:
+        if path.suffix.lower() != ".html":
+            figure: Any = plot.Matplotlib().draw(picture).figure
+            figure.savefig(begun, format=path.suffix.lower()[1:], dpi=200, bbox_inches="tight")
+            return
+        drawn = plot.Plotly().draw(picture)
+        if other is None:
+            begun.write_text(drawn.to_html(), "utf-8")
+            return
+        from robostiff.plot.on_plotly.swinging import swinging_page
+
+        begun.write_text(swinging_page(drawn, plot.Plotly().draw(other)), "utf-8")

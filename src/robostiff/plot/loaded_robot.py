@@ -7,8 +7,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.model import Snapshot
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.geometry.displacement import RobotMotion
-from robostiff.plot.geometry.finite_motion import finite_motion
+from robostiff.plot.geometry.displacement import RobotMotion, finite_motion
 from robostiff.plot.geometry.legs import extent
 from robostiff.plot.picture import (
     Category,

@@ -13,8 +13,8 @@ from robostiff.errors import needs_extra
 from robostiff.markup import Bullets, Facts, Table, Tone, block_html, element, escaped
 from robostiff.plot.on_plotly.swinging import swinging_script
 from robostiff.report.contents import ReportContents
-from robostiff.report.figures import Figure, figures_json
 from robostiff.report.section import (
+    Figure,
     Folded,
     FormulaBlock,
     Part,
@@ -22,6 +22,7 @@ from robostiff.report.section import (
     SideBySide,
     Verbatim,
     Verdict,
+    figures_json,
     report_title,
     verdict_of,
 )

@@ -18,8 +18,8 @@ from robostiff.markup import TYPST_BLOCKS, Bullets, Facts, Table, Tone, block_ty
 from robostiff.plot import Matplotlib, Width
 from robostiff.plot.picture import Picture
 from robostiff.report.contents import ReportContents
-from robostiff.report.figures import Figure
 from robostiff.report.section import (
+    Figure,
     Folded,
     FormulaBlock,
     Part,

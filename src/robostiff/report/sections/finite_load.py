@@ -1,4 +1,4 @@
-"""What finite loads do: equilibrium, stiffness under load, critical load, the curve."""
+"""What finite loads do, with critical load and curve; natural vibrations without load."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from robostiff.markup import (
 )
 from robostiff.model import Robot
 from robostiff.plot.load_curve import load_curve_picture
-from robostiff.plot.loaded_robot import equilibrium_picture
+from robostiff.plot.loaded_robot import equilibrium_picture, mode_picture
 from robostiff.report.contents import AnswersUnderLoad, ReportContents
-from robostiff.report.figures import one_figure
-from robostiff.report.section import Part, Section, SideBySide, section
+from robostiff.report.section import Figure, Level, Part, Section, SideBySide, one_figure, section
 from robostiff.statics.result_tables import (
     KNOWN,
+    faster_modes,
     matrix_under_load,
+    mode_table,
     stability_in_words,
     without_rounding,
 )
@@ -102,3 +103,28 @@ def _critical(known: AnswersUnderLoad) -> str:
         found = f"No critical load was found up to {critical.searched_to:g} times the load"
         return f"{found}: {why}." if why else f"{found}."
     return f"Critical load: {critical.factor:.4g} times the load. There {critical.mode}."
+
+
+_DRAWN = 4
+
+
+def vibrations_section(contents: ReportContents) -> Section | None:
+    """The slowest modes, listed and animated; nothing of a robot without masses."""
+    found = contents.modes
+    if found is None:
+        return None
+    words = (
+        "Small vibrations without load, of the masses of the model: parts, platform and what it "
+        "carries. Drives are held at their coordinates by their own stiffness."
+    )
+    levels = tuple(
+        Level(
+            f"mode {i}: {mode.frequency:.4g} Hz",
+            mode_picture(found, i),
+            mode_picture(found, i, -1.0),
+        )
+        for i, mode in enumerate(found.each[:_DRAWN], start=1)
+    )
+    figure = Figure("modes", "The slowest modes, displacements exaggerated.", levels)
+    parts = [Paragraph(words), mode_table(found), faster_modes(found), figure]
+    return section("vibrations", "Natural frequencies", parts)

@@ -14,8 +14,7 @@ from robostiff.plot.maps.selection import CLASSES
 from robostiff.plot.maps.slice import OVERVIEW, slice_picture
 from robostiff.plot.picture import Field
 from robostiff.report.contents import ReportContents
-from robostiff.report.figures import Figure, Level
-from robostiff.report.section import Section, section
+from robostiff.report.section import Figure, Level, Section, section
 
 if TYPE_CHECKING:
     import xarray

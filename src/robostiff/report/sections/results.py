@@ -27,8 +27,7 @@ from robostiff.plot.free_motion_screws import free_motions_picture
 from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.posture import surroundings
 from robostiff.report.contents import ReportContents
-from robostiff.report.figures import Figure, one_figure
-from robostiff.report.section import Folded, Part, Section, SideBySide, section
+from robostiff.report.section import Figure, Folded, Part, Section, SideBySide, one_figure, section
 
 _TITLE = "Stiffness and compliance"
 

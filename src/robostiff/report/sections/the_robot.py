@@ -13,8 +13,7 @@ from robostiff.model.in_words import elements_in_words, placed_in_words
 from robostiff.network import Network
 from robostiff.plot.posed_robot import Colouring, picture_of_posed
 from robostiff.report.contents import ReportContents, Reported
-from robostiff.report.figures import one_figure
-from robostiff.report.section import Folded, FormulaBlock, Part, Section, section
+from robostiff.report.section import Folded, FormulaBlock, Part, Section, one_figure, section
 from robostiff.version import __version__
 
 

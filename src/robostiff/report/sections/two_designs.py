@@ -10,8 +10,7 @@ from robostiff.errors import NoAnswerError
 from robostiff.markup import Bullets, Cell, Number, Paragraph, Table, Tone, shown_vector
 from robostiff.plot.two_designs import comparison_picture
 from robostiff.report.contents import ReportContents
-from robostiff.report.figures import one_figure
-from robostiff.report.section import Part, Section, SideBySide, section
+from robostiff.report.section import Part, Section, SideBySide, one_figure, section
 
 
 def comparison_section(contents: ReportContents) -> Section | None:
