@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from robostiff.linkage import Connection, Linkage, close
-from robostiff.linkage.bodies import Bodies
+from robostiff.linkage.bodies import Bodies, spanning_tree
 from robostiff.linkage.closure import _Loops
-from robostiff.linkage.spanning_tree import spanning_tree
 from robostiff.model import (
     Actuated,
     Joint,

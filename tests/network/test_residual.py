@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from robostiff.network.residual import residual
+from robostiff.network.energy import residual
 
 
 def exactly(A, x, b):

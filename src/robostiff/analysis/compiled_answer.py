@@ -57,15 +57,7 @@ class CompiledAnswer:
 def attempted(
     kernel: Kernel, inputs: InputRows, general: AtGeneralPoses, threads: int
 ) -> CompiledAnswer:
-    """What a kernel answers at rows of inputs; poses that are ``guarded`` are to be computed again.
-
-    Parameters
-    ----------
-    kernel : Kernel
-    inputs : InputRows
-    general : AtGeneralPoses
-    threads : int
-    """
+    """What a kernel answers at rows of inputs; ``guarded`` poses are to be computed again."""
     count = len(inputs.missed)
     answer = CompiledAnswer(
         values={
@@ -109,19 +101,7 @@ def put_careful(
     outputs: Sequence[Output],
     rank: int,
 ) -> None:
-    """Write what the careful form gives at some poses into an answer.
-
-    Parameters
-    ----------
-    answer : CompiledAnswer
-    rows : array of int
-        Which poses.
-    result : RobotStiffness
-        At these.
-    outputs : sequence of Output
-    rank : int
-        At a general pose.
-    """
+    """Write what the careful form gives at some poses into an answer of a general `rank`."""
     answer.status_codes[rows] = result.status_codes
     answer.rank[rows] = result.rank
     for output in outputs:

@@ -41,14 +41,7 @@ _COSTS = Costs(a_call=0, pays=40, machine_code_pays=2**17)
 
 
 class DrivenBy:
-    """What a linkage keeps of one choice of driven joints: its closed home, and its record.
-
-    Parameters
-    ----------
-    linkage : Linkage
-    joints : tuple of str or None
-        All actuated ones for None.
-    """
+    """What a linkage keeps of one choice of driven joints: its closed home, and its record."""
 
     def __init__(self, linkage: Linkage, joints: tuple[str, ...] | None) -> None:
         self.driven = DrivenLinkage.moved_by(linkage, joints)
@@ -206,13 +199,6 @@ def linkage_stiffness(
 
     Where the loops do not close, or close in another assembly mode only, the status says that the
     pose is out of reach.
-
-    Parameters
-    ----------
-    driven : DrivenLinkage
-    rows : (N, n) array
-        In the order of ``driven.inputs`` [m, rad].
-    tolerance : Tolerance
     """
     part, found = driven.part, driven.at(rows)
     networks = [network_of(part, one) for one in found]

@@ -11,9 +11,8 @@ import numpy as np
 from robostiff.kinematics import freedom_twists, place_chain
 from robostiff.kinematics.closure import AssemblyMode, ClosurePart, nearest
 from robostiff.kinematics.turn import turn_by_vector, vector_of_turn
-from robostiff.linkage.bodies import Bodies
+from robostiff.linkage.bodies import Bodies, SpanningTree, spanning_tree
 from robostiff.linkage.linkage import Connection, JointValues, Linkage
-from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Locked, Passive, PlacedFreedom
 from robostiff.spatial import Frame
 from robostiff.spatial.batch import product, transposed
@@ -119,14 +118,6 @@ def close(linkage: Linkage, values: JointValues | None = None) -> Configuration:
     # A joint with a given value may contradict one that keeps its home coordinate.
     if not home.is_closed:
         home = _first_closed(linkage, frozenset(), lambda own: _nearest_home(tree, linkage, own))
-    return close_from(linkage, home, given)
-
-
-def close_from(
-    linkage: Linkage, home: Configuration, given: Mapping[str, np.ndarray]
-) -> Configuration:
-    """Coordinates at which all loops close, as `close` finds them from a configuration at home."""
-    tree = spanning_tree(linkage)
     return _first_closed(
         linkage, frozenset(given), lambda moving: _at_values(tree, linkage, home, given, moving)
     )
@@ -135,7 +126,7 @@ def close_from(
 def close_all(
     linkage: Linkage, home: Configuration, given: Mapping[str, np.ndarray]
 ) -> list[Configuration]:
-    """As `close_from` a closed home, at many values (N, size) of some joints."""
+    """As `close`, from a closed home, at many values (N, size) of some joints."""
     tree = spanning_tree(linkage)
     passive, movable = _movable(linkage, frozenset(given))
     found = _all_at_values(tree, linkage, home, given, passive)

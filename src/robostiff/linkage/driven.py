@@ -10,10 +10,10 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.kinematics.closure.body import tidied, tidied_point
+from robostiff.linkage.bodies import SpanningTree, spanning_tree
 from robostiff.linkage.closure import Configuration, close, close_all
 from robostiff.linkage.essential import essential
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
-from robostiff.linkage.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Actuated, Chain, Joint, Locked, Passive
 from robostiff.recorded.parameters import COUNT
 from robostiff.spatial import Frame, Screw, as_floats
@@ -82,12 +82,6 @@ class DrivenLinkage:
     @classmethod
     def moved_by(cls, linkage: Linkage, joints: Sequence[str] | None = None) -> DrivenLinkage:
         """Driven as in `network_at`: home may be open, and joints that are not felt are left out.
-
-        Parameters
-        ----------
-        linkage : Linkage
-        joints : sequence of str, optional
-            All actuated ones when left out.
 
         Raises
         ------
@@ -219,12 +213,7 @@ class DrivenLinkage:
         )
 
     def following(self, samples: Sequence[Configuration]) -> tuple[Connection, ...]:
-        """The joints that follow: passive ones, or all that may where only these close the loops.
-
-        Parameters
-        ----------
-        samples : sequence of Configuration
-        """
+        """Joints that follow: passive ones, or all that may where only these close the loops."""
         own = [
             c
             for c in self.part.connections

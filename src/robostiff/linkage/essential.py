@@ -33,13 +33,7 @@ def essential(linkage: Linkage) -> Linkage:
 
 
 def _welded(linkage: Linkage) -> Linkage:
-    """Bodies that welds connect become one, in the frame of the base, the platform, or the first.
-
-    Raises
-    ------
-    InputError
-        When base and platform become one, or welds contradict each other.
-    """
+    """Bodies that welds connect become one, in the frame of base, platform, or the first."""
     places = welded_places(linkage)
     if places[linkage.base][0] == places[linkage.platform][0]:
         raise InputError(

@@ -14,21 +14,7 @@ from robostiff.network import JointElement, Network, Node, SpringElement
 
 
 def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
-    """The part of a linkage between base and platform, at joint coordinates, as a network.
-
-    Parameters
-    ----------
-    linkage : Linkage
-    values : mapping of str to float or sequence of float, optional
-        Coordinates of joints that keep them [m, rad]; the others start at home and follow.
-
-    Raises
-    ------
-    NoAnswerError
-        When the loops do not close.
-    InputError
-        When a name in `values` is no joint's, or nothing connects the platform with the base.
-    """
+    """The part of a linkage between base and platform as a network, see `Linkage.network_at`."""
     return network_of(*closed_at(linkage, values))
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics import scaling
-from robostiff.linkage.bodies import Bodies
+from robostiff.linkage.bodies import Bodies, spanning_tree
 from robostiff.linkage.closure import Configuration
 from robostiff.linkage.driven import DrivenLinkage
 from robostiff.linkage.linkage import Connection, Linkage
@@ -26,7 +26,6 @@ from robostiff.linkage.recorded_closure import (
     record_linkage_closure,
     sampled_coordinates,
 )
-from robostiff.linkage.spanning_tree import spanning_tree
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record
 from robostiff.recorded.carried import Carried, carried_by, times, wrench_size

@@ -1,6 +1,5 @@
 from robostiff.network.beam_loads import DistributedForce, ForceOnBeam
-from robostiff.network.compliance import compliance_between
-from robostiff.network.condensation import NetworkStiffness, condense
+from robostiff.network.condensation import NetworkStiffness, compliance_between, condense
 from robostiff.network.elements import (
     BeamElement,
     JointElement,
@@ -15,7 +14,6 @@ from robostiff.network.internal_loads import (
     HeldUnderLoads,
     InternalLoads,
     held_under,
-    internal_loads,
     loads_under,
     motions_under,
 )
@@ -45,7 +43,6 @@ __all__ = [
     "condense",
     "energy_stiffness",
     "held_under",
-    "internal_loads",
     "loads_under",
     "motions_under",
     "network_of_snapshot",

@@ -14,7 +14,6 @@ from robostiff.network.elements import (
     BeamElement,
     CouplingElement,
     Element,
-    JointElement,
     SpringElement,
 )
 from robostiff.spatial import Space, block_rotation, compliance_modes
@@ -25,22 +24,7 @@ _ROUNDING = 1e-9
 
 
 def check_in_plane(name: str, C: np.ndarray, J: np.ndarray) -> None:
-    """Raise unless an element moves and bends in the x-y plane.
-
-    Parameters
-    ----------
-    name : str
-        Of the element.
-    C : (6, 6) array
-        Its compliance, or stiffness: the rule is the same.
-    J : (6, q) array
-        Twists of its passive freedoms.
-
-    Raises
-    ------
-    InputError
-        When a freedom leads out of the plane, or a load in the plane bends the element out of it.
-    """
+    """Raise unless an element of compliance C and freedoms J stays in the x-y plane."""
     if np.any(np.linalg.norm(J[_OUT_OF_PLANE], axis=0) > _ROUNDING * np.linalg.norm(J, axis=0)):
         raise InputError(
             f"passive joint {name!r} of a planar network",
@@ -170,72 +154,39 @@ def connection_of(
     space: Space,
     tolerance: Tolerance,
 ) -> RelativeMotion:
-    """The connection of an element; `scale` turns twists into lengths.
+    """The connection of an element, a beam about its end; `scale` turns twists into lengths.
 
-    Parameters
-    ----------
-    element : BeamElement, SpringElement or JointElement
-    of_node : (3,) array
-        A point of node a: slides and welds have no point of their own [m].
-    scale : (n,) array
-    space : Space
-    tolerance : Tolerance
+    A slide or a weld is about the point of node a, `of_node` (3,) [m].
 
     Raises
     ------
     InputError
         When an element of a planar network leaves the plane, or a compliance is negative.
     """
+    names: list[str] = []
+    C, J, rotation = np.zeros((6, 6)), np.zeros((6, 0)), np.eye(3)
     if isinstance(element, BeamElement):
-        return beam_connection(element, scale, space, tolerance)
-    if isinstance(element, SpringElement):
-        return spring_connection(element, scale, space, tolerance)
-    at = of_node if element.point is None else element.point
-    return joint_connection(element, at, scale, space, tolerance)
+        at, C, rotation = element.end, element.tip_compliance, element.rotation
+    elif isinstance(element, SpringElement):
+        at, rotation = element.point, element.rotation
+        C, J = element.elasticity.compliance, element.elasticity.freedoms
+        names = [f"{element.name}/freedom {i + 1}" for i in range(J.shape[1])]
+    else:
+        at = of_node if element.point is None else element.point
+        for freedom in element.freedoms:
+            twist = freedom_twist(freedom, at)
+            if freedom.is_passive:
+                J = np.column_stack([J, twist])
+                names.append(f"{element.name}/{freedom.name}")
+            elif freedom.stiffness is not None:
+                C = C + np.outer(twist, twist) / freedom.stiffness
+    parts = _in_space(element.name, C, J, rotation, space)
+    return _connection(element, at, *parts, tuple(names), scale, tolerance)
 
 
 def check_fits(element: Element, space: Space) -> None:
     """Raise an InputError unless an element can be part of a network in this space."""
     connection_of(element, np.zeros(3), np.ones(space.size), space, Tolerance())
-
-
-def spring_connection(
-    spring: SpringElement, scale: np.ndarray, space: Space, tolerance: Tolerance
-) -> RelativeMotion:
-    """Connection of a spring; `scale` turns twists into lengths."""
-    C, J = spring.elasticity.compliance, spring.elasticity.freedoms
-    names = tuple(f"{spring.name}/freedom {i + 1}" for i in range(J.shape[1]))
-    parts = _in_space(spring.name, C, J, spring.rotation, space)
-    return _connection(spring, spring.point, *parts, names, scale, tolerance)
-
-
-def beam_connection(
-    beam: BeamElement, scale: np.ndarray, space: Space, tolerance: Tolerance
-) -> RelativeMotion:
-    """Connection of a beam: its end against where its start would carry it."""
-    parts = _in_space(beam.name, beam.tip_compliance, np.zeros((6, 0)), beam.rotation, space)
-    return _connection(beam, beam.end, *parts, (), scale, tolerance)
-
-
-def joint_connection(
-    joint: JointElement,
-    at: np.ndarray,
-    scale: np.ndarray,
-    space: Space,
-    tolerance: Tolerance,
-) -> RelativeMotion:
-    """Connection of a joint about the point `at`; `scale` turns twists into lengths."""
-    C, passive, names = np.zeros((6, 6)), [], []
-    for freedom in joint.freedoms:
-        twist = freedom_twist(freedom, at)
-        if freedom.is_passive:
-            passive.append(twist)
-            names.append(f"{joint.name}/{freedom.name}")
-        elif freedom.stiffness is not None:
-            C = C + np.outer(twist, twist) / freedom.stiffness
-    J = np.array(passive).T.reshape(6, len(passive))
-    parts = _in_space(joint.name, C, J, np.eye(3), space)
-    return _connection(joint, at, *parts, tuple(names), scale, tolerance)
 
 
 def _in_space(

@@ -10,14 +10,15 @@ from robostiff.kinematics import freedom_twist
 from robostiff.network.elements import BeamElement, JointElement, SpringElement, beam_stiffness_12
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.network import Network
-from robostiff.network.residual import residual
 from robostiff.spatial import block_rotation
+from robostiff.spatial.shapes import Float
 
 _DEFAULT_TOLERANCE = Tolerance()
 _ROUNDING = 1e-13
 # Of the constraints: rounding moves what they determine by as many times its own size.
 _NEARLY_DEPENDENT = 2e-7
 _LOST = 1e-10  # of the energy
+_BITS = np.finfo(float).nmant + 1
 
 
 def energy_stiffness(network: Network, tolerance: Tolerance = _DEFAULT_TOLERANCE) -> np.ndarray:
@@ -244,3 +245,31 @@ def _coordinates(
         if not freedom.is_passive:
             k[i] = freedom.stiffness / size**2 / equations.stiffness
     return T, k
+
+
+def residual(
+    A: Float[np.ndarray, "m n"], x: Float[np.ndarray, "n k"], b: Float[np.ndarray, "m k"]
+) -> Float[np.ndarray, "m k"]:
+    """``b - A x``, of which rounding leaves a part of 1e-22 of the sizes of A and x.
+
+    Leading bits of A and x are split off, so few that their products add up exactly. A step of
+    refinement with this residual gives all entries of x to their own digits, the small ones too.
+
+    Examples
+    --------
+    >>> A, x = np.array([[1.0, 1 / 3]]), np.array([[1.0], [-3.0]])
+    >>> residual(A, x, np.zeros((1, 1))) == -(2.0**-54)
+    array([[ True]])
+    """
+    if x.size == 0 or A.size == 0:
+        return b.copy()
+    bits = (_BITS - int(np.ceil(np.log2(A.shape[1])))) // 2
+    A_1, x_1 = _leading(A, bits, 1), _leading(x, bits, 0)
+    return ((b - A_1 @ x_1) - A_1 @ (x - x_1)) - (A - A_1) @ x
+
+
+def _leading(values: np.ndarray, bits: int, axis: int) -> np.ndarray:
+    """Values rounded to so many bits of the largest along an axis."""
+    _, exponent = np.frexp(np.max(np.abs(values), axis=axis, keepdims=True))
+    shift = np.ldexp(1.0, exponent + (_BITS - bits))
+    return (values + shift) - shift

@@ -52,35 +52,6 @@ class InternalLoads:
     work: float = 0.0
 
 
-def internal_loads(
-    network: Network, twist: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
-) -> InternalLoads:
-    """Loads in all parts for a displacement of the platform about ``condense(network).origin``.
-
-    Parameters
-    ----------
-    network : Network
-        Without rigid direction.
-    twist : (n,) array
-        [m, rad].
-    tolerance : Tolerance
-
-    Examples
-    --------
-    >>> from robostiff.elasticity import circle, material
-    >>> from robostiff.network import Node, beam_between
-    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
-    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
-    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
-    >>> ((_, name, energy),) = internal_loads(network, np.array([1e-5, 0, 0, 0, 0, 0])).energies
-    >>> name, round(energy, 6)
-    ('rod', 0.003299)
-    """
-    equations = equations_of(network, tolerance)
-    system, x, dependent = _led(equations, equations.scale * twist)
-    return loads_of_parts(equations, system, x, dependent.undetermined)
-
-
 @dataclass(frozen=True)
 class HeldUnderLoads:
     """A network under forces at its bodies while its platform is held.
@@ -149,8 +120,7 @@ def loads_under(
 ) -> InternalLoads:
     """Loads in all parts under a wrench on the platform about ``condense(network).origin``.
 
-    As `internal_loads`, but also where a direction is rigid. The wrench does no work on motions
-    without stiffness.
+    Also where a direction is rigid. The wrench does no work on motions without stiffness.
 
     Parameters
     ----------
@@ -160,6 +130,17 @@ def loads_under(
     tolerance : Tolerance
     held : HeldUnderLoads, optional
         Of forces at bodies that act too; the wrench has what they are worth at the platform.
+
+    Examples
+    --------
+    >>> from robostiff.elasticity import circle, material
+    >>> from robostiff.network import Node, beam_between
+    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
+    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
+    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
+    >>> ((_, name, energy),) = loads_under(network, np.array([100.0, 0, 0, 0, 0, 0])).energies
+    >>> name, round(1e6 * energy, 3)
+    ('rod', 75.788)
     """
     equations = equations_of(network, tolerance)
     system, x, dependent = _under(equations, wrench)

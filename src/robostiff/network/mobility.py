@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from robostiff.network.null_space import (
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
+_Node = TypeVar("_Node", int, str)
 # Of the largest displacement of a mechanism: none.
 _STILL = 1e-9
 # Rows and columns up to which a dense decomposition is quicker.
@@ -126,7 +128,9 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     free = [label for label in clusters.members if label not in still]
     open_ = [c for c in equations.connections if len(_ends(c, clusters)) > 1]
     mechanisms, held, doubtful = [], [], False
-    for labels, connections in _parts(free, open_, clusters):
+    ends = [_ends(c, clusters) & set(free) for c in open_]
+    for labels, numbers in independent_parts(free, ends):
+        connections = [open_[k] for k in numbers]
         G, G_p = _unit_wrenches(equations, clusters, labels, connections, platform, still)
         if max(len(G_p), equations.size * len(labels)) <= _DENSE:
             spaces = null_spaces(G.toarray(), equations.tolerance)
@@ -211,30 +215,23 @@ def _clusters(equations: Equations) -> _Clusters:
     return _Clusters(label_of, members, points)
 
 
-def _parts(
-    free: list[int], connections: list[Motion], clusters: _Clusters
-) -> list[tuple[list[int], list[Motion]]]:
-    """Independent groups of clusters, and their connections.
-
-    Connections without a free cluster come each on its own.
-    """
-    index = {label: i for i, label in enumerate(free)}
-    pairs = []
-    for c in connections:
-        ends = [index[label] for label in _ends(c, clusters) if label in index]
-        pairs += pairwise(ends)
-    labels = connected_parts(pairs, len(free))
-    parts: list[tuple[list[int], list[Motion]]] = [
+def independent_parts(
+    nodes: Sequence[_Node], edges: Sequence[Collection[_Node]]
+) -> list[tuple[list[_Node], list[int]]]:
+    """Nodes that edges connect, and the numbers of these edges; an edge without a node is alone."""
+    index = {node: i for i, node in enumerate(nodes)}
+    pairs = [pair for ends in edges for pair in pairwise(index[end] for end in ends)]
+    labels = connected_parts(pairs, len(nodes))
+    parts: list[tuple[list[_Node], list[int]]] = [
         ([], []) for _ in range(max(labels, default=-1) + 1)
     ]
-    for label, i in index.items():
-        parts[labels[i]][0].append(label)
-    for c in connections:
-        ends = [index[label] for label in _ends(c, clusters) if label in index]
+    for node, i in index.items():
+        parts[labels[i]][0].append(node)
+    for k, ends in enumerate(edges):
         if ends:
-            parts[labels[ends[0]]][1].append(c)
+            parts[labels[index[next(iter(ends))]]][1].append(k)
         else:
-            parts.append(([], [c]))
+            parts.append(([], [k]))
     return parts
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from robostiff.network.connection import Motion, RelativeMotion
 from robostiff.network.equations import Equations
-from robostiff.network.mobility import Mechanism, Mobility, connected_parts
+from robostiff.network.mobility import Mechanism, Mobility, independent_parts
 from robostiff.network.null_space import null_spaces, pinning_coordinates
 
 # A unit wrench with a smaller statically indeterminate part has none.
@@ -96,33 +95,13 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[
             at[end].discard(k)
             if len(at[end]) == 1:
                 leaves.append(end)
-    return _connected([name for name, numbers in at.items() if numbers], edges, still)
+    nodes, left = [name for name, numbers in at.items() if numbers], list(edges)
+    parts = independent_parts(nodes, [_free_ends(edges[k], still) for k in left])
+    return [(own, [left[i] for i in numbers]) for own, numbers in parts]
 
 
 def _free_ends(connection: Motion, still: set[str]) -> list[str]:
     return sorted({name for name, _, _ in connection.ends} - still)
-
-
-def _connected(
-    nodes: list[str], edges: dict[int, Motion], still: set[str]
-) -> list[tuple[list[str], list[int]]]:
-    index = {name: i for i, name in enumerate(nodes)}
-    pairs = [
-        (index[a], index[b]) for c in edges.values() for a, b in pairwise(_free_ends(c, still))
-    ]
-    labels = connected_parts(pairs, len(nodes))
-    parts: list[tuple[list[str], list[int]]] = [
-        ([], []) for _ in range(max(labels, default=-1) + 1)
-    ]
-    for name, i in index.items():
-        parts[labels[i]][0].append(name)
-    for k, c in edges.items():
-        ends = _free_ends(c, still)
-        if ends:
-            parts[labels[index[ends[0]]]][1].append(k)
-        else:
-            parts.append(([], [k]))
-    return parts
 
 
 def redundant_freedoms(

@@ -100,14 +100,7 @@ def saddle_point_system(
 
     Mechanisms are held at as many coordinates as they have, and dependent constraints left out:
     neither changes the stiffness of the platform. The remaining system is regular.
-
-    Parameters
-    ----------
-    equations : Equations
-    still : set of str
-        Nodes whose displacement is given.
-    mobile, dependent
-        Of the network with these nodes fixed.
+    Nodes that are `still` have a given displacement.
 
     Raises
     ------

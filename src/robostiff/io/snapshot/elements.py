@@ -218,15 +218,8 @@ def placed_masses(
 ) -> Iterator[PlacedMass]:
     """A mass of a file in the world, as one or, with an inertia, as six.
 
-    Parameters
-    ----------
-    data : MassData
-    place : DocumentPlace
-    carrier : str
-        What carries it.
-    usual : (3,) array
-        Where it is where the file does not say so, or where the elastic part ends [m].
-    after : int
+    What carries it has a name and a `usual` place (3,) [m]: where the mass is if the file does not
+    say so, or where the elastic part ends.
     """
     at = None if data.at is None else np.array(data.at, dtype=float)
     if data.start is None:
