@@ -88,13 +88,6 @@ class Recursive:
 def _eliminate_group(
     K: np.ndarray, J_q: np.ndarray, redundant: np.ndarray, group: tuple[int, ...]
 ) -> np.ndarray:
-    if len(group) == 1:
-        (i,) = group
-        kept = ~redundant[..., i]
-        J = np.where(kept[..., None], J_q[..., i], 0.0)
-        u = np.einsum("...ij,...j->...i", K, J)
-        mu = np.where(kept, np.einsum("...i,...i->...", J, u), 1.0)
-        return K - u[..., :, None] * (u / mu[..., None])[..., None, :]
     # A redundant joint of a group is left out by giving it a unit pivot and no effect.
     kept = ~redundant[..., group]
     J = np.where(kept[..., None, :], J_q[..., group], 0.0)
