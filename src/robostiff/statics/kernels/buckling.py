@@ -16,8 +16,10 @@ from robostiff.statics.problem import EquilibriumProblem
 from robostiff.statics.stability import margins_of
 
 _DEGREE = 3
-# What a fit to lengths of its own may miss at others between them.
-_SLACK = 1.25
+# Between the lengths of a fit: a part of it, and how many times what it misses at these.
+_PART, _MISSED = 1.03, 2.0
+# Of the rates of the other sign: rounding.
+_NONE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -120,12 +122,12 @@ def _bounds(rows: np.ndarray) -> Buckling:
     found = []
     for rates in (rows[:, 1], rows[:, 2]):
         fit = np.zeros(_DEGREE + 1)
-        if np.any(rates > 0):
+        if np.any(rates > _NONE * rows[:, 1:].max()):
             degree = min(_DEGREE, len(np.unique(length.round(9))) - 1) if spread else 0
             own = np.polyfit(length, rates, degree)
             off = float(np.max(np.abs(np.polyval(own, length) - rates)))
-            fit[-len(own) :] = own * _SLACK
-            fit[-1] += _SLACK * off + 1e-3 * float(rates.max())
+            fit[-len(own) :] = own * _PART
+            fit[-1] += _MISSED * off
         found.append(fit)
     edge = 0.0 if spread else 1e-6 * float(length.max())
     return Buckling(float(length.min()) - edge, float(length.max()) + edge, *found)

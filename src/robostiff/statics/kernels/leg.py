@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.model import PlacedFreedom, PlacedLeg
-from robostiff.record import Entry, is_zero, reciprocal, square_root
+from robostiff.record import is_zero, reciprocal
 from robostiff.recorded import RecordedRobot
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import Space, cross
@@ -93,15 +93,18 @@ class Turned:
         return dict(zip(self.coordinates, (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), strict=True))
 
     def moved(self, values: Mapping[str, Any]) -> Body:
-        """The body at the values of its coordinates."""
+        """The body at the values of its coordinates; its quaternion may have any length."""
         x, y, z, a, b, c, d = (values[name] for name in self.coordinates)
         bb, cc, dd = b * b, c * c, d * d
-        bc, bd, cd, ab, ac, ad = b * c, b * d, c * d, a * b, a * c, a * d
+        by = 2 * reciprocal(a * a + bb + cc + dd)
+        e, f, g = b * by, c * by, d * by
+        bb, cc, dd, bc, bd, cd = b * e, c * f, d * g, b * f, b * g, c * g
+        ab, ac, ad = a * e, a * f, a * g
         R = np.array(
             [
-                [1 - 2 * (cc + dd), 2 * (bc - ad), 2 * (bd + ac)],
-                [2 * (bc + ad), 1 - 2 * (bb + dd), 2 * (cd - ab)],
-                [2 * (bd - ac), 2 * (cd + ab), 1 - 2 * (bb + cc)],
+                [1 - (cc + dd), bc - ad, bd + ac],
+                [bc + ad, 1 - (bb + dd), cd - ab],
+                [bd - ac, cd + ab, 1 - (bb + cc)],
             ],
             dtype=object,
         )
@@ -111,14 +114,13 @@ class Turned:
         """Its coordinates after a twist (6,): a Cayley turn, alike to second order."""
         x, y, z, a, b, c, d = (values[name] for name in self.coordinates)
         p, q, r = twist[3:] * 0.5
-        by = reciprocal(square_root(p * p + q * q + r * r + 1)) if _any(twist[3:]) else 1
         turned = (
             a - p * b - q * c - r * d,
             b + p * a + q * d - r * c,
             c + q * a + r * b - p * d,
             d + r * a + p * c - q * b,
         )
-        after = (x + twist[0], y + twist[1], z + twist[2], *(own * by for own in turned))
+        after = (x + twist[0], y + twist[1], z + twist[2], *turned)
         return dict(zip(self.coordinates, after, strict=True))
 
 
@@ -352,7 +354,3 @@ def _gap(terms: ChainTerms, end: Body) -> np.ndarray:
     D = [[R[i] @ to[j] for j in range(3)] for i in range(3)]
     turn = [(D[i][j] - D[j][i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))]
     return np.array([*(terms.P - end.at), *turn], dtype=object)
-
-
-def _any(values: np.ndarray) -> bool:
-    return any(isinstance(x, Entry) or x != 0 for x in values)

@@ -126,8 +126,6 @@ class LoadedRobot:
         for leg in self.legs:
             if isinstance(leg, RecordedLoadedLeg):
                 found |= leg.start
-            else:
-                found[leg.name] = 0.0
         return found
 
     @property
@@ -144,8 +142,10 @@ class LoadedRobot:
         joints = [e for c in chains for e in c.elements if isinstance(e, RecordedJoint)]
         return any(c.loads for c in chains) or any(not is_zero(e.preload) for e in joints)
 
-    def equations(self, values: Mapping[str, Any], *, arrived: bool = False) -> _Equations:
-        """At a state, on the way to equilibrium or there."""
+    def equations(
+        self, values: Mapping[str, Any], forces: Sequence[Any] | None = None
+    ) -> _Equations:
+        """At a state; `forces` are those of struts that turn with them, see `strut_terms`."""
         rows = list(self.space.rows)
         twist = [f"t{row}" for row in rows]
         elimination = SymmetricElimination()
@@ -163,7 +163,6 @@ class LoadedRobot:
                 turns += added.turns
         terms, struts = None, self.struts
         if struts:
-            forces = None if arrived else [values[own.name] for own in struts.values()]
             terms = strut_terms([*struts.values()], body, forces)
             for (i, j), value in terms.K.items():
                 elimination.add(f"t{i}", f"t{j}", value)
@@ -196,11 +195,23 @@ class LoadedRobot:
         return _Equations(elimination, K, K_total, A, arms, right, turns, buckling, terms)
 
     def first(self, values: Mapping[str, Any]) -> list[Any]:
-        """The state after the first step: the linear answer."""
+        """The state after the first step, the linear answer; of struts after two more."""
         values = {**values, **self.start, **BEFORE_FIRST}
         at = self.equations(values)
         twist = self.twist(at) if self.stands else self.unloaded.factors.solved(self.wrench)
-        return self.step(values, at, twist)
+        after = self.step(values, at, twist)
+        struts = [*self.struts.values()]
+        if not struts:
+            return after
+        forces = [own.first_force(np.array(twist, dtype=object)) for own in struts]
+        values |= zip((*self.start, *BEFORE_FIRST), after, strict=True)
+        at = self.equations(values, forces)
+        twist = self.twist(at)
+        after = self.step(values, at, twist)
+        forces = at.struts.forces_after(struts, np.array(twist, dtype=object)) if at.struts else []
+        values |= zip((*self.start, *BEFORE_FIRST), after, strict=True)
+        at = self.equations(values, forces)
+        return self.step(values, at, self.twist(at))
 
     def twist(self, at: _Equations) -> list[Any]:
         """Step of the platform, K_total x = missing, K_total not symmetric under moments."""
@@ -220,10 +231,6 @@ class LoadedRobot:
         names = [f"t{row}" for row in self.space.rows]
         found = at.elimination.solution(dict(zip(names, twist, strict=True)))
         after = self.platform.stepped(values, full)
-        if at.struts is not None:
-            own = [*self.struts.values()]
-            forces = at.struts.forces_after(own, full)
-            after |= {leg.name: t for leg, t in zip(own, forces, strict=True)}
         moved = self.sizes(twist)
         for leg in self.legs:
             if isinstance(leg, RecordedLoadedLeg):
@@ -335,19 +342,17 @@ def record_loading(
         if isinstance(leg, RecordedLoadedLeg):
             for name, sample in leg.samples(shares, force, random).items():
                 record.add_input(name, sample)
-        else:
-            record.add_input(leg.name, small(force))
     for name in BEFORE_FIRST:
         record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}
-    outputs, checks = loaded.arrival(values, loaded.equations(values, arrived=True))
-    arrival = Program.of(record, outputs)
     at = loaded.equations(values)
+    outputs, checks = loaded.arrival(values, at)
     return RecordedLoading(
         inputs=inputs,
         start=start,
         step=Program.of(record, loaded.step(values, at, loaded.twist(at))),
-        arrival=arrival,
+        arrival=Program.of(record, outputs),
+        steps=2 if struts else 4,
         first=Program.of(record, loaded.first(values)),
         checks=tuple(checks),
         has_arms=bool(loaded.dead),

@@ -25,18 +25,25 @@ class RecordedStrut:
 
     Attributes
     ----------
-    name : str
-        Its force is an unknown of this name.
     A, B : (3,) arrays of entries and numbers
         At the unloaded posture [m].
     stiffness : entry or number
         Along the line [N/m].
+    unloaded : RecordedLeg
+        The same as a leg without load.
     """
 
-    name: str
     A: np.ndarray
     B: np.ndarray
     stiffness: Any
+    unloaded: RecordedLeg
+
+    def first_force(self, twist: np.ndarray) -> Any:
+        """To first order, after a twist (6,) of the platform from the unloaded posture."""
+        (w,), (mu,) = self.unloaded.wrenches, self.unloaded.mu
+        size = square_root(_square_of_force(w))
+        sign = np.sign(_values(np.array(w[:3], dtype=object) @ (self.B - self.A))[0])
+        return (np.array([x / mu for x in w], dtype=object) @ twist) * size * float(sign)
 
     def length(self, origin: np.ndarray) -> Any:
         """Unloaded [m], by way of a point of the platform, as `strut_terms` computes it."""
@@ -88,8 +95,8 @@ def strut_terms(
     struts : sequence of RecordedStrut
     body : Body
     forces : sequence of entries and numbers, optional
-        Those that turn with the struts, t where left out. Newton steps with the forces that the
-        step before led to, as those of a wrench that is an unknown, come closer: what stretches
+        Those that turn with the struts, t where left out. A Newton step with the forces that a long
+        step before it led to, as those of a wrench that is an unknown, comes closer: what stretches
         a strut to second order is no force that holds.
     """
     W = np.zeros(6, dtype=int).astype(object)
@@ -119,13 +126,11 @@ def strut_terms(
         tensions.append(t)
         lengths.append(unloaded)
     G = turning[:, None] * (body.at - first)[None, :] - apart
-    G = (G + G.T) * 0.5
-    trace = G[0, 0] + G[1, 1] + G[2, 2]
     x, y, z = turning
-    for i in range(3):
+    for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
         K[i, i] = K[i, i] + total
-        for j in range(i, 3):
-            K[3 + i, 3 + j] = K[3 + i, 3 + j] + G[i, j] - (trace if i == j else 0)
+        K[3 + i, 3 + i] = K[3 + i, 3 + i] - (G[j, j] + G[k, k])
+        K[3 + j, 3 + k] = K[3 + j, 3 + k] + (G[j, k] + G[k, j]) * 0.5
     for (i, j), value in {(0, 4): z, (1, 5): x, (2, 3): y}.items():
         K[i, j] = K[i, j] + value
     for (i, j), value in {(0, 5): y, (1, 3): z, (2, 4): x}.items():
@@ -184,16 +189,18 @@ def recorded_strut(
     same = (reduce(add, compliances) - along_line) * (1 / _mean(along_line))
     if not _zero(np.array([same])):
         return None
-    return RecordedStrut(f"{unloaded.name}.t", A, B, reciprocal(along_line))
+    return RecordedStrut(A, B, reciprocal(along_line), unloaded)
 
 
 def _along(unloaded: RecordedLeg) -> Any:
     """Compliance under a unit force along the line of the one wrench that a leg transmits."""
     (wrench,), (mu,) = unloaded.wrenches, unloaded.mu
+    return mu * reciprocal(_square_of_force(wrench))
+
+
+def _square_of_force(wrench: Sequence[Any]) -> Any:
     square = reduce(add, (f * f for f in wrench[:3]))
-    if isinstance(square, Entry):
-        square = square.record.simplified(square)
-    return mu * reciprocal(square)
+    return square.record.simplified(square) if isinstance(square, Entry) else square
 
 
 def _at_end(own: RecordedElement, at: np.ndarray, length: float) -> Any:
