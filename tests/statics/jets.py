@@ -279,12 +279,12 @@ def skew(a: np.ndarray) -> np.ndarray:
     return _SKEW @ a
 
 
-def at_rest(robot: JetRobot, wrench: np.ndarray, steps: int = 3) -> JetAnswer:
-    """The equilibrium under a wrench on the platform, followed from rest in equal parts."""
+def at_rest(robot: JetRobot, wrench: np.ndarray, steps: int = 3, to: float = 1.0) -> JetAnswer:
+    """The equilibrium under a part of all loads and a wrench, followed from rest in equal steps."""
     n = robot.size
     x, force = np.zeros(n), np.zeros(robot.closures)
     R, p = np.eye(3), robot.point.astype(float)
-    for factor in np.arange(1, steps + 1) / steps:
+    for factor in to * np.arange(1, steps + 1) / steps:
         for _ in range(12):
             energy, potential, closure = robot.terms(x, R, p, factor)
             G = np.array([own.g for own in closure])
@@ -304,14 +304,14 @@ def at_rest(robot: JetRobot, wrench: np.ndarray, steps: int = 3) -> JetAnswer:
                 break
         else:
             raise AssertionError("no equilibrium: take other numbers")
-    energy, potential, closure = robot.terms(x, R, p, 1.0)
+    energy, potential, closure = robot.terms(x, R, p, to)
     G = np.array([own.g for own in closure])
     H = energy.h + potential.h + np.einsum("c,cij->ij", force, [own.h for own in closure])
     inner = np.block([[H[:n, :n], G[:, :n].T], [G[:, :n], np.zeros((len(G), len(G)))]])
     across = np.concatenate([H[:n, n:], G[:, n:]])
     K = H[n:, n:] - across.T @ _solved(inner, across)
-    K[3:, 3:] -= 0.5 * skew(wrench[3:])
-    H[n + 3 :, n + 3 :] -= 0.5 * skew(wrench[3:])
+    K[3:, 3:] -= 0.5 * skew(to * wrench[3:])
+    H[n + 3 :, n + 3 :] -= 0.5 * skew(to * wrench[3:])
     _, values, Vt = np.linalg.svd(G)
     N = Vt[np.sum(values > 1e-10 * values[0]) :]
     least = np.linalg.eigvalsh(N @ (0.5 * (H + H.T)) @ N.T)[0]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +14,10 @@ from robostiff.statics.problem import EquilibriumProblem, Linearised
 _NONE = 1e-10
 # Of the largest curvature: what rounding leaves of none.
 _ROUNDING = 1e-8
+# Condition of a root of the elastic energy up to which it is positive definite beyond doubt.
+_CLEARLY = 1e4
+# Diagonal entry of a triangular factor, of the largest, above which closures are independent.
+_INDEPENDENT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,37 @@ class Margin:
 
     value: float
     mode: np.ndarray
+
+    def among(self, motions: np.ndarray) -> Margin:
+        """The same in coordinates of which the columns of a matrix are its own."""
+        return replace(self, mode=motions @ self.mode)
+
+
+@dataclass(frozen=True)
+class LeastRatio:
+    """A margin whose mode is worked out when it is asked for; see `Margin`.
+
+    Attributes
+    ----------
+    value : float
+    form : (n, n) array
+        Its least eigenvalue is the margin.
+    inverse : (n, n) array
+        The mode is its transpose times the eigenvector.
+    """
+
+    value: float
+    form: np.ndarray
+    inverse: np.ndarray
+
+    @property
+    def mode(self) -> np.ndarray:
+        """The motion that has it (n,)."""
+        return self.inverse.T @ np.linalg.eigh(self.form)[1][:, 0]
+
+    def among(self, motions: np.ndarray) -> LeastRatio:
+        """The same in coordinates of which the columns of a matrix are its own."""
+        return replace(self, inverse=self.inverse @ motions.T)
 
 
 def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
@@ -63,18 +99,28 @@ def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
     return Margin(float(ratios[0]), T @ vectors[:, 0])
 
 
-def _margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
-    """Of pairs of forms (N, n, n); at once where the second of all are positive definite."""
+def _margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin | LeastRatio]:
+    """Of pairs of forms (N, n, n); at once where the second of all are clearly positive definite.
+
+    With ``Q0 = L L^T`` the ratios are the eigenvalues of ``L^-1 Q L^-T``.
+    """
     if Q.shape[-1] == 0:
         return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
-    w, V = np.linalg.eigh(0.5 * (Q0 + np.swapaxes(Q0, -1, -2)))
-    if not np.all(w > _NONE * np.maximum(w[:, -1:], 0.0)):
+    try:
+        L = np.linalg.cholesky(0.5 * (Q0 + np.swapaxes(Q0, -1, -2)))
+        inverse = np.linalg.inv(L)
+    except np.linalg.LinAlgError:
         return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
-    T = V / np.sqrt(w)[:, None]
-    form = 0.5 * (Q + np.swapaxes(Q, -1, -2))
-    ratios, vectors = np.linalg.eigh(np.swapaxes(T, -1, -2) @ form @ T)
-    modes = (T @ vectors[..., :1])[..., 0]
-    return [Margin(float(r), mode) for r, mode in zip(ratios[:, 0], modes, strict=True)]
+    if not np.all(_norm(L) * _norm(inverse) < _CLEARLY):
+        return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
+    form = inverse @ (0.5 * (Q + np.swapaxes(Q, -1, -2))) @ np.swapaxes(inverse, -1, -2)
+    ratios = np.linalg.eigvalsh(form)[:, 0]
+    return [LeastRatio(float(r), *own) for r, *own in zip(ratios, form, inverse, strict=True)]
+
+
+def _norm(A: np.ndarray) -> np.ndarray:
+    """Frobenius norms of matrices (N, n, n)."""
+    return np.sqrt(np.sum(A * A, axis=(-1, -2)))
 
 
 def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Linearised) -> Margin:
@@ -85,7 +131,7 @@ def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Li
     return Margin(found.value, free @ found.mode / problem.scale)
 
 
-def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin]:
+def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin | LeastRatio]:
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
     found = {}
     for group, eq in zip(problem.groups, known.equations, strict=True):
@@ -99,7 +145,7 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
     return {index: own for index, own in found.items() if own is not None and own.value != 0.0}
 
 
-def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | None]:
+def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | LeastRatio | None]:
     """Of legs built alike; None for one that the platform holds."""
     Q0 = group.unloaded_curvature
     stiff = np.diagonal(Q0, axis1=-2, axis2=-1)
@@ -114,16 +160,30 @@ def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | N
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
-    _, values, Vt = np.linalg.svd(columns)
-    ranks = np.sum(values > _NONE * values[:, :1], axis=1)
-    found: list[Margin | None] = [None] * len(Q)
-    for rank in np.unique(ranks):
-        if rank == Q.shape[1]:
-            continue
-        legs = np.flatnonzero(ranks == rank)
-        N = np.swapaxes(Vt[legs, rank:], -1, -2) * scale[legs, :, None]
+    found: list[Margin | LeastRatio | None] = [None] * len(Q)
+    for legs, motions in _left_by(columns):
+        N = motions * scale[legs, :, None]
         across = np.swapaxes(N, -1, -2)
         pairs = across @ Q[legs] @ N, across @ Q0[legs] @ N
         for leg, own, least in zip(legs, N, _margins(*pairs), strict=True):
-            found[leg] = Margin(least.value, own @ least.mode)
+            found[leg] = least.among(own)
     return found
+
+
+def _left_by(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Legs and motions (legs, m, k), orthonormal, on which closures (N, c, m) of one rank vanish.
+
+    None where they leave no motion.
+    """
+    count, m = C.shape[1:]
+    if count < m:
+        V, R = np.linalg.qr(np.swapaxes(C, -1, -2), mode="complete")
+        size = np.abs(np.diagonal(R, axis1=-2, axis2=-1))
+        if np.all(size > _INDEPENDENT * size.max(axis=-1, initial=0.0, keepdims=True)):
+            yield np.arange(len(C)), V[..., count:]
+            return
+    _, values, Vt = np.linalg.svd(C)
+    ranks = np.sum(values > _NONE * values[:, :1], axis=1)
+    for rank in np.unique(ranks[ranks < m]):
+        legs = np.flatnonzero(ranks == rank)
+        yield legs, np.swapaxes(Vt[legs, rank:], -1, -2)

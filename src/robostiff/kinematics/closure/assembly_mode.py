@@ -23,6 +23,8 @@ _CONTRACTION = 0.5
 _SMALL_STEP = 1e-9
 # A part of the way from home that is too long for one is cut into so many, down to the shortest.
 _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
+# Of the last of these parts, where postures near a singularity may turn fast: the shortest there.
+_SHORTEST_LAST = 1.0 / 4096.0
 # Smallest singular value, as a part of home's, below which assembly modes meet. At a limit of reach
 # a gap leads as far beyond the singularity as its square root; rounding is a gap as well.
 _MEETING, _BEYOND_MEETING, _ROUNDING = 1e-2, 3.0, 1e-13
@@ -90,8 +92,9 @@ class AssemblyMode:
 
     Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
     than zero, and each Newton step is at most half of the one before, six at most. The way is
-    gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64. The answer at a pose is
-    the same to the last bit whatever other poses come with it.
+    gone at once where that holds, otherwise in parts of 1/4, 1/16 or 1/64, and the last of these in
+    still shorter ones. The answer at a pose is the same to the last bit whatever other poses come
+    with it.
 
     Attributes
     ----------
@@ -217,7 +220,9 @@ class AssemblyMode:
             if directions and own and won.size:
                 for part, all_rows, one in zip(parts, directions, own, strict=True):
                     all_rows.put(won, _carried(part, one.of_rows(kept), J))
-            going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST_PART)]
+            is_last = gone[going] >= 1.0 - _SHORTEST_PART
+            shortest = np.where(is_last, _SHORTEST_LAST, _SHORTEST_PART)
+            going = going[(gone[going] < 1.0) & (step[going] >= shortest)]
         return x, gone, directions
 
     def _stepped(
