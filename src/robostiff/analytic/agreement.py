@@ -47,11 +47,20 @@ def check_robot(derivation: RobotDerivation, placed: PlacedRobot) -> int:
     InputError
         When the legs reach none of the poses near home that the formula is for.
     """
-    rank = 0
-    for values, result, doubtful in closed_places(placed, derivation.where):
-        _compare(derivation, values, result.K, placed, doubtful=doubtful)
-        rank = max(rank, int(result.rank))
-    return rank
+    places = list(closed_places(placed, derivation.where))
+    symbols = derivation.symbols
+    at_all = {s: np.array([values[s.name] for values, _, _ in places]) for s in symbols}
+    where = f"{derivation.name!r} {derivation.where}"
+    named = derivation.named
+    for form in (derivation, *([] if named is None else [named])):
+        found = matrix_value(form.K, at_all, form.definitions)
+        found = np.broadcast_to(found, (len(places), *form.K.shape))
+        for own, (values, result, doubtful) in zip(found, places, strict=True):
+            limit = _AGREED_IN_DOUBT if doubtful else AGREED
+            if matrix_distance(own, result.K, placed.length) > limit:
+                given = {s: values[s.name] for s in symbols}
+                check_value(form.K, form.definitions, given, result.K, limit, where, placed.length)
+    return max(int(result.rank) for _, result, _ in places)
 
 
 def closed_places(
@@ -194,22 +203,6 @@ def _platform(placed: PlacedRobot, finder: PostureFinder, values: Mapping[str, f
 
 def _number(expression: Any, values: Mapping[str, float]) -> float:
     return float(expression.evalf(30, subs={s: values[s.name] for s in expression.free_symbols}))
-
-
-def _compare(
-    derivation: RobotDerivation,
-    values: Mapping[str, float],
-    K: np.ndarray,
-    placed: PlacedRobot,
-    *,
-    doubtful: bool,
-) -> None:
-    given = {symbol: values[symbol.name] for symbol in derivation.symbols}
-    limit = _AGREED_IN_DOUBT if doubtful else AGREED
-    where = f"{derivation.name!r} {derivation.where}"
-    check_value(derivation.K, derivation.definitions, given, K, limit, where, placed.length)
-    if (named := derivation.named) is not None:
-        check_value(named.K, named.definitions, given, K, limit, where, placed.length)
 
 
 def check_value(

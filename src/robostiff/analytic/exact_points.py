@@ -108,6 +108,14 @@ class ExactPoints:
             found[step] = Same(earlier, sp.Integer(1 if sign else -1))
         return found
 
+    def are_equal(self, step: int, factors: tuple[int, int], sign: int) -> bool:
+        """Whether a step is a product of two others, or its negative."""
+        with flint.ctx.workprec(BITS):
+            return all(
+                bool(abs(own - sign * a * b) < _NOTHING * (1 + abs(own)))
+                for own, a, b in zip(*map(self.values, (step, *factors)), strict=True)
+            )
+
     def holds(self, K: Any, entries: Mapping[tuple[int, int], Any]) -> bool:
         """Whether entries of the record are zero or equal where a symmetric formula writes so."""
         for point in range(self.count):

@@ -44,7 +44,7 @@ def values_of(
     Parameters
     ----------
     expressions : iterable of SymPy expressions
-    values : mapping of symbols to floats
+    values : mapping of symbols to floats, or to arrays of them
     definitions : iterable of Definition
         Steps that the expressions need, in order.
     careful : bool
@@ -58,7 +58,10 @@ def values_of(
     """
     if careful:
         return [float(x) for x in many_digits_of(expressions, values, definitions)]
-    known: dict[Any, Any] = {symbol: float(value) for symbol, value in values.items()}
+    known: dict[Any, Any] = {
+        symbol: value if isinstance(value, np.ndarray) else float(value)
+        for symbol, value in values.items()
+    }
     with np.errstate(all="ignore"):
         for definition in definitions:
             known[definition.symbol] = _value(definition.expression, known, float, _in_floats)
@@ -99,13 +102,13 @@ def balls_of(
 def matrix_value(
     K: Any, values: Mapping[Any, Any], definitions: Iterable[Definition], *, careful: bool = False
 ) -> np.ndarray:
-    """A symmetric matrix of formulas as numbers (n, n), see `values_of`."""
+    """A symmetric matrix of formulas as numbers (..., n, n), see `values_of`."""
     n = K.rows
     places = [(i, j) for i in range(n) for j in range(i, n)]
     found = values_of([K[i, j] for i, j in places], values, definitions, careful=careful)
-    matrix = np.zeros((n, n))
+    matrix = np.zeros((*np.broadcast_shapes(*map(np.shape, values.values())), n, n))
     for (i, j), value in zip(places, found, strict=True):
-        matrix[i, j] = matrix[j, i] = value
+        matrix[..., i, j] = matrix[..., j, i] = value
     return matrix
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,9 @@ _FUNCTIONS: dict[Operation, Any] = {
 }
 
 _CLOSED = 1e-10  # of the terms: rounding of a closed posture
+_SAME = 1e-11  # of a value: rounding at the samples
+_TURNING = (Operation.SINE, Operation.COSINE)
+_FACTORS = (Operation.INPUT, Operation.SQUARE_ROOT, *_TURNING)
 
 # Most operations of a number that is written without a name.
 _SHORT = 4
@@ -132,10 +136,12 @@ class StepReading:
         at_closed_postures: bool = False,
     ) -> None:
         wanted = [value.step for value in results if isinstance(value, Entry)]
-        self._same = ExactPoints(record).same(record.needed(wanted))
+        points = ExactPoints(record)
+        self._same = points.same(record.needed(wanted))
         if at_closed_postures:
             zero = Same(None, sp.Integer(0))
             self._same |= {step: zero for step in self._same if _vanishes(record, step)}
+        self._shorten(record, points)
         steps, uses = self._needed(record, wanted)
         self._record = record
         self._reading = reading = ClosedReading(record, symbols)
@@ -144,16 +150,24 @@ class StepReading:
         count = 0
         self._written: dict[int, sp.Expr] = {}
         definitions = []
+        multiples: dict[Any, tuple[Any, Any]] = {}
         for step in steps:
             arguments = {x: self._of_step(x) for x in record.arguments(step)}
             expression = reading.written(step, arguments)
+            if expression.is_Mul and not expression.args[0].is_Symbol:
+                expression = _by_multiple(expression, multiples)
             name = _identifier(record.names.get(step), taken, given)
             if name is None and uses[step] > 1 and not _is_trivial(expression):
                 count, name = _free_name(count, taken)
             if name is not None and not _is_trivial(expression):
                 symbol = sp.Symbol(name, real=True)
-                definitions.append(Definition(symbol, expression))
-                expression = symbol
+                # A negative product is used with its sign.
+                is_minus = step not in record.names and expression.as_coeff_Mul()[0].is_negative
+                definitions.append(Definition(symbol, -expression if is_minus else expression))
+                expression = -symbol if is_minus else symbol
+                number, rest = _number_and_rest(definitions[-1].expression)
+                if number != 1:
+                    multiples.setdefault(rest, (number, symbol))
             self._written[step] = expression
         self.definitions = used_definitions(definitions, [self._of_step(step) for step in wanted])
 
@@ -175,7 +189,82 @@ class StepReading:
             arguments = {self._same[x].step for x in record.arguments(step)}
             uses.update(arguments)
             waiting.extend(arguments)
-        return sorted(steps), uses
+        in_order = self._in_order(record, steps)
+        for step in reversed(in_order):
+            # Dividing by something twice is as short as a name for its reciprocal.
+            if record.operations[step][0] is Operation.RECIPROCAL and step not in record.names:
+                (below,) = (self._same[x].step for x in record.arguments(step))
+                uses[below] += uses[step] - 1
+                uses[step] = 1
+        return in_order, uses
+
+    def _in_order(self, record: Record, steps: set[int]) -> list[int]:
+        """Steps after those on which they work; some were added behind all others."""
+        found: dict[int, None] = {}
+        waiting = sorted(steps, reverse=True)
+        while waiting:
+            step = waiting[-1]
+            before = {self._same[x].step for x in record.arguments(step)} - found.keys() - {None}
+            if before and step not in found:
+                waiting += sorted(before, reverse=True)
+            else:
+                found[waiting.pop()] = None
+        return list(found)
+
+    def _shorten(self, record: Record, points: ExactPoints) -> None:
+        """Sums that are the cosine or sine of a sum of angles, or a product of two short steps."""
+        products = _Products.of(record, points, self._same)
+        replaced: dict[int, Same] = {}
+        for step in sorted(self._same):
+            same, operation = self._same[step], record.operations[step][0]
+            if same.step in replaced:
+                other = replaced[same.step]
+                self._same[step] = Same(other.step, other.factor * same.factor)
+            elif same.step == step and operation in (Operation.ADD, Operation.SUBTRACT):
+                found = self._turned(record, step) or products.equal_to(step)
+                name = record.names.get(step)
+                if found is None or (name is not None and found[1] < 0):
+                    continue
+                for own in record.needed([found[0]]):
+                    self._same.setdefault(own, Same(own, sp.Integer(1)))
+                if name is not None:
+                    record.names.setdefault(found[0], name)
+                self._same[step] = replaced[step] = Same(found[0], sp.Integer(found[1]))
+
+    def _turned(self, record: Record, step: int) -> tuple[int, int] | None:
+        """A step cos a cos b - sin a sin b, or alike, as that of a sum of angles, and its sign."""
+        terms = []
+        for argument in record.arguments(step):
+            product = self._same[argument]
+            if product.step is None or record.operations[product.step][0] is not Operation.MULTIPLY:
+                return None
+            both = [self._same[x] for x in record.arguments(product.step)]
+            turning = [(record.operations[x.step], x.factor) for x in both if x.step is not None]
+            if len(turning) < 2 or any(x[0] not in _TURNING for x, _ in turning):
+                return None
+            sign = int(product.factor * turning[0][1] * turning[1][1])
+            terms.append((sign, {(x[0], self._same[x[1]].step) for x, _ in turning}))
+        (s1, first), (s2, second) = terms
+        if record.operations[step][0] is Operation.SUBTRACT:
+            s2 = -s2
+        angles = sorted({x for _, x in first})
+        if len(angles) < 2 or len(first | second) < 4 or {x for _, x in second} != set(angles):
+            return None
+        a, b = angles
+        if len({kind for kind, _ in first}) == 2:
+            # sin a cos b + cos a sin b
+            if (Operation.SINE, a) not in first:
+                s1, s2 = s2, s1
+            kind, sign, is_sum = Operation.SINE, s1, s1 == s2
+        else:
+            if (Operation.COSINE, a) not in first:
+                s1, s2 = s2, s1
+            kind, sign, is_sum = Operation.COSINE, s1, s1 != s2
+        angle = (
+            Entry(record, a) + Entry(record, b) if is_sum else Entry(record, a) - Entry(record, b)
+        )
+        angle = record.simplified(angle)
+        return (angle.apply(kind).step, sign) if isinstance(angle, Entry) else None
 
     def _of_step(self, step: int) -> Any:
         if step not in self._same:  # simplified after the others were read, from which it is made
@@ -183,7 +272,57 @@ class StepReading:
             self._written[step] = self._reading.written(step, arguments)
             self._same[step] = Same(step, sp.Integer(1))
         same = self._same[step]
-        return same.factor if same.step is None else same.factor * self._written[same.step]
+        if same.step is None:
+            return same.factor
+        written = self._written[same.step]
+        return written if same.factor == 1 else same.factor * written
+
+
+@dataclass(frozen=True)
+class _Products:
+    """Finds steps that are the product of two inputs, sines, cosines or roots.
+
+    Attributes
+    ----------
+    record : Record
+    points : ExactPoints
+        Which confirm what the samples suggest.
+    steps : (n,) array
+        Possible factors, by the size of their first sample.
+    values : (n, count) array
+        Of them at the samples.
+    """
+
+    record: Record
+    points: ExactPoints
+    steps: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def of(cls, record: Record, points: ExactPoints, steps: Iterable[int]) -> _Products:
+        short = [x for x in steps if record.operations[x][0] in _FACTORS]
+        short.sort(key=lambda x: abs(record.sample(x)[0]))
+        kept = [x for x in short if np.all(record.sample(x))]
+        values = np.array([record.sample(x) for x in kept]).reshape(len(kept), record.count)
+        return cls(record, points, np.array(kept, dtype=int), values)
+
+    def equal_to(self, step: int) -> tuple[int, int] | None:
+        """The product that a step is, and its sign."""
+        if self.points.count < 2 or not len(self.steps):
+            return None
+        own = self.record.sample(step)
+        sizes = np.abs(self.values[:, 0])
+        wanted = np.abs(own[0]) / sizes
+        places = np.minimum(np.searchsorted(sizes, wanted * (1 - _SAME)), len(sizes) - 1)
+        for i in np.nonzero(np.abs(sizes[places] - wanted) <= _SAME * wanted)[0]:
+            j, ratio = places[i], own / self.values[i]
+            for sign in (1, -1):
+                off = np.abs(ratio - sign * self.values[j])
+                if np.all(off <= _SAME * np.abs(self.values[j])):
+                    a, b = sorted((int(self.steps[i]), int(self.steps[j])))
+                    if a < b < step and self.points.are_equal(step, (a, b), sign):
+                        return self.record.step(Operation.MULTIPLY, a, b), sign
+        return None
 
 
 def _shorter(radicand: sp.Expr) -> sp.Expr:
@@ -236,6 +375,24 @@ def _free_name(count: int, taken: set[str]) -> tuple[int, str]:
     while f"t_{count}" in taken:
         count += 1
     return count, f"t_{count}"
+
+
+def _number_and_rest(expression: Any) -> tuple[Any, Any]:
+    if not expression.is_Mul:
+        return sp.Integer(1), expression
+    numbers = [x for x in expression.args if x.is_number]
+    if not numbers:
+        return sp.Integer(1), expression
+    return sp.Mul(*numbers), sp.Mul(*(x for x in expression.args if not x.is_number))
+
+
+def _by_multiple(expression: Any, known: Mapping[Any, tuple[Any, Any]]) -> Any:
+    """A multiple of a symbol by a named multiple of it where that is shorter: sqrt(3) t_1."""
+    number, rest = _number_and_rest(expression)
+    if rest not in known:
+        return expression
+    other, symbol = known[rest]
+    return min(expression, number / other * symbol, key=lambda x: int(x.count_ops()))
 
 
 def _is_trivial(expression: sp.Expr) -> bool:

@@ -32,7 +32,7 @@ from robostiff.analytic.sum_of_springs import sum_of_springs
 from robostiff.analytic.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
-from robostiff.record import Entry
+from robostiff.record import Entry, is_zero
 from robostiff.recorded import RecordedLeg, RecordedRobot, assembled
 
 
@@ -270,12 +270,13 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
     for number, leg in enumerate(recorded.legs, start=1):
         _give_names(leg, number)
     n = recorded.space.size
+    K_entries = _added(recorded)
     of_legs = [[*(x for w in leg.wrenches for x in w), *leg.mu] for leg in recorded.legs]
-    results = [*recorded.K.values(), *(x for leg in of_legs for x in leg)]
+    results = [*K_entries.values(), *(x for leg in of_legs for x in leg)]
     reading = StepReading(
         placed.record, placed.symbols, results, at_closed_postures=placed.follows.any
     )
-    K = sp.ImmutableMatrix(n, n, lambda i, j: reading(recorded.K[min(i, j), max(i, j)]))
+    K = sp.ImmutableMatrix(n, n, lambda i, j: reading(K_entries[min(i, j), max(i, j)]))
     of_legs = [[reading(x) for x in leg] for leg in of_legs]
     legs = []
     for i, own in enumerate(shared_out(reading.definitions, of_legs)):
@@ -284,6 +285,23 @@ def _in_steps(placed: PlacedRobot, recorded: RecordedRobot) -> RobotDerivation:
         parts = _parts(placed.legs[i].leg, leg, wrenches, [reading(mu) for mu in leg.mu])
         legs.append(LegDerivation(**parts, K=None, definitions=own))
     return _derivation(placed, K, legs, reading.definitions)
+
+
+def _added(recorded: RecordedRobot) -> dict[tuple[int, int], Any]:
+    """Upper triangle of K; many wrenches that meet one compliance are divided by it as a sum."""
+    groups: dict[Any, tuple[Any, list[Any]]] = {}
+    for leg in recorded.legs:
+        for w, mu in zip(leg.wrenches, leg.mu, strict=True):
+            key = mu.step if isinstance(mu, Entry) else ("number", mu)
+            groups.setdefault(key, (mu, []))[1].append(w)
+    K: dict[tuple[int, int], Any] = dict.fromkeys(recorded.K, 0)
+    for mu, wrenches in groups.values():
+        at_last = len(K) < sum(not is_zero(x) for w in wrenches for x in w)
+        first = [w if at_last else [x / mu for x in w] for w in wrenches]
+        for (i, j), so_far in K.items():
+            total = sum((a[i] * b[j] for a, b in zip(first, wrenches, strict=True)), 0)
+            K[i, j] = so_far + (total / mu if at_last else total)
+    return K
 
 
 def _closed(placed: PlacedRobot, recorded: RecordedRobot, limit: int) -> RobotDerivation:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -129,7 +130,8 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         _check_reach(robot, finder, given, rotation)
     record = Record(_samples(symbols, given, robot, finder, follows, rotation))
     read = entry_reader(record, exact=True)
-    entries = with_entries(with_entries(robot, exact_number), read)
+    exact = cache(exact_number)  # most numbers are 0 or 1
+    entries = with_entries(robot, lambda value: read(exact(value)))
     coordinates = None
     if given is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
