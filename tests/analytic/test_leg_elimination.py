@@ -124,3 +124,13 @@ def test_a_leg_with_beams_at_a_general_pose_is_read_in_steps():
     values = {s.name: robot.nominal.get(s.name, 0.05) for s in leg.symbols}
     K = np.array(leg.substituted(values).tolist(), dtype=float)
     assert np.linalg.matrix_rank(K, tol=1e-9 * np.linalg.norm(K, 2)) == 1
+
+
+def test_values_put_in_leave_no_name_without_its_definition():
+    """Steps that are numbers, such as EI of a beam, are put in everywhere."""
+    leg = rs.derive("3-prs", leg="leg1")
+    values = {"R": 0.55, "k": 9e6, "l": 0.8, "r": 0.25}
+    put = leg.subs({"R": 0.55})
+    assert {s.name for s in put.given_symbols} <= values.keys() - {"R"}
+    others = {s.name: values[s.name] for s in put.symbols}
+    assert put.lambdify()(**others) == pytest.approx(leg.lambdify()(**values), rel=1e-12)

@@ -85,8 +85,8 @@ class LegElimination(Derivation):
         return tuple(sorted(found - {d.symbol for d in self.definitions}, key=str))
 
     def _parts_at(self, put_in: Substitution) -> dict[str, Any]:
-        own = {name: put_in.matrix(getattr(self, name)) for name in ("C", "axes", "arm")}
-        return super()._parts_at(put_in) | own
+        parts = super()._parts_at(put_in)  # first the steps, of which C is written
+        return parts | {name: put_in.matrix(getattr(self, name)) for name in ("C", "axes", "arm")}
 
 
 def derive_leg(
