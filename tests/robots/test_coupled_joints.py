@@ -1,6 +1,7 @@
 """Gears and differentials: against networks, least energy, 40 digits and closed forms."""
 
 import json
+from itertools import permutations
 
 import mpmath
 import numpy as np
@@ -276,6 +277,32 @@ def test_a_posture_that_the_gear_forbids_is_refused():
 def test_couplings_that_cannot_be(couplings, words: str):
     with pytest.raises(InputError, match=words):
         arm(couplings)
+
+
+def test_couplings_have_no_order(tmp_path):
+    """The second sum is an angle; it keeps a joint that turns where the third takes the slide."""
+    elements = (
+        prismatic([1, 0.3, 0], Passive(), name="slide"),
+        revolute([0, 0, 1], Passive(), name="a"),
+        beam("l1", 0.4, 0.1, 0.2),
+        revolute([0, 1, 0.2], Passive(), name="b"),
+        beam("l2", 0.2, 0, 0.3),
+        revolute([1, 0, 0.1], Actuated(2e4), name="drive"),
+        beam("l3", 0.1, 0.2, 0.1),
+    )
+    sums = (
+        Coupling((("a", 1.0), ("drive", -1.2)), Locked(8e4)),
+        Coupling((("a", 1.0), ("slide", 0.2))),
+        Coupling((("slide", 1.0), ("b", -0.4)), Locked(6e5)),
+    )
+    K = [rs.stiffness(posed(Chain(elements, order))).K for order in permutations(sums)]
+    for other in K:
+        assert apart(other, network_stiffness(posed(Chain(elements, sums)))[0]) < 1e-12
+    path = tmp_path / "arm.json"
+    path.write_text(
+        json.dumps(snapshot_to_data(find_posture(posed(Chain(elements, sums))).snapshot.one(0)))
+    )
+    assert apart(rs.stiffness(rs.load(path)).K, K[0]) < 1e-12
 
 
 @pytest.mark.parametrize("factor", [0, np.nan])

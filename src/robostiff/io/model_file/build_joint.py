@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from robostiff.io.expression import exact_mathematics, parse
+from robostiff.errors import InputError
 from robostiff.io.model_file.place import Place, direction, vector
 from robostiff.io.model_file.written_elements import (
     WrittenCoupling,
@@ -262,17 +263,19 @@ def coupled_chain(
 ) -> Chain:
     """The chain of elements with the couplings that are written at a place."""
     joints = {own.name: own for own in elements if isinstance(own, Joint) and own.size == 1}
-    built: list[Coupling] = []
-    chain = Chain(tuple(elements))
-    for i, own in enumerate(written):
-        here = place / i
-        if isinstance(own, WrittenFollower):
-            built.append(_follower(here, own, joints))
-        else:
-            built.append(_sum(here, own, joints))
-        with here.complaints():  # one after the other, so that an error is at its own place
-            chain = Chain(tuple(elements), tuple(built))
-    return chain
+    built = tuple(
+        _follower(place / i, own, joints)
+        if isinstance(own, WrittenFollower)
+        else _sum(place / i, own, joints)
+        for i, own in enumerate(written)
+    )
+    try:
+        return Chain(tuple(elements), built)
+    except InputError:
+        for i in range(len(built)):  # one after the other, so that an error is at its own place
+            with (place / i).complaints():
+                Chain(tuple(elements), built[: i + 1])
+        raise
 
 
 def _follower(place: Place, written: WrittenFollower, joints: dict[str, Joint]) -> Coupling:
