@@ -208,3 +208,19 @@ def test_misuse():
 def test_languages_without_derivatives_say_so(writer):
     with pytest.raises(InputError, match="python_function"):
         writer(differentiate(in_steps(), L))
+
+
+def test_the_chain_rule_is_that_of_sympy():
+    x, y, t, s = sp.symbols("x y t s", positive=True)
+    steps = (Definition(t, x**2 * sp.sin(y * x)), Definition(s, sp.sqrt(t) / (x + y) ** 3))
+    entries = (s**x * t, sp.atan2(t, s) + sp.cos(s) ** 2, 3 * y * t / s - y)
+    K = sp.ImmutableMatrix(sp.diag(*entries))
+    found = differentiate(Derivation("K", K, (), K, steps), x)
+    at = {"x": sp.Float("0.7", 30), "y": sp.Float("1.3", 30)}
+    _, dK = found.substituted(at)
+    full = {}
+    for d in steps:
+        full[d.symbol] = d.expression.xreplace(full)
+    for i, entry in enumerate(entries):
+        wanted = sp.diff(entry.xreplace(full), x).subs({x: at["x"], y: at["y"]})
+        assert abs(dK[i, i] - wanted) < 1e-20 * abs(wanted)

@@ -254,13 +254,9 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
     rates: dict[Any, Any] = {symbol: sp.Integer(1)}
     definitions: list[Definition] = []
 
-    def rate(expression: Any) -> Any:
-        moving = sorted(expression.free_symbols & rates.keys(), key=str)
-        return sp.Add(*(sp.diff(expression, s) * rates[s] for s in moving))
-
     for definition in derivation.definitions:
         definitions.append(definition)
-        change = rate(definition.expression)
+        change = _rate(definition.expression, rates)
         if change == 0:
             continue
         if change.is_Atom or (-change).is_Atom:
@@ -272,5 +268,26 @@ def _by_steps(derivation: Derivation, symbol: sp.Symbol) -> FormulaDerivative:
         taken.add(name)
         rates[definition.symbol] = sp.Symbol(name)
         definitions.append(Definition(rates[definition.symbol], change))
-    dK = derivation.K.applyfunc(rate)
+    dK = derivation.K.applyfunc(lambda x: _rate(x, rates))
     return FormulaDerivative(derivation, symbol, sp.ImmutableMatrix(dK), tuple(definitions))
+
+
+def _rate(expression: Any, rates: dict[Any, Any]) -> Any:
+    """Rate of an expression by the rates of its symbols; SymPy would ask each symbol anew."""
+    if not expression.args or expression.free_symbols.isdisjoint(rates):
+        return rates.get(expression, sp.Integer(0))
+    if expression.is_Add:
+        return sp.Add(*(_rate(term, rates) for term in expression.args))
+    if expression.is_Mul:
+        changes = [(_rate(factor, rates), i) for i, factor in enumerate(expression.args)]
+        args = expression.args
+        return sp.Add(*(sp.Mul(*args[:i], *args[i + 1 :], x) for x, i in changes if x != 0))
+    if expression.is_Pow and expression.exp.is_Number:
+        base, exponent = expression.args
+        return exponent * base ** (exponent - 1) * _rate(base, rates)
+    if isinstance(expression, sp.Function):
+        changes = [_rate(argument, rates) for argument in expression.args]
+        parts = [(expression.fdiff(i), x) for i, x in enumerate(changes, start=1) if x != 0]
+        return sp.Add(*(part * x for part, x in parts))
+    moving = sorted(expression.free_symbols & rates.keys(), key=str)
+    return sp.Add(*(sp.diff(expression, s) * rates[s] for s in moving))
