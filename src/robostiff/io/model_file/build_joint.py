@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from robostiff.io.expression import exact_mathematics, parse
 from robostiff.errors import InputError
+from robostiff.io.expression import exact_mathematics, parse
 from robostiff.io.model_file.place import Place, direction, vector
 from robostiff.io.model_file.written_elements import (
     WrittenCoupling,
