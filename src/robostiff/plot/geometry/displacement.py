@@ -19,7 +19,7 @@ from typing import cast
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.analysis.leg_matrices import SolvedBlock
+from robostiff.analysis.snapshot_stiffness import SolvedBlock
 from robostiff.elastostatics import Tolerance, scaling
 from robostiff.kinematics import freedom_twist, spring_compliance
 from robostiff.model import (
