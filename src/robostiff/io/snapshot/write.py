@@ -167,7 +167,8 @@ def _couplings(
     for element in leg.elements:
         if isinstance(element, CoupledFreedom) and len(element.sum) > 1:
             # The first joint says whether the sum is an angle or a length.
-            factors = sorted(element.sum, key=lambda term: turns[term[0]] is not element.turns)
+            kind = element.turns
+            factors = sorted(element.sum, key=lambda term, kind=kind: turns[term[0]] is not kind)
             terms = {written[joint]: float(a) for joint, a in factors if joint in written}
             if len(terms) > 1:
                 name = element.name.removeprefix(prefix)
