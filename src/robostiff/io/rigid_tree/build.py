@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Container, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
@@ -32,6 +31,7 @@ from robostiff.io.rigid_tree.build_links import (
     far_body,
     starting,
 )
+from robostiff.io.rigid_tree.symbolic import with_symbols
 from robostiff.io.rigid_tree.tree import RigidTree
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool, check_known
 from robostiff.io.suggest import Words, listing
@@ -46,9 +46,8 @@ from robostiff.linkage import (
     with_roles,
 )
 from robostiff.linkage.network_at import network_of
-from robostiff.model import Coordinate, Joint, Link, Robot
+from robostiff.model import Coordinate, Joint, Robot
 from robostiff.model.chain import is_elastic
-from robostiff.model.entries import free_symbols
 from robostiff.network import Network
 
 
@@ -227,36 +226,8 @@ def linkage_of_tree(
         return linkage
     quantities, nominal = symbolic_values(names, top.names)
     overrides = {**(parameters or {}), **quantities}
-    top = top_place(side, written.parameters, overrides, exact_mathematics())
-    try:
-        return _with_symbols(linkage, build_linkage(top, written, tree), nominal)
-    except (InputError, TypeError):  # a dimension that is computed with a symbol is no number
-        raise InputError(
-            f"symbols of linkage {linkage.name!r}",
-            got=names,
-            expected="parameters of stiffnesses, elastic parts and masses alone",
-            hint="give values to parameters of dimensions: load_linkage(path, {NAME: ...})",
-        ) from None
-
-
-def _with_symbols(known: Linkage, symbolic: Linkage, nominal: Mapping[str, float]) -> Linkage:
-    """The linkage of numbers with the stiffnesses of one with symbols."""
-    connections = []
-    for own, other in zip(known.connections, symbolic.connections, strict=True):
-        element, given = own.element, other.element
-        if isinstance(element, Joint) and isinstance(given, Joint):
-            k = getattr(given.role, "stiffness", None)
-            if free_symbols(k):
-                element = replace(element, role=replace(element.role, stiffness=k))
-        elif isinstance(element, Link) and free_symbols(given):
-            given = cast("Link", given)
-            element = replace(element, elasticity=given.elasticity, masses=given.masses)
-        connections.append(replace(own, element=element))
-    plain = [(c.before, c.after, getattr(c.element, "to", None)) for c in symbolic.connections]
-    homes = [getattr(c.element, "home", None) for c in symbolic.connections]
-    if free_symbols((tuple(plain), tuple(homes), symbolic.reference_point)):
-        raise InputError("dimensions", got="symbols", expected="numbers")
-    return replace(known, connections=tuple(connections), nominal=nominal)
+    exact = top_place(side, written.parameters, overrides, exact_mathematics())
+    return with_symbols(linkage, lambda: build_linkage(exact, written, tree), nominal)
 
 
 def _read(
