@@ -79,6 +79,12 @@ class ClosedCode:
         return replace(self, whole=whole, step=step, last=last, arrival=arrival)
 
     @property
+    def in_arrays(self) -> ClosedCode:
+        """The same without machine code, for few poses."""
+        step, last = self.few
+        return replace(self, whole=None, step=step, last=last)
+
+    @property
     def operations(self) -> int:
         """Number of operations a pose takes, with the usual number of steps."""
         if self.whole is not None:

@@ -38,9 +38,14 @@ from robostiff.recorded.elimination import (
     usual_size,
 )
 from robostiff.recorded.factor import factors_of
-from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
+from robostiff.recorded.leg import (
+    LegRecorder,
+    RecordedLeg,
+    at_samples,
+    lower_bound,
+    stiffness_entries,
+)
 from robostiff.recorded.parameters import parameter_samples, with_inputs
-from robostiff.recorded.rigidity import at_samples
 from robostiff.recorded.robot import RecordedRobot
 from robostiff.recorded.working_frame import (
     LocalLeg,

@@ -193,9 +193,9 @@ def dot(a: Sequence[Any] | np.ndarray, b: Sequence[Any] | np.ndarray) -> Any:
     return total
 
 
-def usual_size(value: Entry) -> float:
-    """Size of an entry, the mean over the samples."""
-    return float(np.mean(np.abs(value.sample)))
+def usual_size(value: Any) -> float:
+    """Mean size of an entry over the samples, or the size of a number."""
+    return float(np.mean(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
 
 
 def most_size(value: Any) -> float:

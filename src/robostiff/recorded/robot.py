@@ -21,6 +21,7 @@ from robostiff.kinematics.formula import (
 from robostiff.model import Actuated, Leg, Robot
 from robostiff.record import Entry, Operation, Record, least
 from robostiff.recorded.closure import RecordedClosure, record_closure
+from robostiff.recorded.elimination import usual_size
 from robostiff.recorded.factor import Factors, factors_of
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (
@@ -304,7 +305,7 @@ def _shape(leg: Any) -> tuple[Any, ...]:
 
 def _as_part(value: Entry) -> Any:
     """A positive entry against its mean over the samples."""
-    return value * (1 / float(np.mean(np.abs(value.sample))))
+    return value * (1 / usual_size(value))
 
 
 def _sum_of_squares(values: Sequence[Any]) -> Any:

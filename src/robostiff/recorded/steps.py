@@ -47,7 +47,9 @@ class RecordedSteps:
         What is computed from the same at the end; what stays open (squared), and a number that is
         positive where all is well, come last.
     first : Program or None
-        The first step, where it is shorter than the others.
+        The first step, or several of them, where these are shorter than the others.
+    first_steps : int
+        How many it takes.
     steps, most_steps : int
         How many are usually enough, and how many may be taken.
     """
@@ -57,6 +59,7 @@ class RecordedSteps:
     step: Program
     arrival: Program
     first: Program | None = None
+    first_steps: int = 1
     steps: int = 4
     most_steps: int = 6
 
@@ -76,7 +79,7 @@ class RecordedSteps:
         record = self.empty_record(self.inputs)
         values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
         values |= self.state
-        for step in [self.first or self.step, *[self.step] * (self.steps - 1)]:
+        for step in [self.first or self.step, *[self.step] * (self.steps - self.first_steps)]:
             after = step.evaluated(values, ENTRY_FUNCTIONS)
             values |= zip(self.state, after, strict=True)
         return Program.of(record, self.ended(program, values))

@@ -250,8 +250,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
     )
     F[0] = 0.0
     values = parameter_samples(robot, 1873)
-    slow = _in_arrays(found)
-    answer = slow.evaluate(pose, F, parameters=values)
+    answer = found.in_arrays.evaluate(pose, F, parameters=values)
     if np.all(answer.guarded):
         return replace(found, general=replace(found.general, verified=False))
     parameter_rows = ParameterValues(
@@ -271,15 +270,3 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
                 raise DisagreementError(_SUBJECT, off, where)
             status = one.status & ~EquilibriumStatus.BEYOND_LIMITS
     return replace(found, status=status)
-
-
-def _in_arrays(found: CompiledLoading) -> CompiledLoading:
-    """The same without machine code, for few poses."""
-
-    def plain(kernel: Kernel | None) -> Any:
-        if kernel is None or not isinstance(kernel.code, ClosedCode):
-            return kernel
-        step, last = kernel.code.few
-        return replace(kernel, code=replace(kernel.code, whole=None, step=step, last=last))
-
-    return replace(found, kernel=plain(found.kernel), closure=plain(found.closure))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.compiled import Kernel, unpack
+from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import chunks_of, in_shares, whole_threads
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
@@ -135,6 +136,17 @@ class CompiledLoading:
     def verified(self) -> bool:
         """Whether the record was confirmed at generic poses; otherwise none is left to it."""
         return self.general.verified
+
+    @property
+    def in_arrays(self) -> CompiledLoading:
+        """The same without machine code, for few poses."""
+
+        def plain(kernel: Kernel) -> Kernel:
+            code = kernel.code
+            return replace(kernel, code=code.in_arrays) if isinstance(code, ClosedCode) else kernel
+
+        closure = None if self.closure is None else plain(self.closure)
+        return replace(self, kernel=plain(self.kernel), closure=closure)
 
     @property
     def parameters(self) -> tuple[str, ...]:

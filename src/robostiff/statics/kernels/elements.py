@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from robostiff.model import PlacedFreedom, PlacedSpring
-from robostiff.record import Entry, is_zero, reciprocal, square_root
+from robostiff.record import is_zero, reciprocal, square_root
+from robostiff.recorded.elimination import usual_size
 from robostiff.spatial import Space
 from robostiff.statics.element import FiniteSpring
 
@@ -150,7 +151,7 @@ def recorded_springs(
     columns = [own @ column for column in modes] + [own @ column for column in free.T]
     V, stiffness = [], []
     for i, column in enumerate(columns):
-        sizes = [_usual(x) / (length if k < 3 else 1.0) for k, x in enumerate(column)]
+        sizes = [usual_size(x) / (length if k < 3 else 1.0) for k, x in enumerate(column)]
         size = max(*sizes, 1e-300)
         V.append(column * (1 / size))
         stiffness.append(1 / size**2 if i < len(modes) else 0)
@@ -197,7 +198,7 @@ def _modes(C: np.ndarray) -> list[np.ndarray]:
     left, found = C.copy(), []
     for i in reversed(range(len(C))):
         pivot = left[i, i]
-        if _usual(pivot) <= _LOST**0.5 * _usual(C[i, i]):
+        if usual_size(pivot) <= _LOST**0.5 * usual_size(C[i, i]):
             continue
         column = left[:, i] * reciprocal(square_root(pivot))
         found.append(column)
@@ -206,11 +207,6 @@ def _modes(C: np.ndarray) -> list[np.ndarray]:
                 if is_zero(column[a]) or is_zero(column[b]):
                     continue
                 rest = left[a, b] - column[a] * column[b]
-                lost = _usual(rest) ** 2 <= _LOST * _usual(C[a, a]) * _usual(C[b, b])
+                lost = usual_size(rest) ** 2 <= _LOST * usual_size(C[a, a]) * usual_size(C[b, b])
                 left[a, b] = 0 if lost else rest
     return found
-
-
-def _usual(value: Any) -> float:
-    """Mean size at the samples."""
-    return float(np.mean(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))

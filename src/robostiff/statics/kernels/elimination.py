@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.record import Entry, is_zero, reciprocal
+from robostiff.recorded.elimination import least_size, usual_size
 
 # Of the largest entry of its column, and of its own mean over the samples: a pivot above is safe.
 _OF_COLUMN, _OF_ITSELF = 0.2, 0.3
@@ -230,17 +231,14 @@ class SymmetricElimination:
     def _size(self, a: str, b: str) -> tuple[float, float]:
         """Least and mean size over the samples."""
         value = self.A[a].get(b, 0)
-        if not isinstance(value, Entry):
-            return abs(float(value)), abs(float(value))
-        size = np.abs(value.sample)
-        return float(np.min(size)), float(np.mean(size))
+        return least_size(value), usual_size(value)
 
 
 def _as_part(value: Any, sign: float) -> Any:
     """A pivot against its mean over the samples; a number as it is."""
     if not isinstance(value, Entry):
         return sign * value
-    return value * (sign / float(np.mean(np.abs(value.sample))))
+    return value * (sign / usual_size(value))
 
 
 def solved_with(

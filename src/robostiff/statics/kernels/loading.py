@@ -352,7 +352,7 @@ def record_loading(
         start=start,
         step=Program.of(record, loaded.step(values, at, loaded.twist(at))),
         arrival=Program.of(record, outputs),
-        steps=2 if struts else 4,
+        first_steps=3 if struts else 1,
         first=Program.of(record, loaded.first(values)),
         checks=tuple(checks),
         has_arms=bool(loaded.dead),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.record import Entry, reciprocal, square_root
+from robostiff.recorded.elimination import usual_size
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross
 from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
@@ -186,7 +187,7 @@ def recorded_strut(
     if len(unloaded.wrenches) != 1:
         return None
     along_line = _along(unloaded)
-    same = (reduce(add, compliances) - along_line) * (1 / _mean(along_line))
+    same = (reduce(add, compliances) - along_line) * (1 / usual_size(along_line))
     if not _zero(np.array([same])):
         return None
     return RecordedStrut(A, B, reciprocal(along_line), unloaded)
@@ -214,7 +215,7 @@ def _at_end(own: RecordedElement, at: np.ndarray, length: float) -> Any:
     rest = C.copy()
     for i in range(3):
         rest[i, i] = rest[i, i] - size
-    return size if _zero(rest.reshape(-1) * (1 / _mean(size))) else None
+    return size if _zero(rest.reshape(-1) * (1 / usual_size(size))) else None
 
 
 def _between(own: RecordedElement, along: np.ndarray, A: np.ndarray, length: float) -> Any:
@@ -230,7 +231,7 @@ def _between(own: RecordedElement, along: np.ndarray, A: np.ndarray, length: flo
     twist = _compliance(own)[:, :3] @ local
     size = local @ twist[:3]
     bends = np.concatenate([(twist[:3] - local * size), twist[3:] * length])
-    return size if _zero(bends * (1 / _mean(size))) else None
+    return size if _zero(bends * (1 / usual_size(size))) else None
 
 
 def _compliance(own: RecordedSpring) -> np.ndarray:
@@ -268,10 +269,6 @@ def _zero(values: np.ndarray) -> bool:
 
 def _nothing(value: Any) -> bool:
     return not isinstance(value, Entry) and float(value) == 0.0
-
-
-def _mean(value: Any) -> float:
-    return float(np.mean(np.abs(_values(value))))
 
 
 def _values(value: Any) -> np.ndarray:
