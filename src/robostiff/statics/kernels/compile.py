@@ -98,7 +98,9 @@ def compile_loaded(
 
     Weights of the robot, and loads beside the wrench, act at all poses:
 
-    >>> tool = rs.compile_loaded(robot, loads={"platform": rs.Mass(2e4)})
+    >>> tool = rs.compile_loaded(
+    ...     robot, loads={"platform": rs.Mass(2e4)}, backend=rs.Backend.ARRAYS
+    ... )
     >>> bool(np.all(tool.evaluate(poses, np.zeros(6)).displacement[:, 2] < 0))
     True
     """
