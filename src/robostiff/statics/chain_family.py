@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -147,6 +148,69 @@ class ChainFamily:
         ends = np.maximum(self.ends, 0)
         R, p = np.stack([own.R for own in every]), np.stack([own.p for own in every])
         return MovingBody(R[ends].reshape(-1, 3, 3), p[ends].reshape(-1, 3))
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the equations of the legs of a group have what their chains contribute.
+
+    Attributes
+    ----------
+    entries, sides, shares : arrays of int
+        Of all contributions to the tangent, to the residual, and to its rate by the share of loads.
+    constant : (n, n) array
+        Of the tangent: bodies between chains.
+    by_twist : (N, n, r) array
+        Of the residual, by the twist of the platform.
+    """
+
+    entries: np.ndarray
+    sides: np.ndarray
+    shares: np.ndarray
+    constant: np.ndarray
+    by_twist: np.ndarray
+
+    @staticmethod
+    def of(group: LegGroup, family: ChainFamily) -> Places:
+        """The places for a group."""
+        N, n, r = group.count, group.size, len(group.rows)
+        number = len(group.chains)
+        none, start = N * n, np.tile(np.arange(N), number)[:, None] * n
+        own = np.full((N * number, len(family.arrays.order)), none)
+        W = np.zeros((N * number, r), dtype=int)
+        for i, columns in enumerate(family.columns):
+            here = slice(i * N, (i + 1) * N)
+            own[here, columns] = start[here] + np.r_[*group.moving_places(i)]
+            W[here] = start[here] + np.r_[group.wrench_places[i]]
+        sides = own, W
+        entries = [
+            np.where(
+                (a < none)[:, :, None] & (b < none)[:, None],
+                a[:, :, None] * n + b[:, None] % n,
+                N * n * n,
+            )
+            for a, b in ((own, own), (W, own), (own, W))
+        ]
+        shares = (own,)
+        constant, by_twist = np.zeros((n, n)), np.zeros((N, n, r))
+        for i, chain in enumerate(group.chains):
+            wrench = group.wrench_places[i]
+            if chain.end is None:
+                by_twist[:, wrench] -= np.eye(r)
+            else:
+                body = group.body_places[chain.end]
+                constant[wrench, body] -= np.eye(r)
+                constant[body, wrench] += np.eye(r)
+        flat = [np.concatenate([one.ravel() for one in own]) for own in (entries, sides, shares)]
+        return Places(flat[0], flat[1], flat[2], constant, by_twist)
+
+    @staticmethod
+    def summed(
+        places: np.ndarray, values: Sequence[np.ndarray], shape: tuple[int, ...]
+    ) -> np.ndarray:
+        """Contributions added up at their places; what has none stands behind the last."""
+        size = math.prod(shape)
+        return np.bincount(places, np.concatenate(values), size + 1)[:size].reshape(shape)
 
 
 def _kind(element: object) -> str:

@@ -16,7 +16,7 @@ from robostiff.statics.newton import (
     step_along,
 )
 from robostiff.statics.problem import EquilibriumProblem, Linearised, LoadCase
-from robostiff.statics.stability import LeastRatio, Margin, leg_margins, platform_margin
+from robostiff.statics.stability import Margin, leg_margins, platform_margin
 
 # Of the margins around a critical point: where interpolation begins, and how many are tried.
 _SMALL, _TRIALS = 1e-4, 30
@@ -156,11 +156,9 @@ def _at_zero(met: list[tuple[float, float]]) -> float:
 
 def least_margin(
     problem: EquilibriumProblem, found: FoundEquilibrium, unloaded: Linearised
-) -> tuple[int | None, Margin | LeastRatio]:
+) -> tuple[int | None, Margin]:
     """The least margin, and the leg that has it; None for the platform."""
-    margins: dict[int | None, Margin | LeastRatio] = {
-        None: platform_margin(problem, found.known, unloaded)
-    }
+    margins: dict[int | None, Margin] = {None: platform_margin(problem, found.known, unloaded)}
     margins |= leg_margins(problem, found.known)
     leg = min(margins, key=lambda key: margins[key].value)
     return leg, margins[leg]
@@ -170,7 +168,7 @@ def _point(
     problem: EquilibriumProblem,
     found: FoundEquilibrium,
     leg: int | None,
-    least: Margin | LeastRatio,
+    least: Margin,
 ) -> CriticalPoint:
     if leg is not None:
         # Of legs that buckle together, rounding must not choose the one that is named.

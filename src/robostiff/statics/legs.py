@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,7 +11,7 @@ import numpy as np
 
 from robostiff.statics.body_springs import FiniteBodySpring, SpringTerms
 from robostiff.statics.chain import FiniteChain, Moved
-from robostiff.statics.chain_family import ChainFamily
+from robostiff.statics.chain_family import ChainFamily, Places
 from robostiff.statics.couplings import FiniteCoupling, add_couplings
 from robostiff.statics.equilibrated import Arrow
 from robostiff.statics.finite_turn import turn_between, turned_by
@@ -160,6 +159,10 @@ class LegGroup:
         """Its chains side by side."""
         return ChainFamily.of(self)
 
+    @cached_property
+    def _places(self) -> Places:
+        return Places.of(self, self.family)
+
     def moved(self, state: LegState) -> tuple[Moved, ...]:
         """Every chain in its finite motion."""
         family = self.family
@@ -255,40 +258,6 @@ class LegGroup:
         """Of every coupling: its sum (N,) [m or rad]."""
         x = np.concatenate(state.x, axis=1)
         return [np.sum(a[:, : x.shape[1]] * x, axis=1) for a in self.sum_rows]
-
-    @cached_property
-    def _places(self) -> _Places:
-        """Where what chains contribute stands in the equations."""
-        N, n, r = self.count, self.size, len(self.rows)
-        family, number = self.family, len(self.chains)
-        none, start = N * n, np.tile(np.arange(N), number)[:, None] * n
-        own = np.full((N * number, len(family.arrays.order)), none)
-        W = np.zeros((N * number, r), dtype=int)
-        for i, columns in enumerate(family.columns):
-            here = slice(i * N, (i + 1) * N)
-            own[here, columns] = start[here] + np.r_[*self.moving_places(i)]
-            W[here] = start[here] + np.r_[self.wrench_places[i]]
-        sides = own, W
-        entries = [
-            np.where(
-                (a < none)[:, :, None] & (b < none)[:, None],
-                a[:, :, None] * n + b[:, None] % n,
-                N * n * n,
-            )
-            for a, b in ((own, own), (W, own), (own, W))
-        ]
-        shares = (own,)
-        constant, by_twist = np.zeros((n, n)), np.zeros((N, n, r))
-        for i, chain in enumerate(self.chains):
-            wrench = self.wrench_places[i]
-            if chain.end is None:
-                by_twist[:, wrench] -= np.eye(r)
-            else:
-                body = self.body_places[chain.end]
-                constant[wrench, body] -= np.eye(r)
-                constant[body, wrench] += np.eye(r)
-        flat = [np.concatenate([one.ravel() for one in own]) for own in (entries, sides, shares)]
-        return _Places(flat[0], flat[1], flat[2], constant, by_twist)
 
     def anchored(self, state: LegState) -> list[tuple[np.ndarray, np.ndarray]]:
         """Where springs are held on every chain (A, 3) [m], and their velocities (A, 3, m)."""
@@ -401,35 +370,6 @@ class LegGroup:
         """Places of the unknowns that move chain i: of the body at its start, then its own."""
         start, own = self.chains[i].start, self.coordinates[i]
         return (own,) if start is None else (self.body_places[start], own)
-
-
-@dataclass(frozen=True)
-class _Places:
-    """Where the equations of the legs of a group have what their chains contribute.
-
-    Attributes
-    ----------
-    entries, sides, shares : arrays of int
-        Of all contributions to the tangent, to the residual, and to its rate by the share of loads.
-    constant : (n, n) array
-        Of the tangent: bodies between chains.
-    by_twist : (N, n, r) array
-        Of the residual, by the twist of the platform.
-    """
-
-    entries: np.ndarray
-    sides: np.ndarray
-    shares: np.ndarray
-    constant: np.ndarray
-    by_twist: np.ndarray
-
-    @staticmethod
-    def summed(
-        places: np.ndarray, values: Sequence[np.ndarray], shape: tuple[int, ...]
-    ) -> np.ndarray:
-        """Contributions added up at their places; what has none stands behind the last."""
-        size = math.prod(shape)
-        return np.bincount(places, np.concatenate(values), size + 1)[:size].reshape(shape)
 
 
 def _slices(start: int, sizes: Sequence[int]) -> tuple[slice, ...]:

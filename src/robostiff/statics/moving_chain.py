@@ -84,8 +84,8 @@ class MovingChains:
         moves: np.ndarray,
     ) -> None:
         self.slots, self.count = len(kinds), legs * len(chains)
-        N, K = self.count, self.slots
-        self.point = np.zeros((N, K, 3))
+        N = self.count
+        self.point = np.zeros((N, self.slots, 3))
         starts = np.cumsum([0, *sizes])
         self.size = int(starts[-1])
         is_spring = np.array([kind == "spring" for kind in kinds], dtype=bool)
@@ -96,11 +96,10 @@ class MovingChains:
         J, S = len(self.joint_elements), len(self.spring_elements)
         self.joint_places = starts[self.joint_elements]
         self.axis, self.slide = np.zeros((N, J, 3)), np.zeros((N, J, 1))
-        self.stiffness, self.preload = np.zeros((N, J)), np.zeros((N, J))
+        self.stiffness, self.preload = np.zeros((2, N, J))
         #: Row, joint, and law of what is no linear spring.
         self.laws: list[tuple[int, int, Law]] = []
-        self.own_axes, self.modes = np.zeros((N, S, 3, 3)), np.zeros((N, S, 6, 6))
-        self.own_axes[...] = _IDENTITY
+        self.own_axes, self.modes = np.tile(_IDENTITY, (N, S, 1, 1)), np.zeros((N, S, 6, 6))
         self.mode_stiffness = np.zeros((N, S, 6))
         self.axial, self.G = np.zeros((N, S, 1)), np.zeros((N, S, 6, 6))
         for c, (elements, own) in enumerate(zip(chains, slots, strict=True)):
@@ -108,22 +107,18 @@ class MovingChains:
             for e, k in zip(elements, own, strict=True):
                 self.point[rows, k] = e.point
                 self._put(e, rows, int(at[k]))
-        self.turning = np.array([[float(kinds[k] == "turn")] for k in self.joint_elements]).reshape(
-            J, 1
-        )
+        turns = [float(kinds[k] == "turn") for k in self.joint_elements]
+        self.turning = np.array(turns).reshape(J, 1)
         self.axis_skew = skews(self.axis)
         self.axis_skew_squared = self.axis_skew @ self.axis_skew
         within = [np.arange(sizes[k]) for k in self.spring_elements]
         #: Which of the 6 S coordinates there are, and their places in x.
-        self.full = np.concatenate(
-            [np.zeros(0, int), *(6 * i + own for i, own in enumerate(within))]
-        )
+        none = np.zeros(0, dtype=int)
+        self.full = np.concatenate([none, *(6 * i + own for i, own in enumerate(within))])
         places = zip(starts[self.spring_elements], within, strict=True)
-        self.spring_places = np.concatenate([np.zeros(0, int), *(k + own for k, own in places)])
+        self.spring_places = np.concatenate([none, *(k + own for k, own in places)])
         self.has_bowing = bool(np.any(self.axial))
-        self.loads = tuple(loads)
-        self.load_point = np.zeros((N, len(loads), 3))
-        self.load_force = np.zeros((N, len(loads), 3))
+        self.load_point, self.load_force = np.zeros((2, N, len(loads), 3))
         for i, load in enumerate(loads):
             self.load_point[:, i], self.load_force[:, i] = load.point, load.force
         self.load_after = np.array([load.after for load in loads], dtype=int)
@@ -156,20 +151,14 @@ class MovingChains:
         self.spring_columns = self.spring_places + body
         n = len(self.order)
         # Blocks of the elastic parts, among all pairs of their six coordinates.
-        pairs, rows, columns = [], [], []
-        for a, place_a in zip(self.full, self.spring_columns, strict=True):
-            for b, place_b in zip(self.full, self.spring_columns, strict=True):
-                if a // 6 == b // 6:
-                    pairs.append(6 * a + b % 6)
-                    rows.append(place_a)
-                    columns.append(place_b)
-        self.block_pairs = np.array(pairs, dtype=int)
-        self.block_places = np.array(rows, dtype=int) * n + np.array(columns, dtype=int)
+        a, b = np.nonzero(self.full[:, None] // 6 == self.full // 6)
+        self.block_pairs = 6 * self.full[a] + self.full[b] % 6
+        self.block_places = self.spring_columns[a] * n + self.spring_columns[b]
 
     @property
     def is_loaded(self) -> bool:
         """Whether forces act on its bodies, or preloads in its joints."""
-        return bool(self.loads) or bool(np.any(self.preload))
+        return bool(self.load_after.size) or bool(np.any(self.preload))
 
     def moved(self, x: np.ndarray, start: Placement | None) -> Moved:
         """The chains at coordinates x (N, size), from where their start is; None for the base."""

@@ -31,43 +31,26 @@ class Margin:
         load, over all motions that do not tear the robot apart: 1 without load, 0 at the critical
         load, negative beyond it. Where nothing elastic resists some motion, the sign alone has a
         meaning; 0 if nothing resists it under load, either.
-    mode : (n,) array
-        The motion that has it.
-    """
-
-    value: float
-    mode: np.ndarray
-
-    def among(self, motions: np.ndarray) -> Margin:
-        """The same in coordinates of which the columns of a matrix are its own."""
-        return replace(self, mode=motions @ self.mode)
-
-
-@dataclass(frozen=True)
-class LeastRatio:
-    """A margin whose mode is worked out when it is asked for; see `Margin`.
-
-    Attributes
-    ----------
-    value : float
-    form : (n, n) array
-        Its least eigenvalue is the margin.
-    inverse : (n, n) array
-        The mode is its transpose times the eigenvector.
+    form : (k, k) array
+        Its eigenvector of the least eigenvalue is that motion, in coordinates of its own.
+    basis : (n, k) array
+        Columns: motions that these are.
     """
 
     value: float
     form: np.ndarray
-    inverse: np.ndarray
+    basis: np.ndarray
 
     @property
     def mode(self) -> np.ndarray:
         """The motion that has it (n,)."""
-        return self.inverse.T @ np.linalg.eigh(self.form)[1][:, 0]
+        if not len(self.form):
+            return np.zeros(len(self.basis))
+        return self.basis @ np.linalg.eigh(self.form)[1][:, 0]
 
-    def among(self, motions: np.ndarray) -> LeastRatio:
+    def among(self, motions: np.ndarray) -> Margin:
         """The same in coordinates of which the columns of a matrix are its own."""
-        return replace(self, inverse=self.inverse @ motions.T)
+        return replace(self, basis=motions @ self.basis)
 
 
 def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
@@ -80,26 +63,26 @@ def margin(Q: np.ndarray, Q0: np.ndarray) -> Margin:
     """
     n = len(Q)
     if n == 0:
-        return Margin(1.0, np.zeros(0))
+        return Margin(1.0, Q, Q)
     Q, Q0 = 0.5 * (Q + Q.T), 0.5 * (Q0 + Q0.T)
     w, V = np.linalg.eigh(Q0)
     held = w > _NONE * max(w[-1], 0.0)
     largest = max(float(np.max(np.abs(Q))), float(w[-1]))
     if not np.all(held):
-        own, vectors = np.linalg.eigh(Q)
+        own = np.linalg.eigvalsh(Q)
         if not np.any(held) or own[0] < -_ROUNDING * largest:
             least = own[0] / largest if largest > 0 else 0.0
-            return Margin(least if abs(least) > _ROUNDING else 0.0, vectors[:, 0])
+            return Margin(least if abs(least) > _ROUNDING else 0.0, Q, np.eye(n))
         free = V[:, ~held]
-        along = np.linalg.eigvalsh(free.T @ Q @ free)
-        if along[0] < _ROUNDING * largest:
-            return Margin(0.0, free[:, 0])
+        along = free.T @ Q @ free
+        if np.linalg.eigvalsh(along)[0] < _ROUNDING * largest:
+            return Margin(0.0, along, free)
     T = V[:, held] / np.sqrt(w[held])
-    ratios, vectors = np.linalg.eigh(T.T @ Q @ T)
-    return Margin(float(ratios[0]), T @ vectors[:, 0])
+    form = T.T @ Q @ T
+    return Margin(float(np.linalg.eigvalsh(form)[0]), form, T)
 
 
-def _margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin | LeastRatio]:
+def _margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
     """Of pairs of forms (N, n, n); at once where the second of all are clearly positive definite.
 
     With ``Q0 = L L^T`` the ratios are the eigenvalues of ``L^-1 Q L^-T``.
@@ -115,7 +98,8 @@ def _margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin | LeastRatio]:
         return [margin(q, q0) for q, q0 in zip(Q, Q0, strict=True)]
     form = inverse @ (0.5 * (Q + np.swapaxes(Q, -1, -2))) @ np.swapaxes(inverse, -1, -2)
     ratios = np.linalg.eigvalsh(form)[:, 0]
-    return [LeastRatio(float(r), *own) for r, *own in zip(ratios, form, inverse, strict=True)]
+    parts = zip(ratios, form, inverse, strict=True)
+    return [Margin(float(r), own, unit.T) for r, own, unit in parts]
 
 
 def _norm(A: np.ndarray) -> np.ndarray:
@@ -128,10 +112,10 @@ def platform_margin(problem: EquilibriumProblem, known: Linearised, unloaded: Li
     scale = np.outer(problem.scale, problem.scale)
     free = np.eye(problem.size) if known.held is None else known.held.free
     found = margin(free.T @ (known.K_total / scale) @ free, free.T @ (unloaded.K / scale) @ free)
-    return Margin(found.value, free @ found.mode / problem.scale)
+    return found.among(free / problem.scale[:, None])
 
 
-def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin | LeastRatio]:
+def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Margin]:
     """Of each leg with the platform held, by its index; modes are coordinates and bodies."""
     found = {}
     for group, eq in zip(problem.groups, known.equations, strict=True):
@@ -145,7 +129,7 @@ def leg_margins(problem: EquilibriumProblem, known: Linearised) -> dict[int, Mar
     return {index: own for index, own in found.items() if own is not None and own.value != 0.0}
 
 
-def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | LeastRatio | None]:
+def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | None]:
     """Of legs built alike; None for one that the platform holds."""
     Q0 = group.unloaded_curvature
     stiff = np.diagonal(Q0, axis1=-2, axis2=-1)
@@ -160,7 +144,7 @@ def margins_of(group: LegGroup, Q: np.ndarray, C: np.ndarray) -> list[Margin | L
     columns = C * scale[:, None]
     rows = np.linalg.norm(columns, axis=2)
     columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
-    found: list[Margin | LeastRatio | None] = [None] * len(Q)
+    found: list[Margin | None] = [None] * len(Q)
     for legs, motions in _left_by(columns):
         N = motions * scale[legs, :, None]
         across = np.swapaxes(N, -1, -2)

@@ -79,10 +79,6 @@ class LegsAlike:
             ]
         return legs, shift.reshape(number, count), turn.reshape(number, count)
 
-    def leave_drives_open(self, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
-        """Where the coordinate of the drive of a leg does not follow from the pose (N,)."""
-        return np.any([one.leaves_drive_open(pose, R) for one in self.solvers], axis=0)
-
     def _ends(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Frames (legs N, 3, 3) and (legs N, 3) on the platform at which the legs end."""
         R_own, p_own = self._attachments
