@@ -107,13 +107,13 @@ class MovingChains:
             for e, k in zip(elements, own, strict=True):
                 self.point[rows, k] = e.point
                 self._put(e, rows, int(at[k]))
-        turns = [float(kinds[k] == "turn") for k in self.joint_elements]
+        turns = [float(kinds[k] == "turn") for k in self.joint_elements.tolist()]
         self.turning = np.array(turns).reshape(J, 1)
         self.axis_skew = skews(self.axis)
         self.axis_skew_squared = self.axis_skew @ self.axis_skew
-        within = [np.arange(sizes[k]) for k in self.spring_elements]
-        #: Which of the 6 S coordinates there are, and their places in x.
+        within = [np.arange(sizes[k]) for k in self.spring_elements.tolist()]
         none = np.zeros(0, dtype=int)
+        #: Which of the 6 S coordinates there are, and their places in x.
         self.full = np.concatenate([none, *(6 * i + own for i, own in enumerate(within))])
         places = zip(starts[self.spring_elements], within, strict=True)
         self.spring_places = np.concatenate([none, *(k + own for k, own in places)])
