@@ -62,6 +62,7 @@ _HOMES = {
     "robostiff.analytic": (
         "AtCoordinates",
         "AtHome",
+        "AtJoints",
         "AtSymbols",
         "Closed",
         "EulerAngles",

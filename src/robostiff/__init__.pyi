@@ -31,6 +31,7 @@ from robostiff.analysis.maps import Threads as Threads
 from robostiff.analysis.maps import stiffness_map as stiffness_map
 from robostiff.analytic import AtCoordinates as AtCoordinates
 from robostiff.analytic import AtHome as AtHome
+from robostiff.analytic import AtJoints as AtJoints
 from robostiff.analytic import AtSymbols as AtSymbols
 from robostiff.analytic import Closed as Closed
 from robostiff.analytic import EulerAngles as EulerAngles

@@ -1,5 +1,7 @@
 """Serial arms as a textbook has them: compliance as a sum over the springs, K its inverse."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -8,11 +10,18 @@ import robostiff as rs
 from robostiff.analytic import Steps
 from robostiff.analytic.agreement import matrix_distance
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.export import derivation_latex, derivation_text
+from robostiff.analytic.export import (
+    derivation_html,
+    derivation_latex,
+    derivation_markdown,
+    derivation_text,
+    derivation_typst,
+)
 from robostiff.analytic.robot_derivation import InSeries
 from robostiff.analytic.robot_placement import place_robot
-from robostiff.analytic.robot_pose import AtHome
+from robostiff.analytic.robot_pose import AtHome, AtSymbols
 from robostiff.analytic.series_form import check_series, series_form, stiffness_of
+from robostiff.analytic.vector_expressions import ArmOfSprings
 from robostiff.errors import DisagreementError
 
 
@@ -65,3 +74,41 @@ def test_exports_begin_with_the_compliance():
 
 def test_a_leg_with_passive_joints_is_no_arm():
     assert series_form(place_robot(rs.load("planar-link", symbols=("L",)), AtHome())) is None
+
+
+@pytest.mark.parametrize("pose", [AtHome(), AtSymbols()])
+def test_an_arm_of_six_joints_is_its_rotations_points_and_springs(pose):
+    robot = rs.load("six-joint-arm", symbols=("upper", "fore", "flange"))
+    placed = place_robot(robot, pose)
+    arm = series_form(placed)
+    assert isinstance(arm, ArmOfSprings)
+    assert [name for name, _, _ in arm.drives] == [f"joint{i}" for i in range(1, 7)]
+    assert [name for name, *_ in arm.beams] == ["column", "upper arm", "forearm", "wrist"]
+    assert len(arm.equations) <= 30
+    random = np.random.default_rng(5)
+    for _ in range(3):
+        values = {k: v * random.uniform(0.8, 1.2) for k, v in robot.nominal.items()}
+        joints = {name: float(random.uniform(-1.5, 1.5)) for name in placed.coordinates}
+        numeric = robot.substituted(values)
+        at = rs.JointCoordinates(np.array(list(joints.values()))) if joints else None
+        wanted = rs.stiffness(numeric, at).K
+        assert matrix_distance(arm.stiffness(values | joints), wanted, 0.5) < 1e-10
+
+
+def test_a_wrong_beam_of_an_arm_is_found():
+    placed = place_robot(rs.load("six-joint-arm", symbols=("fore",)), AtHome())
+    arm = series_form(placed)
+    name, Q, m, (L, *products) = arm.beams[2]
+    wrong = (*arm.beams[:2], (name, Q, m, (L * sp.Rational(1001, 1000), *products)), arm.beams[3])
+    with pytest.raises(DisagreementError, match="springs in series"):
+        check_series(replace(arm, beams=wrong), placed)
+
+
+def test_exports_of_an_arm_in_vectors():
+    derivation = rs.derive("six-joint-arm", symbols=("fore",), form=Steps())
+    lines = derivation_text(derivation).splitlines()
+    assert "C = sum of c t t^T + sum of T D T^T" in lines
+    assert "K_C = C^-1" in lines
+    assert not any(line.startswith("w_1") for line in lines)
+    for write in (derivation_latex, derivation_markdown, derivation_html, derivation_typst):
+        assert "fore" in write(derivation)

@@ -33,13 +33,14 @@ from robostiff.analytic.questions import (
 )
 from robostiff.analytic.robot_derivation import LegDerivation, RobotDerivation
 from robostiff.analytic.robot_formula import derive_robot
-from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols
+from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtJoints, AtSymbols
 from robostiff.analytic.snapshot_formula import SnapshotFormula, snapshot_formula
 from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 
 __all__ = [
     "AtCoordinates",
     "AtHome",
+    "AtJoints",
     "AtSymbols",
     "Closed",
     "ComplianceSteps",

@@ -85,7 +85,7 @@ def closed_places(
     """
     random = np.random.default_rng(_SEED)
     robot = placed.robot
-    sets = sets if robot.symbols else 1
+    sets = sets if robot.symbols or placed.follows.at_joints else 1
     poses = poses if any(x.free_symbols for x in (placed.given or {}).values()) else 1
     checked = 0
     complaint = ""
@@ -150,6 +150,9 @@ def sampled_robots(
     follows = placed.follows
     sample = follows.sample(random, spread)
     numeric, values = sample.finder.robot, {**sample.values, **sample.coordinates}
+    if sample.pose is not None and follows.at_joints:
+        turn = Rotation.from_rotvec(sample.pose[3:])
+        return numeric, [(values, RigidTransform.from_components(sample.pose[:3], turn))]
     if placed.given is None:
         return numeric, [(values, None)]
     if follows.pose:

@@ -7,6 +7,7 @@ known, and the rest are further symbols of the formula.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from robostiff.analytic.pose_rotation import ABOUT_WORLD_AXES, PoseRotation
 from robostiff.analytic.robot_pose import (
     AtHome,
+    AtJoints,
     AtSymbols,
     PoseFormula,
     all_names,
@@ -25,7 +27,7 @@ from robostiff.analytic.robot_pose import (
 from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.frames import place_chain
-from robostiff.model import Leg, Robot
+from robostiff.model import Joint, JointKind, Leg, Robot
 from robostiff.record import Entry, Record
 from robostiff.spatial import exact_number
 
@@ -47,11 +49,14 @@ class Sample:
     coordinates : dict of names to float
         Those that the legs decide, by the names of their inputs; also, for a general pose, all
         that define it.
+    pose : (6,) array or None
+        Of the platform, with a rotation vector [m, rad], where joint coordinates are the symbols.
     """
 
     values: dict[str, float]
     finder: PostureFinder
     coordinates: dict[str, float]
+    pose: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,8 @@ class Following:
         Names of those that do.
     rotation : EulerAngles or UnitQuaternion
         What the coordinates of the platform's rotation are.
+    at_joints : bool
+        Whether the posture is a general one, given by the coordinates of all legs.
     """
 
     robot: Robot
@@ -76,6 +83,7 @@ class Following:
     pose: dict[str, str]
     following: tuple[str, ...]
     rotation: PoseRotation = ABOUT_WORLD_AXES
+    at_joints: bool = False
 
     @classmethod
     def of(cls, robot: Robot, finder: PostureFinder, pose: PoseFormula) -> Following:
@@ -84,6 +92,10 @@ class Following:
         legs: dict[int, tuple[str, ...]] = {}
         if robot.is_posed_by_joints:
             return cls(robot, {}, {}, ())
+        if isinstance(pose, AtJoints):
+            for i, leg in enumerate(robot.legs):
+                legs[i] = _joint_names(leg, i + 1, taken)
+            return cls(robot, legs, {}, (), at_joints=True)
         if isinstance(pose, AtHome):
             for i, (leg, solver) in enumerate(zip(robot.legs, finder.solvers, strict=True)):
                 if solver.closed_form is None:
@@ -118,21 +130,27 @@ class Following:
         }
         finder = posture_finder(robot.substituted(values) if values else robot.numeric)
         coordinates: dict[str, float] = {}
-        for i, names in self.legs.items():
-            coordinates.update(zip(names, map(float, finder.solvers[i].home), strict=True))
-        if self.pose:
+        at = [solver.home for solver in finder.solvers]
+        pose: Any = None
+        if self.pose or self.at_joints:
             places = robot.coordinate_places
             scale = np.where(np.arange(6) < 3, finder.length, 1.0)[places]
             steps = AROUND * scale * random.uniform(-1, 1, len(places))
             posture = finder.find(finder.home_pose[places] + steps)
             if not posture.reached[0]:
                 raise InputError(f"pose of {robot.name!r}", got="; ".join(posture.complaints))
-            x, y, z = posture.pose[0, :3]
-            R = Rotation.from_rotvec(posture.pose[0, 3:]).as_matrix()
+            pose = posture.pose[0]
+            if self.at_joints:
+                at = [q[0] for q in posture.coordinates]
+        for i, names in self.legs.items():
+            coordinates.update(zip(names, map(float, at[i]), strict=True))
+        if self.pose:
+            x, y, z = pose[:3]
+            R = Rotation.from_rotvec(pose[3:]).as_matrix()
             turns = self.rotation.of_rotation(R).values()
             found = dict(zip(self.pose.values(), map(float, (x, y, z, *turns)), strict=True))
             coordinates.update(found)
-        return Sample(values, finder, coordinates)
+        return Sample(values, finder, coordinates, pose)
 
     def samples(self, count: int, seed: int, spread: float) -> list[Sample]:
         """Several samples.
@@ -251,3 +269,25 @@ def gap_of(leg: Leg, q: np.ndarray, R: np.ndarray, p: np.ndarray, length: float)
         turn = (gap.R_wanted - gap.R).ravel()
         squares += [shift @ shift, turn @ turn]
     return squares
+
+
+def _joint_names(leg: Leg, number: int, taken: Collection[str]) -> tuple[str, ...]:
+    """Names for the coordinates of a leg, theta of angles and s of slides.
+
+    Raises
+    ------
+    InputError
+        When it has a spherical joint, of which no coordinate is an angle about an axis.
+    """
+    for element, _ in leg.chain.moving:
+        if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
+            raise InputError(
+                f"joint coordinates of leg {leg.name!r}",
+                got=f"the spherical joint {element.name!r}, whose coordinates are no angles",
+                expected="joints that turn or slide about axes",
+                hint="write pose=AtSymbols(), the coordinates of the platform",
+            )
+    return tuple(
+        free_name(f"{'theta' if screw.turns else 's'}_{number}_{j}", taken)
+        for j, screw in enumerate(leg.chain.freedoms, start=1)
+    )

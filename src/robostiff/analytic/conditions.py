@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import reduce
 from operator import add
 from typing import Any
@@ -15,7 +16,9 @@ from robostiff.analytic.derivation import Condition
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.analytic.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.robot_pose import platform_pose
+from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.kinematics import FormulaPose, place_leg
+from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import Leg, with_entries
 from robostiff.record import Entry, Record
 from robostiff.recorded import entry_reader
@@ -70,19 +73,43 @@ def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
     robot = with_entries(with_entries(placed.robot, exact_number), entry)
     given = placed.given
     coordinates = None if given is None else {name: entry(x) for name, x in given.items()}
-    platform = platform_pose(FormulaPose(*home_frame(robot)), coordinates, placed.rotation)
     again = ClosedReading(record, placed.symbols)
+    each = {
+        i: np.array([entry(read(x)) for x in q], dtype=object) for i, q in placed.closed.items()
+    }
+    if placed.follows.at_joints:
+        platform = place_leg_at_joints(robot.legs[0], each[0]).platform
+    else:
+        home = FormulaPose(*home_frame(robot))
+        platform = platform_pose(home, coordinates, placed.rotation)
     found = []
     for i, leg in enumerate(robot.legs):
         if i in placed.closed:
-            q = np.array([entry(read(x)) for x in placed.closed[i]], dtype=object)
-            if not any(_names(x, placed) for x in placed.closed[i]):
+            q = each[i]
+            of_first = i == 0 and placed.follows.at_joints
+            if of_first or not any(_names(x, placed) for x in placed.closed[i]):
                 continue
             gap = gap_of(leg, q, platform.R, platform.p, placed.length)
+            if placed.follows.at_joints:
+                own = place_leg_at_joints(leg, q).platform
+                equations = _differences(own, platform, again)
+                found += [replace(x, equations=equations) for x in _closing(leg.name, gap, again)]
+                continue
         else:
             gap = _gap_in_closed_form(leg, platform, placed, i)
         found += _closing(leg.name, gap, again)
     return found
+
+
+def _differences(a: FormulaPose, b: FormulaPose, read: ClosedReading) -> tuple[Any, ...]:
+    """What vanishes where two legs hold the platform in one place, each once up to its sign."""
+    found: list[Any] = []
+    for x, y in zip([*a.p, *a.R.flat], [*b.p, *b.R.flat], strict=True):
+        written = (shortest_trigonometry(sp.sympify(read(z))) for z in (x, y))
+        difference = next(written) - next(written)
+        if difference.free_symbols and not {difference, -difference} & set(found):
+            found.append(difference)
+    return tuple(found)
 
 
 def _gap_in_closed_form(

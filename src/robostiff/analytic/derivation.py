@@ -150,10 +150,13 @@ class Condition:
         Such as "leg 'ram' meets the platform".
     expression : sympy.Expr
         In given symbols; not negative where it holds.
+    equations : tuple of sympy.Expr
+        Differences that vanish there, of legs in their joint coordinates.
     """
 
     words: str
     expression: sp.Expr
+    equations: tuple[sp.Expr, ...] = ()
 
 
 @dataclass(frozen=True)

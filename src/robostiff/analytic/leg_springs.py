@@ -27,6 +27,7 @@ from robostiff.recorded.working_frame import WorkingFrame
 
 _SAME = 1e-10
 _SHORT = 6  # operations of a compliance of one spring that needs no name, such as l/EA
+_CANCELLED = 0.6  # of the operations of a sum, for which it becomes one fraction
 
 
 class NotHeldByUnitWrenchesError(Exception):
@@ -185,7 +186,11 @@ class LegReader:
         for known, name in self._named:
             if np.allclose(known, values, rtol=_SAME, atol=0):
                 return name
-        total = write()
+        plain = write()
+        total = min(plain, self.read.without_shifts(plain), key=lambda e: int(e.count_ops()))
+        cancelled = self.read.written_out(total)
+        if int(cancelled.count_ops()) <= _CANCELLED * int(total.count_ops()):
+            total = cancelled
         short = not total.is_Add and int(total.count_ops()) <= _SHORT
         name = total if short else self.read.define("k" if is_stiffness else "c", total)
         self._named.append((values, name))

@@ -11,6 +11,7 @@ from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
 from robostiff.analytic.factors import bound_of_terms, completed_squares
 from robostiff.analytic.field import ExactField
+from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import ClosedReading
 from robostiff.record import Entry, Operation, Record
@@ -132,25 +133,45 @@ class NamedReading:
     def _cancelled(self, expression: Any) -> Any:
         """A factored fraction; where it is long, perhaps that with squares of roots put in."""
         fraction = _fraction(expression)
-        if int(fraction.count_ops()) <= _LONG:
-            return fraction
+        return fraction if int(fraction.count_ops()) <= _LONG else self._by_squares(fraction)
+
+    def _by_squares(self, expression: Any) -> Any:
+        """A factored fraction, perhaps with squares of roots put in, whichever is shorter."""
+        fraction = _fraction(expression)
         squares = {
-            d.symbol**2: d.expression**2
+            d.symbol**power: d.expression**power
             for d in self.definitions
-            if expression.has(d.symbol) and (d.expression**2).is_Add
+            if fraction.has(d.symbol) and (d.expression**2).is_Add
+            for power in (2, -2)
         }
-        other = expression.xreplace(squares) if squares else expression
-        if other == expression:
+        other = fraction.xreplace(squares)
+        if other == fraction:
             return fraction
         return min(fraction, _fraction(other), key=lambda e: int(e.count_ops()))
 
     def quotient(self, above: Any, below: Any) -> Any:
         """A quotient as it stands or cancelled, whichever is shorter."""
         plain = above / below
-        found = [plain]
+        found = [plain, self.written_out(plain)]
         if int(plain.count_ops()) <= _LONG_ON_THE_WAY:
             found.append(factored_fraction(plain))
         return min(found, key=lambda e: int(e.count_ops()))
+
+    def written_out(self, expression: Any) -> Any:
+        """One fraction without names of compliances and shifts; itself where that would be long."""
+        full = self.without_shifts(expression, ("c_", "k_", "e_"))
+        try:
+            return expression if full == expression else _fraction(full)
+        except FormulaTooLargeError:
+            return expression
+
+    def without_shifts(self, expression: Any, letters: tuple[str, ...] = ("e_",)) -> Any:
+        """An expression without names that begin with some letters."""
+        put: dict[Any, Any] = {}
+        for d in self.definitions:
+            if d.symbol.name.startswith(letters):
+                put[d.symbol] = d.expression.xreplace(put)
+        return expression.xreplace(put)
 
     def entry(self, letter: str, expression: Any, sample: Any) -> Any:
         """An expression in names as an entry: a new input with a name where it is long."""
@@ -171,14 +192,14 @@ class NamedReading:
         for definition in self.definitions:
             square = definition.expression**2
             above, below = sp.fraction(best)
-            if not above.has(definition.symbol) or square.is_Symbol or square.is_number:
+            x = definition.symbol
+            if square.is_Symbol or square.is_number or not above.has(x):
                 continue
-            powers = sp.Poly(sp.expand(above), definition.symbol)
+            if not above.is_polynomial(x):
+                continue
+            powers = sp.Poly(sp.expand(above), x)
             replaced = sp.Add(
-                *(
-                    c * square ** (k // 2) * definition.symbol ** (k % 2)
-                    for (k,), c in powers.terms()
-                )
+                *(c * square ** (k // 2) * x ** (k % 2) for (k,), c in powers.terms())
             )
             other = factored_fraction(replaced / below)
             best = min(best, other, key=lambda e: int(e.count_ops()))
@@ -213,11 +234,10 @@ class NamedReading:
                     named = turning.func(self.define("theta", turning.args[0]))
                     expression = expression.xreplace({turning: named})
             # The sine of an arc cosine is a root.
-            for root in [x for x in expression.atoms(sp.Pow) if x.exp == sp.Rational(1, 2)]:
+            for root in [x for x in expression.atoms(sp.Pow) if abs(x.exp) == sp.Rational(1, 2)]:
                 if root.free_symbols:
-                    above, below = sp.fraction(_fraction(root.base))
-                    named = self._root(above) / self._root(below)
-                    expression = expression.xreplace({root: named, 1 / root: 1 / named})
+                    named = self._root_of_fraction(root.base)
+                    expression = expression.xreplace({root: named ** sp.sign(root.exp)})
             return expression
         if operation is not Operation.SQUARE_ROOT:
             return self._on_the_way(self._closed.written(step, self._raw))
@@ -226,8 +246,17 @@ class NamedReading:
             return self._closed(simpler)
         if simpler.step != step:
             return self._expression(simpler)
-        (below,) = self.record.arguments(step)
-        above, below = sp.fraction(_fraction(self._raw[below]))
+        (radicand,) = self.record.arguments(step)
+        return self._root_of_fraction(self._raw[radicand])
+
+    def _root_of_fraction(self, radicand: Any) -> Any:
+        """A square root of what is not negative."""
+        above, below = sp.fraction(self._by_squares(radicand))
+        if below.has(sp.Add):
+            symbols = self._closed.symbols
+            at = {symbols[name]: self.record.input(name).sample[0] for name in self.record.inputs}
+            if values_of([below], at, self.definitions)[0] < 0:
+                above, below = sp.expand(-above), sp.expand(-below)
         return self._root(above) / self._root(below)
 
     def _on_the_way(self, expression: Any) -> Any:

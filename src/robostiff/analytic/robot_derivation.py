@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition, Derivation, WrittenField
 from robostiff.analytic.substitution import Substitution, refuse_failing
-
-if TYPE_CHECKING:
-    from robostiff.analytic.vector_form import VectorForm
+from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
 
 
 @dataclass(frozen=True)
@@ -76,6 +74,9 @@ class InSeries:
     definitions: tuple[Definition, ...]
 
 
+_Form = VectorForm | InSeries | ArmOfSprings
+
+
 class VectorLevel:
     """A vector form, or springs in series, found when it is first looked at.
 
@@ -85,19 +86,19 @@ class VectorLevel:
         Returns the form; None where there is none.
     """
 
-    def __init__(self, find: Callable[[], VectorForm | InSeries | None] | None) -> None:
+    def __init__(self, find: Callable[[], _Form | None] | None) -> None:
         self._find = find
-        self._form: VectorForm | InSeries | None = None
+        self._form: _Form | None = None
 
     @classmethod
-    def of(cls, form: VectorForm | InSeries | None) -> VectorLevel:
+    def of(cls, form: _Form | None) -> VectorLevel:
         """One that is known."""
         own = cls(None)
         own._form = form
         return own
 
     @property
-    def form(self) -> VectorForm | InSeries | None:
+    def form(self) -> _Form | None:
         """The form."""
         if self._find is not None:
             self._form, self._find = self._find(), None
@@ -174,16 +175,17 @@ class RobotDerivation(Derivation):
         Found when first looked at, and compared with the numerical form.
         """
         form = self.at_vector_level.form
-        return None if isinstance(form, InSeries) else form
+        return form if isinstance(form, VectorForm) else None
 
     @property
-    def in_series(self) -> InSeries | None:
+    def in_series(self) -> InSeries | ArmOfSprings | None:
         """The compliance of a serial arm, a sum over its springs; None of others.
 
-        Found when first looked at, and compared with the numerical form.
+        Entry by entry, or in vectors where these would be long. Found when first looked at, and
+        compared with the numerical form.
         """
         form = self.at_vector_level.form
-        return form if isinstance(form, InSeries) else None
+        return None if form is None or self.vectors is not None else form
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)
@@ -213,7 +215,10 @@ class RobotDerivation(Derivation):
             )
             for leg in self.legs
         )
-        put = [replace(c, expression=put_in(c.expression)) for c in self.conditions]
+        put = [
+            replace(c, expression=put_in(c.expression), equations=tuple(map(put_in, c.equations)))
+            for c in self.conditions
+        ]
         conditions = tuple(c for c in put if c.expression.free_symbols)
         left = {str(x) for c in conditions for x in c.expression.free_symbols}
         left |= {str(x) for x in parts["K"].free_symbols}

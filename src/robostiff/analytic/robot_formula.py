@@ -26,7 +26,13 @@ from robostiff.analytic.robot_derivation import (
     VectorLevel,
 )
 from robostiff.analytic.robot_placement import PlacedRobot, place_robot
-from robostiff.analytic.robot_pose import AtCoordinates, AtHome, AtSymbols, PoseFormula
+from robostiff.analytic.robot_pose import (
+    AtCoordinates,
+    AtHome,
+    AtJoints,
+    AtSymbols,
+    PoseFormula,
+)
 from robostiff.analytic.series_form import series_form
 from robostiff.analytic.sum_of_springs import sum_of_springs
 from robostiff.analytic.vector_form import vector_form
@@ -120,7 +126,7 @@ def derive_robot(
     ----------
     robot : Robot
         Its symbols have nominal values, at which branches of the closure and pivots are chosen.
-    pose : AtHome, AtSymbols or AtCoordinates
+    pose : AtHome, AtSymbols, AtCoordinates or AtJoints
         Home when left out.
     form : Closed or Steps
         One canonical expression an entry, in exact arithmetic; or named steps, which never explode.
@@ -152,11 +158,11 @@ def derive_robot(
     3*k*(R**2 - R*r + r**2)/(R**2 - R*r + h**2 + r**2)
     """
     pose = AtHome() if pose is None else pose
-    if not isinstance(pose, AtHome | AtSymbols | AtCoordinates):
+    if not isinstance(pose, AtHome | AtSymbols | AtCoordinates | AtJoints):
         raise InputError(
             "pose of a formula",
             got=pose,
-            expected="AtHome(), AtSymbols() or AtCoordinates({...})",
+            expected="AtHome(), AtSymbols(), AtCoordinates({...}) or AtJoints()",
             hint='write pose=AtCoordinates({"x": 0.1})',
         )
     if not (form is None or isinstance(form, Closed | Steps)):
@@ -167,7 +173,8 @@ def derive_robot(
     robot.check_has_no_springs("formula")
     # Steps have no budget, but numbers with many roots may grow without end on the way to them.
     enough = None if budget is None else max(budget, BUDGET)
-    is_home = isinstance(pose, AtHome)
+    at_joints = isinstance(pose, AtJoints) and not robot.is_posed_by_joints
+    is_home = isinstance(pose, AtHome) or at_joints
 
     def recorded() -> _Recording:
         at = _Recording(place_robot(robot, pose))

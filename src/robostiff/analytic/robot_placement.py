@@ -154,10 +154,12 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
             else:
                 placed.append(_closed_leg(leg, platform, solver))
         legs = tuple(placed)
+        if follows.at_joints:
+            platform = legs[0].platform
     return PlacedRobot(
         robot=robot,
         entries=entries,
-        where=_in_words(given, following, rotation),
+        where=_in_words(given, following, rotation, at_joints=follows.at_joints),
         coordinates=tuple(str(v) for v in (given or {}).values() if v.is_Symbol),
         following=following,
         follows=follows,
@@ -290,7 +292,7 @@ def _samples(
     Where coordinates follow from the legs, all values are those of closed postures.
     """
     if follows.any:
-        if not robot.symbols and not follows.pose:
+        if not robot.symbols and not follows.pose and not follows.at_joints:
             home = {n: q for i, own in follows.legs.items() for n, q in _home_of(finder, i, own)}
             return {name: np.full(_SAMPLES, home[name]) for name in symbols}
         closed: list[Sample] = follows.samples(_SAMPLES, _SEED, _SPREAD)
@@ -326,8 +328,14 @@ def home_values(finder: PostureFinder, rotation: PoseRotation) -> dict[str, floa
 
 
 def _in_words(
-    given: Mapping[str, Any] | None, following: tuple[str, ...], rotation: PoseRotation
+    given: Mapping[str, Any] | None,
+    following: tuple[str, ...],
+    rotation: PoseRotation,
+    *,
+    at_joints: bool,
 ) -> str:
+    if at_joints:
+        return f"at joint coordinates {', '.join(following)} at which the legs close"
     if given is None:
         where = "in the home configuration"
     else:

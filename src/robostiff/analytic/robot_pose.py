@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
@@ -62,7 +62,20 @@ class AtCoordinates:
     rotation: PoseRotation = ABOUT_WORLD_AXES
 
 
-PoseFormula = AtHome | AtSymbols | AtCoordinates
+@dataclass(frozen=True)
+class AtJoints:
+    """A general posture by the joint coordinates of all legs, each a symbol.
+
+    `theta_1_2` is the angle of the second freedom of the first leg, `s_1_2` the coordinate of a
+    slide there; what stays as the model has it, or is equal to another, has no symbol. The formula
+    of a leg is in its own coordinates, and holds where the legs close. A serial arm has `q1`, `q2`,
+    ... as in `AtSymbols`.
+    """
+
+    rotation: ClassVar[PoseRotation] = ABOUT_WORLD_AXES
+
+
+PoseFormula = AtHome | AtSymbols | AtCoordinates | AtJoints
 
 
 def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | None:
@@ -73,10 +86,10 @@ def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | 
     InputError
         When a name is no coordinate of the robot, or a value is no finite number or formula.
     """
-    if isinstance(pose, AtHome):
+    if isinstance(pose, AtHome) or (isinstance(pose, AtJoints) and not robot.is_posed_by_joints):
         return None
     names = coordinate_names(robot, pose.rotation)
-    if isinstance(pose, AtSymbols):
+    if not isinstance(pose, AtCoordinates):
         taken = {str(symbol) for symbol in robot.symbols}
         return {name: sp.Symbol(free_name(name, taken), real=True) for name in names}
     for name in pose.values:

@@ -16,7 +16,7 @@ import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, used_definitions
-from robostiff.analytic.leg_springs import LegReader, NotHeldByUnitWrenchesError
+from robostiff.analytic.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.named_reading import NamedReading
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.orbits import COMPONENTS, Orbit, Products, averages, orbits_of
@@ -28,6 +28,7 @@ from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.trigonometry import shortest_trigonometry
 from robostiff.analytic.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
+from robostiff.recorded.working_frame import cross
 
 _SAME = 1e-10
 _PRINTED = 600  # operations of all of K, beyond which nobody reads it at a glance
@@ -185,11 +186,14 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
             legs[-1].append((group, len(group.wrenches)))
             if len(one.parts) > 1:
                 group.shifted.add(len(group.wrenches))
-            group.wrenches.append(one.about(reference, search))
+            group.wrenches.append(_about_reference(one, len(legs) - 1, placed, search))
     for group in groups.values():
         group.find_orbits(search, read)
     squares: dict[Any, tuple[Any, Any]] = {}
-    K = _matrix(list(groups.values()), search, read, squares)
+    entry: Callable[[Any], Any] = read
+    if placed.follows.at_joints:
+        entry = lambda x: shortest_trigonometry(read(x))  # noqa: E731
+    K = _matrix(list(groups.values()), search, entry, squares)
     if K is None:
         return None
     taken = {*placed.symbols, *(d.symbol.name for d in read.definitions)}
@@ -231,6 +235,19 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
     return found
 
 
+def _about_reference(
+    one: HeldWrench, number: int, placed: PlacedRobot, search: WrenchSearch
+) -> list[Any]:
+    """The entries of a wrench of a leg; in its own joint coordinates by way of its end."""
+    if not placed.follows.at_joints:
+        return one.about(placed.reference, search)
+    own, leg = placed.legs[number], placed.entries.legs[number]
+    w = one.about(own.leg.end, search)
+    away = np.array(leg.attachment.p, dtype=object) - placed.entries.reference_point
+    moved = cross(own.platform.R @ away, w[:3])
+    return [*w[:3], *(b if is_zero(a) else a + b for a, b in zip(w[3:], moved, strict=True))]
+
+
 def _with_components(
     found: SumOfSprings, K: sp.ImmutableMatrix, placed: PlacedRobot
 ) -> SumOfSprings:
@@ -266,7 +283,7 @@ def _with_components(
 def _matrix(
     groups: list[_Group],
     search: WrenchSearch,
-    read: NamedReading,
+    read: Callable[[Any], Any],
     squares: dict[Any, tuple[Any, Any]],
 ) -> sp.ImmutableMatrix | None:
     """The sum of all groups; None where that is long, as of many legs that are all different.
@@ -301,7 +318,7 @@ def _matrix(
 
 
 def _written(
-    products: Products, place: tuple[int, int], search: WrenchSearch, read: NamedReading
+    products: Products, place: tuple[int, int], search: WrenchSearch, read: Callable[[Any], Any]
 ) -> Any:
     """A sum of products, simplified as a whole or product by product, whichever is shorter."""
     scale = search.length ** sum(i > 2 for i in place)
@@ -313,7 +330,10 @@ def _written(
         len(products) > _FEW and written_size(search.record, [total]) > _MOST
     ):
         return apart
-    return min(apart, read(total), key=_operations)
+    try:
+        return min(apart, read(total), key=_operations)
+    except FormulaTooLargeError:
+        return apart
 
 
 def _operations(expression: Any) -> int:

@@ -58,12 +58,18 @@ def _with_sums_of_angles(expression: Any) -> Any:
         if len(angles) != 2:
             continue
         a, b = angles
-        for whole in (sp.sin(a + b), sp.sin(a - b), sp.cos(a + b), sp.cos(a - b)):
-            parts = sp.expand_trig(whole)
+        for whole, parts in _sums_of(a, b):
             if pair in (parts, -parts):
                 expression = expression.xreplace({pair: whole if pair == parts else -whole})
                 break
     return expression
+
+
+def _sums_of(a: Any, b: Any) -> Iterator[tuple[Any, Any]]:
+    """Sines and cosines of sum and difference of two angles, and what they are in those of each."""
+    for sign in (1, -1):
+        yield sp.sin(a + sign * b), sp.sin(a) * sp.cos(b) + sign * sp.cos(a) * sp.sin(b)
+        yield sp.cos(a + sign * b), sp.cos(a) * sp.cos(b) - sign * sp.sin(a) * sp.sin(b)
 
 
 def _length(expression: Any) -> tuple[int, int]:

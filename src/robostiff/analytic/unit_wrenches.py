@@ -319,13 +319,7 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
     for block in leg.blocks:
         for branch in block.branches:
             yield from _lines(branch, count)
-        starts = [next(_points(branch, count), None) for branch in block.branches]
-        for a, b in combinations([p for p in starts if p is not None], 2):
-            for spring in block.branches[0].springs:
-                lever = _across(_between(a, b), _known(spring.rotation[:, 0], count))
-                unit = _unit(lever)
-                if unit is not None:
-                    yield unit
+    yield from _levers(leg, count)
     axes = [_known(f.axis, count) for f in leg.own_parts if isinstance(f, PlacedFreedom)]
     # Cosines, the simplest formulas of what parts feel, are written: first those between axes.
     for a, b in combinations(axes, 2):
@@ -342,6 +336,24 @@ def _lines(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
             for axis in axes:
                 if _are_square(unit, axis):
                     yield _across(unit, axis)
+
+
+def _levers(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
+    """Axes about which parallel branches hold together, and what of two of them spares a joint."""
+    for block in leg.blocks:
+        inner = [lever for branch in block.branches for lever in _levers(branch, count)]
+        starts = [next(_points(branch, count), None) for branch in block.branches]
+        for a, b in combinations([p for p in starts if p is not None], 2):
+            for spring in block.branches[0].springs:
+                lever = _across(_between(a, b), _known(spring.rotation[:, 0], count))
+                if (unit := _unit(lever)) is not None:
+                    yield unit
+        joints = [f for f in leg.own_parts if isinstance(f, PlacedFreedom) and f.is_passive]
+        for a, b in combinations(inner, 2):
+            for joint in joints:
+                spared = _across(_across(a, b), _known(joint.axis, count))
+                if (unit := _unit(spared)) is not None:
+                    yield unit
 
 
 def _points(leg: PlacedLeg, count: int) -> Iterator[_Vector]:
@@ -370,7 +382,16 @@ def _unit_entries(between: np.ndarray | None) -> np.ndarray | None:
     square = between @ between
     if not isinstance(square, Entry):
         return between / square_root(square) if float(square) > 0 else None
-    length = square.record.simplified(square_root(square))
+    record = square.record
+    at = sampled(between, record.count)
+    least = np.min(np.abs(at), axis=0)
+    first = int(np.argmax(least))
+    if least[first] > 0 and np.max(np.ptp(at / at[:, [first]], axis=0)) < _SAME:
+        ratios = np.array([record.simplified(x / between[first]) for x in between], dtype=object)
+        if not any(isinstance(x, Entry) for x in ratios):
+            sign = 1 if at[0, first] > 0 else -1
+            return ratios * sign / sp.sqrt(sp.sympify(ratios @ ratios))
+    length = record.simplified(square_root(square))
     if not isinstance(length, Entry):
         return between if length == 1 else None
     if np.min(length.sample) <= _SAME:

@@ -259,3 +259,57 @@ def _turn(axis: int, angle: float) -> np.ndarray:
     R[j, i] = np.sin(angle)
     R[i, j] = -R[j, i]
     return R
+
+
+@dataclass(frozen=True)
+class ArmOfSprings:
+    """The compliance of a serial arm at vector level: a sum over its drives and beams.
+
+    A drive adds ``c t t^T`` by the twist t of its unit motion, a beam ``T D T^T`` by its compliance
+    ``D = diag(L/EA, L^3/(12 EI_z), L^3/(12 EI_y), L/GJ, L/EI_y, L/EI_z)`` about its middle.
+
+    Attributes
+    ----------
+    names : tuple of Definition
+        Products of beams and the like.
+    equations : tuple of Equation
+        Rotations, points, and twists about the reference point, in the order in which they can be
+        computed; translation before rotation.
+    drives : tuple of (str, str, sympy.Expr)
+        Name of the joint, that of its twist, and its compliance.
+    beams : tuple of (str, str, str, tuple of sympy.Expr)
+        Name of the part, that of its axes, that of the vector from the reference point to its
+        middle, and L, EA, EI_y, EI_z and GJ.
+    space : Space
+    """
+
+    names: tuple[Definition, ...]
+    equations: tuple[Equation, ...]
+    drives: tuple[tuple[str, str, Any], ...]
+    beams: tuple[tuple[str, str, str, tuple[Any, ...]], ...]
+    space: Space
+
+    def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
+        """K (n, n) in numbers, by the very equations that are printed.
+
+        Parameters
+        ----------
+        values : mapping of names to float
+            Of the given symbols.
+        """
+        known: dict[str, Any] = dict(values)
+        for definition in self.names:
+            known[definition.symbol.name] = vector_value(definition.expression, known)
+        for equation in self.equations:
+            known[equation.name] = vector_value(equation.expression, known)
+        C = np.zeros((6, 6))
+        for _, twist, compliance in self.drives:
+            C += vector_value(compliance, known) * np.outer(known[twist], known[twist])
+        for _, axes, middle, of_beam in self.beams:
+            L, EA, EI_y, EI_z, GJ = (vector_value(x, known) for x in of_beam)
+            Q = known[axes]
+            T = np.block([[Q, np.cross(known[middle], Q, axisb=0, axisc=0)], [np.zeros((3, 3)), Q]])
+            D = [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
+            C += T @ np.diag(D) @ T.T
+        rows = list(self.space.rows)
+        return np.linalg.inv(C[np.ix_(rows, rows)])

@@ -68,7 +68,7 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
     DisagreementError
         When it differs from the numerical form at random parameters and poses.
     """
-    if placed.robot.is_posed_by_joints:
+    if placed.robot.is_posed_by_joints or placed.follows.at_joints:
         return None
     try:
         found = _Recognition(placed).form()

@@ -13,6 +13,7 @@ import sympy as sp
 from robostiff.analytic import (
     AtCoordinates,
     AtHome,
+    AtJoints,
     AtSymbols,
     Closed,
     Derivation,
@@ -64,7 +65,7 @@ from robostiff.spatial import Space
 
 
 def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula:
-    """Read ``home``, ``symbolic``, or coordinates such as ``x=100 mm, gamma=10 deg``.
+    """Read ``home``, ``symbolic``, ``joints``, or coordinates such as ``x=100 mm, gamma=10 deg``.
 
     The coordinates of the rotation are those of `rotation_by_name`, where it is given.
 
@@ -89,6 +90,8 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
         return AtHome()
     if word == "symbolic":
         return AtSymbols(rotation)
+    if word == "joints" and angles is None:
+        return AtJoints()
     names = coordinate_names(robot, rotation)
     values: dict[str, float] = {}
     for part in word.split(","):
@@ -97,7 +100,7 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
             raise InputError(
                 "--pose",
                 got=text,
-                expected="home, symbolic, or coordinates NAME=VALUE with commas between them",
+                expected="home, symbolic, joints, or coordinates NAME=VALUE, with commas between",
                 hint=f'write --pose "{names[0]}=0.1"' if names else None,
             )
         if name not in names:

@@ -38,6 +38,7 @@ from robostiff.analytic.export.vector_outline import (
 )
 from robostiff.analytic.leg_elimination import LegElimination
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
+from robostiff.analytic.vector_expressions import ArmOfSprings
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 
@@ -86,6 +87,12 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
         blocks += series_blocks(derivation.in_series, names, (), taken)
         blocks.append(OutlineText(f"The arm: {_in_words(derivation.legs[0])}"))
         return (*blocks, _nomenclature(derivation, names))
+    closing = [x for c in derivation.conditions for x in c.equations]
+    if closing:
+        blocks += [
+            OutlineHeading("Where the legs close"),
+            ScalarEquations(tuple(("0", x) for x in closing)),
+        ]
     if form is not None and derivation.is_closed:
         # One leg and the table have said all wrenches, and the average of turned ones K.
         blocks += _in_words_of_all(derivation)
@@ -214,11 +221,14 @@ def _nomenclature(derivation: RobotDerivation, names: EntryNames) -> Nomenclatur
     rows: list[tuple[tuple[MatrixName | str, ...], str]] = [
         ((names.result,), meaning_of_result(derivation)),
     ]
-    if derivation.in_series is None:
+    series = derivation.in_series
+    if series is None:
         rows += [
             ((MatrixName("w"),), f"wrench ({wrench}) that a leg transmits"),
             (("c",), "compliance of the leg under this wrench"),
         ]
+    elif isinstance(series, ArmOfSprings):
+        rows.append(((MatrixName("C"),), "compliance about the reference point, world axes"))
     else:
         rows += [
             ((MatrixName("C"),), "compliance in axes of the arm"),

@@ -19,6 +19,7 @@ from robostiff.analytic.export.outline import (
     Recursion,
     Same,
     ScalarEquations,
+    SpringSum,
     Transport,
     VectorEquations,
     WrenchSum,
@@ -187,11 +188,27 @@ def displays(
                 )
             inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
             written = f"{language.total_over_legs} {inner}"
+        case SpringSum(left, drives, beams):
+            return [_sum_of_springs(left, language, drives=drives, beams=beams)]
         case Inverse(left, right):
             written = f"{named(right)}{language.inverse}"
         case Same(left, right):
             written = named(right)
     return [(Row(named(left), (written,)),)]
+
+
+def _sum_of_springs(
+    left: MatrixName, language: MathLanguage, *, drives: bool, beams: bool
+) -> Display:
+    """A compliance, and by what the twists of a beam are moved to the reference point."""
+    t, T, D, Q, m = (language.matrix_name(name) for name in "tTDQm")
+    parts = [f"{language.total} {language.name('c')} {t} {t}{language.transposed}"] * drives
+    parts += [f"{language.total} {T} {D} {T}{language.transposed}"] * beams
+    rows = [Row(language.matrix_name(left.name), (" + ".join(parts),))]
+    if beams:
+        moved = [[Q, f"({m} {language.times}) {Q}"], [language.number(0), Q]]
+        rows.append(Row(T, (language.matrix(moved),)))
+    return tuple(rows)
 
 
 def _vector_equation(equation: Equation, language: MathLanguage, room: float) -> Row:

@@ -7,7 +7,6 @@ While they are put together, signs and brackets stand between the elements as pl
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from html import escape
 
 import sympy as sp
@@ -267,16 +266,16 @@ def _written(block: Block, first: int) -> list[str]:
                 for names, meaning in rows
             )
             return [element(f"h{min(first + 1, 6)}", "Nomenclature"), element("dl", terms)]
-        case Table(head, rows):
-            return [_table(head, rows)]
+        case Table():
+            return [_table(block)]
         case _:
             return [_display(formula) for formula in displays(block, MATHML, _ROOM)]
 
 
-def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[sp.Expr]]]) -> str:
-    names = "".join(element("th", element("math", mathml_name(name))) for name in head)
-    lines = [element("tr", element("th", "leg") + names)]
-    for words, own in rows:
+def _table(table: Table) -> str:
+    names = "".join(element("th", element("math", mathml_name(name))) for name in table.head)
+    lines = [element("tr", element("th", table.of) + names)]
+    for words, own in table.rows:
         cells = "".join(element("td", element("math", mathml(mathml_expression(x)))) for x in own)
         lines.append(element("tr", element("td", escaped(words)) + cells))
     return element("table", "".join(lines))

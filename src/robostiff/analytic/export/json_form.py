@@ -35,6 +35,7 @@ LEG_KEYS = (
 
 _VERSION = 1
 _ROBOT_KEYS = ("legs", "where", "coordinates", "following", "remark", "conditions", "named")
+_CONDITION_KEYS = ("words", "expression", "equations")
 _NAMED_KEYS = ("K", "legs", "definitions")
 _MOST_CHARACTERS = 10_000
 _MOST_PARTS = 100_000
@@ -142,7 +143,15 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
         data["following"] = list(derivation.following)
         data["remark"] = derivation.remark
         data["conditions"] = [
-            {"words": condition.words, "expression": expression_tree(condition.expression)}
+            {
+                "words": condition.words,
+                "expression": expression_tree(condition.expression),
+                **(
+                    {"equations": list(map(expression_tree, condition.equations))}
+                    if condition.equations
+                    else {}
+                ),
+            }
             for condition in derivation.conditions
         ]
         data["named"] = None if derivation.named is None else _named_data(derivation.named)
@@ -212,10 +221,12 @@ def _of_robot(
         remark=_text(fields["remark"], "remark"),
         conditions=tuple(
             Condition(
-                _text(condition["words"], "words"), reader.expression(condition["expression"])
+                _text(condition["words"], "words"),
+                reader.expression(condition["expression"]),
+                tuple(map(reader.expression, _list(condition["equations"], "equations"))),
             )
             for condition in (
-                _fields(data, "condition", ("words", "expression"))
+                _fields({"equations": [], **data}, "condition", _CONDITION_KEYS)
                 for data in _list(fields["conditions"], "conditions")
             )
         ),

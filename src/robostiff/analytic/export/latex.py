@@ -172,21 +172,21 @@ def _written(block: Block) -> list[str]:
             return [latex_words(text)]
         case Nomenclature(rows):
             return ["\\paragraph*{Nomenclature}", _nomenclature(rows)]
-        case Table(head, rows):
-            return [_table(head, rows)]
+        case Table():
+            return [_table(block)]
         case _:
             return [_display(formula) for formula in displays(block, LATEX, _ROOM)]
 
 
-def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[sp.Expr]]]) -> str:
-    names = " & ".join(["leg", *(f"${latex_name(name)}$" for name in head)])
+def _table(table: Table) -> str:
+    names = " & ".join([table.of, *(f"${latex_name(name)}$" for name in table.head)])
     lines = [
         " & ".join([latex_words(words), *(f"${latex_expression(x)}$" for x in own)])
-        for words, own in rows
+        for words, own in table.rows
     ]
     body = " \\\\\n".join([f"{names} \\\\\n\\hline", *lines])
     body = body.replace("\\hline \\\\", "\\hline")
-    columns = "l" * (len(head) + 1)
+    columns = "l" * (len(table.head) + 1)
     return f"\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}"
 
 
@@ -257,8 +257,8 @@ def _in_markdown(block: Block) -> list[str]:
                 f"- {listed_names(names, LATEX)}: {_escaped(meaning)}" for names, meaning in rows
             ]
             return ["## Nomenclature", "\n".join(items)]
-        case Table(head, rows):
-            cells = [["leg", *(f"${LATEX.name(name)}$" for name in head)]]
+        case Table(head, rows, of):
+            cells = [[of, *(f"${LATEX.name(name)}$" for name in head)]]
             cells.append(["---"] * len(cells[0]))
             cells += [[_escaped(w), *(f"${latex_expression(x)}$" for x in own)] for w, own in rows]
             return ["\n".join(f"| {' | '.join(row)} |" for row in cells)]

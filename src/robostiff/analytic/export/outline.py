@@ -98,6 +98,15 @@ class Transport:
 
 
 @dataclass(frozen=True)
+class SpringSum:
+    """``result = sum of c t t^T + sum of T D T^T`` of drives and beams in series, and T."""
+
+    result: MatrixName
+    drives: bool
+    beams: bool
+
+
+@dataclass(frozen=True)
 class Same:
     """``left = right`` of two matrices."""
 
@@ -125,6 +134,7 @@ class Table:
 
     head: tuple[str, ...]
     rows: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
+    of: str = "leg"  # what the rows are
 
     def __post_init__(self) -> None:
         rows = tuple((printable(words), cells) for words, cells in self.rows)
@@ -157,6 +167,7 @@ Displayable = (
     | Same
     | WrenchSum
     | LegSum
+    | SpringSum
 )
 
 Block = OutlineHeading | OutlineText | Displayable | Table | Nomenclature

@@ -21,6 +21,7 @@ from robostiff.analytic.export.outline import (
     Recursion,
     Same,
     ScalarEquations,
+    SpringSum,
     Table,
     Transport,
     VectorEquations,
@@ -104,7 +105,7 @@ def _written(block: Block, width: int) -> list[str]:
 
 
 def _of_legs(
-    block: Inverse | Transport | VectorEquations | LegSum | Table, width: int
+    block: Inverse | Transport | VectorEquations | LegSum | SpringSum | Table, width: int
 ) -> list[str]:
     """Blocks about a leg alone, or about a generic one."""
     match block:
@@ -121,12 +122,17 @@ def _of_legs(
             lines = []
             for e in equations:
                 lines += wrapped_formula(written_vector(e.expression, TEXT), width, f"{e.name} = ")
+        case SpringSum(result, drives, beams):
+            parts = ["sum of c t t^T"] * drives + ["sum of T D T^T"] * beams
+            lines = [f"{result.name} = {' + '.join(parts)}"]
+            if beams:
+                lines += ["T = [ Q  (m x) Q ]", "    [ 0  Q       ]"]
         case LegSum(result, wrenches):
             parts = [f"{w} {w}^T / {c}" for w, c in wrenches]
             inner = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
             lines = [f"{result.name} = sum over i of {inner}"]
-        case Table(head, listed):
-            cells = [["leg", *head], *([words, *map(plain_text, own)] for words, own in listed)]
+        case Table(head, listed, of):
+            cells = [[of, *head], *([words, *map(plain_text, own)] for words, own in listed)]
             widths = [max(len(row[j]) for row in cells) for j in range(len(cells[0]))]
             padded = [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in cells]
             padded.insert(1, ["-" * w for w in widths])

@@ -286,20 +286,23 @@ def _written(block: Block, room: float, first: int) -> list[str]:
             return [typst_text(text)]
         case Nomenclature(rows):
             return [f"{'=' * (first + 1)} Nomenclature", _nomenclature(rows)]
-        case Table(head, rows):
-            return [_table(head, rows)]
+        case Table():
+            return [_table(block)]
         case _:
             formulas = displays(block, TYPST, room)
             return [text for formula in formulas for text in _placed(formula, room)]
 
 
-def _table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[sp.Expr]]]) -> str:
-    cells = ["  [leg], " + " ".join(f"[${typst_name(name)}$]," for name in head)]
+def _table(table: Table) -> str:
+    names = " ".join(f"[${typst_name(name)}$]," for name in table.head)
+    cells = [f"  [{table.of}], {names}"]
     cells.append("  table.hline(stroke: 0.5pt),")
-    for words, own in rows:
+    for words, own in table.rows:
         written = " ".join(f"[${typst_expression(x)}$]," for x in own)
         cells.append(f"  [{typst_text(words)}], {written}")
-    start = f"#pad(left: 1.5em, table(columns: {len(head) + 1}, stroke: none, column-gutter: 1em,"
+    start = (
+        f"#pad(left: 1.5em, table(columns: {len(table.head) + 1}, stroke: none, column-gutter: 1em,"
+    )
     return "\n".join([start, *cells, "))"])
 
 

@@ -16,6 +16,7 @@ from robostiff.analytic.export.outline import (
     LegSum,
     OutlineHeading,
     OutlineText,
+    SpringSum,
     Table,
     Transport,
     VectorEquations,
@@ -24,7 +25,7 @@ from robostiff.analytic.export.outline import (
 )
 from robostiff.analytic.export.readable import readable_matrix
 from robostiff.analytic.robot_derivation import InSeries
-from robostiff.analytic.vector_form import VectorForm
+from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
 
 _MEANINGS = {
     "p": "point of the platform",
@@ -116,9 +117,11 @@ def vector_blocks(
 
 
 def series_blocks(
-    found: InSeries, names: EntryNames, known: Sequence[Definition], taken: set[str]
+    found: InSeries | ArmOfSprings, names: EntryNames, known: Sequence[Definition], taken: set[str]
 ) -> list[Block]:
     """The compliance of a serial arm, its inverse, and where that is moved to."""
+    if isinstance(found, ArmOfSprings):
+        return _arm_blocks(found, names.result, taken)
     renamed, new = _in_known_names(found.definitions, known, taken)
     own = [d for d in new if d not in known]
 
@@ -140,6 +143,32 @@ def series_blocks(
         Inverse(in_axes, C),
         Transport(names.result, in_axes, axes, arm),
     ]
+
+
+def _arm_blocks(found: ArmOfSprings, result: MatrixName, taken: set[str]) -> list[Block]:
+    C = MatrixName("C")
+    drives = [(joint, (sp.Symbol(t), c)) for joint, t, c in found.drives]
+    beams = [(beam, (*map(sp.Symbol, (Q, m)), *own)) for beam, Q, m, own in found.beams]
+    letters = [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
+    L, EA, EI_y, EI_z, GJ = map(sp.Symbol, letters)
+    D = [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
+    blocks: list[Block] = [
+        OutlineHeading("Compliance: a sum over the springs"),
+        OutlineText(
+            "Springs in series add their compliances: a drive that of its unit motion, of which t "
+            "is the twist [translation; rotation] about the reference point p, and a beam that "
+            "about its middle, at m from p, in its own axes, the columns of Q, x along it."
+        ),
+        VectorEquations(found.equations),
+    ]
+    if drives:
+        blocks.append(Table(("t", "c"), tuple(drives), "joint"))
+    if beams:
+        blocks += [equations(found.names)] if found.names else []
+        blocks.append(Table(("Q", "m", *letters), tuple(beams), "beam"))
+        own = sp.ImmutableMatrix(sp.diag(*D))
+        blocks.append(matrix_equation(MatrixName("D"), own, lambda i, _: f"D_{i + 1}"))
+    return [*blocks, SpringSum(C, bool(drives), bool(beams)), Inverse(result, C)]
 
 
 def vector_meanings(found: VectorForm) -> list[tuple[tuple[MatrixName | str, ...], str]]:

@@ -1,0 +1,87 @@
+"""Parallel robots in the joint coordinates of their legs."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff.analytic.agreement import matrix_distance, sampled_robots
+from robostiff.analytic.export import derivation_data, derivation_from_data, derivation_text
+from robostiff.analytic.robot_placement import place_robot
+from robostiff.analytic.sum_of_springs import operations_of
+from robostiff.errors import InputError
+
+ROBOTS = {"five-bar": Path(__file__).parent / "data/fb3.yaml", "3-rrr": "3-rrr"}
+
+
+@pytest.fixture(scope="module")
+def found():
+    made = {}
+
+    def derive(name):
+        if name not in made:
+            robot = rs.load(ROBOTS[name], symbols=rs.ALL_PARAMETERS)
+            made[name] = robot, rs.derive(robot, pose=rs.AtJoints())
+        return made[name]
+
+    return derive
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_it_is_the_stiffness_at_closed_postures(found, name):
+    robot, derivation = found(name)
+    placed = place_robot(robot, rs.AtJoints())
+    random = np.random.default_rng(11)
+    function = derivation.lambdify()
+    for _ in range(3):
+        numeric, ((values, pose),) = sampled_robots(placed, random, 0.05, 1)
+        wanted = rs.stiffness(numeric, pose).K
+        K = function(**{name: values[name] for name in function.arguments})
+        assert matrix_distance(K, wanted, 0.3) < 1e-9
+        for condition in derivation.conditions:
+            assert condition.equations
+            for equation in condition.equations:
+                at = {s: values[s.name] for s in equation.free_symbols}
+                assert abs(float(equation.subs(at))) < 1e-9
+
+
+def test_a_five_bar_in_joint_angles_is_as_in_a_textbook(found):
+    _, derivation = found("five-bar")
+    k, l1 = (sp.Symbol(x, positive=True) for x in ("k", "l1"))
+    for number, leg in enumerate(derivation.named.legs, start=1):
+        crank, elbow = (sp.Symbol(f"theta_{number}_{j}", real=True) for j in (1, 2))
+        assert leg.compliances == (l1**2 * sp.sin(elbow) ** 2 / k,)
+        along = crank + elbow
+        assert leg.wrenches == (sp.ImmutableMatrix([sp.cos(along), sp.sin(along), 0]),)
+    assert operations_of(derivation.named.K, derivation.named.definitions) <= 60
+    text = derivation_text(derivation)
+    assert "0 = a - l1*cos(theta_1_1) + l1*cos(theta_2_1)" in text
+    read = derivation_from_data(json.loads(json.dumps(derivation_data(derivation))))
+    assert read == derivation
+
+
+def test_a_leg_meets_the_platform_by_its_last_angle(found):
+    _, derivation = found("3-rrr")
+    r = sp.Symbol("r", positive=True)
+    moments = [leg.wrenches[0][2] for leg in derivation.named.legs]
+    phases = [sp.Integer(0), -sp.pi / 3, sp.pi / 3]
+    for number, (moment, phase) in enumerate(zip(moments, phases, strict=True), start=1):
+        last = sp.Symbol(f"theta_{number}_3", real=True)
+        wanted = r * sp.cos(last + phase)
+        assert any(sp.simplify(moment - sign * wanted) == 0 for sign in (1, -1))
+    assert operations_of(derivation.named.K, derivation.named.definitions) <= 200
+
+
+def test_a_spherical_joint_has_no_angles():
+    with pytest.raises(InputError, match="the spherical joint"):
+        rs.derive("3-prs", pose=rs.AtJoints())
+
+
+def test_joints_of_a_serial_arm_are_those_of_its_pose():
+    symbols = ("l1", "l2")
+    at_joints = rs.derive("two-link-arm", symbols=symbols, pose=rs.AtJoints())
+    assert at_joints.coordinates == ("q1", "q2")
+    assert at_joints.K == rs.derive("two-link-arm", symbols=symbols, pose=rs.AtSymbols()).K
