@@ -20,7 +20,7 @@ from robostiff.report import (
     write_report,
 )
 from tests.project.shown_output import ROOT
-from tests.report.machines import shipped
+from tests.report.machines import shipped, with_symbols
 
 PLANAR_LOAD = [100, 20, 3]
 
@@ -54,6 +54,19 @@ def test_a_page_and_a_pdf(tmp_path):
     assert (tmp_path / "robot.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     assert (tmp_path / "robot.pdf").read_bytes().startswith(b"%PDF-")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["robot.html", "robot.pdf"]
+
+
+def test_a_filed_report_has_few_pages_and_says_the_formula_once():
+    typst = pytest.importorskip("typst")
+    contents = report_contents(
+        shipped("hexapod"), wrench=[300, 100, -200, 0, 0, 0], symbolic=with_symbols("hexapod")
+    )
+    source = report_typst(contents)
+    pages = typst.compile(source.encode(), format="svg", ignore_system_fonts=True)
+    assert 2 <= len(pages) <= 8
+    formula = source.partition("= The formula")[2]
+    assert "One leg, and what differs between the legs" in formula
+    assert "Leg 2: leg2" not in formula
 
 
 def test_a_pdf_alone(tmp_path):

@@ -20,14 +20,16 @@ from robostiff.plot.picture import Bands, Bars, Cover, Curves, Field, Matrix, Pa
 from robostiff.plot.picture.paint import colour_of
 from robostiff.plot.prefix import short
 
-_NAMES = 0.5  # inches
+_NAMES, _LINE = 0.5, 0.17  # inches: beside bars, and a line of the legend
 _ROOM = 0.32  # of the longest bar, for what is written behind it
 
 
 def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
     """Draw bars, a panel above another."""
     rows = [_rows(panel, picture.is_stacked) for panel in picture.panels]
-    ax = canvas.axes(0.9 + 0.19 * sum(rows) + 0.5 * len(rows))
+    listed = [series.name for series in picture.panels[-1].series if series.name]
+    below = _LINE * -(-len(listed) // canvas.columns(listed))
+    ax = canvas.axes(0.9 + 0.19 * sum(rows) + 0.5 * len(rows) + below)
     panels = [ax] if len(picture.panels) == 1 else _stacked_axes(ax, rows, canvas.room)
     handles, labels = [], []
     named = any(series.name for panel in picture.panels for series in panel.series)
