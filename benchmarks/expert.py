@@ -5,7 +5,7 @@ where these are faster than expressions, and writes no more than the problem nee
 a model, closes its legs, finds the wrenches, and compares the formula with numbers at random
 parameters and poses before it returns: what the expert's figures leave out.
 
-    python benchmarks/expert.py                            all problems, half a minute
+    python benchmarks/expert.py                            all problems, two minutes
     python benchmarks/expert.py --table docs/derivations.md    and the table there
 """
 

@@ -8,6 +8,7 @@ import robostiff as rs
 from robostiff.analytic import Steps
 from robostiff.analytic.exact_points import ExactPoints
 from robostiff.analytic.numeric_value import values_of
+from robostiff.analytic.record_reading import StepReading
 from robostiff.record import Record, cosine, sine, square_root
 
 
@@ -77,3 +78,32 @@ def test_no_definition_is_zero_or_a_copy_and_zeros_are_zeros(name):
             columns = [K.tolist()[p].index(x) for p, x in zip(places, (a, b), strict=True)]
             own, other = (of_K[:, p, c] for p, c in zip(places, columns, strict=True))
             assert np.max(np.abs(own - other)) > 1e-12 * np.max(np.abs(own))
+
+
+def test_steps_are_written_by_sums_of_angles_and_products_of_inputs():
+    record = Record({"a": [0.7, 1.9], "b": [0.4, -0.8], "l": [1.3, 0.6]})
+    a, b, length = map(record.input, "abl")
+    both = cosine(a) * cosine(b) - sine(a) * sine(b), sine(a) * cosine(b) - cosine(a) * sine(b)
+    # l sin(b), written by the angles a and a + b
+    lever = length * cosine(a) * (sine(a) * cosine(b) + cosine(a) * sine(b))
+    lever = lever - length * sine(a) * both[0]
+    symbols = dict(zip("abl", sp.symbols("a b l", real=True), strict=True))
+    reading = StepReading(record, symbols, [*both, lever, sine(b)])
+    found = [reading(x) for x in (*both, lever)]
+    for d in reversed(reading.definitions):
+        found = [x.xreplace({d.symbol: d.expression}) for x in found]
+    x, y, z = symbols.values()
+    assert found[:2] == [sp.cos(x + y), sp.sin(x - y)]
+    assert found[2] == z * sp.sin(y)
+
+
+def test_a_reciprocal_needs_no_name():
+    record = Record({"x": [3.0, 5.0], "y": [2.0, 7.0]})
+    x, y = record.input("x"), record.input("y")
+    below = 1 / (x + 1)
+    reading = StepReading(
+        record, {"x": sp.Symbol("x"), "y": sp.Symbol("y")}, [x * below, y * below]
+    )
+    (only,) = reading.definitions
+    assert only.expression == sp.Symbol("x") + 1
+    assert reading(y * below) == sp.Symbol("y") / only.symbol
