@@ -105,8 +105,10 @@ def _differences(a: FormulaPose, b: FormulaPose, read: ClosedReading) -> tuple[A
     """What vanishes where two legs hold the platform in one place, each once up to its sign."""
     found: list[Any] = []
     for x, y in zip([*a.p, *a.R.flat], [*b.p, *b.R.flat], strict=True):
-        written = (shortest_trigonometry(sp.sympify(read(z))) for z in (x, y))
-        difference = next(written) - next(written)
+        each: list[Any] = [sp.sympify(read(z)) for z in (x, y)]
+        terms = [[shortest_trigonometry(t) for t in sp.Add.make_args(z)] for z in each]
+        own, other = (shortest_trigonometry(sp.Add(*z)) for z in terms)
+        difference = own - other
         if difference.free_symbols and not {difference, -difference} & set(found):
             found.append(difference)
     return tuple(found)

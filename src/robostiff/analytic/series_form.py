@@ -259,7 +259,8 @@ class _Walk:
             return here.name
         name = self.free("p")
         self.equations.append(Equation(name, here))
-        self.terms, self.offset = [(1, Vector(name))], [sp.Integer(0)] * 3
+        named: list[tuple[int, VectorExpression]] = [(1, Vector(name))]
+        self.terms, self.offset = named, [sp.Integer(0)] * 3
         return name
 
     def free(self, letter: str) -> str:

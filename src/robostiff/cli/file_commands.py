@@ -30,7 +30,8 @@ class FormulaRequest:
         "--pose",
         metavar="POSE",
         default="home",
-        help="home; symbolic, a general pose in symbols; or coordinates with units, such as "
+        help="home; symbolic, a general pose in symbols; joints, the joint coordinates of the legs "
+        "in symbols; or coordinates with units, such as "
         "'x=100 mm, gamma=10 deg' (q1, q2 ... of a serial arm). Others stay at home.",
     )
     angles: str | None = option(

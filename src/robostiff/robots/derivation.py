@@ -69,9 +69,9 @@ def derive(
     symbols : iterable of str, or ALL_PARAMETERS
         Parameters of the model file that are symbols of the formula; all of them when left out.
         For a name or file alone: a `Robot` brings its own.
-    pose : AtHome, AtSymbols or AtCoordinates
-        Home (the default), a general pose in symbols, or given
-        coordinates.
+    pose : AtHome, AtSymbols, AtCoordinates or AtJoints
+        Home (the default), a general pose in symbols, given coordinates, or the joint coordinates
+        of all legs in symbols.
     form : Closed or Steps
         One expression an entry, or named steps, which never explode. When left out, closed at home
         as long as that can be read, and steps otherwise.
