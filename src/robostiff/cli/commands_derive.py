@@ -235,7 +235,7 @@ def print_formula(
             found = differentiate(cast("Derivation", found), symbol)
         if language == "pdf" and output is not None:
             with whole_file(output) as begun:
-                derivation_pdf(found, begun)
+                derivation_pdf(cast("Any", found), begun)
             return 0
         written = (
             _answered(questions, derivation, asked.budget)

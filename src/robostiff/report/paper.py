@@ -102,12 +102,13 @@ def _parts(parts: Iterable[Part]) -> Iterator[str]:
     """Parts one after the other, two figures in a row side by side."""
     for is_figure, group in groupby(parts, lambda part: isinstance(part, Figure)):
         own = list(group)
+        figures = [part for part in own if isinstance(part, Figure)]
         if not is_figure:
             yield from map(_part, own)
-        elif len(own) == 1:
-            yield "#" + _figure(own[0])
+        elif len(figures) == 1:
+            yield "#" + _figure(figures[0])
         else:
-            yield _beside([_figure(figure, Width.HALF) for figure in own])
+            yield _beside([_figure(figure, Width.HALF) for figure in figures])
 
 
 def _beside(cells: Sequence[str]) -> str:

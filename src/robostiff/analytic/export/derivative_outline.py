@@ -73,6 +73,8 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     named = _named(derivation, names)
     definitions = list(named.definitions)
     form = derivation.vectors
+    if form is not None and derivation.is_closed:
+        form = replace(form, average=None)  # K is written out
     taken = set(names.given)
     if not _is_vectors_alone(derivation):
         taken |= {d.symbol.name for d in derivation.definitions}
@@ -94,12 +96,11 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
             ScalarEquations(tuple(("0", x) for x in closing)),
         ]
     if form is not None and derivation.is_closed:
-        # One leg and the table have said all wrenches, and the average of turned ones K.
+        # One leg and the table have said what all legs transmit.
         blocks += _in_words_of_all(derivation)
-        if form.average is None:
-            used = used_definitions(definitions, named.K)
-            blocks += [OutlineHeading("All legs together"), *([equations(used)] if used else [])]
-            blocks.append(stiffness_equation(named.K, names.result, names))
+        used = used_definitions(definitions, named.K)
+        blocks += [OutlineHeading("All legs together"), *([equations(used)] if used else [])]
+        blocks.append(stiffness_equation(named.K, names.result, names))
         return (*blocks, _nomenclature(derivation, names))
     if definitions:
         blocks += [OutlineHeading("Names for recurring expressions"), equations(definitions)]

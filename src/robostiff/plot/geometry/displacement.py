@@ -264,10 +264,11 @@ class _LegSolver:
             return _spatial(whole.C @ F[rows], rows), N
         if isinstance(element, PlacedSpring):
             return spring_compliance(element, self.origin) @ F, np.zeros((6, 0))
-        column = freedom_twist(cast("PlacedFreedom", element), self.origin)
-        if element.is_passive:
+        freedom = cast("PlacedFreedom", element)
+        column = freedom_twist(freedom, self.origin)
+        if freedom.is_passive:
             return np.zeros(6), column[:, None]
-        C = 0.0 if element.stiffness is None else 1 / element.stiffness
+        C = 0.0 if freedom.stiffness is None else 1 / freedom.stiffness
         return C * (column @ F) * column, np.zeros((6, 0))
 
     def _joint_motion(self, N: np.ndarray, missing: np.ndarray) -> np.ndarray:
