@@ -204,7 +204,8 @@ class StepReading:
         waiting = sorted(steps, reverse=True)
         while waiting:
             step = waiting[-1]
-            before = {self._same[x].step for x in record.arguments(step)} - found.keys() - {None}
+            known = (self._same[x].step for x in record.arguments(step))
+            before = {x for x in known if x is not None and x not in found}
             if before and step not in found:
                 waiting += sorted(before, reverse=True)
             else:
@@ -252,7 +253,6 @@ class StepReading:
             return None
         a, b = angles
         if len({kind for kind, _ in first}) == 2:
-            # sin a cos b + cos a sin b
             if (Operation.SINE, a) not in first:
                 s1, s2 = s2, s1
             kind, sign, is_sum = Operation.SINE, s1, s1 == s2
@@ -381,8 +381,6 @@ def _number_and_rest(expression: Any) -> tuple[Any, Any]:
     if not expression.is_Mul:
         return sp.Integer(1), expression
     numbers = [x for x in expression.args if x.is_number]
-    if not numbers:
-        return sp.Integer(1), expression
     return sp.Mul(*numbers), sp.Mul(*(x for x in expression.args if not x.is_number))
 
 
