@@ -229,7 +229,7 @@ def test_angles_of_a_pose_are_named():
 
 
 def test_a_formula_under_load_in_every_format(tmp_path):
-    asked = ("planar-link", "--under-load", "-P 0 0")
+    asked = ("planar-link", "--wrench", "-P 0 0")
     text = run(*asked).stdout
     assert "W = (-P, 0, 0)" in text
     assert "What the load adds" in text
@@ -245,7 +245,7 @@ def test_a_formula_under_load_in_every_format(tmp_path):
 
 def test_a_program_under_load_computes_the_sum_of_both_parts(tmp_path):
     file = tmp_path / "K.py"
-    assert run("planar-link", "--under-load", "-P 0 0", "-o", str(file)).exit_code == 0
+    assert run("planar-link", "--wrench", "-P 0 0", "-o", str(file)).exit_code == 0
     space: dict = {}
     exec(file.read_text(encoding="utf-8"), space)  # noqa: S102
     loaded = rs.derive_under_load("planar-link", ["-P", 0, 0])
@@ -255,11 +255,11 @@ def test_a_program_under_load_computes_the_sum_of_both_parts(tmp_path):
 
 
 def test_a_load_with_units_is_that_of_numbers():
-    found = run("planar-link", "--under-load", "-1 kN 0 0", "--format", "json")
+    found = run("planar-link", "--wrench", "-1 kN 0 0", "--format", "json")
     assert found.exit_code == 0, found.stderr
     K = derivation_from_data(json.loads(found.stdout)).K
     assert K == rs.derive_under_load("planar-link", [-1000, 0, 0]).K
-    refused = run("planar-link", "--under-load", "1 kN 0", "--rank")
+    refused = run("planar-link", "--wrench", "1 kN 0", "--rank")
     assert refused.exit_code == 2
     assert "no question beside it" in refused.stderr
-    assert "3" in run("planar-link", "--under-load", "1 kN").stderr
+    assert "3" in run("planar-link", "--wrench", "1 kN").stderr

@@ -18,6 +18,7 @@ PUBLIC = [
     "ActuatorCoordinates",
     "AtCoordinates",
     "AtHome",
+    "AtJoints",
     "AtSymbols",
     "Axis",
     "Backend",

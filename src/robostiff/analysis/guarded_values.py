@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robostiff.analysis.deflection_under_load import leg_loads, loads_known
+from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.measures import principal_stiffnesses, worst_deflection
 from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import (

@@ -10,7 +10,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.deflection_under_load import LegLoads, deflection_at, leg_loads, loads_known
+from robostiff.analysis.deflection_under_load import deflection_at
+from robostiff.analysis.leg_loads import LegLoads, leg_loads, loads_known
 from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance

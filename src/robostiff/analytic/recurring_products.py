@@ -7,50 +7,28 @@ name of that component; a name that is used little is written out.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import combinations, count, permutations
+from dataclasses import replace
+from itertools import combinations, permutations
 from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.combinations import suffix
 from robostiff.analytic.derivation import Definition
+from robostiff.analytic.names_written_out import (
+    LINES,
+    Written,
+    changed,
+    in_few_lines,
+    in_order,
+    needed_for,
+    operations_in,
+    without_idle_names,
+)
 
 _NAMES = 6  # that are given at most
 _A_LINE = 3  # operations for which a further line is worth it, beyond those read at a glance
-_LINES = 10  # lines that are read at a glance
 _WORTH = 0.95  # of the length before, for which names are exchanged
-_GROWN = 1.1  # operations by which these may grow for fewer lines
-_WIDTH = 4  # ways of as many lines that are followed
-
-
-@dataclass(frozen=True)
-class Written:
-    """Expressions in names, and what the names stand for.
-
-    Attributes
-    ----------
-    results : tuple of sympy.Expr
-        What is counted, and printed one a line.
-    definitions : tuple of Definition
-    others : tuple of sympy expressions and matrices
-        What is written in the same names, and not counted.
-    """
-
-    results: tuple[Any, ...]
-    definitions: tuple[Definition, ...]
-    others: tuple[Any, ...] = ()
-
-    @cached_property
-    def operations(self) -> int:
-        """Of all results and formulas of names."""
-        return sum(map(_operations, (*self.results, *(d.expression for d in self.definitions))))
-
-    @property
-    def lines(self) -> int:
-        """Results, and names that are formulas."""
-        return len(self.results) + sum(bool(d.expression.free_symbols) for d in self.definitions)
 
 
 def as_printed(
@@ -134,7 +112,7 @@ def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
         return _with_name(written, new)
     left = tuple(d for d in written.definitions if d.symbol != above)
     put = {above: new.symbol * below}
-    written = _with(replace(written, definitions=left), lambda x: x.xreplace(put))
+    written = changed(replace(written, definitions=left), lambda x: x.xreplace(put))
     sine: Any = rest / below**2
     for symbol in sorted(ours - {new.symbol}, key=str):
         own = next(d for d in written.definitions if d.symbol == symbol)
@@ -145,7 +123,7 @@ def _with_cosine(written: Written, new: Definition, ours: set[Any]) -> Written:
 
 
 def _length(written: Written) -> int:
-    return written.operations + _A_LINE * max(0, written.lines - _LINES)
+    return written.operations + _A_LINE * max(0, written.lines - LINES)
 
 
 def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) -> Written:
@@ -160,160 +138,14 @@ def by_unit_length(written: Written, are_one: Callable[[Written, Any], bool]) ->
     lengths = [d.symbol for d in written.definitions if d.symbol.is_positive is None]
     for a, b in permutations(lengths, 2):
         put = {1 - b**2: a**2}
-        needed = _needs(a, written.definitions)
+        needed = needed_for(a, written.definitions)
         first = [d for d in written.definitions if d.symbol in needed]
         left = tuple(d for d in written.definitions if d.symbol not in needed)
         later = replace(written, definitions=left)
-        found = _with(later, lambda x, put=put: x.xreplace(put))
+        found = changed(later, lambda x, put=put: x.xreplace(put))
         if found != later and are_one(written, a**2 + b**2):
-            written = replace(found, definitions=tuple(_in_order([*first, *found.definitions])))
+            written = replace(found, definitions=tuple(in_order([*first, *found.definitions])))
     return written
-
-
-def without_idle_names(written: Written) -> Written:
-    """The same without names of lengths and shifts that make nothing shorter."""
-    while True:
-        found = [
-            one
-            for d in written.definitions
-            if d.symbol.name.startswith(("L_", "d_", "e_"))
-            for one in _without(written, d, ())
-        ]
-        shortest = min(found, key=lambda one: one.operations, default=None)
-        if shortest is None or shortest.operations > written.operations:
-            return written
-        written = shortest
-
-
-def in_few_lines(
-    written: Written, taken: Iterable[str], are_one: Callable[[Written, Any], bool]
-) -> Written:
-    """The same in ten lines, where names can be written out and little is lost.
-
-    Where x^2 + y^2 = 1, even powers of x become those of y; a root that occurs in even powers
-    alone gives way to its square.
-
-    Parameters
-    ----------
-    written : Written
-    taken : iterable of str
-        Names that stand for something else.
-    are_one : callable
-        Of these formulas and an expression in their names: whether it is one, always.
-
-    Examples
-    --------
-    >>> R, r, h, c = sp.symbols("R r h c")
-    >>> d, L, u = sp.symbols("d_a L_a u_x")
-    >>> names = Definition(d, R - r), Definition(L, sp.sqrt(d**2 + h**2)), Definition(u, d / L)
-    >>> eight = tuple(sp.Symbol(f"K{i}") * u / c for i in range(8))
-    >>> found = in_few_lines(Written(eight, names), {"c"}, lambda written, expression: False)
-    >>> [(str(d.symbol), d.expression) for d in found.definitions]
-    [('d_a', R - r), ('u_x', d_a/sqrt(d_a**2 + h**2))]
-    """
-    kept = sum(bool(d.expression.free_symbols) for d in written.definitions if _is_kept(d))
-    if written.lines <= _LINES or len(written.results) + kept > _LINES:
-        return written
-    names = [d.symbol for d in written.definitions if d.symbol.is_positive is None]
-    units = [(a, b) for a, b in combinations(names, 2) if are_one(written, a**2 + b**2)]
-    units += [(b, a) for a, b in units]
-    states = [written]
-    while states and states[0].lines > _LINES:
-        after: dict[Any, Written] = {}
-        for one in (x for own in states for d in own.definitions for x in _without(own, d, units)):
-            shorter = _with_squares(_with_needed_names(one), {*taken})
-            key = frozenset(d.symbol for d in shorter.definitions)
-            if key not in after or shorter.operations < after[key].operations:
-                after[key] = shorter
-        states = sorted(after.values(), key=lambda own: own.operations)[:_WIDTH]
-    few = (x for x in states if x.lines <= _LINES and x.operations <= _GROWN * written.operations)
-    return next(few, written)
-
-
-def _is_kept(definition: Definition) -> bool:
-    return definition.symbol.name.startswith(("c_", "k_", "EA", "EI", "GJ", "theta"))
-
-
-def _without(
-    written: Written, definition: Definition, units: Sequence[tuple[Any, Any]]
-) -> Iterator[Written]:
-    """The same with a name written out, also by another where the sum of both squares is one."""
-    expression: Any = definition.expression
-    if not expression.free_symbols or _is_kept(definition):
-        return
-    symbol = definition.symbol
-    others = tuple(d for d in written.definitions if d is not definition)
-    left = replace(written, definitions=others)
-    yield _with(left, lambda x: x.xreplace({symbol: expression}))
-    for other in (b for a, b in units if a == symbol):
-        needed = _needs(other, written.definitions)
-        if symbol in needed or len(needed) == 1:
-            continue  # computed by it, or no longer there
-        rest = 1 - other**2
-
-        found = _with(left, lambda x, rest=rest: _in_squares(x, symbol, rest, expression))
-        ordered = tuple(_in_order(found.definitions))
-        yield replace(found, definitions=ordered)
-
-
-def _needs(symbol: Any, definitions: Sequence[Definition]) -> set[Any]:
-    """All symbols by which a name is computed."""
-    found = {symbol}
-    for d in reversed(definitions):
-        if d.symbol in found:
-            found |= d.expression.free_symbols
-    return found
-
-
-def _with_needed_names(written: Written) -> Written:
-    """The same without names that are in no result and no other name."""
-    for d in reversed(written.definitions):
-        others = tuple(own for own in written.definitions if own is not d)
-        formulas = (*written.results, *(own.expression for own in others))
-        if not _is_kept(d) and not any(x.has(d.symbol) for x in formulas):
-            put = {d.symbol: d.expression}
-            left = tuple(x.xreplace(put) for x in written.others)
-            written = Written(written.results, others, left)
-    return written
-
-
-def _with_squares(written: Written, taken: set[str]) -> Written:
-    """The same with squares in place of names that occur squared, where that is shorter."""
-    for symbol in [d.symbol for d in written.definitions]:
-        d = next(d for d in written.definitions if d.symbol == symbol)
-        if symbol.name.startswith("L_") or not d.expression.free_symbols or _is_kept(d):
-            continue
-        used = taken | {own.symbol.name for own in written.definitions}
-        number = next(i for i in count() if f"p_{suffix(i)}" not in used)
-        square = Definition(sp.Symbol(f"p_{suffix(number)}", positive=True), d.expression**2)
-        is_root = square.expression.is_Add
-        once = sp.sqrt(square.symbol) if is_root else d.expression
-        found = _with(
-            replace(written, definitions=tuple(x for x in written.definitions if x is not d)),
-            lambda x, by=(d.symbol, square.symbol, once): _in_squares(x, *by),
-        )
-        ordered = tuple(_in_order([square, *found.definitions]))
-        written = min(written, replace(found, definitions=ordered), key=lambda x: x.operations)
-    return written
-
-
-def _in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
-    """An expression with a name for the square of a symbol, and what stands for an odd factor."""
-    powers: dict[Any, Any] = {symbol: once}
-    for power in expression.atoms(sp.Pow):
-        if power.base == symbol and power.exp.is_Integer:
-            half, odd = divmod(int(power.exp), 2)
-            powers[power] = square**half * once**odd
-    return expression.xreplace(powers)
-
-
-def _with(written: Written, change: Callable[[Any], Any]) -> Written:
-    """The same with all formulas changed."""
-    return Written(
-        tuple(map(change, written.results)),
-        tuple(Definition(d.symbol, change(d.expression)) for d in written.definitions),
-        tuple(map(change, written.others)),
-    )
 
 
 def _with_name(written: Written, new: Definition) -> Written:
@@ -324,23 +156,8 @@ def _with_name(written: Written, new: Definition) -> Written:
             return expression.applyfunc(put)
         return _divided(expression, new)
 
-    found = _with(written, put)
-    return replace(found, definitions=tuple(_in_order([new, *found.definitions])))
-
-
-def _in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
-    """Definitions so that each uses those before, otherwise as they came."""
-    left: dict[Any, Definition] = {d.symbol: d for d in definitions}
-
-    def with_its_own(d: Definition) -> Iterator[Definition]:
-        for symbol in sorted(d.expression.free_symbols & left.keys(), key=str):
-            if symbol in left:
-                yield from with_its_own(left[symbol])
-        if left.pop(d.symbol, None) is not None:
-            yield d
-
-    for d in definitions:
-        yield from with_its_own(d)
+    found = changed(written, put)
+    return replace(found, definitions=tuple(in_order([new, *found.definitions])))
 
 
 def _divided(expression: Any, ratio: Definition) -> Any:
@@ -358,7 +175,7 @@ def _divided(expression: Any, ratio: Definition) -> Any:
     # The number stays in front: 1/4 in a sum of roots would be longer.
     factors = [base**power for base, power in left.items()]
     other = sp.Mul(expression.as_coeff_Mul()[0], *factors)
-    return min(expression, other, key=_operations)
+    return min(expression, other, key=operations_in)
 
 
 def _most_useful(written: Written, components: set[Any], refused: set[Any]) -> Any:
@@ -440,7 +257,3 @@ def _name_of(product: Any, others: Sequence[Any], components: Sequence[str], use
     while f"s_{suffix(number)}" in used:
         number += 1
     return f"s_{suffix(number)}"
-
-
-def _operations(expression: Any) -> int:
-    return int(expression.count_ops()) if expression.free_symbols else 0

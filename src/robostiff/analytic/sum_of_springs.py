@@ -18,11 +18,12 @@ from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, used_definitions
 from robostiff.analytic.leg_springs import HeldWrench, LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.named_reading import NamedReading
+from robostiff.analytic.names_written_out import Written
 from robostiff.analytic.numeric_value import values_of
 from robostiff.analytic.orbits import COMPONENTS, Orbit, Products, averages, orbits_of
 from robostiff.analytic.products import FormulaTooLargeError
 from robostiff.analytic.record_reading import written_size
-from robostiff.analytic.recurring_products import Written, as_printed
+from robostiff.analytic.recurring_products import as_printed
 from robostiff.analytic.robot_placement import PlacedRobot
 from robostiff.analytic.sampled_leg import sampled
 from robostiff.analytic.trigonometry import shortest_trigonometry
@@ -137,10 +138,10 @@ class _Group:
             written = [read(x) for x in entries.values()]
             if i not in self.shifted:
                 written = [shortest_trigonometry(x) for x in written]
-            if max(map(_operations, written), default=0) > _LONG_ENTRY:
+            if max(map(sp.count_ops, written), default=0) > _LONG_ENTRY:
                 self.in_names.add(i)
                 for letter, x in zip(COMPONENTS, self.wrenches[i], strict=True):
-                    if isinstance(x, Entry) and _operations(read(x)) > _SHORT:
+                    if isinstance(x, Entry) and sp.count_ops(read(x)) > _SHORT:
                         read.named(letter, x)
 
     def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
@@ -158,7 +159,6 @@ def sum_of_springs(placed: PlacedRobot, *, in_short_steps: bool = False) -> SumO
     """Derive a placed robot leg by leg.
 
     None where a leg has no basis of unit wrenches, and where a sum sign is shorter than the sum.
-
     In short steps, every intermediate of some length has a name.
 
     Raises
@@ -304,13 +304,13 @@ def _matrix(
                 term = _written(entries[place], place, search, read)
                 if place in others:
                     other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
-                    if _operations(other) < _operations(term):
+                    if sp.count_ops(other) < sp.count_ops(term):
                         symbol = sp.Symbol(f"average {other}", positive=True)
                         squares[symbol] = term, other
                         term = symbol
                 if term not in known:
                     known[term] = term / group.compliance
-                    operations += _operations(known[term])
+                    operations += sp.count_ops(known[term])
                     if operations > _PRINTED:
                         return None
                 total.setdefault((i, j), []).append(known[term])
@@ -326,18 +326,14 @@ def _written(
     if not isinstance(total, Entry):
         return read(total)
     apart = sp.Add(*(number * (read(a) * read(b)) for number, a, b in products))
-    if _operations(apart) <= _SHORT or (
+    if sp.count_ops(apart) <= _SHORT or (
         len(products) > _FEW and written_size(search.record, [total]) > _MOST
     ):
         return apart
     try:
-        return min(apart, read(total), key=_operations)
+        return min(apart, read(total), key=sp.count_ops)
     except FormulaTooLargeError:
         return apart
-
-
-def _operations(expression: Any) -> int:
-    return int(expression.count_ops())
 
 
 def _total(products: Products, search: WrenchSearch, scale: float) -> Any:

@@ -275,9 +275,9 @@ def _check_questions(questions: Questions, asked: FormulaRequest, language: str)
             got=f"--leg {asked.leg}",
             expected="the whole robot: --rank, --free-motions and --eigenvalues without --leg",
         )
-    if asked.under_load is not None and (questions.any or asked.leg is not None):
+    if asked.wrench is not None and (questions.any or asked.leg is not None):
         raise InputError(
-            "--under-load", got=asked.under_load, expected="no --leg and no question beside it"
+            "--wrench", got=asked.wrench, expected="no --leg and no question beside it"
         )
 
 
@@ -287,10 +287,10 @@ def _derived(
     """The formula of the robot, of one of its legs, or under a load."""
     robot, pose = _robot_and_pose(model, asked)
     options: dict[str, Any] = {"pose": pose, "form": form, "budget": asked.budget}
-    if asked.under_load is not None:
+    if asked.wrench is not None:
         from robostiff.robots.derivation_under_load import derive_under_load
 
-        return derive_under_load(robot, _wrench(asked.under_load, robot.space), **options)
+        return derive_under_load(robot, _wrench(asked.wrench, robot.space), **options)
     if asked.leg is not None:
         return derive_leg(robot, asked.leg, **options)
     return derive_robot(robot, **options)
@@ -360,7 +360,7 @@ def _language(sheet: Sheet, replacing: Replacing, answer: Answer) -> tuple[str, 
 def _wrench(text: str, space: Space) -> str | list[float]:
     """A wrench of numbers with units, or of symbols."""
     try:
-        return wrench_from(text, space, "--under-load")
+        return wrench_from(text, space, "--wrench")
     except InputError:
         if len(text.split()) != space.size:
             raise

@@ -55,8 +55,8 @@ class FormulaRequest:
         "--steps", help="Named steps of moderate size; the default away from home."
     )
     closed: bool = option("--closed", help="One expression for each entry; the default at home.")
-    under_load: str | None = option(
-        "--under-load",
+    wrench: str | None = option(
+        "--wrench",
         metavar='"fx fy fz mx my mz"',
         help="K to first order in this wrench on the platform: numbers with units [N, N m], or "
         "symbols such as ' 0 0 -F 0 0 0'.",
@@ -155,7 +155,7 @@ COMMANDS = {
             "derive hexapod --pose symbolic --angles ZXZ",
             'derive hexapod --symbols R,r --pose "z=0.85, gamma=10 deg" -o hexapod.py',
             "derive gough-stewart-b-beams --leg leg1",
-            'derive gough-stewart-b --under-load "0 0 -1 kN 0 0 0"',
+            'derive gough-stewart-b --wrench "0 0 -1 kN 0 0 0"',
         ),
         status="0 for a formula, 2 for bad input or a formula beyond the limit, 130 when "
         "interrupted.",

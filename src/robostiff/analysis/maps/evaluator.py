@@ -11,7 +11,6 @@ import numpy as np
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
-from robostiff.analysis.deflection_under_load import leg_loads
 from robostiff.analysis.guarded_values import (
     CheckedResults,
     compliance_where_answered,
@@ -19,6 +18,7 @@ from robostiff.analysis.guarded_values import (
     stiffness_where_answered,
     twists_under,
 )
+from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (

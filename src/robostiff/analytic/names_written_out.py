@@ -1,0 +1,212 @@
+"""Formulas in names, and names written out where that is shorter or takes fewer lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations, count
+from typing import Any
+
+import sympy as sp
+
+from robostiff.analytic.combinations import suffix
+from robostiff.analytic.derivation import Definition
+
+LINES = 10  # lines that are read at a glance
+_GROWN = 1.1  # operations by which these may grow for fewer lines
+_WIDTH = 4  # ways of as many lines that are followed
+
+
+@dataclass(frozen=True)
+class Written:
+    """Expressions in names, and what the names stand for.
+
+    Attributes
+    ----------
+    results : tuple of sympy.Expr
+        What is counted, and printed one a line.
+    definitions : tuple of Definition
+    others : tuple of sympy expressions and matrices
+        What is written in the same names, and not counted.
+    """
+
+    results: tuple[Any, ...]
+    definitions: tuple[Definition, ...]
+    others: tuple[Any, ...] = ()
+
+    @cached_property
+    def operations(self) -> int:
+        """Of all results and formulas of names."""
+        return sum(map(operations_in, (*self.results, *(d.expression for d in self.definitions))))
+
+    @property
+    def lines(self) -> int:
+        """Results, and names that are formulas."""
+        return len(self.results) + sum(bool(d.expression.free_symbols) for d in self.definitions)
+
+
+def without_idle_names(written: Written) -> Written:
+    """The same without names of lengths and shifts that make nothing shorter."""
+    while True:
+        found = [
+            one
+            for d in written.definitions
+            if d.symbol.name.startswith(("L_", "d_", "e_"))
+            for one in _without(written, d, ())
+        ]
+        shortest = min(found, key=lambda one: one.operations, default=None)
+        if shortest is None or shortest.operations > written.operations:
+            return written
+        written = shortest
+
+
+def in_few_lines(
+    written: Written, taken: Iterable[str], are_one: Callable[[Written, Any], bool]
+) -> Written:
+    """The same in ten lines, where names can be written out and little is lost.
+
+    Where x^2 + y^2 = 1, even powers of x become those of y; a root that occurs in even powers
+    alone gives way to its square.
+
+    Parameters
+    ----------
+    written : Written
+    taken : iterable of str
+        Names that stand for something else.
+    are_one : callable
+        Of these formulas and an expression in their names: whether it is one, always.
+
+    Examples
+    --------
+    >>> R, r, h, c = sp.symbols("R r h c")
+    >>> d, L, u = sp.symbols("d_a L_a u_x")
+    >>> names = Definition(d, R - r), Definition(L, sp.sqrt(d**2 + h**2)), Definition(u, d / L)
+    >>> eight = tuple(sp.Symbol(f"K{i}") * u / c for i in range(8))
+    >>> found = in_few_lines(Written(eight, names), {"c"}, lambda written, expression: False)
+    >>> [(str(d.symbol), d.expression) for d in found.definitions]
+    [('d_a', R - r), ('u_x', d_a/sqrt(d_a**2 + h**2))]
+    """
+    kept = sum(bool(d.expression.free_symbols) for d in written.definitions if _is_kept(d))
+    if written.lines <= LINES or len(written.results) + kept > LINES:
+        return written
+    names = [d.symbol for d in written.definitions if d.symbol.is_positive is None]
+    units = [(a, b) for a, b in combinations(names, 2) if are_one(written, a**2 + b**2)]
+    units += [(b, a) for a, b in units]
+    states = [written]
+    while states and states[0].lines > LINES:
+        after: dict[Any, Written] = {}
+        for one in (x for own in states for d in own.definitions for x in _without(own, d, units)):
+            shorter = _with_squares(_with_needed_names(one), {*taken})
+            key = frozenset(d.symbol for d in shorter.definitions)
+            if key not in after or shorter.operations < after[key].operations:
+                after[key] = shorter
+        states = sorted(after.values(), key=lambda own: own.operations)[:_WIDTH]
+    few = (x for x in states if x.lines <= LINES and x.operations <= _GROWN * written.operations)
+    return next(few, written)
+
+
+def _is_kept(definition: Definition) -> bool:
+    return definition.symbol.name.startswith(("c_", "k_", "EA", "EI", "GJ", "theta"))
+
+
+def _without(
+    written: Written, definition: Definition, units: Sequence[tuple[Any, Any]]
+) -> Iterator[Written]:
+    """The same with a name written out, also by another where the sum of both squares is one."""
+    expression: Any = definition.expression
+    if not expression.free_symbols or _is_kept(definition):
+        return
+    symbol = definition.symbol
+    others = tuple(d for d in written.definitions if d is not definition)
+    left = replace(written, definitions=others)
+    yield changed(left, lambda x: x.xreplace({symbol: expression}))
+    for other in (b for a, b in units if a == symbol):
+        needed = needed_for(other, written.definitions)
+        if symbol in needed or len(needed) == 1:
+            continue  # computed by it, or no longer there
+        rest = 1 - other**2
+
+        found = changed(left, lambda x, rest=rest: _in_squares(x, symbol, rest, expression))
+        ordered = tuple(in_order(found.definitions))
+        yield replace(found, definitions=ordered)
+
+
+def needed_for(symbol: Any, definitions: Sequence[Definition]) -> set[Any]:
+    """All symbols by which a name is computed."""
+    found = {symbol}
+    for d in reversed(definitions):
+        if d.symbol in found:
+            found |= d.expression.free_symbols
+    return found
+
+
+def _with_needed_names(written: Written) -> Written:
+    """The same without names that are in no result and no other name."""
+    for d in reversed(written.definitions):
+        others = tuple(own for own in written.definitions if own is not d)
+        formulas = (*written.results, *(own.expression for own in others))
+        if not _is_kept(d) and not any(x.has(d.symbol) for x in formulas):
+            put = {d.symbol: d.expression}
+            left = tuple(x.xreplace(put) for x in written.others)
+            written = Written(written.results, others, left)
+    return written
+
+
+def _with_squares(written: Written, taken: set[str]) -> Written:
+    """The same with squares in place of names that occur squared, where that is shorter."""
+    for symbol in [d.symbol for d in written.definitions]:
+        d = next(d for d in written.definitions if d.symbol == symbol)
+        if symbol.name.startswith("L_") or not d.expression.free_symbols or _is_kept(d):
+            continue
+        used = taken | {own.symbol.name for own in written.definitions}
+        number = next(i for i in count() if f"p_{suffix(i)}" not in used)
+        square = Definition(sp.Symbol(f"p_{suffix(number)}", positive=True), d.expression**2)
+        is_root = square.expression.is_Add
+        once = sp.sqrt(square.symbol) if is_root else d.expression
+        found = changed(
+            replace(written, definitions=tuple(x for x in written.definitions if x is not d)),
+            lambda x, by=(d.symbol, square.symbol, once): _in_squares(x, *by),
+        )
+        ordered = tuple(in_order([square, *found.definitions]))
+        written = min(written, replace(found, definitions=ordered), key=lambda x: x.operations)
+    return written
+
+
+def _in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
+    """An expression with a name for the square of a symbol, and what stands for an odd factor."""
+    powers: dict[Any, Any] = {symbol: once}
+    for power in expression.atoms(sp.Pow):
+        if power.base == symbol and power.exp.is_Integer:
+            half, odd = divmod(int(power.exp), 2)
+            powers[power] = square**half * once**odd
+    return expression.xreplace(powers)
+
+
+def changed(written: Written, change: Callable[[Any], Any]) -> Written:
+    """The same with all formulas changed."""
+    return Written(
+        tuple(map(change, written.results)),
+        tuple(Definition(d.symbol, change(d.expression)) for d in written.definitions),
+        tuple(map(change, written.others)),
+    )
+
+
+def in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
+    """Definitions so that each uses those before, otherwise as they came."""
+    left: dict[Any, Definition] = {d.symbol: d for d in definitions}
+
+    def with_its_own(d: Definition) -> Iterator[Definition]:
+        for symbol in sorted(d.expression.free_symbols & left.keys(), key=str):
+            if symbol in left:
+                yield from with_its_own(left[symbol])
+        if left.pop(d.symbol, None) is not None:
+            yield d
+
+    for d in definitions:
+        yield from with_its_own(d)
+
+
+def operations_in(expression: Any) -> int:
+    """Operations of a formula; none of a number."""
+    return int(expression.count_ops()) if expression.free_symbols else 0
