@@ -235,7 +235,7 @@ WRONG = {
     "misspelt": (
         file_with(branch("low", 0), branch("high", 0.1) | {"ending": 3}),
         "legs[0].chain[0].branches[1].ending: unknown key: expected one of name, end, chain, "
-        "couplings, note",
+        "couplings, masses, note",
     ),
     "out of the plane": (
         file_with(
