@@ -98,6 +98,7 @@ def test_an_arm_of_six_joints_is_its_rotations_points_and_springs(pose):
 def test_a_wrong_beam_of_an_arm_is_found():
     placed = place_robot(rs.load("six-joint-arm", symbols=("fore",)), AtHome())
     arm = series_form(placed)
+    assert isinstance(arm, ArmOfSprings)
     name, Q, m, (L, *products) = arm.beams[2]
     wrong = (*arm.beams[:2], (name, Q, m, (L * sp.Rational(1001, 1000), *products)), arm.beams[3])
     with pytest.raises(DisagreementError, match="springs in series"):

@@ -129,6 +129,7 @@ def test_two_arms_on_a_hinge_leave_a_couple_that_spares_it(derived):
 def test_shared_energies_of_one_spring_cancel():
     """Three parallel rods hold by couples that meet a multiple of one rod's compliance."""
     named = rs.derive("gantry-tau").named
+    assert named is not None
     (_, _, third) = named.legs[2].compliances
     a, l, EA = (sp.Symbol(x, positive=True) for x in ("a", "l", "EA_1"))
     assert third == 3 * l / (8 * EA * a**2)

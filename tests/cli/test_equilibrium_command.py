@@ -2,6 +2,8 @@
 
 # pyright: reportArgumentType=false
 
+import json
+
 import numpy as np
 import pytest
 
@@ -176,3 +178,28 @@ def test_report_on_finite_loads(tmp_path):
     less = Running("report")(*words[:1], *words[3:], "--overwrite")
     assert less.exit_code == 2
     assert "no wrench" in less.stderr
+
+
+def test_rigid_links_have_an_answer_and_a_compliance(tmp_path):
+    """Elastic drive, rigid link: no K exists, and the text and the data say C."""
+    file = tmp_path / "slide.yaml"
+    file.write_text(
+        """
+robostiff: 1
+name: slide
+source: a test
+home: {at: [0.5, 0, 0]}
+legs:
+  - name: arm
+    chain:
+      - {type: prismatic, name: drive, axis: x, role: actuated, stiffness: 1e6 N/m}
+      - {type: rigid, to: [0.5, 0, 0]}
+"""
+    )
+    found = run(str(file), "--wrench", "100 N 0 0 0 0 0")
+    assert found.exit_code == 1
+    assert "C under load" in found.output
+    assert "dx 100 um" in found.output
+    data = json.loads(run(str(file), "--wrench", "100 N 0 0 0 0 0", "--json").output)
+    assert data["K"] is None
+    assert data["compliance"][0][0] == pytest.approx(1e-6)

@@ -1,5 +1,7 @@
 """Equilibria, pictures and reports of a linkage at joint coordinates."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -73,7 +75,14 @@ def test_out_of_reach_is_no_answer(tmp_path):
     assert "do not close" in outcome.stderr
 
 
-def test_modes_say_what_has_no_masses():
+def test_modes_at_joint_coordinates():
     outcome = run("modes", PANTOGRAPH, *LOW)
     assert outcome.exit_code == 2
-    assert "have no masses" in outcome.stderr
+    assert "masses of 'double-pantograph': expected what moves" in outcome.stderr
+    moving = run("modes", PANTOGRAPH, *LOW, "--mass", "platform=20 kg", "--json")
+    at_home = run("modes", PANTOGRAPH, "--mass", "platform=20 kg", "--json")
+    slowest = [json.loads(own.stdout)["modes"][0]["frequency"] for own in (moving, at_home)]
+    linkage = rs.load_linkage(PANTOGRAPH)
+    found = rs.modes(linkage, {"screw": -0.05}, masses={"platform": 20.0})
+    assert np.isclose(slowest[0], found.frequencies[0], rtol=1e-9)
+    assert abs(slowest[1] / slowest[0] - 1) > 1e-3

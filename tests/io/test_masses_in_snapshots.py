@@ -46,6 +46,7 @@ def test_masses_and_gravity_are_read_back(name: str):
         assert np.allclose(b.frequencies[:9], a.frequencies[:9], rtol=1e-7)
         a, b = (rs.equilibrium(own, wrench=F, beams=ONE) for own in (one, other))
         assert np.allclose(b.displacement, a.displacement, rtol=1e-8, atol=1e-14)
+    assert legs.gravity is not None
     assert np.allclose(legs.gravity, [0, 0, -9.80665])
     weight = sum(float(own.value) for leg in snapshot.legs for own in leg.masses)
     assert np.isclose(weight, sum(float(own.value) for leg in legs.legs for own in leg.masses))

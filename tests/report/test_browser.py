@@ -85,7 +85,9 @@ def test_matrices_of_the_page_are_those_of_the_library(spatial):
 
 def test_deflection_of_the_page_is_that_of_the_library(spatial):
     bent = rs.deflection(shipped("hexapod"), POSE, LOAD)
-    loads_and_moves = np.reshape(spatial.numbers("#load > .wide:first-of-type"), (-1, 2))[:6]
+    loads_and_moves = np.reshape(
+        spatial.numbers("#load .side-by-side > div:first-of-type"), (-1, 2)
+    )[:6]
     np.testing.assert_allclose(loads_and_moves[:, 0], LOAD, rtol=0)
     np.testing.assert_allclose(1e-6 * loads_and_moves[:, 1], bent.twist, rtol=1e-14)
     shares = spatial.numbers("#load details")
@@ -94,7 +96,7 @@ def test_deflection_of_the_page_is_that_of_the_library(spatial):
 
 def test_weakest_directions_of_the_page_are_those_of_the_library(spatial):
     principal = rs.indices(rs.stiffness(shipped("hexapod"), POSE)).principal
-    shown = spatial.numbers("#weakest > .wide:first-of-type")[:6]
+    shown = spatial.numbers("#weakest .side-by-side > div:first-of-type")[:6]
     assert shown == [*principal.translational.tolist(), *principal.rotational.tolist()]
 
 

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.kinematics import find_posture
-from robostiff.model import CoupledFreedom, PlacedSpring, Robot
+from robostiff.model import Actuated, CoupledFreedom, Passive, PlacedFreedom, PlacedSpring, Robot
 from robostiff.network.snapshot_network import network_of_snapshot
 from tests.cases.metric import distance
 from tests.robots.test_coupled_joints import CASES, LENGTH, POSES, arm, tripod
@@ -30,6 +30,7 @@ def jets_of(robot: Robot) -> JetRobot:
                 jets.elements.append(Part(element.point, element.rotation, K))
                 continue
             joint = element.alone if isinstance(element, CoupledFreedom) else element
+            assert isinstance(joint, PlacedFreedom)
             if not joint.is_passive and joint.stiffness is None:
                 continue  # held by a rigid drive
             k = joint.stiffness or 0.0
@@ -122,6 +123,7 @@ def test_the_geared_tripod_far_from_rest():
         assert abs(gear.motion[0]) < 1e-12
         # the crank holds what the load and the gear do along its coordinate
         assert gear.energy == 0
+        assert gear.load is not None
         assert abs(gear.load) > 1.0
 
 
@@ -131,6 +133,7 @@ def test_preloads_and_laws_of_motors():
     pushed = loaded(robot, preload={"arm/right motor": 40.0})
     motor = next(part for part in pushed.parts if part.part == "right motor")
     assert np.isclose(motor.motion[0], 40.0 / 2e4, rtol=1e-12)
+    assert motor.load is not None
     assert abs(motor.load) < 1e-9
     assert np.isclose(pushed.potential, -0.5 * 40.0**2 / 2e4, rtol=1e-9)
     q = __import__("sympy").Symbol("q")
@@ -150,7 +153,7 @@ def test_weights_at_the_body_behind_a_coupled_joint():
         loaded(wrist, loads={f"arm/{name}": rs.Mass(12.0)}).displacement
         for name in ("elbow", "belt")
     ]
-    assert np.array_equal(*sunk)
+    assert np.array_equal(sunk[0], sunk[1])
     assert sunk[0][2] < -1e-4
     found = [
         rs.modes(wrist, masses={f"arm/{name}": 12.0}).frequencies for name in ("elbow", "belt")
@@ -160,9 +163,7 @@ def test_weights_at_the_body_behind_a_coupled_joint():
 
 def test_a_motion_that_a_differential_leaves_free():
     """One motor of two holds the sum of tilt and roll alone: as `stiffness` says."""
-    wrist = arm(
-        (rs.Coupling((("b", 1.0), ("c", 1.0)), rs.model.Actuated(1e4)),), None, rs.model.Passive()
-    )
+    wrist = arm((rs.Coupling((("b", 1.0), ("c", 1.0)), Actuated(1e4)),), None, Passive())
     linear, answer = rs.stiffness(wrist), loaded(wrist)
     assert rs.Status.FREE_MOTIONS in linear.status
     assert str(answer.status) == "free-motions"

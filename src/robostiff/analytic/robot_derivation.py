@@ -185,7 +185,7 @@ class RobotDerivation(Derivation):
         compared with the numerical form.
         """
         form = self.at_vector_level.form
-        return None if form is None or self.vectors is not None else form
+        return form if isinstance(form, InSeries | ArmOfSprings) else None
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = (self.name, self.K0, self.stages, self.K, self.definitions, None, self.conditions)

@@ -8,6 +8,7 @@ import numpy as np
 
 from robostiff.analysis.result_tables import MOST_PARTS, blocks_html, energy_table, load_table
 from robostiff.markup import (
+    COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
     Block,
     Bullets,
@@ -20,6 +21,7 @@ from robostiff.markup import (
     element,
     escaped,
 )
+from robostiff.statics.status import EquilibriumStatus
 
 if TYPE_CHECKING:
     from robostiff.spatial import Space
@@ -36,8 +38,7 @@ def equilibrium_html(result: Equilibrium) -> str:
     if result.has_answer:
         moved = without_rounding(result.displacement, result.space)
         blocks.append(load_table(result.space, result.wrench, moved))
-        if result.status.has_stiffness:
-            blocks.append(matrix_under_load(result))
+        blocks.append(matrix_under_load(result))
         if result.energy > 0:
             blocks.append(energy_table(result.shares, MOST_PARTS))
     blocks.append(Bullets(tuple(result.advice)))
@@ -59,12 +60,14 @@ def without_rounding(moved: np.ndarray, space: Space) -> np.ndarray:
     return np.where(np.abs(moved) < KNOWN * np.maximum(largest, np.abs(moved).max()), 0.0, moved)
 
 
-def matrix_under_load(result: Equilibrium) -> LabelledMatrix:
-    """K under load."""
-    space = result.space
-    return LabelledMatrix(
-        "K under load", result.K, space.wrench_order, space.twist_order, STIFFNESS_UNITS
-    )
+def matrix_under_load(result: Equilibrium) -> LabelledMatrix | None:
+    """K under load; the compliance where a direction is rigid, none beside a free motion."""
+    F, t = result.space.wrench_order, result.space.twist_order
+    if result.status.has_stiffness:
+        return LabelledMatrix("K under load", result.K, F, t, STIFFNESS_UNITS)
+    if result.status & EquilibriumStatus.FREE_MOTIONS:
+        return None
+    return LabelledMatrix("C under load", result.compliance, t, F, COMPLIANCE_UNITS)
 
 
 def modes_html(found: Modes) -> str:

@@ -98,7 +98,7 @@ def robot_outline(derivation: RobotDerivation) -> tuple[Block, ...]:
     if form is not None and derivation.is_closed:
         # One leg and the table have said what all legs transmit.
         blocks += _in_words_of_all(derivation)
-        used = used_definitions(definitions, named.K)
+        used = used_definitions(definitions, named.K.flat())
         blocks += [OutlineHeading("All legs together"), *([equations(used)] if used else [])]
         blocks.append(stiffness_equation(named.K, names.result, names))
         return (*blocks, _nomenclature(derivation, names))

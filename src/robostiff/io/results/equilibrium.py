@@ -8,8 +8,9 @@ import numpy as np
 
 from robostiff.io.results.data import head, order, picked, plain
 from robostiff.io.results.text import load_line, matrix_lines, named, share_lines
-from robostiff.markup import STIFFNESS_UNITS, row, text_of
-from robostiff.statics import CriticalLoad, Equilibrium, Modes
+from robostiff.markup import row, text_of
+from robostiff.statics import CriticalLoad, Equilibrium, EquilibriumStatus, Modes
+from robostiff.statics.result_tables import matrix_under_load
 from robostiff.version import __version__
 
 if TYPE_CHECKING:
@@ -33,8 +34,10 @@ def equilibrium_text(result: Equilibrium, critical: CriticalLoad | None) -> str:
         if result.critical is None or not result.stable:
             words = "stable" if result.stable else "not stable"
             lines.append(f"{words}, margin {result.margin:.4g} of 1 without load")
-        lines += ["", f"K under load [{STIFFNESS_UNITS}]:"]
-        lines += matrix_lines(result.K, space.wrench_order, space.twist_order)
+        matrix = matrix_under_load(result)
+        if matrix is not None:
+            lines += ["", f"{matrix.symbol} [{matrix.units}]:"]
+            lines += matrix_lines(matrix.values, matrix.rows, matrix.columns)
         of_parts = sum(share.energy for share in result.shares)
         if of_parts > 0:
             lines += share_lines(of_parts, result.shares, _MOST)
@@ -87,8 +90,11 @@ def equilibrium_data(
         "stable": result.stable,
         "critical_factor": result.critical_factor,
     }
-    names = ("wrench", "displacement", "pose", "point", "K", "K_sym", "K_total")
-    data |= {n: plain(getattr(result, n)) if known else None for n in (*names, "energy", "margin")}
+    names = ("wrench", "displacement", "pose", "point", "energy", "margin")
+    data |= {n: plain(getattr(result, n)) if known else None for n in names}
+    has_K, has_C = result.status.has_stiffness, not result.status & EquilibriumStatus.FREE_MOTIONS
+    data |= {n: plain(getattr(result, n)) if has_K else None for n in ("K", "K_sym", "K_total")}
+    data["compliance"] = plain(result.compliance) if known and has_C else None
     data["margins"] = dict(result.margins)
     data["reactions"] = [own.tolist() for own in result.reactions] if known else []
     parts, springs = (result.parts, result.springs) if known else ((), ())

@@ -80,7 +80,7 @@ def _displacements(known: AnswersUnderLoad, contents: ReportContents) -> Table:
 def _changes(known: AnswersUnderLoad, contents: ReportContents) -> Iterator[Table]:
     """How the load changes the diagonal of K; nothing where there is no K without it."""
     result, space = known.equilibrium, known.equilibrium.space
-    if not np.all(contents.stiffness.answered):
+    if not (np.all(contents.stiffness.answered) and result.status.has_stiffness):
         return
     change = result.K - contents.stiffness.K
     diagonal = np.diagonal(contents.stiffness.K)
