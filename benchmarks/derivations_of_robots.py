@@ -22,7 +22,14 @@ from robostiff.analytic.agreement import closed_places
 from robostiff.analytic.robot_derivation import InNames
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.sum_of_springs import different_entries, operations_of
-from robostiff.analytic.vector_expressions import Coordinates, Stacked, Sum, Vector
+from robostiff.analytic.vector_expressions import (
+    ArmOfSprings,
+    Coordinates,
+    Equation,
+    Stacked,
+    Sum,
+    Vector,
+)
 from robostiff.errors import InputError
 
 POSES = {"home": AtHome(), "symbolic": AtSymbols()}
@@ -121,15 +128,18 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     form = "springs" if derivation.named else "closed" if derivation.is_closed else "steps"
     entries, definitions = named.K.flat(), named.definitions
     series = derivation.in_series if pose == "home" and len(derivation.legs) == 1 else None
-    if series is not None:
+    equations: Sequence[Equation] = ()
+    if isinstance(series, ArmOfSprings):
+        form, definitions, equations = "vectors", series.names, series.equations
+        # Each drive and each beam is a term of C.
+        entries = [c for _, _, c in series.drives] + [x for *_, own in series.beams for x in own]
+    elif series is not None:
         form, definitions = "series", series.definitions
         entries = [x for x in (*series.C, *series.axes, *series.arm) if x.free_symbols]
-    vectors = None
     if form == "steps" and pose == "home" and derivation.vectors is not None:
         form, vectors = "vectors", derivation.vectors
         entries = [] if vectors.average is None else vectors.average.flat()
-        definitions = vectors.names
-    equations = () if vectors is None else (*vectors.pose, *vectors.leg)
+        definitions, equations = vectors.names, (*vectors.pose, *vectors.leg)
     written = [*(d for d in definitions if d.expression.free_symbols), *equations]
     entries = different_entries(entries)
     row = Row(
