@@ -14,7 +14,7 @@ from robostiff.analytic.export import (
     derivation_typst,
     python_function,
 )
-from robostiff.analytic.export.readable import factored_matrix
+from robostiff.analytic.export.entries import factored_matrix
 from tests.analytic.export.derivations import ALL, exact, random_values
 from tests.analytic.export.test_python_code import compiled, largest_difference
 from tests.analytic.formulas import (

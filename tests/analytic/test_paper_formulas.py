@@ -15,7 +15,7 @@ from robostiff.analytic import (
     rank_formula,
     sum_of_legs,
 )
-from robostiff.analytic.export.readable import factored_matrix
+from robostiff.analytic.export.entries import factored_matrix
 from robostiff.elastostatics import eliminate_joint
 from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness

@@ -18,8 +18,8 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
+from robostiff.analytic.export.displays import written_vector
 from robostiff.analytic.export.text import TEXT
-from robostiff.analytic.export.vector_displays import written_vector
 from robostiff.analytic.leg_table import LegTable
 from robostiff.analytic.robot_placement import place_robot
 from robostiff.analytic.vector_expressions import Cross, Stacked, Turned, Vector

@@ -8,9 +8,8 @@ from hypothesis import given
 
 import robostiff as rs
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.export.broken_lines import Breaks, broken_lines
-from robostiff.analytic.export.readable import factored_matrix, in_decimals, readable
-from robostiff.analytic.export.wrapping import wrapped_formula
+from robostiff.analytic.export.broken_lines import Breaks, broken_lines, wrapped_formula
+from robostiff.analytic.export.entries import factored_matrix, in_decimals, readable
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
 

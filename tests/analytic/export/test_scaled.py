@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from robostiff.analytic.export.scaled import product, scaled
+from robostiff.analytic.export.program import product, scaled
 
 x, y = sp.symbols("x y", positive=True)
 TEN = sp.Integer(10)

@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
 from robostiff.analytic.export.code_printer import (
     CodePrinter,
     Identifiers,
@@ -20,7 +21,6 @@ from robostiff.analytic.export.code_printer import (
 from robostiff.analytic.export.derivative_outline import refuse_derivative
 from robostiff.analytic.export.entries import rows, symbols_of
 from robostiff.analytic.export.program import FormulaProgram, program
-from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
 
 _KEYWORDS = """

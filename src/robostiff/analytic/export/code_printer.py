@@ -12,12 +12,11 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
+from robostiff.analytic.export.broken_lines import wrapped_formula
 from robostiff.analytic.export.entries import rows
 from robostiff.analytic.export.products import joined_terms, printed_product
-from robostiff.analytic.export.program import FormulaProgram, Guard
-from robostiff.analytic.export.scaled import LARGE
+from robostiff.analytic.export.program import LARGE, FormulaProgram, Guard
 from robostiff.analytic.export.vocabulary import constant_name, function_name, unknown
-from robostiff.analytic.export.wrapping import wrapped_formula
 from robostiff.errors import InputError
 from robostiff.spatial import Space
 

@@ -5,15 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Derivation, used_definitions
 from robostiff.analytic.derivatives import FormulaDerivative, derivative_name
-from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
+from robostiff.analytic.export.entries import (
+    EntryNames,
+    MatrixName,
+    factored_matrix,
+    operations,
+    readable,
+    readable_matrix,
+)
 from robostiff.analytic.export.leg_outline import leg_outline
-from robostiff.analytic.export.loaded_outline import StiffnessUnderLoad, loaded_outline
 from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
@@ -30,7 +37,6 @@ from robostiff.analytic.export.outline import (
     stiffness_equation,
     title_of,
 )
-from robostiff.analytic.export.readable import factored_matrix, readable, readable_matrix
 from robostiff.analytic.export.vector_outline import (
     series_blocks,
     vector_blocks,
@@ -38,9 +44,62 @@ from robostiff.analytic.export.vector_outline import (
 )
 from robostiff.analytic.leg_elimination import LegElimination
 from robostiff.analytic.robot_derivation import InNames, LegDerivation, RobotDerivation
+from robostiff.analytic.stiffness_under_load import StiffnessUnderLoad
 from robostiff.analytic.vector_expressions import ArmOfSprings
 from robostiff.errors import InputError
 from robostiff.spatial import Space
+
+
+def loaded_outline(loaded: StiffnessUnderLoad) -> tuple[Block, ...]:
+    """The wrench, the stiffness without it, and what it adds.
+
+    Examples
+    --------
+    >>> k, F = sp.symbols("k F")
+    >>> K, W = sp.ImmutableMatrix(sp.diag(k, k, k)), sp.ImmutableMatrix([0, -F, 0])
+    >>> loaded = StiffnessUnderLoad("rod", "at home", W, K, F * K)
+    >>> [block.text for block in loaded_outline(loaded) if isinstance(block, OutlineHeading)]
+    ['Cartesian stiffness matrix rod', 'Without load', 'What the load adds']
+    """
+    whole = loaded.derivation
+    names = EntryNames(whole)
+    unloaded, added, load = (_free(name, names.given) for name in ("K_0", "K_1", "W"))
+    form = "in closed form" if loaded.is_closed else "in named steps"
+    words = (
+        f"Stiffness about the reference point in world axes, {loaded.where}, {form}, to first "
+        f"order in the wrench on the platform: {names.result.name} = {unloaded.name} + "
+        f"{added.name}. {added.name} is linear in the wrench {load.name}, which acts at the "
+        "reference point and does not turn with the platform."
+    )
+    K0, K1, definitions = loaded.K0, loaded.K1, loaded.definitions
+    if loaded.is_closed:
+        named = name_combinations(sp.ImmutableMatrix([[*K0, *K1]]), names.given)
+        entries = iter(named.matrix)
+        K0, K1 = (sp.ImmutableMatrix(K.rows, K.cols, lambda *_: next(entries)) for K in (K0, K1))
+        definitions = named.definitions
+    blocks: list[Block] = [
+        OutlineHeading(title_of(whole), level=1),
+        OutlineText(words),
+        column_equation(load.name, loaded.wrench),
+    ]
+    if definitions:
+        blocks.append(equations(definitions))
+    for title, K, name in (("Without load", K0, unloaded), ("What the load adds", K1, added)):
+        blocks += [OutlineHeading(title), stiffness_equation(K, name, names)]
+    rows: list[tuple[tuple[MatrixName | str, ...], Any]] = [
+        ((names.result,), meaning_of_result(whole)),
+        ((unloaded, added), "its part without load, and what the load adds"),
+        ((load,), "wrench on the platform"),
+        (names.given, "given"),
+    ]
+    return (*blocks, Nomenclature(tuple(row for row in rows if row[0])))
+
+
+def _free(name: str, taken: tuple[str, ...]) -> MatrixName:
+    while name in taken:
+        name = f"{name[0]}'{name[1:]}"
+    return MatrixName(name)
+
 
 _MEANINGS = {
     "L": "length of a leg",

@@ -7,7 +7,13 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Stage
-from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
+from robostiff.analytic.export.entries import (
+    EntryNames,
+    MatrixName,
+    operations,
+    readable,
+    readable_matrix,
+)
 from robostiff.analytic.export.outline import (
     LONGEST_STAGE,
     Block,
@@ -25,7 +31,6 @@ from robostiff.analytic.export.outline import (
     matrix_equation,
     stiffness_equation,
 )
-from robostiff.analytic.export.readable import readable, readable_matrix
 from robostiff.analytic.leg_elimination import LegElimination
 from robostiff.spatial import Space
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
+from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
 from robostiff.analytic.export.code_printer import (
     LARGEST_EXACT,
     NO_ANSWER,
@@ -22,7 +23,6 @@ from robostiff.analytic.export.code_printer import (
 )
 from robostiff.analytic.export.program import FormulaProgram, program
 from robostiff.analytic.export.vocabulary import FUNCTIONS
-from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
 
 _WIDTH = 96

@@ -9,10 +9,12 @@ import sympy as sp
 
 from robostiff.analytic.combinations import name_combinations
 from robostiff.analytic.derivation import Definition, Derivation, Stage
-from robostiff.analytic.export.entries import EntryNames, MatrixName, operations
-from robostiff.analytic.export.readable import (
+from robostiff.analytic.export.entries import (
+    EntryNames,
+    MatrixName,
     factored_matrix,
     in_decimals,
+    operations,
     readable,
     readable_matrix,
 )

@@ -10,6 +10,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
+from robostiff.analytic.export.broken_lines import wrapped_formula, wrapped_words
 from robostiff.analytic.export.code_printer import (
     CodePrinter,
     Identifiers,
@@ -24,7 +25,6 @@ from robostiff.analytic.export.code_printer import (
     where_it_holds,
 )
 from robostiff.analytic.export.program import FormulaProgram, program
-from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
 
 _WIDTH = 96

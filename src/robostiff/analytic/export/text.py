@@ -6,9 +6,9 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.derivatives import FormulaDerivative
-from robostiff.analytic.export.broken_lines import Breaks
+from robostiff.analytic.export.broken_lines import Breaks, wrapped_formula, wrapped_words
 from robostiff.analytic.export.derivative_outline import outline_of
-from robostiff.analytic.export.displays import MathLanguage, displayed, listed_names
+from robostiff.analytic.export.displays import MathLanguage, displayed, listed_names, written_vector
 from robostiff.analytic.export.entries import MatrixName, entries, rows
 from robostiff.analytic.export.outline import (
     Block,
@@ -27,8 +27,6 @@ from robostiff.analytic.export.outline import (
     VectorEquations,
     WrenchSum,
 )
-from robostiff.analytic.export.vector_displays import written_vector
-from robostiff.analytic.export.wrapping import wrapped_formula, wrapped_words
 from robostiff.errors import InputError
 
 _NARROWEST = 60

@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Definition
-from robostiff.analytic.export.entries import EntryNames, MatrixName
+from robostiff.analytic.export.entries import EntryNames, MatrixName, readable_matrix
 from robostiff.analytic.export.outline import (
     Block,
     Inverse,
@@ -23,7 +23,6 @@ from robostiff.analytic.export.outline import (
     equations,
     matrix_equation,
 )
-from robostiff.analytic.export.readable import readable_matrix
 from robostiff.analytic.robot_derivation import InSeries
 from robostiff.analytic.vector_expressions import ArmOfSprings, VectorForm
 
