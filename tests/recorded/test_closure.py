@@ -20,7 +20,6 @@ from robostiff.record import Program, Record
 from robostiff.recorded import CLOSED, RecordedClosure, record_closure
 from robostiff.recorded.newton_step import LegAtGuess, newton_step
 from robostiff.spatial import Frame
-from tests.generators.kernel_robots import sps_hexapod
 from tests.generators.machines import elbow_arm
 
 MODELS = Path(__file__).parent / "models"
@@ -182,8 +181,29 @@ def test_an_arm_takes_poses_and_joint_coordinates():
     assert largest_difference(by_joints.values["K"], result.K) < 1e-9
 
 
-def test_a_leg_that_spins_freely_has_no_record():
-    """The way of the iteration chooses the spin, which no step determines."""
-    robot = sps_hexapod()
-    joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
-    assert record_closure(robot, PostureFinder(robot), joints) is None
+def test_a_rod_that_spins_is_held_where_it_is_at_home():
+    """No step determines the spin of struts between spherical joints, and K does not need it."""
+    robot = robot_called("sps-wrist")
+    spins = [name.split("/")[0] for name in closure_of(robot).held]
+    assert spins == ["strut1", "strut2", "strut3"]
+    poses = around_home(robot, 40, 0.2)
+    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
+    assert compiled.verified
+    assert compiled.kernel.inputs == ("rx", "ry", "rz")
+    answer, result = compiled.evaluate(poses), rs.stiffness(robot, poses)
+    assert not answer.guarded.any()
+    np.testing.assert_array_equal(answer.status_codes, result.status_codes)
+    np.testing.assert_array_equal(answer.rank, result.rank)
+    assert largest_difference(answer.values["K"], result.K) < 1e-11
+
+
+def test_a_chain_that_folds_freely_has_no_steps():
+    """Four parallel joints: K depends on the fold, which the way of the iteration chooses."""
+    robot = robot_called("folding-legs")
+    assert closure_of(robot).held
+    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
+    assert compiled.kernel.inputs[0] == "l1/0"
+    poses = around_home(robot, 10, 0.02)
+    answer, result = compiled.evaluate(poses), rs.stiffness(robot, poses)
+    np.testing.assert_array_equal(answer.status_codes, result.status_codes)
+    np.testing.assert_allclose(answer.values["K"], result.K, atol=1e-9 * np.max(result.K))

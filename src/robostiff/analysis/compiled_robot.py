@@ -25,7 +25,7 @@ from robostiff.analysis.kernel_inputs import (
     ParameterValues,
     with_parameters,
 )
-from robostiff.analysis.record_agreement import is_trusted
+from robostiff.analysis.record_agreement import depends_on_what_is_held, is_trusted
 from robostiff.compiled import (
     Backend,
     Derivative,
@@ -281,6 +281,8 @@ def compile_robot(
     robot = _within_its_space(robot)
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
+    if depends_on_what_is_held(recorded, robot, finder):
+        recorded = replace(recorded, closure=None)
     for output in outputs:
         _check_derivative(output, robot, recorded)
     joint_kernel = None

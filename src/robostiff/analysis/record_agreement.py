@@ -26,6 +26,7 @@ _AGREEMENT = 1e-9
 _FREE = AskedPoses.free
 _OTHER_SEED = 47
 _NEARER = 4  # how often poses are drawn nearer to home
+_SPUN = 0.2  # what coordinates that nothing determines are changed by [m, rad]
 #: What a difference is between.
 SUBJECT = AskedPoses.opinions
 
@@ -61,6 +62,33 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
             at = _Sampled.of(robot, finder, kernel, inputs, (seed, nearer))
         trusted &= bool(at.met.any()) and at.agrees(general)
     return trusted
+
+
+def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: PostureFinder) -> bool:
+    """Whether K differs between postures of one pose that differ in coordinates that are held.
+
+    A rod that spins between spherical joints is held by nothing, and transmits the same. A passive
+    joint that folds a chain of beams is held by nothing either, but K depends on the fold: there
+    the record and the careful closure may be at different postures.
+    """
+    held = () if recorded.closure is None else recorded.closure.held
+    if not held:
+        return False
+    posture = sample_postures(finder.robot, finder)
+    moved = np.isin(recorded.joints, held) * _SPUN
+    ends = np.cumsum([leg.chain.size for leg in robot.legs])[:-1]
+    for row, pose in enumerate(posture.pose):
+        q = [own[row] for own in posture.coordinates]
+        here, there = (
+            careful_stiffness(finder.robot, pose, near=near)
+            for near in (q, np.split(np.concatenate(q) + moved, ends))
+        )
+        if not (here.answered and there.answered):
+            return True
+        K, rank, codes = here.matrix[None], here.rank[None], here.status_codes[None]
+        if next(differences(K, rank, codes, there), None) is not None:
+            return True
+    return False
 
 
 @dataclass(frozen=True)

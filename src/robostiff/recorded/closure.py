@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any
 
@@ -15,7 +15,7 @@ from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.assembly import middle_of_turn
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import FormulaPose
-from robostiff.model import ALL_COORDINATES, Actuated, Robot
+from robostiff.model import ALL_COORDINATES, Actuated, Passive, Robot
 from robostiff.model.entries import Symbolic
 from robostiff.record import ENTRY_FUNCTIONS, Entry, Program, Record, derivatives, least
 from robostiff.recorded.newton_step import LegAtGuess, NewtonStep, newton_step
@@ -49,10 +49,14 @@ class RecordedClosure(RecordedSteps):
         To the coordinates of all legs in the order of ``joints``, the square of what stays open,
         and a number that is positive in the assembly mode of home.
     joints : tuple of str
+    held : tuple of str
+        Coordinates of passive joints that nothing determines, as of a rod that spins: they stay
+        where they are at home.
     """
 
     home: dict[str, float]
     joints: tuple[str, ...]
+    held: tuple[str, ...] = ()
 
     def rates(self, by: str) -> Program:
         """Rates of the unknowns in a closed posture when one input changes.
@@ -117,8 +121,8 @@ def record_closure(
     Returns
     -------
     RecordedClosure or None
-        None where a record does not serve: home is singular, or it leaves coordinates undetermined,
-        so that the way of the iteration chooses them.
+        None where a record does not serve: home is singular, or drives or pose coordinates are
+        undetermined, so that the way of the iteration chooses them.
 
     Raises
     ------
@@ -139,10 +143,13 @@ def record_closure(
     if guess is None:
         return None
     step = newton_step(guess.legs, guess.pose, guess.r, guess.open, finder.length)
-    if step.undetermined:
+    roles = [role for leg in robot.legs for role in leg.chain.roles]
+    passive = {name for name, role in zip(joints, roles, strict=True) if isinstance(role, Passive)}
+    if not passive.issuperset(step.undetermined):
         return None
     q = dict(zip(joints, guess.q, strict=True))
-    return steps_from_home(guess.record, guess.inputs, guess.start, step, q, _turns(guess))
+    closure = steps_from_home(guess.record, guess.inputs, guess.start, step, q, _turns(guess))
+    return closure and replace(closure, held=tuple(step.undetermined))
 
 
 def steps_from_home(
