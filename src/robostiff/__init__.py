@@ -122,8 +122,7 @@ _HOMES = {
     ),
     "robostiff.model.cable": ("Cable", "CableRobot", "Weight"),
     "robostiff.robots": ("load", "shipped_cable_robots", "shipped_linkages", "shipped_robots"),
-    "robostiff.robots.derivation": ("derive",),
-    "robostiff.robots.derivation_under_load": ("derive_under_load",),
+    "robostiff.robots.derivation": ("derive", "derive_under_load"),
     "robostiff.robots.descriptions": ("load_linkage",),
     "robostiff.elastostatics": (
         "Block",

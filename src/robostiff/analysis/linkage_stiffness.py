@@ -24,7 +24,7 @@ from robostiff.kinematics import ActuatorCoordinates
 from robostiff.kinematics.turn import vector_of_turn
 from robostiff.linkage import Configuration, DrivenLinkage, Linkage
 from robostiff.linkage.closure import as_rounded
-from robostiff.linkage.network_at import network_of
+from robostiff.linkage.essential import network_of
 from robostiff.model import Joint
 from robostiff.network import Network
 from robostiff.spatial import Space, as_floats

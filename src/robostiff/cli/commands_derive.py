@@ -288,7 +288,7 @@ def _derived(
     robot, pose = _robot_and_pose(model, asked)
     options: dict[str, Any] = {"pose": pose, "form": form, "budget": asked.budget}
     if asked.wrench is not None:
-        from robostiff.robots.derivation_under_load import derive_under_load
+        from robostiff.robots.derivation import derive_under_load
 
         return derive_under_load(robot, _wrench(asked.wrench, robot.space), **options)
     if asked.leg is not None:

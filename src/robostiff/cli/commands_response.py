@@ -9,7 +9,7 @@ from robostiff.cli.answer_commands import WrittenNetworkLoads
 from robostiff.cli.command import answered
 from robostiff.cli.options import Answer, named_once, named_values
 from robostiff.errors import InputError
-from robostiff.io.results.network import response_data, response_text
+from robostiff.io.results.equilibrium import response_data, response_text
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.network import DistributedForce, ForceOnBeam, Network, network_response
 from robostiff.robots import load

@@ -12,7 +12,7 @@ from robostiff.compiled.arrays import ArrayCode
 from robostiff.compiled.machine import MachineCode
 from robostiff.record import Program
 from robostiff.recorded import CLOSED, RecordedClosure
-from robostiff.recorded.steps import RecordedSteps
+from robostiff.recorded.closure import RecordedSteps
 
 Code = MachineCode | ArrayCode
 

@@ -3,14 +3,293 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import reduce
+from operator import getitem
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, RootModel, Tag, ValidationError
+from pydantic.fields import FieldInfo
 
-from robostiff.errors import FileError
-from robostiff.io._problem import Problem, Rank, problem
+from robostiff.errors import FileError, InputError
 from robostiff.io.document import Document
+from robostiff.io.suggest import WORDING, Words, did_you_mean, listing, nearest, shown, values
+
+Step = str | int
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Location of an error, and the keys allowed there."""
+
+    # in the document: without the labels by which pydantic distinguishes the members of a union
+    path: tuple[Step, ...]
+    annotation: Any  # type of what should be there; ``Any`` where it is not known
+    metadata: tuple[Any, ...]  # bounds and the like on the type
+    container: Any  # type of what has the last step as a key or position
+
+    @property
+    def model(self) -> type[BaseModel] | None:
+        """The model that has the last step as a key."""
+        return self.container if _is_model(self.container) else None
+
+
+def _waits_to_be_built(annotation: Any) -> bool:
+    if not _is_model(annotation) or annotation.__pydantic_fields_complete__:
+        return False
+    return bool(annotation.model_config.get("defer_build"))
+
+
+def _trace(model: type[BaseModel], data: Any, steps: Sequence[Step]) -> Trace:
+    """Follow the ``loc`` of an error through the model, and through the data where it says nothing.
+
+    Examples
+    --------
+    >>> class Beam(BaseModel):
+    ...     type: Literal["beam"]
+    >>> class Robot(BaseModel):
+    ...     parts: list[Beam | float]
+    >>> _trace(Robot, {"parts": [{"type": 3}]}, ("parts", 0, "Beam", "type")).path
+    ('parts', 0, 'type')
+    """
+    annotation, metadata = plain(model)
+    container: Any = None
+    path: list[Step] = []
+    for step in steps:
+        if _is_union(annotation):
+            annotation, metadata = _member(annotation, step)
+            continue
+        known, child = _child(annotation, step)
+        if not known and not _has(data, step):
+            continue  # the label of some validator
+        path.append(step)
+        container = annotation
+        data = data[step] if _has(data, step) else None
+        annotation, metadata = child
+    return Trace(tuple(path), annotation, metadata, container)
+
+
+def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[Any, ...]]:
+    """A type without Annotated, alias, ``| None`` and root model around it; and its metadata."""
+    while True:
+        if get_origin(annotation) is Annotated:
+            annotation, *more = get_args(annotation)
+            metadata = (*_spread(more), *metadata)
+        elif hasattr(annotation, "__value__"):  # a type alias
+            annotation = annotation.__value__
+        elif isinstance(annotation, type) and issubclass(annotation, RootModel):
+            annotation = annotation.model_fields["root"].annotation
+        elif _is_union(annotation) and len(members(annotation)) == 1:
+            (annotation,) = members(annotation)
+        else:
+            if _waits_to_be_built(annotation):
+                annotation.model_rebuild()  # of elements that hold elements, written before these
+            return annotation, metadata
+
+
+def _spread(metadata: Sequence[Any]) -> Iterator[Any]:
+    """The metadata, with every ``Field(...)`` replaced by its contents."""
+    for item in metadata:
+        yield from item.metadata if isinstance(item, FieldInfo) else (item,)
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, UnionType)
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def members(annotation: Any) -> tuple[Any, ...]:
+    """The members of a union, None aside."""
+    return tuple(member for member in get_args(annotation) if member is not NoneType)
+
+
+def _keys(model: type[BaseModel]) -> list[str]:
+    """The keys that a model allows, as a file writes them; the required ones first."""
+    fields = sorted(model.model_fields.items(), key=lambda item: not item[1].is_required())
+    return [field.alias or name for name, field in fields]
+
+
+def tags(annotation: Any, discriminator: str | None = None) -> Iterator[str]:
+    """The tags that distinguish the members of a union."""
+    for member in members(annotation) if _is_union(annotation) else (annotation,):
+        kind, metadata = plain(member)
+        yield from (str(item.tag) for item in metadata if isinstance(item, Tag))
+        if _is_union(kind):
+            yield from tags(kind, discriminator)
+        elif _is_model(kind):
+            for name, field in kind.model_fields.items():
+                literal = get_origin(field.annotation) is Literal
+                if literal and discriminator in (None, name, field.alias):
+                    yield from (str(word) for word in get_args(field.annotation))
+
+
+def _member(annotation: Any, label: Step) -> tuple[Any, tuple[Any, ...]]:
+    """The member of a union that a label names; ``Any`` if it names none."""
+    for member in members(annotation):
+        kind, metadata = plain(member)
+        own = [str(item.tag) for item in metadata if isinstance(item, Tag)]
+        if label in own or label == getattr(kind, "__name__", None):
+            return kind, metadata
+        if label in list(tags(member)):
+            return _member(kind, label) if _is_union(kind) else (kind, metadata)
+    for member in members(annotation):
+        kind, metadata = plain(member)
+        origin = getattr(get_origin(kind), "__name__", None)
+        if _is_union(kind) or (origin and str(label).startswith(f"{origin}[")):
+            return kind, metadata
+    return Any, ()
+
+
+def _child(annotation: Any, step: Step) -> tuple[bool, tuple[Any, tuple[Any, ...]]]:
+    """Whether a type says what is at a step; the type that is there."""
+    unknown = (Any, ())
+    if _is_model(annotation):
+        for name, field in annotation.model_fields.items():
+            if step in (name, field.alias):
+                return True, plain(field.annotation, tuple(field.metadata))
+        return True, unknown
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if not isinstance(origin, type) or not arguments:
+        return False, unknown
+    if issubclass(origin, Mapping):
+        return step != "[key]", plain(arguments[-1])
+    if issubclass(origin, Sequence) and isinstance(step, int):
+        many = origin is not tuple or arguments[-1] is Ellipsis
+        kind = arguments[0] if many else arguments[min(step, len(arguments) - 1)]
+        return True, plain(kind)
+    return False, unknown
+
+
+def _has(data: Any, step: Step) -> bool:
+    if isinstance(data, dict):
+        return step in data
+    return isinstance(data, list) and isinstance(step, int) and 0 <= step < len(data)
+
+
+class Rank(IntEnum):
+    """Kinds of mistake, the most specific first."""
+
+    UNKNOWN_KEY = 0
+    WRONG_VALUE = 1
+    MISSING_KEY = 2
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A mistake and its location."""
+
+    rank: Rank
+    path: tuple[Step, ...]  # from the top of what was validated
+    # as in `InputError`
+    subject: str
+    got: Any = None
+    expected: str | None = None
+    hint: str | None = None
+    meant: tuple[Step, ...] | None = None  # path of the key that a misspelt key was meant to be
+    cause: InputError | None = None  # what a validator of the model said; it keeps its words
+
+
+def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> Problem:
+    found = _trace(model, data, details["loc"])
+    return _KINDS.get(details["type"], _wrong_value)(found, details, data)
+
+
+def _unknown_key(found: Trace, _: Mapping[str, Any], data: Any) -> Problem:
+    *parent, key = found.path
+    present = reduce(getitem, parent, data)
+    allowed = _keys(found.model) if found.model else []
+    meant = nearest(str(key), [word for word in allowed if word not in present])
+    return Problem(
+        Rank.UNKNOWN_KEY,
+        found.path,
+        "unknown key",
+        expected=_one_of(allowed) if allowed else "no key here",
+        hint=f"did you mean {meant}?" if meant else None,
+        meant=(*parent, meant) if meant else None,
+    )
+
+
+def _missing(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
+    key = found.path[-1]
+    if isinstance(key, int):  # too short a list for a tuple
+        came, wanted = len(details["input"]), len(get_args(found.container))
+        return _wrong(found.path[:-1], Words(values(came)), values(wanted), "wrong length")
+    fields = found.model.model_fields.items() if found.model else ()
+    words = [field.description for name, field in fields if key in (name, field.alias)]
+    hint = f"{key} is {words[0]}" if words and words[0] else None
+    return Problem(Rank.MISSING_KEY, found.path, "missing key", hint=hint)
+
+
+def _missing_tag(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
+    name, value = _discriminator(details), details["input"]
+    if not isinstance(value, dict):
+        return _wrong(found.path, shown(value), "a mapping")
+    words = _one_of(list(tags(found.annotation, name)))
+    return Problem(Rank.MISSING_KEY, (*found.path, name), "missing key", expected=words)
+
+
+def _unknown_tag(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
+    name = _discriminator(details)
+    allowed = list(tags(found.annotation, name))
+    return _unknown_word(details["input"].get(name), allowed, (*found.path, name))
+
+
+def _unknown_literal(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
+    allowed = get_args(found.annotation) or [member.value for member in found.annotation]
+    return _unknown_word(details["input"], [str(word) for word in allowed], found.path)
+
+
+def _unknown_word(value: Any, words: list[str], path: tuple[Step, ...]) -> Problem:
+    expected = " or ".join(map(repr, words)) if len(words) <= 3 else _one_of(words)
+    hint = did_you_mean(value, words) if isinstance(value, str) else None
+    return _wrong(path, shown(value), expected, "unknown word", hint)
+
+
+def _wrong_value(found: Trace, details: Mapping[str, Any], _: Any) -> Problem:
+    value, context = details["input"], details.get("ctx", {})
+    cause, phrase = context.get("error"), WORDING.get(details["type"])
+    if isinstance(cause, InputError):
+        return Problem(Rank.WRONG_VALUE, found.path, cause.subject, cause=cause)
+    if phrase is not None:
+        return Problem(Rank.WRONG_VALUE, found.path, *phrase(value, context, found.metadata))
+    return _wrong(found.path, shown(value), None, str(cause or details["msg"]))
+
+
+def _wrong(
+    path: tuple[Step, ...],
+    got: Any,
+    expected: str | None,
+    subject: str = "wrong value",
+    hint: str | None = None,
+) -> Problem:
+    return Problem(Rank.WRONG_VALUE, path, subject, got, expected, hint)
+
+
+def _discriminator(details: Mapping[str, Any]) -> str:
+    return str(details["ctx"]["discriminator"]).strip("'")
+
+
+def _one_of(words: list[str]) -> str:
+    return f"one of {listing(words)}" if len(words) > 1 else "".join(words)
+
+
+_KINDS: Mapping[str, Callable[[Trace, Mapping[str, Any], Any], Problem]] = MappingProxyType(
+    {
+        "extra_forbidden": _unknown_key,
+        "missing": _missing,
+        "union_tag_not_found": _missing_tag,
+        "union_tag_invalid": _unknown_tag,
+        "literal_error": _unknown_literal,
+        "enum": _unknown_literal,
+    }
+)
+
 
 Model = TypeVar("Model", bound=BaseModel)
 _MOST_OF_A_KIND = 100
@@ -58,7 +337,7 @@ def validate(model: type[Model], document: Document) -> Model:
 def _file_error(error: ValidationError, model: type[BaseModel], document: Document) -> FileError:
     """The most specific mistake; further ones follow in the order of the file."""
     entries = error.errors(include_url=False)
-    problems = [problem(dict(details), model, document.data) for details in _some(entries)]
+    problems = [_problem(dict(details), model, document.data) for details in _some(entries)]
     by_path: dict[tuple[str | int, ...], list[Problem]] = {}
     for found in sorted(problems, key=lambda found: (found.rank, -len(found.path))):
         own = by_path.setdefault(found.path, [])

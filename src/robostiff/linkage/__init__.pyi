@@ -1,9 +1,8 @@
 from robostiff.linkage.closure import Configuration, close
 from robostiff.linkage.driven import DrivenLinkage
-from robostiff.linkage.essential import essential, welded_places
+from robostiff.linkage.essential import essential, network_at, welded_places
 from robostiff.linkage.legs import robot_of, with_roles
 from robostiff.linkage.linkage import Connection, DriveValues, Linkage
-from robostiff.linkage.network_at import network_at
 
 __all__ = [
     "Configuration",

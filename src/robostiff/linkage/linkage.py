@@ -233,6 +233,6 @@ class Linkage:
         InputError
             When a name is no joint's, or its numbers are not finite or too many or few.
         """
-        from robostiff.linkage.network_at import network_at
+        from robostiff.linkage.essential import network_at
 
         return network_at(self, values)

@@ -18,24 +18,25 @@ import numpy as np
 from robostiff.elastostatics import scaling
 from robostiff.linkage.bodies import Bodies, spanning_tree
 from robostiff.linkage.closure import Configuration
-from robostiff.linkage.driven import DrivenLinkage
-from robostiff.linkage.linkage import Connection, Linkage
-from robostiff.linkage.network_at import network_of
-from robostiff.linkage.recorded_closure import (
+from robostiff.linkage.driven import (
+    DrivenLinkage,
     coordinates,
     record_linkage_closure,
     sampled_coordinates,
 )
+from robostiff.linkage.essential import network_of
+from robostiff.linkage.linkage import Connection, Linkage
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.record import Entry, Record
-from robostiff.recorded.carried import Carried, carried_by, times, wrench_size
+from robostiff.record import Entry, Record, most_size, usual_size
 from robostiff.recorded.elimination import (
+    Carried,
     Column,
+    carried_by,
     dot,
     made_conjugate,
-    most_size,
+    times,
     transmitted_by,
-    usual_size,
+    wrench_size,
 )
 from robostiff.recorded.factor import factors_of
 from robostiff.recorded.leg import (

@@ -28,9 +28,8 @@ from robostiff.model.joint import (
     universal,
 )
 from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
-from robostiff.model.mass import STANDARD_GRAVITY, Mass, gravity_vector
+from robostiff.model.mass import STANDARD_GRAVITY, Mass, PlacedMass, gravity_vector
 from robostiff.model.parallel_block import Branch, ParallelBlock, parallelogram
-from robostiff.model.placed_mass import PlacedMass
 from robostiff.model.robot import ALL_COORDINATES, Coordinate, Elbow, Leg, Robot
 from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
 from robostiff.model.snapshot import (

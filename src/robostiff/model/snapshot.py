@@ -17,7 +17,7 @@ from robostiff.errors import InputError
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.flexible_platform import PlacedPlatform
 from robostiff.model.joint import Passive, Role
-from robostiff.model.placed_mass import PlacedMass, one_of
+from robostiff.model.mass import PlacedMass, one_of
 from robostiff.model.stiffness_law import StiffnessLaw
 from robostiff.spatial import Screw, Space
 

@@ -5,13 +5,23 @@ The formulas of the library work on arrays of any entries. Filled with `Entry` t
 poses, compiled, differentiated, or read as named steps.
 """
 
-from robostiff.record.derivative import derivatives, derivatives_along
-from robostiff.record.entry import Entry, Number, is_number, is_one, is_zero
+from robostiff.record.entry import (
+    Entry,
+    Number,
+    is_number,
+    is_one,
+    is_zero,
+    least_size,
+    most_size,
+    usual_size,
+)
 from robostiff.record.functions import (
     ENTRY_FUNCTIONS,
     arc_cosine,
     arc_tangent,
     cosine,
+    derivatives,
+    derivatives_along,
     greater,
     least,
     reciprocal,
@@ -42,8 +52,11 @@ __all__ = [
     "is_one",
     "is_zero",
     "least",
+    "least_size",
+    "most_size",
     "reciprocal",
     "shortened",
     "sine",
     "square_root",
+    "usual_size",
 ]

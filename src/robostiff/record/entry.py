@@ -225,3 +225,18 @@ def reciprocal_of(number: Number) -> Number:
 def _combines(other: Any) -> bool:
     """Whether it is an entry or a number; arrays do the arithmetic entry by entry themselves."""
     return not isinstance(other, np.ndarray | list | tuple)
+
+
+def usual_size(value: Any) -> float:
+    """Mean size of an entry over the samples, or the size of a number."""
+    return float(np.mean(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
+
+
+def most_size(value: Any) -> float:
+    """Largest size of an entry over the samples, or the size of a number."""
+    return float(np.max(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
+
+
+def least_size(value: Any) -> float:
+    """Smallest size of an entry over the samples, or the size of a number."""
+    return float(np.min(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))

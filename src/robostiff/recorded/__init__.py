@@ -5,10 +5,9 @@ and the sum over the legs, on recorded entries.
 """
 
 from robostiff.recorded.closure import CLOSED, RecordedClosure, record_closure
-from robostiff.recorded.factor import Factors, factors_of, inverse_entries
+from robostiff.recorded.factor import Factors, eigenvalues, factors_of, inverse_entries
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, stiffness_entries
 from robostiff.recorded.parameters import entry_reader, parameter_samples, sample_postures
-from robostiff.recorded.principal import eigenvalues
 from robostiff.recorded.robot import (
     SHORT,
     RecordedRobot,

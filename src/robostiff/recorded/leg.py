@@ -11,9 +11,8 @@ import numpy as np
 
 from robostiff.elastostatics import BlockCompliance, Tolerance, block_compliance
 from robostiff.model import PlacedLeg
-from robostiff.record import Entry, Operation, Record
-from robostiff.recorded.carried import carried_by
-from robostiff.recorded.elimination import Column, Conjugate, made_conjugate, usual_size
+from robostiff.record import Entry, Operation, Record, usual_size
+from robostiff.recorded.elimination import Column, Conjugate, carried_by, made_conjugate
 from robostiff.recorded.working_frame import (
     LocalLeg,
     WorkingFrame,

@@ -19,9 +19,8 @@ from robostiff.kinematics.formula import (
     place_leg_at_joints,
 )
 from robostiff.model import Actuated, Leg, Robot
-from robostiff.record import Entry, Operation, Record, least
+from robostiff.record import Entry, Operation, Record, least, usual_size
 from robostiff.recorded.closure import RecordedClosure, record_closure
-from robostiff.recorded.elimination import usual_size
 from robostiff.recorded.factor import Factors, factors_of
 from robostiff.recorded.leg import LegRecorder, RecordedLeg, lower_bound, stiffness_entries
 from robostiff.recorded.parameters import (

@@ -11,8 +11,10 @@ import numpy as np
 
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
-from robostiff.recorded.elimination import Column, dot
 from robostiff.spatial import Screw
+
+#: A wrench or twist: six entries or numbers, or three in the plane.
+Column = list[Any]
 
 _SQUARE = 1e-12  # cosine of a right angle: rounding
 
@@ -212,3 +214,12 @@ def _whole(w: Column, rows: Sequence[int]) -> Column:
 
 def _key(value: Any) -> Any:
     return ("entry", value.step) if isinstance(value, Entry) else float(value)
+
+
+def dot(a: Sequence[Any] | np.ndarray, b: Sequence[Any] | np.ndarray) -> Any:
+    """Sum of products; zeros leave no trace."""
+    total: Any = 0
+    for x, y in zip(a, b, strict=True):
+        if not (is_zero(x) or is_zero(y)):
+            total = total + x * y
+    return total

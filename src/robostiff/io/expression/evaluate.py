@@ -23,7 +23,7 @@ from robostiff.io.expression.parser import (
     parse_tree,
 )
 from robostiff.io.suggest import Words, did_you_mean, listing
-from robostiff.io.units import Quantity, Unit, describe, exact_quantity, is_quantity, make_quantity
+from robostiff.io.units import Quantity, Unit, describe, exact_quantity, make_quantity
 from robostiff.spatial.formula import exact_number, is_possible
 
 
@@ -154,7 +154,7 @@ class _Evaluation:
     def named(self, node: Name) -> Quantity:
         if node.name in self.environment:
             value = self.environment[node.name]
-            if not is_quantity(value):
+            if not isinstance(value, Quantity):
                 raise self.error(node.column, f"{node.name} = {value!r}", "a quantity for it")
             return value
         if node.name in self.mathematics.constants:

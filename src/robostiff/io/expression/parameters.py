@@ -17,9 +17,7 @@ from robostiff.io.suggest import Words, did_you_mean
 from robostiff.io.units import (
     Quantity,
     describe,
-    exponents,
     is_bare,
-    is_quantity,
     is_unit_word,
     make_quantity,
     own_quantity,
@@ -182,7 +180,7 @@ def _within(name: str, error: InputError) -> ParameterError:
 
 
 def _bare_number(value: Any, mathematics: Mathematics) -> Quantity:
-    if is_quantity(value):
+    if isinstance(value, Quantity):
         return value
     own = own_quantity(value)
     if own is not None and math.isfinite(own.magnitude):
@@ -231,7 +229,7 @@ def _like(original: Quantity, value: Quantity, name: str, written: object) -> Qu
     if is_bare(value):
         return make_quantity(value.magnitude, original.units)
     same = same_dimension(original, value) and not (
-        exponents(original)[:3] == (0, 0, 0) and exponents(original) != exponents(value)
+        original.units.powers[:3] == (0, 0, 0) and original.units.powers != value.units.powers
     )
     if not same:
         raise ParameterError(

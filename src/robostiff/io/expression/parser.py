@@ -12,7 +12,7 @@ from robostiff.errors import InputError
 from robostiff.io.expression.functions import CONSTANTS, RULES
 from robostiff.io.suggest import Words, did_you_mean, nearest
 from robostiff.io.units import UNIT_WORDS, Quantity, Unit, is_unit_word, make_quantity, read_unit
-from robostiff.io.units.text import NUMBER
+from robostiff.io.units.registry import NUMBER
 
 
 @dataclass(frozen=True)

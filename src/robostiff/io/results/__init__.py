@@ -1,6 +1,311 @@
-"""Results as JSON data and as text."""
+"""Results as text, as plain data for JSON, and as files of MATLAB."""
 
-from robostiff.io.results.data import deflection_data, stiffness_data
-from robostiff.io.results.text import deflection_text, stiffness_text
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, fields, is_dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robostiff.analysis import RobotStiffness
+from robostiff.analysis.free_motion import FreeMotion
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError
+from robostiff.markup import COMPLIANCE_UNITS, STIFFNESS_UNITS, number, row, shown_matrix, text_of
+from robostiff.spatial import Space
+from robostiff.version import __version__
+
+if TYPE_CHECKING:
+    from robostiff.analysis import Deflection, PartShare, RobotStiffness
+
 
 __all__ = ["deflection_data", "deflection_text", "stiffness_data", "stiffness_text"]
+
+
+def stiffness_data(result: RobotStiffness) -> dict[str, Any]:
+    """The result of `stiffness` at a single pose, as plain data.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+
+    Returns
+    -------
+    dict
+        JSON-ready. ``stiffness`` and ``compliance`` are null where there is none; ``status`` joins
+        what happened with ``+``, and is ``ok`` for a plain answer.
+    """
+    reached = Status.UNREACHABLE not in result.status
+    compliance = result.compliance
+    answered = bool(np.all(result.answered))
+    return {
+        **head(result.name, result),
+        "pose": plain(result.pose),
+        "joint_coordinates": {leg: q.tolist() for leg, q in result.joint_coordinates.items()},
+        "reference_point": result.reference_point.tolist(),
+        "order": order(result.space),
+        "units": {
+            "length": "m",
+            "angle": "rad",
+            "stiffness": asdict(STIFFNESS_UNITS),
+            "compliance": asdict(COMPLIANCE_UNITS),
+        },
+        "stiffness": result.K.tolist() if answered else None,
+        "compliance": plain(compliance),
+        "rank": int(result.rank) if reached else None,
+        "free_motions": plain(tuple(result.free_motions)),
+        "rigid_directions": result.rigid_directions.tolist() if reached else [],
+        "redundant_joints": list(result.redundant_joints) if reached else [],
+        "method": result.method.name,
+        "equation": result.method.equation,
+        "decided_by": str(result.decision) if reached else None,
+        "robostiff": __version__,
+    }
+
+
+def deflection_data(result: Deflection) -> dict[str, Any]:
+    """The result of `deflection`, as plain data.
+
+    Returns
+    -------
+    dict
+        JSON-ready; ``deflection`` is null where there is none.
+    """
+    answer = result.stiffness
+    reached = Status.UNREACHABLE not in answer.status
+    return {
+        **head(answer.name, result),
+        "pose": plain(answer.pose),
+        "joint_coordinates": {leg: q.tolist() for leg, q in answer.joint_coordinates.items()},
+        "reference_point": answer.reference_point.tolist(),
+        "order": order(answer.space),
+        "units": {"length": "m", "angle": "rad", "force": "N", "moment": "N m", "energy": "J"},
+        "wrench": result.wrench.tolist(),
+        "deflection": result.twist.tolist() if result.has_answer else None,
+        "energy": result.energy if result.has_answer else None,
+        "parts": picked(result.parts, "leg part energy share"),
+        "actuators": picked(result.actuators, "leg joint load travel unit"),
+        "reactions": picked(result.reactions, "leg joint wrench point"),
+        "free_motions": [str(motion) for motion in answer.free_motions] if reached else [],
+        "robostiff": __version__,
+    }
+
+
+def head(name: str, result: Any) -> dict[str, Any]:
+    """How a result begins: the robot, what happened, and advice."""
+    return {"robot": name, "status": str(result.status), "advice": list(result.advice)}
+
+
+def picked(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:
+    """Attributes of some parts, by their names with blanks between them."""
+    return [{name: plain(getattr(own, name)) for name in names.split()} for own in parts]
+
+
+def plain(value: Any) -> Any:
+    """A result or a part of it as data for JSON: arrays and tuples as lists, statuses in words."""
+    if isinstance(value, FreeMotion):
+        return {"description": str(value), "twist": value.twist.tolist()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Status):
+        return str(value)
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    if is_dataclass(value):
+        data = {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+        for fact in ("about", "unit", "units"):  # class attributes
+            if hasattr(type(value), fact):
+                data[fact] = plain(getattr(value, fact))
+        return data
+    return value
+
+
+def order(space: Space) -> dict[str, list[str]]:
+    """Names of the coordinates of twists and wrenches, in order."""
+    return {"twist": list(space.twist_order), "wrench": list(space.wrench_order)}
+
+
+_LONGEST = 63  # letters of a name of MATLAB
+_LEFT_OUT = ("equation", "decided_by")
+
+
+def write_matlab(path: Path, result: RobotStiffness) -> None:
+    """Write the stiffness of a robot at a single pose as a .mat file.
+
+    Its variables are those of ``robostiff stiffness --json`` (`stiffness`, `compliance`, `pose`,
+    `rank`, ...), and ``transform``, the platform as a 4 x 4 matrix. Twists have translations first.
+    What there is none of is an empty array; names of legs become names of MATLAB.
+
+    Parameters
+    ----------
+    path : Path
+        Replaced if it is there.
+    result : RobotStiffness
+
+    Raises
+    ------
+    InputError
+        When the name does not end in .mat.
+    """
+    from scipy.io import savemat
+
+    if path.suffix.lower() != ".mat":
+        raise InputError("file for MATLAB", got=str(path), expected="a name that ends in .mat")
+    data = {key: value for key, value in stiffness_data(result).items() if key not in _LEFT_OUT}
+    transform = result.transform
+    if transform is not None:
+        data["transform"] = transform.as_matrix()
+    savemat(path, _for_matlab(data), long_field_names=True, oned_as="row")
+
+
+def _for_matlab(value: Any) -> Any:
+    if value is None:
+        return np.zeros((0, 0))
+    if isinstance(value, dict):
+        names: dict[str, Any] = {}
+        for key, own in value.items():
+            names[_name(key, names)] = _for_matlab(own)
+        return names
+    if isinstance(value, list) and any(isinstance(own, str | dict) for own in value):
+        cells = np.empty(len(value), dtype=object)
+        cells[:] = [_for_matlab(own) for own in value]
+        return cells
+    return value if isinstance(value, str) else np.asarray(value, dtype=float)
+
+
+def _name(key: str, taken: dict[str, Any]) -> str:
+    """A name of MATLAB: letters, digits and underscores, and none twice."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", key)
+    plain = (plain if plain[:1].isalpha() else f"x{plain}")[:_LONGEST]
+    name, number = plain, 2
+    while name in taken:
+        name = f"{plain[: _LONGEST - 4]}_{number}"
+        number += 1
+    return name
+
+
+_SHOWN = 1e-9  # of the largest: smaller is rounding
+_NAMED = 5e-5  # of the energy: a smaller part would read 0.00 %
+
+
+def stiffness_text(result: RobotStiffness) -> str:
+    """The result of `stiffness` at a single pose, as lines of text.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+    """
+    lines = [f"{result.name}, {about(result)}", *posture_lines(result), f"status: {result.status}"]
+    if np.all(result.answered):
+        lines += ["", f"K_C [{STIFFNESS_UNITS}]:"]
+        lines += matrix_lines(result.K, result.space.wrench_order, result.space.twist_order)
+    if Status.UNREACHABLE not in result.status:
+        lines += ["", f"rank {int(result.rank)} of {result.space.size}"]
+        lines += [f"free: {motion}" for motion in result.free_motions]
+        lines += [f"redundant passive joint: {name}" for name in result.redundant_joints]
+        lines += [f"rigid direction: {row(wrench)}" for wrench in result.rigid_directions]
+        lines.append(f"decided by: {result.decision}")
+    lines.append(f"method: {result.method.name}, {result.method.equation}")
+    lines += [f"advice: {advice}" for advice in result.advice]
+    return text_of(lines)
+
+
+def deflection_text(result: Deflection, most: int = 10) -> str:
+    """The result of `deflection`, as lines of text.
+
+    Parameters
+    ----------
+    result : Deflection
+    most : int
+        How many parts to list, those with the largest energy first.
+    """
+    answer = result.stiffness
+    lines = [f"{answer.name}, {about(answer)}", *posture_lines(answer), f"status: {result.status}"]
+    lines.append(f"load:       {named(answer.space.wrench_order, result.wrench, 'N', 'N m')}")
+    if result.has_answer:
+        shown = shown_twist(result)
+        lines.append(f"deflection: {named(answer.space.twist_order, shown, 'um', 'urad')}")
+        lines += [f"free:       {motion}" for motion in answer.free_motions]
+        if result.energy > 0:
+            lines += share_lines(result.energy, result.parts, most)
+        if result.actuators:
+            lines += ["", "load on the actuators:"]
+            loads = zip(shown_loads(result), result.actuators, strict=True)
+            lines += [load_line(load, a.unit, f"{a.leg}/{a.joint}") for load, a in loads]
+    lines += [f"advice: {advice}" for advice in result.advice]
+    return text_of(lines)
+
+
+def about(result: RobotStiffness) -> str:
+    """Pose, reference point and axes as text."""
+    point = f"about ({row(result.reference_point)}) m, world axes"
+    if result.pose is None:
+        return f"snapshot {point}"
+    return f"pose [{row(result.pose)}] (m, rad) {point}"
+
+
+def posture_lines(result: RobotStiffness) -> list[str]:
+    """Joint coordinates of a robot with one leg, which a pose may not determine."""
+    if len(result.joint_coordinates) != 1 or Status.UNREACHABLE in result.status:
+        return []
+    (q,) = result.joint_coordinates.values()
+    return [f"joints [{row(q)}] (m, rad)"]
+
+
+def shown_twist(result: Deflection) -> np.ndarray:
+    """Displacement in micrometres and microradians; rounding errors are shown as zero."""
+    space, length = result.stiffness.space, float(result.stiffness.about_reference.length)
+    shown = 1e6 * result.twist
+    sizes = np.abs(shown) * np.where(np.arange(space.size) < space.translations, 1.0, length)
+    return np.where(sizes < _SHOWN * np.max(sizes), 0.0, shown)
+
+
+def named_parts(parts: Sequence[PartShare], most: int) -> tuple[list[PartShare], list[PartShare]]:
+    """Parts to name, of parts with the largest energy first, and the rest."""
+    named_ones = [part for part in parts[:most] if part.share >= _NAMED]
+    return named_ones, list(parts[len(named_ones) :])
+
+
+def share_lines(energy: float, parts: Sequence[PartShare], most: int) -> list[str]:
+    """The elastic energy, and how much of it each part has."""
+    named_ones, rest = named_parts(parts, most)
+    lines = ["", f"elastic energy {energy:.4g} J, by part:"]
+    lines += [f"{100 * p.share:7.2f} %  {p.leg}/{p.part}" for p in named_ones]
+    if rest:
+        share = 100 * sum(p.share for p in rest)
+        lines.append(f"{share:7.2f} %  {len(rest)} more parts")
+    return lines
+
+
+def shown_loads(result: Deflection) -> list[float]:
+    """Loads on the actuators; rounding errors are shown as zero."""
+    largest = max((abs(actuator.load) for actuator in result.actuators), default=0.0)
+    return [a.load if abs(a.load) > _SHOWN * largest else 0.0 for a in result.actuators]
+
+
+def load_line(load: float, unit: str, name: str) -> str:
+    """A load with its unit and the drive that it is on."""
+    return f"{load:12.5g} {unit:<4} {name}"
+
+
+def matrix_lines(K: np.ndarray, rows: Sequence[str], columns: Sequence[str]) -> list[str]:
+    """A labelled matrix, one line a row."""
+    lines = ["    " + "".join(f"{name:>12}" for name in columns)]
+    for name, values in zip(rows, shown_matrix(K), strict=True):
+        lines.append(f"{name:>4}" + "".join(f"{number(value):>12}" for value in values))
+    return lines
+
+
+def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> str:
+    """Values with their names and units, zeros left out."""
+    parts = [
+        f"{name} {value:.5g} {angular if name[0] in 'Mr' else unit}"
+        for name, value in zip(names, values, strict=True)
+        if value != 0
+    ]
+    return ", ".join(parts) or "none"

@@ -31,8 +31,7 @@ from robostiff.io.rigid_tree.build_links import (
     far_body,
     starting,
 )
-from robostiff.io.rigid_tree.symbolic import with_symbols
-from robostiff.io.rigid_tree.tree import RigidTree
+from robostiff.io.rigid_tree.tree import RigidTree, with_symbols
 from robostiff.io.rigid_tree.written_side import WrittenSide, WrittenTool, check_known
 from robostiff.io.suggest import Words, listing
 from robostiff.io.validation import validate
@@ -45,7 +44,7 @@ from robostiff.linkage import (
     welded_places,
     with_roles,
 )
-from robostiff.linkage.network_at import network_of
+from robostiff.linkage.essential import network_of
 from robostiff.model import Coordinate, Joint, Robot
 from robostiff.model.chain import is_elastic
 from robostiff.network import Network

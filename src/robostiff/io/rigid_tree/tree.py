@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from robostiff.errors import FileError, Location
+from robostiff.errors import FileError, InputError, Location
 from robostiff.io.suggest import Words, listing
-from robostiff.model import Actuated, Role
+from robostiff.linkage import Linkage
+from robostiff.model import Actuated, Joint, Link, Role
+from robostiff.model.entries import free_symbols
 from robostiff.spatial import Frame
 
 MOST_LINKS = 2000
@@ -199,3 +201,43 @@ class RigidTree:
     ) -> FileError:
         """An error in the description."""
         return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)
+
+
+def with_symbols(
+    known: Linkage, build: Callable[[], Linkage], nominal: Mapping[str, float]
+) -> Linkage:
+    """The linkage of numbers with the stiffnesses of the same one built with symbols.
+
+    Raises
+    ------
+    InputError
+        When a dimension depends on a symbol.
+    """
+    try:
+        return _with_stiffnesses(known, build(), nominal)
+    except (InputError, TypeError):  # a dimension that is computed with a symbol is no number
+        raise InputError(
+            f"symbols of linkage {known.name!r}",
+            got=tuple(nominal),
+            expected="parameters of stiffnesses, elastic parts and masses alone",
+            hint="give values to parameters of dimensions: load_linkage(path, {NAME: ...})",
+        ) from None
+
+
+def _with_stiffnesses(known: Linkage, symbolic: Linkage, nominal: Mapping[str, float]) -> Linkage:
+    connections = []
+    for own, other in zip(known.connections, symbolic.connections, strict=True):
+        element, given = own.element, other.element
+        if isinstance(element, Joint) and isinstance(given, Joint):
+            k = getattr(given.role, "stiffness", None)
+            if free_symbols(k):
+                element = replace(element, role=replace(element.role, stiffness=k))
+        elif isinstance(element, Link) and free_symbols(given):
+            given = cast("Link", given)
+            element = replace(element, elasticity=given.elasticity, masses=given.masses)
+        connections.append(replace(own, element=element))
+    plain = [(c.before, c.after, getattr(c.element, "to", None)) for c in symbolic.connections]
+    homes = [getattr(c.element, "home", None) for c in symbolic.connections]
+    if free_symbols((tuple(plain), tuple(homes), symbolic.reference_point)):
+        raise InputError("dimensions", got="symbols", expected="numbers")
+    return replace(known, connections=tuple(connections), nominal=nominal)

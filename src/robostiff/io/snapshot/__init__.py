@@ -1,5 +1,13 @@
 """Snapshot files: a robot frozen at a pose, in world coordinates; JSON or YAML."""
 
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema
+
+from robostiff.io.snapshot.format import FileHead, NetworkFile, SnapshotFile
 from robostiff.io.snapshot.read import (
     is_graph,
     is_snapshot,
@@ -7,7 +15,6 @@ from robostiff.io.snapshot.read import (
     snapshot_from_document,
 )
 from robostiff.io.snapshot.read_graph import network_from_document, read_network
-from robostiff.io.snapshot.schema import network_schema, snapshot_schema
 from robostiff.io.snapshot.write import network_to_data, snapshot_to_data
 
 __all__ = [
@@ -22,3 +29,47 @@ __all__ = [
     "snapshot_schema",
     "snapshot_to_data",
 ]
+
+
+class _WithoutFieldTitles(GenerateJsonSchema):
+    """A generator that leaves out titles that only repeat the key."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        """False: titles of fields only repeat their keys."""
+        return False
+
+
+def snapshot_schema() -> dict[str, Any]:
+    """JSON schema (draft 2020-12) of the snapshot file, for editors and other programs.
+
+    It checks keys, types and shapes; `read_snapshot` also checks values.
+
+    Examples
+    --------
+    >>> snapshot_schema()["required"]
+    ['name', 'reference_point', 'legs']
+    """
+    return _schema(SnapshotFile, "robostiff snapshot")
+
+
+def network_schema() -> dict[str, Any]:
+    """JSON schema (draft 2020-12) of the snapshot file in its graph form.
+
+    It checks keys, types and shapes; `read_network` also checks values and names.
+
+    Examples
+    --------
+    >>> network_schema()["required"]
+    ['name', 'reference_point', 'graph']
+    """
+    return _schema(NetworkFile, "robostiff network")
+
+
+def _schema(file: type[FileHead], title: str) -> dict[str, Any]:
+    schema = file.model_json_schema(schema_generator=_WithoutFieldTitles)
+    return {"$schema": GenerateJsonSchema.schema_dialect, **schema, "title": title}
+
+
+def schema_text() -> str:
+    """The schema as the text of ``snapshot.schema.json``."""
+    return json.dumps(snapshot_schema(), indent=2) + "\n"

@@ -2,6 +2,6 @@
 
 import sys
 
-from robostiff.io.snapshot.schema import schema_text
+from robostiff.io.snapshot import schema_text
 
 sys.stdout.write(schema_text())

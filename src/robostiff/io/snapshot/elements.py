@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import pairwise
+from operator import getitem
 from typing import Any
 
 import numpy as np
@@ -22,7 +24,6 @@ from robostiff.elasticity import (
     elasticity_from_stiffness,
 )
 from robostiff.errors import FileError, InputError, warn_of_slip
-from robostiff.io._problem import part
 from robostiff.io.document import Document
 from robostiff.io.plausibility import question
 from robostiff.io.snapshot.format import (
@@ -66,7 +67,7 @@ class DocumentPlace:
     @property
     def value(self) -> Any:
         """What the document says here."""
-        return part(self.document.data, self.path)
+        return reduce(getitem, self.path, self.document.data)
 
     def error(
         self,

@@ -14,14 +14,13 @@ from robostiff.io.units.registry import (
     Quantity,
     Unit,
     exact_quantity,
-    exponents,
-    is_quantity,
     is_unit_word,
     make_quantity,
     make_unit,
     own_quantity,
+    parse_quantity,
+    read_unit,
 )
-from robostiff.io.units.text import parse_quantity, read_unit
 
 __all__ = [
     "UNIT_WORDS",
@@ -30,10 +29,8 @@ __all__ = [
     "Unit",
     "describe",
     "exact_quantity",
-    "exponents",
     "is_bare",
     "is_number",
-    "is_quantity",
     "is_unit_word",
     "make_quantity",
     "make_unit",

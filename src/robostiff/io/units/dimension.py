@@ -16,8 +16,15 @@ from typing import Any
 
 from robostiff.errors import InputError
 from robostiff.io.suggest import Words
-from robostiff.io.units.registry import Quantity, exponents, is_quantity, make_quantity
-from robostiff.io.units.text import after_space, bounded, parse_quantity, read_quantity, read_unit
+from robostiff.io.units.registry import (
+    Quantity,
+    after_space,
+    bounded,
+    make_quantity,
+    parse_quantity,
+    read_quantity,
+    read_unit,
+)
 from robostiff.spatial.formula import is_formula, is_possible
 
 
@@ -109,11 +116,11 @@ def to_si(
     if isinstance(quantity, str):
         got = quantity if got is None else got
         value = parse_quantity(quantity)
-    if not is_quantity(value) and is_formula(value) and is_possible(value):
+    if not isinstance(value, Quantity) and is_formula(value) and is_possible(value):
         return value
     if isinstance(value, Real) and not isinstance(value, bool):
         return _finite(value, subject, dimension, got)
-    if not is_quantity(value):
+    if not isinstance(value, Quantity):
         raise InputError(subject, got=value if got is None else got, expected=str(dimension))
     if not (is_bare(value) or _measures(value, dimension)):
         got = Words(describe(value)) if got is None else got
@@ -125,7 +132,7 @@ def to_si(
 
 def is_bare(quantity: Quantity) -> bool:
     """Whether the quantity has no unit at all, not even rad."""
-    return _equal(exponents(quantity), (0, 0, 0, 0))
+    return _equal(quantity.units.powers, (0, 0, 0, 0))
 
 
 def is_number(quantity: Quantity) -> bool:
@@ -135,7 +142,7 @@ def is_number(quantity: Quantity) -> bool:
 
 def same_dimension(first: Quantity, second: Quantity) -> bool:
     """Whether two quantities can be added; rad counts as a number."""
-    return _equal(exponents(first)[:3], exponents(second)[:3])
+    return _equal(first.units.powers[:3], second.units.powers[:3])
 
 
 def describe(quantity: Quantity) -> str:
@@ -153,15 +160,15 @@ def describe(quantity: Quantity) -> str:
     if is_bare(quantity):
         return f"the plain number {number}"
     for dimension in Dimension:
-        if _equal(exponents(quantity), _dimension_exponents(dimension)):
+        if _equal(quantity.units.powers, _powers(dimension)):
             return f"{number} {dimension.si_unit} ({dimension.with_article})"
     return f"{number} {quantity.units}"
 
 
 def _measures(quantity: Quantity, dimension: Dimension) -> bool:
     """Same powers of m, kg and s; rad matters only where it distinguishes two dimensions."""
-    *came, rad = exponents(quantity)
-    *wanted, _ = _dimension_exponents(dimension)
+    *came, rad = quantity.units.powers
+    *wanted, _ = _powers(dimension)
     if not _equal(came, wanted):
         return False
     refused = {Dimension.NUMBER: 1, Dimension.MOMENT: -1, Dimension.ADVANCE_PER_TURN: -1}.get(
@@ -171,9 +178,9 @@ def _measures(quantity: Quantity, dimension: Dimension) -> bool:
 
 
 @functools.cache
-def _dimension_exponents(dimension: Dimension) -> tuple[float, float, float, float]:
+def _powers(dimension: Dimension) -> tuple[float, float, float, float]:
     unit, _ = read_unit(dimension.si_unit, 0)
-    return exponents(make_quantity(1.0, unit))
+    return make_quantity(1.0, unit).units.powers
 
 
 def _equal(first: Sequence[float], second: Sequence[float]) -> bool:

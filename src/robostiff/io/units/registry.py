@@ -7,12 +7,15 @@ pint are converted where they come from outside; reading a file takes no package
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
 from typing import Any
 
+from robostiff.errors import InputError
+from robostiff.io.suggest import Words, did_you_mean, listing
 from robostiff.spatial.quantities import is_pint
 
 Powers = tuple[float, float, float, float]
@@ -68,8 +71,6 @@ class Quantity:
 
     def to(self, unit: str) -> Quantity:
         """The quantity itself in SI units, the only ones that are asked for; rad is a number."""
-        from robostiff.io.units.text import read_unit
-
         wanted = read_unit(unit, 0)[0] or _ONE
         if wanted.powers[:3] != self.units.powers[:3] or wanted.base != wanted:
             raise ValueError(f"{self.units} is no {unit}")
@@ -88,10 +89,6 @@ def _to_power(word: str, power: float) -> str:
     return word if power == 1 else f"{word}^{power:g}"
 
 
-def _decimal(text: str, powers: Powers) -> Unit:
-    return Unit(powers, Fraction(text))
-
-
 _LENGTH, _MASS, _ANGLE = (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0, 1)
 _FORCE, _MOMENT, _PRESSURE = (1, 1, -2, 0), (2, 1, -2, 0), (-1, 1, -2, 0)
 _PSI = Fraction("4.4482216152605") / Fraction("0.0254") ** 2
@@ -102,30 +99,30 @@ _UNITS = MappingProxyType(
         "kg": Unit(_MASS),
         "s": Unit((0, 0, 1, 0)),
         "rad": Unit(_ANGLE),
-        "mm": _decimal("1e-3", _LENGTH),
-        "cm": _decimal("1e-2", _LENGTH),
-        "um": _decimal("1e-6", _LENGTH),
-        "km": _decimal("1e3", _LENGTH),
-        "in": _decimal("0.0254", _LENGTH),
-        "ft": _decimal("0.3048", _LENGTH),
-        "g": _decimal("1e-3", _MASS),
+        "mm": Unit(_LENGTH, Fraction("1e-3")),
+        "cm": Unit(_LENGTH, Fraction("1e-2")),
+        "um": Unit(_LENGTH, Fraction("1e-6")),
+        "km": Unit(_LENGTH, Fraction("1e3")),
+        "in": Unit(_LENGTH, Fraction("0.0254")),
+        "ft": Unit(_LENGTH, Fraction("0.3048")),
+        "g": Unit(_MASS, Fraction("1e-3")),
         "N": Unit(_FORCE),
-        "mN": _decimal("1e-3", _FORCE),
-        "kN": _decimal("1e3", _FORCE),
-        "MN": _decimal("1e6", _FORCE),
-        "lbf": _decimal("4.4482216152605", _FORCE),
+        "mN": Unit(_FORCE, Fraction("1e-3")),
+        "kN": Unit(_FORCE, Fraction("1e3")),
+        "MN": Unit(_FORCE, Fraction("1e6")),
+        "lbf": Unit(_FORCE, Fraction("4.4482216152605")),
         "Nm": Unit(_MOMENT),
-        "Nmm": _decimal("1e-3", _MOMENT),
-        "kNm": _decimal("1e3", _MOMENT),
+        "Nmm": Unit(_MOMENT, Fraction("1e-3")),
+        "kNm": Unit(_MOMENT, Fraction("1e3")),
         "J": Unit(_MOMENT),
         "Pa": Unit(_PRESSURE),
-        "kPa": _decimal("1e3", _PRESSURE),
-        "MPa": _decimal("1e6", _PRESSURE),
-        "GPa": _decimal("1e9", _PRESSURE),
+        "kPa": Unit(_PRESSURE, Fraction("1e3")),
+        "MPa": Unit(_PRESSURE, Fraction("1e6")),
+        "GPa": Unit(_PRESSURE, Fraction("1e9")),
         "psi": Unit(_PRESSURE, _PSI),
         "ksi": Unit(_PRESSURE, 1000 * _PSI),
-        "mrad": _decimal("1e-3", _ANGLE),
-        "urad": _decimal("1e-6", _ANGLE),
+        "mrad": Unit(_ANGLE, Fraction("1e-3")),
+        "urad": Unit(_ANGLE, Fraction("1e-6")),
         "deg": Unit(_ANGLE, Fraction(1, 180), 1),
         "arcmin": Unit(_ANGLE, Fraction(1, 10_800), 1),
         "arcsec": Unit(_ANGLE, Fraction(1, 648_000), 1),
@@ -190,11 +187,6 @@ def is_unit_word(word: str) -> bool:
     return word in _UNITS or word in OTHER_SPELLINGS
 
 
-def is_quantity(value: object) -> bool:
-    """Whether the value is a quantity of this module."""
-    return isinstance(value, Quantity)
-
-
 def own_quantity(value: Any) -> Quantity | None:
     """A quantity of pint, of any registry, in base units; None for other values.
 
@@ -219,6 +211,188 @@ def own_quantity(value: Any) -> Quantity | None:
     return Quantity(number, Unit((m, kg, s, rad)))
 
 
-def exponents(quantity: Quantity) -> Powers:
-    """The powers of m, kg, s and rad in the unit of a quantity."""
-    return quantity.units.powers
+NUMBER = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+"""An unsigned decimal number."""
+
+_SPACE = re.compile(r"[ \t\r\n]*")
+_WORD = re.compile(r"[A-Za-zµμ°_][A-Za-z0-9µμ°_]*")
+_JOINT = re.compile(r"[ \t\r\n]*(\*(?!\*)|[·⋅/])?[ \t\r\n]*")
+_POWER = re.compile(r"[ \t\r\n]*(?:\^|\*\*)[ \t\r\n]*([+-]?[0-9]{1,2})(?![0-9.A-Za-z_])")
+_POWER_SIGN = re.compile(r"[ \t\r\n]*(?:\^|\*\*|[⁻¹²³⁴⁵⁶⁷⁸⁹⁰])")
+_SUPERSCRIPT = re.compile(r"(⁻?[¹²³⁴⁵⁶⁷⁸⁹])(?![⁻¹²³⁴⁵⁶⁷⁸⁹⁰])")
+_PLAIN_DIGITS = str.maketrans("⁻¹²³⁴⁵⁶⁷⁸⁹", "-123456789")
+_LONGEST_TEXT = 1000
+_HIGHEST_POWER = 24  # GPa^24 is still a finite number of SI units
+
+
+# unit   = ["/"] factor { ("*" | "·" | "/" | space) factor }
+# factor = word [("^" | "**") integer] | "(" unit ")"
+#
+# A slash divides by the one factor after it, brackets stand only after a slash and hold no
+# brackets, and the unit runs on as long as the words are names of units.
+
+
+def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Unit | None, int]:
+    """Read the longest unit at `start`: the unit and where it ends, or None and `start`.
+
+    Raises
+    ------
+    InputError
+        If a unit begins but cannot be understood: a power that is no whole number, or a product
+        after a quotient (``N/m rad``), which could mean two things.
+
+    Examples
+    --------
+    >>> read_unit("10 N m/rad + 2", 2)[1]
+    10
+    """
+    powers: dict[str, int] = {}
+    end = _read_product(text, start, powers, 1, leading_slash=leading_slash)
+    if end == start:
+        return None, start
+    if sum(map(abs, powers.values())) > _HIGHEST_POWER:
+        raise InputError(
+            "unit", got=text[start:end].strip(), expected=f"powers up to {_HIGHEST_POWER} in all"
+        )
+    return make_unit(powers), end
+
+
+def parse_quantity(text: str) -> Quantity:
+    """Read one number with an optional unit.
+
+    Raises
+    ------
+    InputError
+        If the text is anything else, with the nearest unit if a unit is misspelt.
+
+    Examples
+    --------
+    >>> print(parse_quantity("2.5 kN/mm").magnitude)
+    2500000.0
+    """
+    quantity, end = read_quantity(bounded(text), after_space(text, 0), "quantity")
+    if (end := after_space(text, end)) < len(text):
+        raise InputError(
+            "quantity", got=text, expected=f"one number with a unit, but {text[end:]!r} follows"
+        )
+    return quantity
+
+
+_NO_NUMBERS = ("nan", "inf", "infinity")
+
+
+def read_quantity(text: str, start: int, subject: str) -> tuple[Quantity, int]:
+    """One signed number with an optional unit; a word after it that is no unit is an error."""
+    sign = text[start : start + 1]
+    found = NUMBER.match(text, start + 1 if sign and sign in "+-" else start)
+    if not found:
+        raise InputError(
+            subject, got=text[start:], expected="a number with an optional unit, such as 300 mm"
+        )
+    try:
+        unit, end = read_unit(text, found.end())
+    except InputError as error:
+        raise InputError(
+            f"{subject}: {error.subject}", got=error.got, expected=error.expected, hint=error.hint
+        ) from None
+    word = _WORD.match(text, after_space(text, end))
+    if word and word[0].lower() not in _NO_NUMBERS:  # those are the next value, and wrong there
+        raise unknown_unit(word[0], subject)
+    quantity = make_quantity(float(text[start : found.end()]), unit)
+    if not math.isfinite(quantity.magnitude):
+        raise InputError(subject, got=text[start:end], expected="a finite number")
+    return quantity, end
+
+
+def unknown_unit(word: str, subject: str) -> InputError:
+    """The error for a word that is no unit: the nearest unit, and all units."""
+    return InputError(
+        f"{subject}: unknown unit",
+        got=word,
+        expected=f"one of {listing(UNIT_WORDS)}",
+        hint=did_you_mean(word, UNIT_WORDS),
+    )
+
+
+def bounded(text: str) -> str:
+    """The text itself, if it is not too long."""
+    if len(text) > _LONGEST_TEXT:
+        raise InputError(
+            "quantity",
+            got=Words(f"a text of {len(text)} characters"),
+            expected=f"at most {_LONGEST_TEXT}",
+        )
+    return text
+
+
+def after_space(text: str, start: int) -> int:
+    """Where the white space at `start` ends."""
+    found = _SPACE.match(text, start)
+    return found.end() if found else start
+
+
+def _read_product(
+    text: str,
+    start: int,
+    powers: dict[str, int],
+    sign: int,
+    *,
+    leading_slash: bool,
+    brackets: bool = True,
+) -> int:
+    """Multiply the unit at `start`, to the power `sign`, into `powers`; return its end."""
+    end, divided = start, False
+    while found := _JOINT.match(text, end):
+        joint = found[1]
+        if end == start and (joint not in (None, "/") or (joint and not leading_slash)):
+            return end
+        inverse = joint == "/"
+        after = _read_factor(
+            text, found.end(), powers, -sign if inverse else sign, brackets=brackets and inverse
+        )
+        if after is None:
+            return end
+        if joint is None and divided:
+            raise InputError(
+                "unit",
+                got=text[start:after].strip(),
+                expected="only one meaning",
+                hint="write a product below the line as N/(m rad), one above it as N rad/m",
+            )
+        end, divided = after, divided or inverse
+    return end
+
+
+def _read_factor(
+    text: str, start: int, powers: dict[str, int], sign: int, *, brackets: bool
+) -> int | None:
+    if brackets and text.startswith("(", start):
+        inner: dict[str, int] = {}
+        end = _read_product(text, start + 1, inner, sign, leading_slash=False, brackets=False)
+        end = after_space(text, end)
+        if not inner or not text.startswith(")", end):
+            return None
+        for word, power in inner.items():
+            powers[word] = powers.get(word, 0) + power
+        return end + 1
+    word = _WORD.match(text, start)
+    if not word or not is_unit_word(word[0]):
+        return None
+    name = OTHER_SPELLINGS.get(word[0], word[0])
+    power, end = _read_power(text, word.end())
+    powers[name] = powers.get(name, 0) + sign * power
+    return end
+
+
+def _read_power(text: str, start: int) -> tuple[int, int]:
+    power, end = 1, start
+    if found := _POWER.match(text, start) or _SUPERSCRIPT.match(text, start):
+        power, end = int(found[1].translate(_PLAIN_DIGITS)), found.end()
+    if again := _POWER_SIGN.match(text, end):
+        raise InputError(
+            "power of a unit",
+            got=text[start : again.end() + 8].strip(),
+            expected="one whole number, as in mm^2",
+            hint="for the power of a quantity write (300 mm)^2",
+        )
+    return power, end

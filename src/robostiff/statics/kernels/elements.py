@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.model import PlacedFreedom, PlacedSpring
-from robostiff.record import is_zero, reciprocal, square_root
-from robostiff.recorded.elimination import usual_size
+from robostiff.record import is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
 from robostiff.statics.element import FiniteSpring
 

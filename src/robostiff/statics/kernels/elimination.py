@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.record import Entry, is_zero, reciprocal
-from robostiff.recorded.elimination import least_size, usual_size
+from robostiff.record import Entry, is_zero, least_size, reciprocal, usual_size
 
 # Of the largest entry of its column, and of its own mean over the samples: a pivot above is safe.
 _OF_COLUMN, _OF_ITSELF = 0.2, 0.3

@@ -15,8 +15,8 @@ from robostiff.kinematics import PostureFinder
 from robostiff.model import Leg, Robot
 from robostiff.record import Entry, Program, is_zero, least
 from robostiff.recorded import RecordedRobot
+from robostiff.recorded.closure import BEFORE_FIRST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
-from robostiff.recorded.steps import BEFORE_FIRST, RecordedSteps, contraction, handed_on
 from robostiff.spatial import Space, cross
 from robostiff.statics.beam_bowing import Beams
 from robostiff.statics.from_snapshot import walks_of

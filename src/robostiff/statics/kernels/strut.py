@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.record import Entry, reciprocal, square_root
-from robostiff.recorded.elimination import usual_size
+from robostiff.record import Entry, reciprocal, square_root, usual_size
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross
 from robostiff.statics.kernels.elements import RecordedElement, RecordedJoint, RecordedSpring
