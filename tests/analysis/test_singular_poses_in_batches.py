@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.analysis.guarded_values import values_of
-from robostiff.analysis.indices.centres import _symmetric_point
+from robostiff.analysis.indices.screws import _symmetric_point
 from robostiff.cli.main import app
 from robostiff.errors import NoAnswerError
 from robostiff.plot.geometry.ellipsoid import Quality, principal_axes

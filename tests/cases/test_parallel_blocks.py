@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.linkage_stiffness import network_stiffness
 from robostiff.elastostatics import Tolerance
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 
 from robostiff.analysis import deflection, stiffness
-from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.linkage_stiffness import network_stiffness
 from robostiff.analysis.verification import matrix_distance
 from robostiff.elastostatics import (
     Block,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robostiff.analysis import stiffness
-from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.linkage_stiffness import network_stiffness
 from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Tolerance

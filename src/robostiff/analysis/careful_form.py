@@ -286,7 +286,7 @@ def careful_stiffness(
                 got=method.name,
                 expected="none: forms of K_C are of legs, and a network is solved as a whole",
             )
-        from robostiff.analysis.network_stiffness import network_stiffness
+        from robostiff.analysis.linkage_stiffness import network_stiffness
 
         return network_stiffness(robot, tolerance)
     solved = solve_snapshot(robot, method, tolerance)

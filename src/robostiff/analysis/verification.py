@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.network_stiffness import network_stiffness
+from robostiff.analysis.linkage_stiffness import network_stiffness
 from robostiff.analysis.result import RobotStiffness, require_one_pose
 from robostiff.analysis.result_tables import verification_html
 from robostiff.elastostatics import (

@@ -33,8 +33,7 @@ from robostiff.analysis.maps import (
     stiffness_map,
 )
 from robostiff.analysis.maps import Progress as Done
-from robostiff.analysis.maps.pose_columns import FACTOR, SIX, coordinate_units
-from robostiff.analysis.maps.pose_source import PoseSource
+from robostiff.analysis.maps.pose_columns import FACTOR, SIX, PoseSource, coordinate_units
 from robostiff.analysis.maps.store import already_there
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED
 from robostiff.cli.options import Answer, Length, Model, Place, Replacing

@@ -17,10 +17,9 @@ import numpy as np
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError
 from robostiff.network import Network
-from robostiff.network.connection import Motion
-from robostiff.network.equations import Equations, equations_of
+from robostiff.network.equations import Equations, Motion, equations_of
 from robostiff.network.mobility import mobility
-from robostiff.network.redundancy import redundancy
+from robostiff.network.saddle_point import redundancy
 
 # Equations of rigid parts that are solved at once; they are dense.
 _MOST_EQUATIONS = 3000

@@ -14,10 +14,11 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.equations import equations_of
 from robostiff.network.mobility import mobility
 from robostiff.network.network import Network
-from robostiff.network.redundancy import redundancy, redundant_freedoms
 from robostiff.network.saddle_point import (
     CONVERGED,
     driven_mechanism,
+    redundancy,
+    redundant_freedoms,
     saddle_point_system,
     system_of,
 )

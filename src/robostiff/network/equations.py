@@ -2,17 +2,243 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from robostiff.elastostatics import Tolerance, matrix_length, scaling
+from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitted_wrenches
 from robostiff.errors import InputError
-from robostiff.network.connection import Motion, RelativeMotion, connection_of, coupled_motion
+from robostiff.kinematics import freedom_twist
+from robostiff.network.elements import (
+    BeamElement,
+    CouplingElement,
+    Element,
+    SpringElement,
+)
 from robostiff.network.network import Network
-from robostiff.spatial import twist_transport
+from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
+
+_IN_PLANE = list(Space.PLANAR.rows)
+_OUT_OF_PLANE = [row for row in Space.SPATIAL.rows if row not in _IN_PLANE]
+_ROUNDING = 1e-9
+
+
+def check_in_plane(name: str, C: np.ndarray, J: np.ndarray) -> None:
+    """Raise unless an element of compliance C and freedoms J stays in the x-y plane."""
+    if np.any(np.linalg.norm(J[_OUT_OF_PLANE], axis=0) > _ROUNDING * np.linalg.norm(J, axis=0)):
+        raise InputError(
+            f"passive joint {name!r} of a planar network",
+            got="an axis that leads out of the x-y plane",
+            expected="a rotation about z or a slide across z",
+            hint="leave out 'planar: true' to compute in space",
+        )
+    size = np.sqrt(np.maximum(np.diagonal(C), 0.0))
+    allowed = _ROUNDING * np.outer(size[_IN_PLANE], size[_OUT_OF_PLANE])
+    if np.any(np.abs(C[np.ix_(_IN_PLANE, _OUT_OF_PLANE)]) > allowed):
+        raise InputError(
+            f"part {name!r} of a planar network",
+            got="an elasticity that couples motions in the plane with motions out of it",
+            expected="principal axes along and across the plane",
+            hint="leave out 'planar: true' to compute in space",
+        )
+
+
+_SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
+
+
+@dataclass(frozen=True)
+class RelativeMotion:
+    """A beam, spring or joint: it carries W f, and deflects by d with ``W^T d = S f``.
+
+    d is the motion of node b against node a.
+
+    Attributes
+    ----------
+    name, a, b : str
+    point : (3,) array
+        Reference point of the matrices [m].
+    W : (n, m) array
+        Orthonormal transmitted wrenches in scaled coordinates.
+    S : (m, m) array
+        Scaled compliance under these wrenches; rows and columns of rigid ones are exactly 0.
+    freedoms : (n, q) array
+        Unit twists of the passive freedoms, scaled.
+    freedom_names : tuple of str
+        ``connection/freedom``.
+    """
+
+    name: str
+    a: str
+    b: str
+    point: np.ndarray
+    W: np.ndarray
+    S: np.ndarray
+    freedoms: np.ndarray
+    freedom_names: tuple[str, ...]
+
+    @property
+    def ends(self) -> tuple[tuple[str, np.ndarray, np.ndarray], ...]:
+        """Nodes, points, and the parts (m, n) of their displacements there in ``W^T d``."""
+        return (self.a, self.point, -self.W.T), (self.b, self.point, self.W.T)
+
+    @property
+    def is_full(self) -> bool:
+        """Whether it resists every relative motion."""
+        return self.W.shape[1] == self.W.shape[0]
+
+    @property
+    def rigid(self) -> np.ndarray:
+        """Which of the transmitted wrenches are rigid (m,)."""
+        return ~np.any(self.S, axis=0)
+
+
+@dataclass(frozen=True)
+class CoupledMotion:
+    """A held sum of joint coordinates, as one row over the bodies of these joints.
+
+    Attributes
+    ----------
+    name : str
+    ends : tuple of (str, (3,) array, (1, n) array)
+        Nodes, points, and the parts of their displacements there.
+    S : (1, 1) array
+        Scaled compliance against the sum, 0 where it is rigid.
+    freedoms : (n, 0) array
+    freedom_names : tuple of str
+        None.
+    """
+
+    name: str
+    ends: tuple[tuple[str, np.ndarray, np.ndarray], ...]
+    S: np.ndarray
+    freedoms: np.ndarray
+    freedom_names: tuple[str, ...] = ()
+    is_full: bool = False
+
+    @property
+    def rigid(self) -> np.ndarray:
+        """Whether its one row is (1,)."""
+        return ~np.any(self.S, axis=0)
+
+
+Motion = RelativeMotion | CoupledMotion
+
+
+def coupled_motion(
+    own: CouplingElement, points: Mapping[str, np.ndarray], scale: np.ndarray, space: Space
+) -> CoupledMotion:
+    """The row of a coupling; `scale` turns twists into lengths.
+
+    A joint turns by ``s . d``, where d is how its bodies move against each other, and s a row of
+    the inverse of the twists of its freedoms.
+    """
+    rows, found = list(space.rows), []
+    for joint, number, factor in own.terms:
+        at = points[joint.a] if joint.point is None else joint.point
+        place = joint.place(number)
+        if place is None:
+            continue
+        twists = np.array([freedom_twist(f, at)[rows] * scale for f in joint.moving]).T
+        row = factor * np.linalg.pinv(twists)[place][None, :]
+        found += [(joint.a, at, -row), (joint.b, at, row)]
+    size = float(np.sqrt(sum(np.sum(row**2) for _, _, row in found)))
+    S = 0.0 if own.stiffness is None else 1.0 / (own.stiffness * size**2)
+    ends = tuple((name, at, row / size) for name, at, row in found)
+    return CoupledMotion(own.name, ends, np.array([[S]]), np.zeros((len(rows), 0)))
+
+
+def connection_of(
+    element: Element,
+    of_node: np.ndarray,
+    scale: np.ndarray,
+    space: Space,
+    tolerance: Tolerance,
+) -> RelativeMotion:
+    """The connection of an element, a beam about its end; `scale` turns twists into lengths.
+
+    A slide or a weld is about the point of node a, `of_node` (3,) [m].
+
+    Raises
+    ------
+    InputError
+        When an element of a planar network leaves the plane, or a compliance is negative.
+    """
+    names: list[str] = []
+    C, J, rotation = np.zeros((6, 6)), np.zeros((6, 0)), np.eye(3)
+    if isinstance(element, BeamElement):
+        at, C, rotation = element.end, element.tip_compliance, element.rotation
+    elif isinstance(element, SpringElement):
+        at, rotation = element.point, element.rotation
+        C, J = element.elasticity.compliance, element.elasticity.freedoms
+        names = [f"{element.name}/freedom {i + 1}" for i in range(J.shape[1])]
+    else:
+        at = of_node if element.point is None else element.point
+        for freedom in element.freedoms:
+            twist = freedom_twist(freedom, at)
+            if freedom.is_passive:
+                J = np.column_stack([J, twist])
+                names.append(f"{element.name}/{freedom.name}")
+            elif freedom.stiffness is not None:
+                C = C + np.outer(twist, twist) / freedom.stiffness
+    parts = _in_space(element.name, C, J, rotation, space)
+    return _connection(element, at, *parts, tuple(names), scale, tolerance)
+
+
+def check_fits(element: Element, space: Space) -> None:
+    """Raise an InputError unless an element can be part of a network in this space."""
+    connection_of(element, np.zeros(3), np.ones(space.size), space, Tolerance())
+
+
+def _in_space(
+    name: str, C: np.ndarray, J: np.ndarray, rotation: np.ndarray, space: Space
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compliance and freedoms of an element in axes in which to work, and these axes (n, n).
+
+    In space they are the element's own: turned to the world, stiff directions would lose to soft
+    ones as many digits as lie between them.
+    """
+    axes = block_rotation(rotation)
+    if space is Space.SPATIAL:
+        return C, J, axes
+    C, J = axes @ C @ axes.T, axes @ J
+    check_in_plane(name, C, J)
+    rows = list(space.rows)
+    return C[np.ix_(rows, rows)], J[rows], np.eye(len(rows))
+
+
+def _connection(
+    element: Element,
+    point: np.ndarray,
+    C: np.ndarray,
+    J: np.ndarray,
+    axes: np.ndarray,
+    names: tuple[str, ...],
+    scale: np.ndarray,
+    tolerance: Tolerance,
+) -> RelativeMotion:
+    modes = compliance_modes(C) * scale[:, None]
+    C, J = C * np.outer(scale, scale), J * scale[:, None]
+    J = J / np.linalg.norm(J, axis=0)
+    W, _ = transmitted_wrenches(J, tolerance.independence)
+    S = W.T @ C @ W
+    S = 0.5 * (S + S.T)
+    if np.any(np.linalg.eigvalsh(S) < -_SYMMETRY * np.trace(C)):
+        raise InputError(
+            f"compliance of {element.name!r}", got=C, expected="a positive semidefinite matrix"
+        )
+    # Wrenches that load the spring, by unit modes: a stiff direction is not rigid.
+    felt = modes[:, np.any(modes != 0, axis=0)].T @ W
+    size = np.linalg.norm(modes[:, np.any(modes != 0, axis=0)], axis=0)
+    values, Vt = np.linalg.svd(felt / size[:, None])[1:]
+    rank = int(np.count_nonzero(values > tolerance.independence))
+    if rank < len(S):  # otherwise unchanged: a new basis would cost digits of stiff directions
+        _, roots, by_size = np.linalg.svd(felt @ Vt[:rank].T, full_matrices=False)
+        W = W @ np.vstack([by_size @ Vt[:rank], Vt[rank:]]).T
+        S = np.diag(np.append(roots**2, np.zeros(len(S) - rank)))
+    return RelativeMotion(element.name, element.a, element.b, point, axes @ W, S, axes @ J, names)
+
 
 # A point further from where a body is attached than this many lengths costs digits.
 _FAR = 10.0

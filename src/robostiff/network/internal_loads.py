@@ -10,13 +10,12 @@ import numpy as np
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.kinematics import freedom_twist
 from robostiff.model import Actuated
-from robostiff.network.connection import RelativeMotion
 from robostiff.network.elements import JointElement, NodeForce
-from robostiff.network.equations import Equations, equations_of
+from robostiff.network.equations import Equations, RelativeMotion, equations_of
 from robostiff.network.network import Network
-from robostiff.network.redundancy import Redundancy
 from robostiff.network.saddle_point import (
     CONVERGED,
+    Redundancy,
     SaddlePointSystem,
     driven_mechanism,
     system_of,

@@ -14,8 +14,7 @@ from robostiff.network.elements import Node, SpringElement
 from robostiff.network.equations import Equations, equations_of
 from robostiff.network.mobility import Mobility
 from robostiff.network.network import Network
-from robostiff.network.redundancy import freedom_rates
-from robostiff.network.saddle_point import CONVERGED, system_of
+from robostiff.network.saddle_point import CONVERGED, freedom_rates, system_of
 from robostiff.spatial import Space
 
 _MOVES = 1e-6

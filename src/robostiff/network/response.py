@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.beam_loads import BeamLoad, DistributedForce, ForceOnBeam, beam_load
-from robostiff.network.connection import RelativeMotion
 from robostiff.network.elements import BeamElement
-from robostiff.network.equations import Equations, equations_of
+from robostiff.network.equations import Equations, RelativeMotion, equations_of
 from robostiff.network.internal_loads import InternalLoads, carried_wrench, loads_of_parts
 from robostiff.network.network import Network
-from robostiff.network.redundancy import Redundancy
 from robostiff.network.saddle_point import (
     CONVERGED,
+    Redundancy,
     SaddlePointSystem,
     driven_mechanism,
     system_of,

@@ -4,14 +4,6 @@ All take the result of `stiffness` at a single pose, and return a small object w
 directions and a status. Free motions show as zeros or as None, never as a number without meaning.
 """
 
-from robostiff.analysis.indices.centres import Centre, centre_of_compliance, centre_of_stiffness
-from robostiff.analysis.indices.directional import (
-    DirectionalStiffness,
-    WorstDeflections,
-    directional_stiffness,
-    stiffness_about_axis,
-    worst_deflection,
-)
 from robostiff.analysis.indices.metric import (
     ConditionNumber,
     Eigenstiffness,
@@ -24,16 +16,24 @@ from robostiff.analysis.indices.overview import IndicesOfPoses, StiffnessIndices
 from robostiff.analysis.indices.principal import (
     Anisotropy,
     CollinearStiffness,
+    DirectionalStiffness,
     PrincipalStiffnesses,
+    WorstDeflections,
     anisotropy,
     collinear_stiffness,
+    directional_stiffness,
     principal_stiffness,
+    stiffness_about_axis,
+    worst_deflection,
 )
 from robostiff.analysis.indices.screws import (
+    Centre,
     CompliantAxis,
     Eigenscrews,
     Eigentwist,
     Eigenwrench,
+    centre_of_compliance,
+    centre_of_stiffness,
     eigenscrews,
 )
 

@@ -9,13 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.indices.centres import Centre, centre_of_compliance, centre_of_stiffness
-from robostiff.analysis.indices.directional import (
-    DirectionalStiffness,
-    WorstDeflections,
-    directional_stiffness,
-    worst_deflection,
-)
 from robostiff.analysis.indices.metric import (
     ConditionNumber,
     Eigenstiffness,
@@ -28,12 +21,22 @@ from robostiff.analysis.indices.metric import (
 from robostiff.analysis.indices.principal import (
     Anisotropy,
     CollinearStiffness,
+    DirectionalStiffness,
     PrincipalStiffnesses,
+    WorstDeflections,
     anisotropy,
     collinear_stiffness,
+    directional_stiffness,
     principal_stiffness,
+    worst_deflection,
 )
-from robostiff.analysis.indices.screws import Eigenscrews, eigenscrews
+from robostiff.analysis.indices.screws import (
+    Centre,
+    Eigenscrews,
+    centre_of_compliance,
+    centre_of_stiffness,
+    eigenscrews,
+)
 from robostiff.analysis.indices.stiffness_parts import stiffness_parts
 from robostiff.analysis.posed_stiffness import careful_answer
 from robostiff.analysis.result import RobotStiffness

@@ -1,4 +1,4 @@
-"""Stiffness of forces and of moments along their own directions, the rest held or free."""
+"""Stiffness of forces and of moments along directions, own or given, the rest held or free."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robostiff.analysis.indices.stiffness_parts import EigenPart, stiffness_parts
+from robostiff.analysis.indices.stiffness_parts import EigenPart, StiffnessParts, stiffness_parts
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
+from robostiff.errors import InputError
+from robostiff.spatial import Space, as_floats
 
 
 @dataclass(frozen=True)
@@ -204,3 +207,210 @@ def anisotropy(result: RobotStiffness) -> Anisotropy:
 
 def _ratio(part: EigenPart) -> float | None:
     return float(part.values[-1] / part.values[0]) if part.values[0] > 0 else None
+
+
+_SMALL = 1e-7
+
+
+@dataclass(frozen=True)
+class DirectionalStiffness:
+    """Stiffness of the platform along a direction.
+
+    Attributes
+    ----------
+    direction : (d,) array
+        Unit vector, in world axes.
+    free : float
+        Force along it per displacement along it, everything else free: 1 / (u^T C_tt u) [N/m].
+        Zero where the force drives a free motion (status ``UNBALANCED``), or meets a stiffness that
+        is not above rounding (``ILL_CONDITIONED``).
+    held : float
+        The same with all other displacements and rotations held: u^T K_tt u [N/m].
+    unit : str
+        N/m, or N m/rad for moments.
+    status : Status
+    """
+
+    about: ClassVar[str] = "along one direction, everything else free, or held"
+    direction: np.ndarray
+    free: float
+    held: float
+    unit: str
+    status: Status
+
+
+def directional_stiffness(result: RobotStiffness, direction: ArrayLike) -> DirectionalStiffness:
+    """Stiffness against a force along a direction, through the reference point [N/m].
+
+    ``free`` is what a force gauge and a dial gauge measure on the machine, ``held`` what they would
+    with the platform guided. ``free <= held`` always.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+    direction : (3,) array-like
+        Of any length but zero; (2,) will do in the plane.
+
+    Raises
+    ------
+    InputError
+        For a direction of zero length or out of the plane of a planar robot, or a batch.
+    NoAnswerError
+        For a pose without a matrix.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> along_x = directional_stiffness(rs.stiffness(rs.load("hexapod")), [1, 0, 0])
+    >>> print(f"{along_x.free / 1e6:.1f} N/um free, {along_x.held / 1e6:.1f} N/um held")
+    17.9 N/um free, 32.3 N/um held
+    """
+    parts = stiffness_parts(result)
+    u = _unit(direction, parts.space)
+    return _along(parts, u, parts.forces_rotations_free, parts.forces_rotations_held, "N/m")
+
+
+def stiffness_about_axis(result: RobotStiffness, axis: ArrayLike) -> DirectionalStiffness:
+    """Stiffness against a moment about an axis direction [N m/rad].
+
+    ``free`` lets the platform shift and turn otherwise, and does not depend on the reference point;
+    ``held`` turns it about an axis through the reference point.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+    axis : (3,) array-like
+        Of any length but zero; along z for a planar robot.
+
+    Raises
+    ------
+    InputError
+        For an axis of zero length, or not along z for a planar robot, or a batch.
+    NoAnswerError
+        For a pose without a matrix.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> planar = stiffness_about_axis(rs.stiffness(rs.load("3-rrr")), [0, 0, 1])
+    >>> print(f"{planar.free:.1f} {planar.unit}")
+    3883.7 N m/rad
+    """
+    parts = stiffness_parts(result)
+    u = _vector(axis, "axis")
+    if parts.space is Space.PLANAR:
+        if np.linalg.norm(u[:2]) > _SMALL:
+            raise InputError("axis", got=axis, expected="[0, 0, 1]: the robot is planar")
+        u = np.array([np.sign(u[2])])
+    free, held = parts.moments_translations_free, parts.moments_translations_held
+    return _along(parts, u, free, held, "N m/rad")
+
+
+def _along(
+    parts: StiffnessParts, u: np.ndarray, free: EigenPart, held: EigenPart, unit: str
+) -> DirectionalStiffness:
+    status = parts.status
+    tolerance = parts.result.about_reference.tolerance.independence
+    along = free.directions @ u
+    if np.any(np.abs(along[free.values == 0]) > tolerance):
+        stiffness_free = 0.0
+        if parts.rank < parts.space.size:
+            status |= Status.UNBALANCED
+    else:
+        carried = free.values > 0
+        stiffness_free = float(1 / np.sum(along[carried] ** 2 / free.values[carried]))
+    stiffness_held = float(np.sum((held.directions @ u) ** 2 * held.values))
+    return DirectionalStiffness(u, stiffness_free, stiffness_held, unit, status)
+
+
+def _unit(direction: ArrayLike, space: Space) -> np.ndarray:
+    """A unit vector in the coordinates of the space."""
+    given = as_floats("direction", direction, "three numbers x y z", "")
+    if space is Space.PLANAR and given.shape == (2,):
+        given = np.append(given, 0.0)
+    u = _vector(given, "direction")
+    if space is Space.PLANAR and abs(u[2]) > _SMALL:
+        raise InputError(
+            "direction", got=direction, expected="a direction in the x-y plane: the robot is planar"
+        )
+    u = u[: space.translations]
+    return u / np.linalg.norm(u)
+
+
+def _vector(given: ArrayLike, subject: str) -> np.ndarray:
+    u = as_floats(subject, given, "three numbers x y z", "")
+    if u.shape != (3,):
+        raise InputError(subject, got=given, expected="three numbers x y z")
+    size = np.linalg.norm(u)
+    if size == 0:
+        raise InputError(subject, got=given, expected="a direction, not zero")
+    return u / size
+
+
+@dataclass(frozen=True)
+class WorstDeflections:
+    """Largest displacement per unit force, largest rotation per unit moment, and their directions.
+
+    Attributes
+    ----------
+    translational : float or None
+        Displacement of the reference point per force through it [m/N]; None where some force
+        meets no stiffness.
+    translational_direction : (d,) array
+        Of that force and of the displacement; of a force that meets none where there is one.
+    rotational : float or None
+        Rotation per moment [rad/(N m)]; None where some moment meets no stiffness.
+    rotational_direction : (r,) array
+    status : Status
+        ``UNBALANCED`` as well where one of them is None because of a free motion.
+    """
+
+    about: ClassVar[str] = "over all directions of a unit force, and of a unit moment"
+    units: ClassVar[tuple[str, str]] = ("m/N", "rad/(N m)")
+    translational: float | None
+    translational_direction: np.ndarray
+    rotational: float | None
+    rotational_direction: np.ndarray
+    status: Status
+
+
+def worst_deflection(result: RobotStiffness) -> WorstDeflections:
+    """Largest eigenvalues of C_tt and C_rr: the most that unit vectors u make of ``|C_tt u|``.
+
+    The force acts through the reference point and the platform may turn; displacement and force
+    are parallel at the worst, so that this is one over the least collinear stiffness.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose; maps have `Quantity.WORST_DEFLECTION`.
+
+    Raises
+    ------
+    InputError, NoAnswerError
+        For a batch; for a pose without a matrix.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> worst = worst_deflection(rs.stiffness(rs.load("hexapod")))
+    >>> print(f"{1e6 * worst.translational:.4f} um/N")
+    0.0559 um/N
+    >>> print(worst_deflection(rs.stiffness(rs.load("gough-stewart-a"))).translational)
+    None
+    """
+    parts = stiffness_parts(result)
+    forces, moments = parts.forces_rotations_free, parts.moments_translations_free
+    translational, rotational = _largest(forces), _largest(moments)
+    status = parts.status
+    if parts.rank < parts.space.size and (translational is None or rotational is None):
+        status |= Status.UNBALANCED
+    return WorstDeflections(
+        translational, forces.directions[0], rotational, moments.directions[0], status
+    )
+
+
+def _largest(part: EigenPart) -> float | None:
+    return float(1 / part.values[0]) if part.values[0] > 0 else None

@@ -1,4 +1,4 @@
-"""Eigenwrenches, eigentwists and compliant axes: the structure of K that no point can change."""
+"""Eigenscrews, compliant axes and centres: the structure of K that no point can change."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.analysis.indices.stiffness_parts import StiffnessParts, stiffness_parts
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
-from robostiff.spatial import Screw, screw_of_twist
+from robostiff.spatial import Screw, move_compliance, move_stiffness, screw_of_twist
 
 _SMALL = 1e-7
 
@@ -197,3 +197,186 @@ def _same_line(one: Screw, other: Screw, length: float) -> bool:
     parallel = np.linalg.norm(np.cross(one.axis, other.axis)) < _SMALL
     apart = np.linalg.norm(np.cross(other.point - one.point, one.axis))
     return bool(parallel and apart < _SMALL * length)
+
+
+_ROUNDING = 1e-10  # of coupling: what moving to the point may leave of nothing
+_LOST = 1e-14  # of the largest eigenvalue: smaller ones are rounding
+
+
+@dataclass(frozen=True)
+class Centre:
+    """A point about which the coupling block of K, or of C, is symmetric.
+
+    Attributes
+    ----------
+    point : (3,) array or None
+        In the world [m]; of a line the point nearest to the robot's own. None where there is none.
+    line : (3,) array or None
+        Direction of the line of such points, where one is as good as another.
+    matrix : (n, n) array or None
+        K, or C, about the point.
+    coupling : float or None
+        What couples forces with rotations there, ``|K_tr| / sqrt(|K_tt| |K_rr|)``, or the same of
+        C: 0 where a force only displaces and a couple only turns, below 1 always. No unit.
+    status : Status
+    """
+
+    about: ClassVar[str] = "independent of the reference point it is computed from"
+    unit: ClassVar[str] = "m"
+    point: np.ndarray | None
+    line: np.ndarray | None
+    matrix: np.ndarray | None
+    coupling: float | None
+    status: Status
+
+    @property
+    def is_decoupled(self) -> bool:
+        """Whether a force through the point only displaces it, and a couple only turns about it."""
+        return self.coupling == 0.0
+
+
+def centre_of_stiffness(result: RobotStiffness) -> Centre:
+    """The point about which K_tr is symmetric, ``(tr(K_tt) I - K_tt) v = -axial(K_tr - K_tr^T)``.
+
+    It is also the point from which the vectors to the axes of the eigenwrenches, weighed by their
+    stiffness, add to nothing; a rotation of Loncaric's makes K_tr diagonal there. In the plane K_tr
+    vanishes: a force through the point does not turn the platform. In space that is so for some
+    robots only; see `coupling`.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+
+    Returns
+    -------
+    Centre
+        Along a line where forces of one direction alone are met, nowhere where none are.
+
+    Raises
+    ------
+    InputError, NoAnswerError
+        For a batch; for a pose without a matrix.
+
+    References
+    ----------
+    J. Loncaric: Normal forms of stiffness and compliance matrices. IEEE Journal of Robotics and
+    Automation 3(6), 567-572, 1987.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> centre = centre_of_stiffness(rs.stiffness(rs.load("gough-stewart-b")))
+    >>> centre.point.round(4) + 0.0
+    array([0.    , 0.    , 0.7368])
+    """
+    parts = _parts(result)
+    d = parts.space.translations
+    forces = parts.forces_rotations_held
+    if forces.rank == 0:
+        return Centre(None, None, None, None, parts.status)
+    v, line = _symmetric_point(parts.K[:d, :d], -_axial(parts.K[:d, d:])[:d], forces.rank == 1)
+    return _centre(parts, v, line, move_stiffness(parts.K, v), parts.K[:d, :d])
+
+
+def centre_of_compliance(result: RobotStiffness) -> Centre:
+    """The point about which C_tr is symmetric, ``(tr(C_rr) I - C_rr) v = axial(C_tr - C_tr^T)``.
+
+    From it the vectors to the axes of the eigentwists, weighed by their compliance, add to
+    nothing. In the plane, and wherever K decouples, it is the centre of stiffness; in space the two
+    are different points.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        Of a single pose.
+
+    Returns
+    -------
+    Centre
+        Without a point where K is singular and there is no C (status ``FREE_MOTIONS``), or where no
+        digit of C holds (``ILL_CONDITIONED``).
+
+    Raises
+    ------
+    InputError, NoAnswerError
+        For a batch; for a pose without a matrix.
+
+    References
+    ----------
+    J. Loncaric: Normal forms of stiffness and compliance matrices. IEEE Journal of Robotics and
+    Automation 3(6), 567-572, 1987.
+
+    Examples
+    --------
+    >>> import robostiff as rs
+    >>> centre = centre_of_compliance(rs.stiffness(rs.load("gough-stewart-b")))
+    >>> centre.point.round(4) + 0.0
+    array([0.    , 0.    , 0.7368])
+    """
+    parts = _parts(result)
+    C = parts.C
+    if C is None:
+        return Centre(None, None, None, None, parts.status)
+    d, line = parts.space.translations, None
+    if d == 2:
+        v = np.array([-C[1, 2], C[0, 2]]) / C[2, 2]
+    else:
+        v, line = _symmetric_point(C[d:, d:], _axial(C[:d, d:]), False)
+    return _centre(parts, v, line, move_compliance(C, v), C[d:, d:])
+
+
+def _parts(result: RobotStiffness) -> StiffnessParts:
+    """About the robot's own point, from where the digits are best."""
+    stiffness_parts(result)
+    return stiffness_parts(result.about(result.origin))
+
+
+def _symmetric_point(
+    A: np.ndarray, turned: np.ndarray, one_direction: bool
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """V of (tr(A) I - A) v = turned; where A has rank 1, the direction along which v is open.
+
+    Nor can it be found along the only direction of A that is above rounding.
+    """
+    system = np.trace(A) * np.eye(len(A)) - A
+    values, vectors = np.linalg.eigh(system)
+    if not one_direction and values[0] > _LOST * values[-1]:
+        return np.linalg.solve(system, turned), None
+    held = vectors[:, 1:]
+    return held @ ((held.T @ turned) / values[1:]), vectors[:, 0]
+
+
+def _axial(B: np.ndarray) -> np.ndarray:
+    """The vector s of B - B^T = (s x); B (2, 1) is the block of forces against turns about z."""
+    if B.shape == (2, 1):
+        return np.array([-B[1, 0], B[0, 0], 0.0])
+    return np.array([B[2, 1] - B[1, 2], B[0, 2] - B[2, 0], B[1, 0] - B[0, 1]])
+
+
+def _centre(
+    parts: StiffnessParts,
+    v: np.ndarray,
+    line: np.ndarray | None,
+    moved: np.ndarray,
+    moved_block: np.ndarray,
+) -> Centre:
+    d = parts.space.translations
+    point = parts.result.reference_point + np.append(v, np.zeros(3 - d))
+    if line is not None:
+        line = np.append(line, np.zeros(3 - d))
+    # Moving to the point by v cancels terms of this size.
+    lever = max(float(np.linalg.norm(v)), float(parts.result.about_reference.length))
+    nothing = _ROUNDING * lever * float(np.linalg.norm(moved_block, 2))
+    status = parts.status
+    if line is not None and np.count_nonzero(parts.forces_rotations_held.values) > 1:
+        status |= Status.ILL_CONDITIONED  # the point along the line is lost in rounding
+    return Centre(point, line, moved, _coupling(moved, d, nothing), status)
+
+
+def _coupling(M: np.ndarray, d: int, nothing: float) -> float:
+    """|M_tr| / sqrt(|M_tt| |M_rr|); exactly zero where M_tr is below what counts as nothing."""
+    coupled = np.linalg.norm(M[:d, d:], 2)
+    if coupled <= nothing:
+        return 0.0
+    return float(coupled / np.sqrt(np.linalg.norm(M[:d, :d], 2) * np.linalg.norm(M[d:, d:], 2)))

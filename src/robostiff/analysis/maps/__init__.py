@@ -1,8 +1,7 @@
 """Maps: stiffness at any number of poses, restartable, on one machine or many."""
 
-from robostiff.analysis.maps.grid import Axis, Grid
 from robostiff.analysis.maps.map import stiffness_map
-from robostiff.analysis.maps.pose_source import PoseList, RandomPoses
+from robostiff.analysis.maps.pose_source import Axis, Grid, PoseList, RandomPoses
 from robostiff.analysis.maps.request import Batched, Compiled
 from robostiff.analysis.maps.run import Progress, Threads
 from robostiff.analysis.maps.variables import Quantity

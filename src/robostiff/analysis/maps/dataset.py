@@ -1,29 +1,152 @@
-"""A map as an `xarray.Dataset`: filled in memory, or read from a store chunk by chunk."""
+"""A map as an `xarray.Dataset`: coordinates, attributes, in memory and from a store."""
 
 from __future__ import annotations
 
-import math
+import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import google_crc32c
 import numpy as np
-from zarr.storage import LocalStore
 
 from robostiff.analysis.maps.job import MapJob, MapSummary
-from robostiff.analysis.maps.layout import (
-    coordinate_arrays,
-    own_coordinates,
-    range_attributes,
-    summary_attributes,
-    variable_attributes,
-)
-from robostiff.analysis.maps.stored import IDENTITY, StoredArray, StoredMap, damaged, read_store
+from robostiff.analysis.maps.pose_columns import FACTOR
+from robostiff.analysis.maps.stored import IDENTITY, CheckedChunks, damaged, read_store
+from robostiff.analysis.maps.variables import Variable, status_flags, status_words
 from robostiff.errors import InputError, needs_extra
+from robostiff.linkage import Linkage
+from robostiff.model import Robot
+from robostiff.version import __version__
 
 if TYPE_CHECKING:
     import xarray
+
+
+_CONVENTIONS = (
+    "F = K t; twist: displacement of the reference point, then rotation; wrench: force, then "
+    "moment about the reference point; world axes; SI units; rx ry rz: rotation vector. "
+    "NaN: no answer at this pose; 'status' gives the reason."
+)
+
+
+@dataclass(frozen=True)
+class CoordinateArray:
+    """An array that names places along the dimensions of a map."""
+
+    dims: tuple[str, ...]
+    values: np.ndarray
+    attributes: Mapping[str, Any]
+
+
+def coordinate_arrays(job: MapJob) -> dict[str, CoordinateArray]:
+    """Axes of a grid, time along a list, names of rows and columns.
+
+    Coordinates that each pose has of its own are variables of the job instead.
+    """
+    source = job.source
+    found: dict[str, CoordinateArray] = {}
+    for name, values in source.axis_values().items():
+        attributes = {"units": job.columns.unit_of(name), "long_name": _meaning(job, name)}
+        found[name] = CoordinateArray((name,), values, attributes)
+    parameter = source.parameter()
+    if parameter is not None:
+        name, unit, values = parameter
+        long_name = "time" if unit == "s" else "length along the path"
+        attributes = {"units": unit, "long_name": long_name}
+        found[name] = CoordinateArray(source.dims, values, attributes)
+    for variable in job.evaluator.variables:
+        for dim, labels in zip(variable.dims, variable.labels, strict=False):
+            found[dim] = CoordinateArray((dim,), np.array(labels), {"long_name": dim})
+        if not variable.units:
+            about = {"long_name": f"unit of each entry of {variable.name}"}
+            own = CoordinateArray(variable.dims, variable.units_of_entries, about)
+            found[f"{variable.name}_units"] = own
+    taken = {v.name for v in job.evaluator.variables} | {d for v in job.variables for d in v.dims}
+    for name in source.names:
+        if name in taken or "/" in name:
+            raise InputError(
+                "name of a joint in a map",
+                got=name,
+                expected=f"none of {', '.join(sorted(taken))}, and without /",
+                hint="rename the joint in its file",
+            )
+    return found
+
+
+def own_coordinates(job: MapJob) -> list[str]:
+    """Names of the coordinates that are no dimension: of single poses, time, units of entries."""
+    parameter = job.source.parameter()
+    units = [f"{v.name}_units" for v in job.evaluator.variables if not v.units]
+    return [v.name for v in job.coordinates] + ([parameter[0]] if parameter else []) + units
+
+
+def variable_attributes(job: MapJob, variable: Variable) -> dict[str, Any]:
+    """Units and words of a variable, and the flags of the status (CF conventions, 3.5)."""
+    attributes: dict[str, Any] = {"units": variable.units} if variable.units else {}
+    attributes["long_name"] = variable.long_name
+    if variable in job.coordinates:
+        attributes["long_name"] = _meaning(job, variable.name)
+    if variable.note:
+        attributes["comment"] = variable.note
+    if variable.name == "status":
+        flags = status_flags()
+        attributes["flag_masks"] = list(flags)
+        attributes["flag_values"] = list(flags)
+        attributes["flag_meanings"] = " ".join(flags.values())
+    return attributes
+
+
+def map_attributes(
+    robot: Robot | Linkage, job: MapJob, wrench: tuple[float, ...], length: float
+) -> dict[str, Any]:
+    """Attributes that are known before the first pose is computed."""
+    attributes: dict[str, Any] = {
+        "Conventions": "CF-1.11",
+        "title": f"stiffness map of {robot.name}",
+        "robot": robot.name,
+        "robot_title": robot.title,
+        "source": robot.source.strip(),
+        "robostiff_version": __version__,
+        "method": job.evaluator.method,
+        "conventions": _CONVENTIONS,
+        "reference_point": [float(x) for x in robot.reference_point],
+        "reference_point_comment": "in the platform frame [m]",
+        "pose_coordinates": " ".join(job.columns.names),
+        "home_pose": list(job.columns.home),
+        "characteristic_length": length,
+    }
+    if wrench:
+        attributes["wrench"] = list(wrench)
+        attributes["wrench_order"] = " ".join(robot.space.wrench_order)
+    return attributes
+
+
+def summary_attributes(summary: MapSummary) -> dict[str, Any]:
+    """Attributes that are known when all poses are computed."""
+    words = {status_words(code): count for code, count in summary.statuses.items()}
+    return {
+        "poses": summary.poses,
+        "poses_computed": summary.computed,
+        "poses_reachable": summary.reachable,
+        "poses_guarded": summary.guarded,
+        "statuses": json.dumps(words),
+    }
+
+
+def range_attributes(summary: MapSummary) -> dict[str, dict[str, Any]]:
+    """``actual_range`` of each variable that has one (NetCDF users' guide)."""
+    return {name: {"actual_range": list(ends)} for name, ends in summary.ranges.items()}
+
+
+def _meaning(job: MapJob, name: str) -> str:
+    columns = job.columns
+    if name in columns.names[len(columns.names) - columns.loads :]:
+        return "factor of the wrench" if name == FACTOR else f"{name} of the wrench"
+    if job.columns.of_joints:
+        return f"joint coordinate {name}"
+    axis = name[-1]
+    return f"rotation vector, {axis}" if name.startswith("r") else f"platform position, {axis}"
 
 
 class MapArrays:
@@ -91,73 +214,3 @@ def open_map(path: Path) -> xarray.Dataset:
         if found[name].dtype.kind == "T"  # NetCDF and older programs know no such texts
     }
     return found[ordered].assign_coords(words)
-
-
-_CHECKSUM = 4
-_BLOSC_HEADER = 16
-
-
-class CheckedChunks(LocalStore):
-    """The files of a map, to be read through Zarr.
-
-    Parameters
-    ----------
-    stored : StoredMap
-    read_only : bool
-        Always; Zarr asks.
-    """
-
-    def __init__(self, stored: StoredMap, *, read_only: bool = True) -> None:
-        super().__init__(stored.path, read_only=read_only)
-        self.stored = stored
-
-    def with_read_only(self, read_only: bool = False) -> CheckedChunks:
-        """The same."""
-        return CheckedChunks(self.stored, read_only=read_only)
-
-    async def get(self, key: str, *args: Any, **kwargs: Any) -> Any:
-        """A file, checked where it is a chunk."""
-        try:
-            found = await super().get(key, *args, **kwargs)
-        except OSError as error:
-            raise damaged(self.stored.path, f"{key} that cannot be read ({error})") from None
-        return self._checked(key, found)
-
-    def get_sync(self, key: str, **kwargs: Any) -> Any:
-        """As `get`."""
-        try:
-            found = super().get_sync(key, **kwargs)
-        except OSError as error:
-            raise damaged(self.stored.path, f"{key} that cannot be read ({error})") from None
-        return self._checked(key, found)
-
-    def _checked(self, key: str, found: Any) -> Any:
-        name, is_chunk, _ = key.partition("/c")
-        array = self.stored.arrays.get(name)
-        if not is_chunk or array is None:
-            return found
-        if found is None:
-            if self.stored.identity["complete"]:
-                raise damaged(self.stored.path, f"no {key}")
-            return None  # not computed yet
-        if not is_sound(found.to_bytes(), array):
-            raise damaged(self.stored.path, f"{key} that does not agree with its checksum")
-        return found
-
-
-def is_sound(chunk: bytes, array: StoredArray) -> bool:
-    """Whether a chunk has its checksum, and the size that its array says."""
-    content = memoryview(chunk)[:-_CHECKSUM]
-    if len(content) + _CHECKSUM != len(chunk):
-        return False
-    if google_crc32c.value(bytes(content)) != int.from_bytes(chunk[-_CHECKSUM:], "little"):
-        return False
-    if array.is_packed:
-        if len(content) < _BLOSC_HEADER:
-            return False
-        unpacked = int.from_bytes(content[4:8], "little")
-        packed = int.from_bytes(content[12:16], "little")
-        return unpacked == array.chunk_bytes and packed == len(content)
-    if array.bytes_a_value:
-        return len(content) == array.chunk_bytes
-    return int.from_bytes(content[:4], "little") == math.prod(array.chunk)

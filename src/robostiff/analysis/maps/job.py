@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.analysis.maps.evaluator import Evaluator
-from robostiff.analysis.maps.pose_columns import PoseColumns
-from robostiff.analysis.maps.pose_source import PoseSource
+from robostiff.analysis.maps.pose_columns import PoseColumns, PoseSource
 from robostiff.analysis.maps.variables import EXCLUDED, Variable
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.dataset import MapArrays, open_map
 from robostiff.analysis.maps.job import MapSummary, Selection
-from robostiff.analysis.maps.pose_source import PoseSource
+from robostiff.analysis.maps.pose_columns import PoseSource
 from robostiff.analysis.maps.request import (
     LoadedMethod,
     MapRequest,

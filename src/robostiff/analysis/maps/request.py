@@ -17,11 +17,15 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.maps.dataset import coordinate_arrays, map_attributes
 from robostiff.analysis.maps.evaluator import BatchedEvaluator, CompiledEvaluator, Evaluator
 from robostiff.analysis.maps.job import MapJob, Selection
-from robostiff.analysis.maps.layout import coordinate_arrays, map_attributes
-from robostiff.analysis.maps.pose_columns import columns_under_load, pose_columns
-from robostiff.analysis.maps.pose_source import PoseSource, check_units
+from robostiff.analysis.maps.pose_columns import (
+    PoseSource,
+    check_units,
+    columns_under_load,
+    pose_columns,
+)
 from robostiff.analysis.maps.stored import MOST_POSES
 from robostiff.analysis.maps.variables import Quantity
 from robostiff.compiled import Backend

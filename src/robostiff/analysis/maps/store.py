@@ -20,20 +20,21 @@ from zlib import crc32
 
 import numpy as np
 
-from robostiff.analysis.maps.job import MapJob, MapSummary, PoseBlock
-from robostiff.analysis.maps.layout import (
+from robostiff.analysis.maps.dataset import (
     coordinate_arrays,
     own_coordinates,
     range_attributes,
     summary_attributes,
     variable_attributes,
 )
+from robostiff.analysis.maps.job import MapJob, MapSummary, PoseBlock
 from robostiff.analysis.maps.stored import (
     IDENTITY,
     JOURNALS,
     StoredMap,
     array_checksum,
     damaged,
+    is_sound,
     read_store,
     sealed,
 )
@@ -275,8 +276,6 @@ class MapStore:
         return index, summary
 
     def _is_whole(self, stored: StoredMap, index: int) -> bool:
-        from robostiff.analysis.maps.dataset import is_sound
-
         try:
             return all(
                 is_sound(self._chunk(variable, index).read_bytes(), stored.arrays[variable.name])

@@ -30,8 +30,8 @@ from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.validation import validate
 from robostiff.model import Actuated, Passive, PlacedMass
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
-from robostiff.network.connection import check_fits
 from robostiff.network.elements import CouplingElement
+from robostiff.network.equations import check_fits
 from robostiff.spatial import Space
 
 Between = TypeVar("Between", bound=BetweenPart)
