@@ -14,8 +14,8 @@ import pytest
 from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.analysis.guarded_values import values_of
 from robostiff.analysis.indices.screws import _symmetric_point
+from robostiff.analysis.measures import values_of
 from robostiff.cli.main import app
 from robostiff.errors import NoAnswerError
 from robostiff.plot.geometry.ellipsoid import Quality, principal_axes

@@ -1,25 +1,152 @@
-"""The answer of a compiled robot or linkage: a kernel's, pose by pose, and the careful form's."""
+"""Kernels of robots and linkages: answers, their checks, and the careful form where they fail."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robostiff.analysis.guarded_values import (
-    AtGeneralPoses,
-    CheckedResults,
-    checked_results,
-    values_of,
-)
-from robostiff.analysis.kernel_inputs import InputRows
+from robostiff.analysis.kernel_inputs import InputRows, ParameterValues
+from robostiff.analysis.measures import values_of
 from robostiff.analysis.result import RobotStiffness
-from robostiff.compiled import Derivative, Kernel, Output, unpack
+from robostiff.compiled import Derivative, Kernel, Output, rows_of, unpack, whole_threads
 from robostiff.compiled.kernel import POSES_A_CHUNK, chunks_of, in_shares
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.recorded import CLOSED, SHORT
 from robostiff.spatial.batch import empty_batch
+
+# Losses of the recorded pivots above which a pose is computed again; their squares are summed. The
+# record loses about as many digits as a loss has, and several one after the other more. Stiffness
+# falls with the square of the wrenches that hold it: of those, at most a hundredth is lost.
+_SAFE = 1e4**2
+_OUT_OF_REACH = -1e-3  # of `RecordedRobot.reach`: certainly out of reach
+# An actuator nearer to a limit than this part of its range is looked at again.
+_AT_LIMIT = 1e-9
+# A gap between eigenvalues, as a part of them, below which their derivatives are rounding.
+_APART = 1e-7
+
+
+@dataclass(frozen=True)
+class AtGeneralPoses:
+    """Assumptions of a record.
+
+    Attributes
+    ----------
+    rank : int
+    status : Status
+    verified : bool
+        Whether the record is trusted at all.
+    """
+
+    rank: int
+    status: Status
+    verified: bool
+
+
+@dataclass(frozen=True)
+class CheckedResults:
+    """Results of a kernel at some poses.
+
+    Attributes
+    ----------
+    rows : dict of names to (rows, N) arrays
+        Those of each output, not a number where the status says that there is no answer; views of
+        the results.
+    status_codes : (N,) array of uint8
+    rank : (N,) array of int8
+    guarded : (N,) array of bool
+        Where nothing of this is to be used.
+    """
+
+    rows: dict[str, np.ndarray]
+    status_codes: np.ndarray
+    rank: np.ndarray
+    guarded: np.ndarray
+
+
+def checked_results(
+    kernel: Kernel,
+    results: np.ndarray,
+    missed: np.ndarray,
+    loose: np.ndarray,
+    general: AtGeneralPoses,
+) -> CheckedResults:
+    """Rows by output, with status, rank and guard at each pose.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    results : (rows, N) array
+        Of the kernel; changed where there is no answer.
+    missed : (N,) array of bool
+        Poses that are known to be out of reach.
+    loose : (N,) array of bool
+        Poses whose inputs are not to be trusted.
+    general : AtGeneralPoses
+    """
+    rows, start = {}, 0
+    for output in kernel.outputs:
+        stop = start + rows_of(output.shape(kernel.space))
+        rows[output.name] = results[start:stop]
+        start = stop
+    checks = _checks(kernel, results)
+    status = np.full(results.shape[1], int(general.status), dtype=np.uint8)
+    rank = np.full(results.shape[1], general.rank, dtype=np.int8)
+    if "limits" in checks:
+        beyond = checks["limits"] < 0
+        if beyond.any():
+            status[beyond] |= np.uint8(Status.BEYOND_LIMITS)
+    closed = closes(kernel, results)
+    guarded = _unsafe(checks, results.shape[1], general) | loose | ~closed
+    out_of_reach = missed
+    if "reach" in checks:
+        out_of_reach = out_of_reach | (closed & (checks["reach"] < _OUT_OF_REACH))
+    lost = bool(out_of_reach.any())
+    if lost:
+        status[out_of_reach], rank[out_of_reach] = int(Status.UNREACHABLE), -1
+        guarded &= ~out_of_reach
+        results[:start, out_of_reach] = np.nan
+    if "gap" in checks:  # eigenvalues have no derivatives where two of them meet
+        meet = ~(checks["gap"] > _APART) & ~out_of_reach
+        if meet.any():
+            status[meet] |= np.uint8(Status.ILL_CONDITIONED)
+            for output in kernel.outputs:
+                if isinstance(output, Derivative):
+                    rows[output.name][:, meet] = np.nan
+    return CheckedResults(rows, status, rank, guarded)
+
+
+def closes(kernel: Kernel, results: np.ndarray) -> np.ndarray:
+    """Where the recorded closure arrives, in the assembly mode of home (N,)."""
+    checks = _checks(kernel, results)
+    if "open" not in checks:
+        return np.ones(results.shape[1], dtype=bool)
+    return (checks["open"] < CLOSED) & (checks["mode"] > 0)
+
+
+def _checks(kernel: Kernel, results: np.ndarray) -> dict[str, np.ndarray]:
+    """The rows of checks, which follow those of the outputs."""
+    start = kernel.rows - len(kernel.checks)
+    return dict(zip(kernel.checks, results[start:], strict=True))
+
+
+def _unsafe(checks: Mapping[str, np.ndarray], count: int, general: AtGeneralPoses) -> np.ndarray:
+    """Where an assumption is close to failing (N,)."""
+    if not general.verified:
+        return np.ones(count, dtype=bool)
+    safe = np.isfinite(checks["trace"])
+    for name in {"loss", "rank"} & checks.keys():
+        safe &= checks[name] < _SAFE
+    if "reach" in checks:
+        safe &= checks["reach"] > SHORT
+    if "limits" in checks:
+        safe &= np.abs(checks["limits"]) > _AT_LIMIT
+    return ~safe
 
 
 @dataclass(frozen=True, repr=False)
@@ -142,3 +269,115 @@ def checked_outputs(outputs: Sequence[Output]) -> tuple[Output, ...]:
             hint="compile once for each load case",
         )
     return tuple(outputs)
+
+
+@dataclass(frozen=True, repr=False)
+class CompiledStiffness(AtGeneralPoses, ABC):
+    """Stiffness that is recorded once and evaluated at millions of poses; picklable.
+
+    Attributes
+    ----------
+    rank : int
+        At a general pose.
+    status : Status
+        At a general pose.
+    verified : bool
+        Whether the record was found to agree at generic poses with the form that recomputes unsafe
+        ones; False where those are ill-conditioned, or recorded steps reach none of them, and
+        every pose is then computed by that form.
+    kernel : Kernel
+    """
+
+    kernel: Kernel
+
+    @property
+    @abstractmethod
+    def subject(self) -> Any:
+        """The robot or linkage; its symbols are the parameters of the kernel."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters, which may differ from pose to pose."""
+        return tuple(str(symbol) for symbol in self.subject.symbols)
+
+    def __repr__(self) -> str:
+        names = ", ".join(output.name for output in self.kernel.outputs)
+        inputs = ", ".join(self.kernel.inputs)
+        return (
+            f"<{type(self).__name__} {self.subject.name!r}: {names} at {inputs}, "
+            f"{self.kernel.operations} operations>"
+        )
+
+    def evaluate(
+        self,
+        pose: Any,
+        *,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        threads: int = 1,
+    ) -> CompiledAnswer:
+        """Outputs, status and rank at many poses.
+
+        Parameters
+        ----------
+        pose : (N, n) array, JointCoordinates, or mapping of str to (N,) arrays
+            The robot's free pose coordinates, one pose a row [m, rad]; joint coordinates for a
+            serial arm. Of a linkage the coordinates of its drives, in the order of `inputs` or by
+            the names of the joints, (N, size) for a joint with several; those left out stay at
+            home. Fastest where equal coordinates of all poses lie side by side in memory.
+        parameters : mapping of str to a number or (N,) array, optional
+            Values of parameters, in SI units; nominal where left out.
+        threads : int
+
+        Raises
+        ------
+        InputError
+            When the poses or the parameters do not fit the robot.
+        """
+        threads = whole_threads(threads)
+        kernel, inputs, given, values = self._given(pose, parameters)
+        answer = attempted(kernel, inputs, self, threads)
+        for robot, rows in values.groups(answer.guarded):
+            result = self._careful(robot, pose, given[rows])
+            put_careful(answer, rows, result, self.kernel.outputs, self.rank)
+        return answer
+
+    def attempt(
+        self,
+        pose: Any,
+        *,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        threads: int = 1,
+    ) -> CompiledAnswer:
+        """As `evaluate`, but poses that are ``guarded`` are left to the caller.
+
+        What stands there in the answer must not be used.
+        """
+        threads = whole_threads(threads)
+        kernel, inputs, _, _ = self._given(pose, parameters)
+        return attempted(kernel, inputs, self, threads)
+
+    def results(
+        self, pose: Any, *, parameters: Mapping[str, ArrayLike] | None = None
+    ) -> Iterator[tuple[slice, CheckedResults]]:
+        """Which poses, and rows of results at them, in chunks of a size that suits the cache.
+
+        Each chunk must be used before the next is asked for: it takes its place. Poses that are
+        ``guarded`` are left to the caller.
+
+        Raises
+        ------
+        InputError
+            When the poses or the parameters do not fit the robot.
+        """
+        kernel, inputs, _, _ = self._given(pose, parameters)
+        yield from checked_chunks(kernel, inputs, self, slice(0, len(inputs.missed)))
+
+    @abstractmethod
+    def _given(
+        self, pose: Any, parameters: Mapping[str, ArrayLike] | None
+    ) -> tuple[Kernel, InputRows, np.ndarray, ParameterValues[Any]]:
+        """The kernel for such poses, its inputs, coordinates (N, n), and values of parameters."""
+
+    @abstractmethod
+    def _careful(self, robot: Any, pose: Any, given: np.ndarray) -> RobotStiffness:
+        """What a robot of numbers has at some coordinates of the kind of `pose`."""

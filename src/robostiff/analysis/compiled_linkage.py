@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import (
-    CompiledAnswer,
+    AtGeneralPoses,
+    CompiledStiffness,
     attempted,
-    checked_chunks,
     checked_outputs,
-    put_careful,
+    closes,
 )
-from robostiff.analysis.guarded_values import AtGeneralPoses, CheckedResults, closes
 from robostiff.analysis.kernel_inputs import InputRows, ParameterValues, with_parameters
 from robostiff.analysis.linkage_stiffness import FREE, SUBJECT, linkage_stiffness
 from robostiff.analysis.record_agreement import differences
+from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import (
     Backend,
     Derivative,
@@ -26,7 +26,6 @@ from robostiff.compiled import (
     Output,
     StiffnessMatrix,
     kernel_of,
-    whole_threads,
 )
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status
 from robostiff.errors import DisagreementError, InputError
@@ -41,110 +40,40 @@ _NEARER = 4  # how often samples are drawn nearer to home
 
 
 @dataclass(frozen=True, repr=False)
-class CompiledLinkage:
+class CompiledLinkage(CompiledStiffness):
     """A linkage whose stiffness is recorded once and evaluated at many configurations; picklable.
+
+    Unsafe configurations are recomputed as networks.
 
     Attributes
     ----------
+    rank, status, verified, kernel
+        See `CompiledStiffness`. The kernel takes the coordinates of the drives, then parameters.
     driven : DrivenLinkage
         The part between base and platform, and what drives it. Its symbols are the parameters.
-    kernel : Kernel
-        Takes the coordinates of the drives, then parameters.
-    rank : int
-        At a general pose.
-    status : Status
-        At a general pose.
-    verified : bool
-        Whether record and network were found to agree at generic poses; False where those are
-        ill-conditioned, and every pose is then computed as a network.
     """
 
     driven: DrivenLinkage
-    kernel: Kernel
-    rank: int
-    status: Status
-    verified: bool
 
-    def __repr__(self) -> str:
-        names = ", ".join(output.name for output in self.kernel.outputs)
-        return (
-            f"<CompiledLinkage {self.driven.part.name!r}: {names} at {', '.join(self.inputs)}, "
-            f"{self.kernel.operations} operations>"
-        )
+    @property
+    def subject(self) -> Linkage:
+        """The part between base and platform."""
+        return self.driven.part
 
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the coordinates that it takes."""
         return self.driven.inputs
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the parameters, which may differ from pose to pose."""
-        return tuple(str(symbol) for symbol in self.driven.part.symbols)
-
-    def evaluate(
-        self,
-        values: DriveValues,
-        *,
-        parameters: Mapping[str, ArrayLike] | None = None,
-        threads: int = 1,
-    ) -> CompiledAnswer:
-        """Outputs, status and rank at many values of the driven joints.
-
-        Parameters
-        ----------
-        values : (N, n) array, or mapping of str to (N,) arrays
-            Coordinates of the drives in the order of `inputs`, one pose a row; or by the names of
-            the joints, (N, size) for a joint with several; those left out stay at home [m, rad].
-        parameters : mapping of str to a number or (N,) array, optional
-            Values of parameters, in SI units; nominal where left out.
-        threads : int
-
-        Raises
-        ------
-        InputError
-            When the values do not fit the driven joints.
-        """
-        answer, rows, given = self._attempt(values, parameters, threads)
-        for part, again in given.groups(answer.guarded):
-            result = linkage_stiffness(replace(self.driven, part=part), rows[again])
-            put_careful(answer, again, result, self.kernel.outputs, self.rank)
-        return answer
-
-    def attempt(
-        self,
-        values: DriveValues,
-        *,
-        parameters: Mapping[str, ArrayLike] | None = None,
-        threads: int = 1,
-    ) -> CompiledAnswer:
-        """As `evaluate`, but poses that are ``guarded`` are left to the caller.
-
-        What stands there in the answer must not be used.
-        """
-        return self._attempt(values, parameters, threads)[0]
-
-    def results(
-        self, values: DriveValues, *, parameters: Mapping[str, ArrayLike] | None = None
-    ) -> Iterator[tuple[slice, CheckedResults]]:
-        """Which poses, and rows of results at them, chunk by chunk; see `CompiledRobot.results`."""
-        inputs = _as_inputs(*self._given(values, parameters))
-        general = AtGeneralPoses(self.rank, self.status, self.verified)
-        yield from checked_chunks(self.kernel, inputs, general, slice(0, len(inputs.missed)))
-
-    def _attempt(
-        self, values: DriveValues, parameters: Mapping[str, ArrayLike] | None, threads: int
-    ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues[Linkage]]:
-        threads = whole_threads(threads)
-        rows, given = self._given(values, parameters)
-        general = AtGeneralPoses(self.rank, self.status, self.verified)
-        return attempted(self.kernel, _as_inputs(rows, given), general, threads), rows, given
-
     def _given(
-        self, values: DriveValues, parameters: Mapping[str, ArrayLike] | None
-    ) -> tuple[np.ndarray, ParameterValues[Linkage]]:
-        rows = _one_a_row(self.driven, values)
-        return rows, ParameterValues.of(self.driven.part, parameters, len(rows))
+        self, pose: DriveValues, parameters: Mapping[str, ArrayLike] | None
+    ) -> tuple[Kernel, InputRows, np.ndarray, ParameterValues[Linkage]]:
+        rows = _one_a_row(self.driven, pose)
+        values = ParameterValues.of(self.driven.part, parameters, len(rows))
+        return self.kernel, _as_inputs(rows, values), rows, values
+
+    def _careful(self, robot: Linkage, pose: DriveValues, given: np.ndarray) -> RobotStiffness:
+        return linkage_stiffness(replace(self.driven, part=robot), given)
 
 
 def _one_a_row(driven: DrivenLinkage, values: DriveValues) -> np.ndarray:
@@ -239,7 +168,7 @@ def compile_driven(
             )
     kernel = kernel_of(recorded, outputs, backend)
     verified = found.is_trusted()
-    return CompiledLinkage(driven, kernel, recorded.factors.rank, recorded.status, verified)
+    return CompiledLinkage(recorded.factors.rank, recorded.status, verified, kernel, driven)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import overload
 
@@ -11,14 +11,10 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.careful_form import careful_stiffness
 from robostiff.analysis.compiled_answer import (
-    CompiledAnswer,
-    attempted,
-    checked_chunks,
+    CompiledStiffness,
     checked_outputs,
-    put_careful,
 )
 from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
-from robostiff.analysis.guarded_values import AtGeneralPoses, CheckedResults
 from robostiff.analysis.kernel_inputs import (
     InputRows,
     KernelInputs,
@@ -26,6 +22,7 @@ from robostiff.analysis.kernel_inputs import (
     with_parameters,
 )
 from robostiff.analysis.record_agreement import depends_on_what_is_held, is_trusted
+from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import (
     Backend,
     Derivative,
@@ -33,9 +30,7 @@ from robostiff.compiled import (
     Output,
     StiffnessMatrix,
     kernel_of,
-    whole_threads,
 )
-from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, posture_finder
 from robostiff.linkage import Linkage
@@ -47,140 +42,49 @@ from robostiff.recorded import (
 
 
 @dataclass(frozen=True, repr=False)
-class CompiledRobot:
+class CompiledRobot(CompiledStiffness):
     """A robot whose stiffness is recorded once and evaluated at millions of poses; picklable.
+
+    Unsafe poses are recomputed by the wrench basis form.
 
     Attributes
     ----------
+    rank, status, verified, kernel
+        See `CompiledStiffness`. The kernel takes pose coordinates; those of the legs for an arm
+        posed by its joints, and where the closure of the legs has no record: poses are then closed
+        by iteration before.
     robot : Robot
         Its symbols are the parameters of the kernel.
-    kernel : Kernel
-        Takes pose coordinates; those of the legs for an arm posed by its joints, and where the
-        closure of the legs has no record: poses are then closed by iteration before.
     joint_kernel : Kernel or None
         Takes leg coordinates: of an arm, or it is the kernel itself.
-    rank : int
-        At a general pose.
-    status : Status
-        At a general pose.
-    verified : bool
-        Whether record and wrench basis form were found to agree at generic poses; False where those
-        are ill-conditioned, or recorded steps reach none of them, and every pose is then computed
-        by the latter.
     """
 
     robot: Robot
-    kernel: Kernel
     joint_kernel: Kernel | None
-    rank: int
-    status: Status
-    verified: bool
 
-    def __repr__(self) -> str:
-        names = ", ".join(output.name for output in self.kernel.outputs)
-        inputs = ", ".join(self.kernel.inputs)
-        return (
-            f"<CompiledRobot {self.robot.name!r}: {names} at {inputs}, "
-            f"{self.kernel.operations} operations>"
-        )
+    @property
+    def subject(self) -> Robot:
+        """The robot."""
+        return self.robot
 
     @property
     def takes_joints(self) -> bool:
         """Whether it answers at coordinates of legs."""
         return self.joint_kernel is not None
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the parameters, which may differ from pose to pose."""
-        return tuple(str(symbol) for symbol in self.robot.symbols)
-
-    def evaluate(
-        self,
-        pose: Pose,
-        *,
-        parameters: Mapping[str, ArrayLike] | None = None,
-        threads: int = 1,
-    ) -> CompiledAnswer:
-        """Outputs, status and rank at many poses.
-
-        Parameters
-        ----------
-        pose : (N, n) array or JointCoordinates
-            The robot's free pose coordinates, one pose a row [m, rad]; joint coordinates for a
-            serial arm. Fastest where equal coordinates of all poses lie side by side in memory.
-        parameters : mapping of str to a number or (N,) array, optional
-            Values of parameters, in SI units; nominal where left out.
-        threads : int
-
-        Raises
-        ------
-        InputError
-            When the poses or the parameters do not fit the robot.
-        """
-        answer, given, values = self._attempt(pose, parameters, threads)
-        by_joints = isinstance(pose, JointCoordinates)
-        for robot, rows in values.groups(answer.guarded):
-            some = JointCoordinates(given[rows]) if by_joints else given[rows]
-            self._compute_again(robot, some, rows, answer)
-        return answer
-
-    def attempt(
-        self,
-        pose: Pose,
-        *,
-        parameters: Mapping[str, ArrayLike] | None = None,
-        threads: int = 1,
-    ) -> CompiledAnswer:
-        """As `evaluate`, but poses that are ``guarded`` are left to the caller.
-
-        What stands there in the answer must not be used.
-        """
-        return self._attempt(pose, parameters, threads)[0]
-
-    def results(
-        self, pose: Pose, *, parameters: Mapping[str, ArrayLike] | None = None
-    ) -> Iterator[tuple[slice, CheckedResults]]:
-        """Which poses, and rows of results at them, in chunks of a size that suits the cache.
-
-        Each chunk must be used before the next is asked for: it takes its place. Poses that are
-        ``guarded`` are left to the caller.
-
-        Raises
-        ------
-        InputError
-            When the poses or the parameters do not fit the robot.
-        """
-        inputs, _, _ = self._inputs_of(pose, parameters)
-        general = AtGeneralPoses(self.rank, self.status, self.verified)
-        whole = slice(0, len(inputs.missed))
-        yield from checked_chunks(self._kernel_for(pose), inputs, general, whole)
-
-    def _attempt(
-        self, pose: Pose, parameters: Mapping[str, ArrayLike] | None, threads: int
-    ) -> tuple[CompiledAnswer, np.ndarray, ParameterValues[Robot]]:
-        threads = whole_threads(threads)
-        inputs, given, parameter_values = self._inputs_of(pose, parameters)
-        general = AtGeneralPoses(self.rank, self.status, self.verified)
-        answer = attempted(self._kernel_for(pose), inputs, general, threads)
-        return answer, given, parameter_values
-
-    def _inputs_of(
+    def _given(
         self, pose: Pose, parameters: Mapping[str, ArrayLike] | None
-    ) -> tuple[InputRows, np.ndarray, ParameterValues[Robot]]:
-        inputs = _inputs_of(self.robot, self._kernel_for(pose), self.joint_kernel)
+    ) -> tuple[Kernel, InputRows, np.ndarray, ParameterValues[Robot]]:
+        by_joints = self.joint_kernel if isinstance(pose, JointCoordinates) else None
+        kernel = by_joints or self.kernel
+        inputs = _inputs_of(self.robot, kernel, self.joint_kernel)
         given = inputs.checked(pose)
         values = ParameterValues.of(self.robot, parameters, len(given))
-        return inputs.rows(pose, given, values), given, values
+        return kernel, inputs.rows(pose, given, values), given, values
 
-    def _kernel_for(self, pose: Pose) -> Kernel:
-        by_joints = self.joint_kernel if isinstance(pose, JointCoordinates) else None
-        return by_joints or self.kernel
-
-    def _compute_again(
-        self, robot: Robot, pose: Pose, rows: np.ndarray, answer: CompiledAnswer
-    ) -> None:
-        result = careful_stiffness(robot, pose)
-        put_careful(answer, rows, result, self.kernel.outputs, self.rank)
+    def _careful(self, robot: Robot, pose: Pose, given: np.ndarray) -> RobotStiffness:
+        some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given
+        return careful_stiffness(robot, some)
 
 
 @overload
@@ -294,7 +198,7 @@ def compile_robot(
     inputs = _inputs_of(robot, kernel, joint_kernel)
     verified = is_trusted(recorded, inputs, finder)
     rank, status = recorded.factors.rank, recorded.status
-    return CompiledRobot(robot, kernel, joint_kernel, rank, status, verified)
+    return CompiledRobot(rank, status, verified, kernel, robot, joint_kernel)
 
 
 def _within_its_space(robot: Robot) -> Robot:

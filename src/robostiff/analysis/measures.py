@@ -1,11 +1,22 @@
-"""Measures of stiffness as formulas of K and C, and principal values; NaN where there is none."""
+"""Measures of stiffness as formulas of K and C, and of results; NaN where there is none."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from robostiff.analysis.leg_loads import leg_loads, loads_known
+from robostiff.analysis.result import RobotStiffness
+from robostiff.compiled import (
+    ComplianceMatrix,
+    DeflectionUnder,
+    Output,
+    PrincipalStiffness,
+    StiffnessMatrix,
+    WorstDeflection,
+)
 from robostiff.elastostatics import scaling
-from robostiff.spatial import Space
+from robostiff.errors import InputError
+from robostiff.spatial import Space, move_stiffness, move_twist, move_wrench
 from robostiff.spatial.batch import empty_batch
 
 _SWEEPS = 12
@@ -176,3 +187,87 @@ def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[st
         ),
         "log10_determinant": np.sum(logarithms, axis=-1),
     }
+
+
+def origin_to_reference(result: RobotStiffness) -> np.ndarray:
+    """From the origin of a result to its reference point (N, 3) or (N, 2) [m]."""
+    v = result.reference_point - result.origin
+    return v if result.space is Space.SPATIAL else v[:, :2]
+
+
+def stiffness_where_answered(result: RobotStiffness) -> np.ndarray:
+    """Stiffness matrices (N, n, n); NaN where there is none."""
+    v = origin_to_reference(result)
+    K = result.about_reference.matrix
+    K = move_stiffness(K, v) if np.any(v) else K
+    return _only(result.answered, K)
+
+
+def compliance_where_answered(result: RobotStiffness) -> np.ndarray:
+    """Compliance matrices (N, n, n); NaN where there is none."""
+    known = result.has_compliance
+    C = empty_batch(known.shape, result.about_reference.matrix.shape[1:])
+    C[...] = np.nan
+    if np.any(known):
+        C[known] = result[known].compliance
+    return C
+
+
+def _only(where: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values with NaN elsewhere."""
+    if np.all(where):
+        return values
+    return np.where(where.reshape(-1, *[1] * (values.ndim - 1)), values, np.nan)
+
+
+def values_of(output: Output, result: RobotStiffness) -> tuple[np.ndarray, np.ndarray]:
+    """Values (N, ...) of an output, and where a load of its own drives a free motion (N,).
+
+    Not a number where there are none, which the status explains.
+    """
+    balanced = np.zeros(result.batch_shape, dtype=bool)
+    match output:
+        case StiffnessMatrix():
+            return stiffness_where_answered(result), balanced
+        case ComplianceMatrix():
+            return compliance_where_answered(result), balanced
+        case DeflectionUnder():
+            return twists_under(result, np.array(output.wrench))
+        case WorstDeflection():
+            worst = worst_deflection(compliance_where_answered(result))["worst_deflection"]
+            return worst, balanced
+        case PrincipalStiffness():
+            blocks = principal_stiffnesses(stiffness_where_answered(result))
+            return np.concatenate(list(blocks.values()), axis=-1), balanced
+    raise InputError("output", got=output.name, expected="an output with a batched form")
+
+
+def twists_under(result: RobotStiffness, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Twists of the reference point under a wrench, and where the load drives a free motion.
+
+    The least displacement, where free motions remain that the load does not feel.
+
+    Parameters
+    ----------
+    result : RobotStiffness
+        At N poses.
+    wrench : (n,) array
+        About the reference point [N, N m].
+
+    Returns
+    -------
+    twist : (N, n) array
+        [m, rad]; NaN where there is none.
+    unbalanced : (N,) array of bool
+    """
+    twist = np.einsum("...ij,j->...i", compliance_where_answered(result), wrench)
+    unbalanced = np.zeros(len(twist), dtype=bool)
+    rows = np.flatnonzero(loads_known(result) & np.isnan(twist[:, 0]))
+    if len(rows):
+        to_origin = -origin_to_reference(result)[rows]
+        F = move_wrench(np.broadcast_to(wrench, (len(rows), len(wrench))), to_origin)
+        loads = leg_loads(result[rows], F)
+        if loads is not None:
+            t = np.where(loads.balanced[:, None], loads.twist, np.nan)
+            twist[rows], unbalanced[rows] = move_twist(t, -to_origin), ~loads.balanced
+    return twist, unbalanced

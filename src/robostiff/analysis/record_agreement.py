@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robostiff.analysis.careful_form import AskedPoses, careful_stiffness
-from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results, closes
+from robostiff.analysis.compiled_answer import AtGeneralPoses, checked_results, closes
 from robostiff.analysis.kernel_inputs import InputRows, KernelInputs, ParameterValues
 from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import Backend, Kernel, StiffnessMatrix, kernel_of, unpack

@@ -9,21 +9,19 @@ from typing import Any, Protocol
 import numpy as np
 
 from robostiff.analysis.careful_form import careful_stiffness
+from robostiff.analysis.compiled_answer import CheckedResults
 from robostiff.analysis.compiled_linkage import CompiledLinkage, compile_linkage
 from robostiff.analysis.compiled_robot import CompiledRobot, compile_robot
-from robostiff.analysis.guarded_values import (
-    CheckedResults,
-    compliance_where_answered,
-    origin_to_reference,
-    stiffness_where_answered,
-    twists_under,
-)
 from robostiff.analysis.leg_loads import leg_loads
 from robostiff.analysis.maps.pose_columns import PoseColumns
 from robostiff.analysis.maps.variables import Quantity, Variable, map_variables
 from robostiff.analysis.measures import (
+    compliance_where_answered,
+    origin_to_reference,
     principal_stiffnesses,
     stiffness_indices,
+    stiffness_where_answered,
+    twists_under,
     worst_deflection,
 )
 from robostiff.analysis.result import RobotStiffness

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.guarded_values import AtGeneralPoses
+from robostiff.analysis.compiled_answer import AtGeneralPoses
 from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
 from robostiff.compiled import ArrayCode, Backend, Kernel, MachineCode, StiffnessMatrix
 from robostiff.compiled.closed import ClosedCode

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from robostiff.analysis.guarded_values import AtGeneralPoses, checked_results
+from robostiff.analysis.compiled_answer import AtGeneralPoses, checked_results
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.compiled import Kernel, unpack
 from robostiff.compiled.closed import ClosedCode
