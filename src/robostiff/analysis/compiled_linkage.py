@@ -17,7 +17,7 @@ from robostiff.analysis.compiled_answer import (
 )
 from robostiff.analysis.kernel_inputs import InputRows, ParameterValues, with_parameters
 from robostiff.analysis.linkage_stiffness import FREE, SUBJECT, linkage_stiffness
-from robostiff.analysis.record_agreement import differences
+from robostiff.analysis.measures import differences
 from robostiff.analysis.result import RobotStiffness
 from robostiff.compiled import (
     Backend,

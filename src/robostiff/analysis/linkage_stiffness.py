@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robostiff.analysis.careful_form import DEFAULT_METHOD
+from robostiff.analysis.measures import differences
 from robostiff.analysis.result import RobotStiffness, StructuralAnalysis
 from robostiff.analysis.robot_record import Costs, KeptRecord, RecordedAnswer
 from robostiff.elastostatics import (
@@ -295,8 +296,6 @@ def _with_flags(whole: CartesianStiffness, flags: np.uint8) -> CartesianStiffnes
 
 def _lost_digits(driven: DrivenLinkage, found: Configuration, own: RobotStiffness) -> int:
     """``ILL_CONDITIONED`` where loops near a singular configuration leave K too few digits."""
-    from robostiff.analysis.record_agreement import differences
-
     near = as_rounded(driven.part, found, frozenset(driven.drives))
     if near is found:
         return 0

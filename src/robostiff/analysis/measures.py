@@ -1,6 +1,8 @@
-"""Measures of stiffness as formulas of K and C, and of results; NaN where there is none."""
+"""Measures of stiffness as formulas of K and C, and of results, and how far results differ."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -14,13 +16,16 @@ from robostiff.compiled import (
     StiffnessMatrix,
     WorstDeflection,
 )
-from robostiff.elastostatics import scaling
+from robostiff.elastostatics import Status
+from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError
 from robostiff.spatial import Space, move_stiffness, move_twist, move_wrench
 from robostiff.spatial.batch import empty_batch
 
 _SWEEPS = 12
 _DONE = 1e-30  # of squares: rounding
+# Of the size of an entry: by what equal matrices may differ.
+_AGREEMENT = 1e-9
 
 
 def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
@@ -271,3 +276,63 @@ def twists_under(result: RobotStiffness, wrench: np.ndarray) -> tuple[np.ndarray
             t = np.where(loads.balanced[:, None], loads.twist, np.nan)
             twist[rows], unbalanced[rows] = move_twist(t, -to_origin), ~loads.balanced
     return twist, unbalanced
+
+
+def differences(
+    K: np.ndarray,
+    rank: np.ndarray,
+    status_codes: np.ndarray,
+    careful: RobotStiffness,
+    *,
+    free: float,
+) -> Iterator[tuple[int, float | str]]:
+    """Numbers of the poses at which a record differs from the careful form, and by how much.
+
+    Parameters
+    ----------
+    K : (N, n, n) array
+        Of the record, about the reference point.
+    rank, status_codes : (N,) arrays
+        Of the record.
+    careful : RobotStiffness
+        At the same poses, of any batch shape.
+    free : float
+        Of the largest size: what rounding leaves of zero.
+
+    Yields
+    ------
+    tuple of int and (float or str)
+        Differences of the status first, then of the rank, then of K, the largest first; none within
+        rounding.
+    """
+    codes, ranks = careful.status_codes.reshape(-1), careful.rank.reshape(-1)
+    alike = status_codes == codes
+    for i in np.flatnonzero(~alike).tolist():
+        yield i, f"on the status, {Status(int(status_codes[i]))} and {Status(int(codes[i]))},"
+    for i in np.flatnonzero(alike & (rank != ranks)).tolist():
+        yield i, f"on the rank, {int(rank[i])} and {int(ranks[i])},"
+    rows = np.flatnonzero(alike & (rank == ranks) & careful.answered.reshape(-1))
+    if not rows.size:
+        return
+    own = careful.matrix.reshape(-1, *K.shape[1:])[rows]
+    scale = scaling(careful.about_reference.length.reshape(-1)[rows], careful.space)
+    distance = distances(K[rows], own, scale, free)
+    for i in np.argsort(-distance).tolist():
+        if not distance[i] <= _AGREEMENT:
+            yield int(rows[i]), float(distance[i])
+
+
+def distances(K: np.ndarray, other: np.ndarray, scale: np.ndarray, free: float) -> np.ndarray:
+    """How far stiffness matrices are from others, (..., n, n) each; scale (..., n) of wrenches.
+
+    Entries are judged by sqrt(K_ii K_jj) of the other, those of free motions not by zero. Where the
+    other vanishes as a whole, as that of legs that transmit nothing does, the distance is 0 or
+    infinite.
+    """
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", other), 0.0)) / scale
+    size = np.maximum(size, free * np.max(size, axis=-1, keepdims=True)) * scale
+    each = size[..., :, None] * size[..., None, :]
+    apart = np.abs(K - other)
+    parts = np.where(apart == 0, 0.0, np.inf)
+    np.divide(apart, each, out=parts, where=each > 0)
+    return np.max(parts, axis=(-1, -2))

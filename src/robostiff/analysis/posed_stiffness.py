@@ -252,7 +252,7 @@ def _check_agreement(
     asked: Asked, rows: np.ndarray, recorded: RecordedAnswer, careful: RobotStiffness
 ) -> None:
     """Raise where the record and the careful form give different results at a pose."""
-    from robostiff.analysis.record_agreement import differences
+    from robostiff.analysis.measures import differences
 
     K, rank, codes = recorded.K, recorded.rank, recorded.status_codes
     for i, distance in differences(K, rank, codes, careful, free=asked.free):

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.analysis.careful_form import careful_stiffness
-from robostiff.analysis.record_agreement import differences
+from robostiff.analysis.measures import differences
 from robostiff.cli.main import app
 from robostiff.errors import DisagreementError
 from robostiff.recorded import RecordedRobot
@@ -126,14 +126,14 @@ def test_differences_are_found_pose_by_pose_also_without_any_stiffness():
     home = rs.find_posture(robot).pose
     careful = careful_stiffness(robot, np.tile(home, (3, 1)))
     K, rank, codes = careful.matrix, careful.rank, careful.status_codes
-    assert list(differences(K, rank, codes, careful)) == []
+    assert list(differences(K, rank, codes, careful, free=1e-6)) == []
     wrong = K.copy()
     wrong[0, 0, 0] *= 1 + 1e-8
     wrong[2, 4, 4] *= 1 + 1e-6
-    found = list(differences(wrong, rank - [0, 1, 0], codes, careful))
+    found = list(differences(wrong, rank - [0, 1, 0], codes, careful, free=1e-6))
     assert [pose for pose, _ in found] == [1, 2, 0]
     assert found[0][1] == "on the rank, 5 and 6,"
     assert [found[1][1], found[2][1]] == pytest.approx([1e-6, 1e-8], rel=1e-6)
     nothing = replace(careful, about_reference=replace(careful.about_reference, matrix=0 * K))
-    assert list(differences(0 * K, rank, codes, nothing)) == []
-    assert [pose for pose, _ in differences(wrong, rank, codes, nothing)] == [0, 1, 2]
+    assert list(differences(0 * K, rank, codes, nothing, free=1e-6)) == []
+    assert [pose for pose, _ in differences(wrong, rank, codes, nothing, free=1e-6)] == [0, 1, 2]
