@@ -111,18 +111,8 @@ def compile_linkage(
     in the loops are eliminated by the passive joints, and K follows from the energy of the rest.
     Poses where a check of the record fails are computed again as networks.
 
-    Parameters
-    ----------
-    linkage : Linkage
-    outputs : sequence of Output
-        As for robots; ``Derivative(output, "crank")`` with a coordinate of a driven joint.
-    joints : sequence of str, optional
-        Names of the joints that drive it; all actuated ones when left out. The other ones follow,
-        as in ``linkage.network_at``.
-    parameters : sequence of str
-        Names of symbols that stay open, to be given with the poses.
-    backend : Backend
-        ``Backend.MACHINE``, ``Backend.ARRAYS``, or the ``BEST`` there is.
+    Arguments are those of `compile_robot`; ``Derivative(output, "crank")`` with a coordinate of a
+    driven joint.
 
     Raises
     ------

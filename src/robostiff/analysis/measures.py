@@ -34,10 +34,6 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
     Cyclic Jacobi rotations on all matrices side by side: as accurate as LAPACK's, and several times
     faster on a batch.
 
-    Parameters
-    ----------
-    A : (N, n, n) array
-
     References
     ----------
     Golub, Van Loan: Matrix Computations, 4th ed., section 8.5.
@@ -96,13 +92,9 @@ def _ascending(values: np.ndarray) -> np.ndarray:
 
 
 def principal_stiffnesses(K: np.ndarray) -> dict[str, np.ndarray]:
-    """Eigenvalues of the two diagonal blocks of K [N/m], [N m/rad], ascending.
+    """Eigenvalues of the two diagonal blocks of K (N, n, n) [N/m], [N m/rad], ascending.
 
     They depend on the reference point, not on the directions of the axes; neither mixes units.
-
-    Parameters
-    ----------
-    K : (N, n, n) array
 
     Examples
     --------
@@ -122,15 +114,10 @@ def principal_stiffnesses(K: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def worst_deflection(C: np.ndarray) -> dict[str, np.ndarray]:
-    """Largest displacement per unit force over all directions of the force [m/N].
+    """Largest displacement per unit force over all directions of the force (N,) [m/N].
 
-    The largest eigenvalue of the displacement-force block of the compliance: no moment acts, and
-    the platform may turn.
-
-    Parameters
-    ----------
-    C : (N, n, n) array
-        Compliance [m/N, 1/N, rad/(N m)].
+    The largest eigenvalue of the displacement-force block of the compliance (N, n, n): no moment
+    acts, and the platform may turn.
 
     Examples
     --------

@@ -196,7 +196,7 @@ class RobotStiffness(InNotebooks):
     @property
     def free_motions(self) -> tuple[FreeMotion, ...]:
         """Free motions of the platform, at a single pose."""
-        if self._unreachable:
+        if Status.UNREACHABLE in self.status:
             return ()
         # About the robot's own point: from far away every rotation resembles a translation.
         length = float(self.about_reference.length)
@@ -276,10 +276,6 @@ class RobotStiffness(InNotebooks):
     def _reason(self) -> str:
         """Why the form refused, where it did."""
         return self.about_reference.reason
-
-    @property
-    def _unreachable(self) -> bool:
-        return Status.UNREACHABLE in self.status
 
     def _require_answer(self) -> None:
         if np.all(self.answered):

@@ -158,14 +158,7 @@ class LegMatrices:
 
 @dataclass(frozen=True)
 class SolvedBlock:
-    """A parallel block with the matrices of its branches.
-
-    Attributes
-    ----------
-    placed : PlacedBlock
-    whole : BlockCompliance
-    branches : tuple of LegMatrices
-    """
+    """A parallel block with the matrices of its branches."""
 
     placed: PlacedBlock
     whole: BlockCompliance

@@ -95,6 +95,11 @@ def room_for(variables: Iterable[Variable], count: int) -> dict[str, np.ndarray]
     return {v.name: empty_batch((count,), v.shape, v.dtype) for v in variables}
 
 
+def poses_at(poses: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Some of the poses, equal coordinates side by side in memory as before."""
+    return np.ascontiguousarray(poses.T[:, rows]).T
+
+
 @dataclass(frozen=True)
 class BatchedEvaluator:
     """The wrench basis form on batches of poses, or networks, as `stiffness` has them.
@@ -212,13 +217,7 @@ _WORST = WorstDeflection()
 
 @dataclass(frozen=True)
 class CompiledEvaluator:
-    """The kernel of a robot, guarded by the batched form of the same quantities.
-
-    Attributes
-    ----------
-    compiled : CompiledRobot or CompiledLinkage
-    batched : BatchedEvaluator
-    """
+    """The kernel of a robot, guarded by the batched form of the same quantities."""
 
     compiled: CompiledRobot | CompiledLinkage
     batched: BatchedEvaluator
@@ -279,8 +278,7 @@ class CompiledEvaluator:
             guarded[where] = found.guarded
         rows = np.flatnonzero(guarded)
         if rows.size:
-            again = np.ascontiguousarray(poses.T[:, rows]).T
-            for name, values in self.batched.evaluate(again).items():
+            for name, values in self.batched.evaluate(poses_at(poses, rows)).items():
                 out[name][rows] = values
         return {**out, "guarded": guarded}
 

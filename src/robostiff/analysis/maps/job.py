@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.maps.evaluator import Evaluator
+from robostiff.analysis.maps.evaluator import Evaluator, poses_at
 from robostiff.analysis.maps.pose_columns import PoseColumns, PoseSource
 from robostiff.analysis.maps.variables import EXCLUDED, Variable
 from robostiff.elastostatics import Status
@@ -100,14 +100,7 @@ class MapSummary:
 def summarize(
     arrays: Mapping[str, np.ndarray], variables: Iterable[Variable], guarded: int
 ) -> MapSummary:
-    """Summary of a block.
-
-    Parameters
-    ----------
-    arrays : mapping of str to (..., N) arrays
-    variables : iterable of Variable
-    guarded : int
-    """
+    """Summary of a block of arrays (..., N)."""
     status = arrays["status"]
     codes = np.bincount(status)
     ranges: dict[str, tuple[float, float]] = {}
@@ -228,15 +221,7 @@ class PoseBlock:
 
 @dataclass(frozen=True)
 class MapJob:
-    """Everything that a worker needs; picklable.
-
-    Attributes
-    ----------
-    evaluator : Evaluator
-    columns : PoseColumns
-    source : PoseSource
-    where : Selection or None
-    """
+    """Everything that a worker needs; picklable."""
 
     evaluator: Evaluator
     columns: PoseColumns
@@ -318,12 +303,8 @@ class MapJob:
             for variable in self.evaluator.variables:
                 missing = EXCLUDED if variable.name == "status" else variable.missing
                 out[variable.name][...] = missing
-            found = self.evaluator.evaluate(_side_by_side(poses, chosen)) if chosen.any() else {}
+            found = self.evaluator.evaluate(poses_at(poses, chosen)) if chosen.any() else {}
             for name in places.keys() & found.keys():
                 places[name][chosen] = found[name]
         guarded = int(np.count_nonzero(found["guarded"])) if "guarded" in found else 0
         return PoseBlock(out, summarize(out, self.evaluator.variables, guarded))
-
-
-def _side_by_side(poses: np.ndarray, chosen: np.ndarray | None) -> np.ndarray:
-    return np.ascontiguousarray(poses.T[:, chosen]).T

@@ -209,7 +209,7 @@ def pose_columns(robot: Robot | Linkage, used: Sequence[str]) -> PoseColumns:
 
 
 def _of_drives(linkage: Linkage, used: Sequence[str]) -> PoseColumns:
-    every = named_joints(linkage)
+    every = {name: c.name for c in linkage.connections for name in coordinate_names(c)}
     strange = [name for name in used if name not in every]
     if strange or not used:
         raise InputError(
@@ -228,11 +228,6 @@ def _of_drives(linkage: Linkage, used: Sequence[str]) -> PoseColumns:
     sizes = tuple((name, driven.home.coordinates[name].size) for name in driven.drives)
     home = tuple(driven.at_home.tolist())
     return PoseColumns(driven.inputs, driven.units, home, of_joints=True, drives=sizes)
-
-
-def named_joints(linkage: Linkage) -> dict[str, str]:
-    """The joint of each coordinate, by its name."""
-    return {name: c.name for c in linkage.connections for name in coordinate_names(c)}
 
 
 def coordinate_units(robot: Robot | Linkage) -> dict[str, str]:

@@ -38,22 +38,17 @@ class StoredArray:
 
     Attributes
     ----------
-    shape, chunk : tuple of int
+    chunk : tuple of int
+        Shape of a chunk.
     bytes_a_value : int
         0 of words, whose lengths differ.
     is_packed : bool
         Whether its chunks are compressed.
     """
 
-    shape: tuple[int, ...]
     chunk: tuple[int, ...]
     bytes_a_value: int
     is_packed: bool
-
-    @property
-    def pieces(self) -> tuple[int, ...]:
-        """How many chunks lie along each axis."""
-        return tuple(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True))
 
     @property
     def chunk_bytes(self) -> int:
@@ -197,7 +192,7 @@ def _array(path: Path, name: str, described: Mapping[str, Any]) -> StoredArray:
     names = [codec.get("name") for codec in codecs or [] if isinstance(codec, dict)]
     if names != [codec for codec in _CODECS if codec in names] or names[-1:] != ["crc32c"]:
         raise damaged(path, f"codecs of {name!r} that robostiff does not write")
-    return StoredArray(shape, chunk, size, "blosc" in names)
+    return StoredArray(chunk, size, "blosc" in names)
 
 
 def _sizes(given: Any) -> tuple[int, ...] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 
@@ -214,85 +214,75 @@ def actuator_labels(robot: Robot | Linkage) -> tuple[tuple[str, ...], str]:
     return tuple(names), units.pop() if len(units) == 1 else "N or N m"
 
 
-def _of(quantity: Quantity, robot: Robot | Linkage) -> list[Variable]:
+def _of(quantity: Quantity, robot: Robot | Linkage) -> Iterator[Variable]:
     space = robot.space
     d, n = space.translations, space.size
     twist = space.twist_order
     match quantity:
         case Quantity.STIFFNESS:
-            return [
-                Variable(
-                    "K",
-                    ("row", "column"),
-                    (n, n),
-                    "",
-                    "Cartesian stiffness matrix about the reference point, world axes",
-                    dtype="float64",
-                    labels=(space.wrench_order, twist),
-                    note="force or moment (row) per displacement or rotation (column)",
-                )
-            ]
+            yield Variable(
+                "K",
+                ("row", "column"),
+                (n, n),
+                "",
+                "Cartesian stiffness matrix about the reference point, world axes",
+                dtype="float64",
+                labels=(space.wrench_order, twist),
+                note="force or moment (row) per displacement or rotation (column)",
+            )
         case Quantity.PRINCIPAL_STIFFNESS:
-            return [
-                Variable(
-                    "translational_stiffness",
-                    ("principal_translation",),
-                    (d,),
-                    "N/m",
-                    "eigenvalues of the force-displacement block of K, rotations held; ascending",
-                ),
-                Variable(
-                    "rotational_stiffness",
-                    ("principal_rotation",),
-                    (n - d,),
-                    "N m/rad",
-                    "eigenvalues of the moment-rotation block of K, displacements held; ascending",
-                ),
-            ]
+            yield Variable(
+                "translational_stiffness",
+                ("principal_translation",),
+                (d,),
+                "N/m",
+                "eigenvalues of the force-displacement block of K, rotations held; ascending",
+            )
+            yield Variable(
+                "rotational_stiffness",
+                ("principal_rotation",),
+                (n - d,),
+                "N m/rad",
+                "eigenvalues of the moment-rotation block of K, displacements held; ascending",
+            )
         case Quantity.WORST_DEFLECTION:
-            return [
-                Variable(
-                    "worst_deflection",
-                    (),
-                    (),
-                    "m/N",
-                    "largest displacement per unit force over all directions, no moment",
-                    note="none where a force can drive a free motion",
-                )
-            ]
+            yield Variable(
+                "worst_deflection",
+                (),
+                (),
+                "m/N",
+                "largest displacement per unit force over all directions, no moment",
+                note="none where a force can drive a free motion",
+            )
         case Quantity.INDICES:
-            return [
-                Variable("smallest_eigenvalue", (), (), "N/m", "of K scaled to lengths"),
-                Variable("largest_eigenvalue", (), (), "N/m", "of K scaled to lengths"),
-                Variable("isotropy", (), (), "1", "smallest over largest eigenvalue of K, 0 to 1"),
-                Variable(
-                    "log10_determinant",
-                    (),
-                    (),
-                    "1",
-                    "log10 of the determinant of K scaled to N/m",
-                    note="none where K is singular",
-                ),
-            ]
+            yield Variable("smallest_eigenvalue", (), (), "N/m", "of K scaled to lengths")
+            yield Variable("largest_eigenvalue", (), (), "N/m", "of K scaled to lengths")
+            yield Variable("isotropy", (), (), "1", "smallest over largest eigenvalue of K, 0 to 1")
+            yield Variable(
+                "log10_determinant",
+                (),
+                (),
+                "1",
+                "log10 of the determinant of K scaled to N/m",
+                note="none where K is singular",
+            )
         case Quantity.DEFLECTION:
-            return [
-                Variable(
-                    "displacement",
-                    ("displacement_axis",),
-                    (d,),
-                    "m",
-                    "displacement of the reference point under the wrench",
-                    labels=(twist[:d],),
-                ),
-                Variable(
-                    "rotation",
-                    ("rotation_axis",),
-                    (n - d,),
-                    "rad",
-                    "rotation of the platform under the wrench",
-                    labels=(twist[d:],),
-                ),
-            ]
+            yield Variable(
+                "displacement",
+                ("displacement_axis",),
+                (d,),
+                "m",
+                "displacement of the reference point under the wrench",
+                labels=(twist[:d],),
+            )
+            yield Variable(
+                "rotation",
+                ("rotation_axis",),
+                (n - d,),
+                "rad",
+                "rotation of the platform under the wrench",
+                labels=(twist[d:],),
+            )
         case Quantity.ACTUATOR_FORCES:
             names, unit = actuator_labels(robot)
             if not names:
@@ -301,14 +291,12 @@ def _of(quantity: Quantity, robot: Robot | Linkage) -> list[Variable]:
                     got="no actuated joint",
                     expected="at least one",
                 )
-            return [
-                Variable(
-                    "actuator_force",
-                    ("actuator",),
-                    (len(names),),
-                    unit,
-                    "load on the actuator along its coordinate under the wrench",
-                    labels=(names,),
-                    note="the drive holds the opposite",
-                )
-            ]
+            yield Variable(
+                "actuator_force",
+                ("actuator",),
+                (len(names),),
+                unit,
+                "load on the actuator along its coordinate under the wrench",
+                labels=(names,),
+                note="the drive holds the opposite",
+            )
