@@ -28,7 +28,7 @@ from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
 from robostiff.model.cable import CableRobot
-from robostiff.spatial import Space
+from robostiff.spatial import Space, move_wrench
 
 
 @dataclass(frozen=True, repr=False)
@@ -172,7 +172,7 @@ class CableStiffness(CableAnswer):
         """The same answer about another point of the platform (..., 3), in the world [m]."""
         placed = self.placed.about(point)
         v = placed.reference_point - self.reference_point
-        wrench = moved_wrench(self.wrench, v, self.space)
+        wrench = move_wrench(self.wrench, v[..., : self.space.translations])
         return replace(self, placed=placed, wrench=wrench)
 
     def __repr__(self) -> str:
@@ -201,9 +201,8 @@ class CableStiffness(CableAnswer):
     def _require_answer(self) -> None:
         if np.all(self.answered):
             return
-        advice = " ".join(
-            f"{line}." for line in CableStatus(self.status & WITHOUT_STIFFNESS).advice
-        )
+        why = CableStatus(self.status & WITHOUT_STIFFNESS)
+        advice = " ".join(f"{line}." for line in why.advice)
         where = "at this pose"
         if self.batch_shape:
             poses = np.count_nonzero(~self.answered)
@@ -235,14 +234,6 @@ def stability_of(result: CableStiffness) -> Stability:
     size = max(size, float(np.abs(tension / scale).max()))
     W = structure_matrix(result.placed)[:, result.axial > 0] / s[:, None]
     return stability(W, result.K / scale, size, result.tolerance)
-
-
-def moved_wrench(wrench: np.ndarray, v: np.ndarray, space: Space) -> np.ndarray:
-    """Wrench about a reference point that is v (..., 3) further, in space or in the plane."""
-    six = np.zeros((*wrench.shape[:-1], 6))
-    six[..., list(space.rows)] = wrench
-    six[..., 3:] -= np.cross(v, six[..., :3])
-    return six[..., list(space.rows)]
 
 
 def cable_stiffness(

@@ -198,7 +198,9 @@ def compile_robot(
     for output in outputs:
         _check_derivative(output, robot, recorded)
     joint_kernel = None
-    if recorded.closure is not None and robot.is_serial and not _by_pose(outputs):
+    names = {coordinate.value for coordinate in ALL_COORDINATES}
+    by_pose = any(isinstance(output, Derivative) and output.by in names for output in outputs)
+    if recorded.closure is not None and robot.is_serial and not by_pose:
         joint_kernel = kernel_of(replace(recorded, closure=None), outputs, backend)
     kernel = kernel_of(recorded, outputs, backend)
     if recorded.joints and recorded.closure is None:
@@ -213,12 +215,6 @@ def _within_its_space(robot: Robot) -> Robot:
     """The robot without the coordinates that leave its plane, which are those of home."""
     inside = [ALL_COORDINATES[row] for row in robot.space.rows]
     return replace(robot, coordinates=tuple(c for c in robot.coordinates if c in inside))
-
-
-def _by_pose(outputs: Sequence[Output]) -> bool:
-    """Whether an output is a derivative by a pose coordinate."""
-    names = {coordinate.value for coordinate in ALL_COORDINATES}
-    return any(isinstance(output, Derivative) and output.by in names for output in outputs)
 
 
 def _check_derivative(output: Output, robot: Robot, recorded: RecordedRobot) -> None:
@@ -265,18 +261,10 @@ def is_trusted(recorded: RecordedRobot, inputs: KernelInputs, finder: PostureFin
     DisagreementError
         When they give different results at a pose where both are well conditioned.
     """
-    robot = inputs.robot
     general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
     kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
-    trusted = True
-    for seed in (None, _OTHER_SEED):
-        at = _Sampled.of(robot, finder, kernel, inputs, (seed, 0))
-        for nearer in range(1, _NEARER):
-            if at.met.any():
-                break
-            at = _Sampled.of(robot, finder, kernel, inputs, (seed, nearer))
-        trusted &= bool(at.met.any()) and at.agrees(general)
-    return trusted
+    at = [_agrees(kernel, general, inputs, finder, seed) for seed in (None, _OTHER_SEED)]
+    return all(at)
 
 
 def _depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: PostureFinder) -> bool:
@@ -301,76 +289,50 @@ def _depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: Post
         if not (here.answered and there.answered):
             return True
         K, rank, codes = here.matrix[None], here.rank[None], here.status_codes[None]
-        if next(differences(K, rank, codes, there), None) is not None:
+        if next(differences(K, rank, codes, there, free=AskedPoses.free), None) is not None:
             return True
     return False
 
 
-@dataclass(frozen=True)
-class _Sampled:
-    """A kernel of K at generic poses.
-
-    Attributes
-    ----------
-    robot : Robot
-    kernel : Kernel
-    given : (N, n) array
-        Coordinates.
-    values : ParameterValues
-    rows : InputRows
-    results : (rows, N) array
-    met : (N,) array of bool
-        Where the recorded closure arrives.
-    """
-
-    robot: Robot
-    kernel: Kernel
-    given: np.ndarray
-    values: ParameterValues
-    rows: InputRows
-    results: np.ndarray
-    met: np.ndarray
-
-    @classmethod
-    def of(
-        cls,
-        robot: Robot,
-        finder: PostureFinder,
-        kernel: Kernel,
-        inputs: KernelInputs,
-        drawn: tuple[int | None, int],
-    ) -> _Sampled:
-        """At samples drawn with a seed, and so near home."""
-        posture = sample_postures(finder.robot, finder, *drawn)
+def _agrees(
+    kernel: Kernel,
+    general: AtGeneralPoses,
+    inputs: KernelInputs,
+    finder: PostureFinder,
+    seed: int | None,
+) -> bool:
+    """Whether a kernel gives what the wrench basis form gives, and nothing is in doubt."""
+    robot = inputs.robot
+    samples = list(parameter_samples(robot, seed).values())
+    for nearer in range(_NEARER):
+        posture = sample_postures(finder.robot, finder, seed, nearer)
         by_joints = robot.is_posed_by_joints
         given = posture.coordinates[0] if by_joints else posture.pose[:, robot.coordinate_places]
-        samples = list(parameter_samples(robot, drawn[0]).values())
         values = ParameterValues(robot, np.reshape(samples, (len(samples), len(given))))
         rows = inputs.rows(_pose(robot, given), given, values)
         results = kernel.evaluate(rows.rows)
         met = closes(kernel, results) & ~rows.missed
-        return cls(robot, kernel, given, values, rows, results, met)
-
-    def agrees(self, general: AtGeneralPoses) -> bool:
-        """Whether it gives what the wrench basis form gives, and nothing is in doubt."""
-        robot, rows = self.robot, self.rows
-        found = checked_results(self.kernel, self.results, rows.missed, rows.loose, general)
-        trusted = True
-        for other, own in self.values.groups(self.met):
-            part = _pose(robot, self.given[own])
-            result = careful_stiffness(other, part)
-            decided = ~(found.guarded[own] | _doubtful(result))
-            K = empty_batch((len(own),), result.about_reference.matrix.shape[1:])
-            unpack(found.rows[StiffnessMatrix.name][:, own], K)
-            for k, distance in differences(
-                K, found.rank[own], found.status_codes[own], result, free=AskedPoses.free
-            ):
-                if decided[k]:
-                    numbers = np.concatenate([self.given[own[k]], self.values.rows[:, own[k]]])
-                    raise DisagreementError(AskedPoses.opinions, distance, _place(robot, numbers))
-                trusted = False
-            trusted &= not np.any(_doubtful(careful_stiffness(other, part, tolerance=_STRICT)))
-        return trusted
+        if met.any():
+            break
+    else:
+        return False
+    found = checked_results(kernel, results, rows.missed, rows.loose, general)
+    trusted = True
+    for other, own in values.groups(met):
+        part = _pose(robot, given[own])
+        result = careful_stiffness(other, part)
+        decided = ~(found.guarded[own] | _doubtful(result))
+        K = empty_batch((len(own),), result.about_reference.matrix.shape[1:])
+        unpack(found.rows[StiffnessMatrix.name][:, own], K)
+        for k, distance in differences(
+            K, found.rank[own], found.status_codes[own], result, free=AskedPoses.free
+        ):
+            if decided[k]:
+                numbers = np.concatenate([given[own[k]], values.rows[:, own[k]]])
+                raise DisagreementError(AskedPoses.opinions, distance, _place(robot, numbers))
+            trusted = False
+        trusted &= not np.any(_doubtful(careful_stiffness(other, part, tolerance=_STRICT)))
+    return trusted
 
 
 def _pose(robot: Robot, given: np.ndarray) -> JointCoordinates | np.ndarray:

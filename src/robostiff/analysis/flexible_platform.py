@@ -57,10 +57,9 @@ def legs_on_platform(
     """
     tolerance, space = legs[0].tolerance, legs[0].space
     nodes, flexibility = _flexibility(placed, space, tolerance)
-    to_nodes = _to_nodes(placed, nodes, origin, space)
-    direct = isinstance(method, WrenchBasis)
+    to_nodes = _to_nodes(placed, origin, space)
     s = scaling(legs[0].length, space)
-    wrenches = [to_nodes[i] @ (s[..., :, None] * leg.held) for i, leg in _on(placed, nodes, legs)]
+    wrenches = [T @ (s[..., :, None] * leg.held) for T, leg in zip(to_nodes, legs, strict=True)]
     C, N = flexibility.compliance, flexibility.motions
     n = space.size
     where = [slice(n * nodes.index(name), n * nodes.index(name) + n) for name in placed.holds]
@@ -72,12 +71,12 @@ def legs_on_platform(
     N = N / np.where(size > 0, size, 1.0)
     work = [np.swapaxes(F, -1, -2) @ N[..., a, :] for a, F in zip(where, wrenches, strict=True)]
     own = [
-        _met_by_compliance(leg, leg_C * s[..., :, None] * s[..., None, :])
-        if direct
+        np.swapaxes(leg.held, -1, -2) @ (leg_C * s[..., :, None] * s[..., None, :]) @ leg.held
+        if isinstance(method, WrenchBasis)
         else _met_by_stiffness(leg)
         for leg, leg_C in zip(legs, compliances, strict=True)
     ]
-    coupled = couple_legs(legs, own, _blocks(p), np.concatenate(work, axis=-2))
+    coupled = couple_legs(legs, own, np.block(p), np.concatenate(work, axis=-2))
     compliance = None
     if alone is not None and N.shape[-1] == 0:
         T = to_nodes[0]
@@ -107,10 +106,10 @@ def platform_energies(
     if placed is None:
         return []
     nodes, flexibility = _flexibility(placed, snapshot.space, tolerance)
-    to_nodes = _to_nodes(placed, nodes, origin, snapshot.space)
+    to_nodes = _to_nodes(placed, origin, snapshot.space)
     F = np.zeros((len(nodes), snapshot.space.size))
-    for name, wrench in zip(placed.holds, leg_wrenches, strict=True):
-        F[nodes.index(name)] += to_nodes[nodes.index(name)] @ wrench
+    for name, T, wrench in zip(placed.holds, to_nodes, leg_wrenches, strict=True):
+        F[nodes.index(name)] += T @ wrench
     return [
         ("platform", name, 0.5 * float(F.ravel() @ E @ F.ravel()))
         for name, E in flexibility.part_compliances.items()
@@ -125,29 +124,15 @@ def _flexibility(
     return nodes, platform_flexibility(placed.platform, nodes, space, tolerance)
 
 
-def _on(
-    placed: PlacedPlatform, nodes: list[str], legs: tuple[CartesianStiffness, ...]
-) -> list[tuple[int, CartesianStiffness]]:
-    """The place of its node beside each leg."""
-    return [(nodes.index(name), leg) for name, leg in zip(placed.holds, legs, strict=True)]
-
-
-def _to_nodes(
-    placed: PlacedPlatform, nodes: list[str], origin: np.ndarray, space: Space
-) -> list[np.ndarray]:
-    """From a wrench about `origin` in world axes to that about each node in platform axes."""
+def _to_nodes(placed: PlacedPlatform, origin: np.ndarray, space: Space) -> list[np.ndarray]:
+    """From a wrench about `origin` in world axes to that about each leg's node in platform axes."""
     rows = list(space.rows)
     R = np.swapaxes(block_rotation(placed.rotation), -1, -2)[..., rows, :][..., :, rows]
     matrices = []
-    for name in nodes:
+    for name in placed.holds:
         v = (placed.in_world(placed.platform.point_of(name)) - origin)[..., : space.translations]
         matrices.append(R @ np.swapaxes(twist_transport(-v), -1, -2))
     return matrices
-
-
-def _met_by_compliance(leg: CartesianStiffness, C: np.ndarray) -> np.ndarray:
-    W = leg.held
-    return np.swapaxes(W, -1, -2) @ C @ W
 
 
 def _met_by_stiffness(leg: CartesianStiffness) -> np.ndarray:
@@ -158,7 +143,3 @@ def _met_by_stiffness(leg: CartesianStiffness) -> np.ndarray:
     idle = ~np.any(W != 0, axis=-2) | ~leg.answered[..., None]
     k = np.where(idle[..., None] | idle[..., None, :], 0.0, k)
     return np.linalg.inv(k + idle[..., None] * np.eye(W.shape[-1]))
-
-
-def _blocks(rows: list[list[np.ndarray]]) -> np.ndarray:
-    return np.concatenate([np.concatenate(row, axis=-1) for row in rows], axis=-2)

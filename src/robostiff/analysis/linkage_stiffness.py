@@ -263,7 +263,7 @@ def linkage_stiffness(
     wholes = [
         _without_answer(len(names), driven.home.length, int(status), tolerance)
         if own is None
-        else _with_flags(own.about_reference, status).reshaped((1,))
+        else own.about_reference.with_status(own.status_codes | status).reshaped((1,))
         for own, status in zip(solved, lost, strict=True)
     ]
     points = np.array([network.reference_point for network in networks]).reshape(-1, 3)
@@ -288,10 +288,6 @@ def linkage_stiffness(
             if found
         },
     )
-
-
-def _with_flags(whole: CartesianStiffness, flags: np.uint8) -> CartesianStiffness:
-    return whole.with_status(np.asarray(whole.status_codes | flags, dtype=np.uint8))
 
 
 def _lost_digits(driven: DrivenLinkage, found: Configuration, own: RobotStiffness) -> int:

@@ -193,7 +193,7 @@ def motions_under(
     rows = system.rows_of[network.platform]
     missing = equations.scale * move_twist(twist, to_own) - x[rows]
     if np.linalg.norm(missing) > _MISSED * np.linalg.norm(x[rows] + missing):  # a free motion
-        x = x + _led(equations, missing)[1]
+        x = x + _led(equations, missing)
     twists = {}
     for name, point in equations.points.items():
         t = np.zeros(6)
@@ -212,15 +212,13 @@ def _under(
     return system, system.solve(right)[0][:, 0], dependent
 
 
-def _led(
-    equations: Equations, moved: np.ndarray
-) -> tuple[SaddlePointSystem, np.ndarray, Redundancy]:
+def _led(equations: Equations, moved: np.ndarray) -> np.ndarray:
     """Displacements and wrenches, scaled, where the platform is displaced and nothing else acts."""
-    system, _, dependent = system_of(equations, platform_fixed=True)
+    system, _, _ = system_of(equations, platform_fixed=True)
     rows = system.rows_of[equations.network.platform]
     x = system.solve(-(system.matrix[:, rows] @ moved)[:, None])[0][:, 0]
     x[rows] = moved
-    return system, x, dependent
+    return x
 
 
 def loads_of_parts(

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.network.beam_loads import BeamLoad, DistributedForce, ForceOnBeam, beam_load
-from robostiff.network.elements import BeamElement
 from robostiff.network.equations import Equations, RelativeMotion, equations_of
 from robostiff.network.internal_loads import InternalLoads, carried_wrench, loads_of_parts
 from robostiff.network.network import Network
@@ -177,7 +176,11 @@ def network_response(
             if name not in free
         },
         {
-            name: _reaction(equations, points[name], gap[system.rows_of[name]], name)
+            # What a fixed node lacks for its equilibrium, about its point.
+            name: move_wrench(
+                gap[system.rows_of[name]] * equations.scale * equations.stiffness,
+                (points[name] - equations.points[name])[: network.space.translations],
+            )
             for name in network.fixed
             if name not in undetermined
         },
@@ -290,12 +293,6 @@ def _check_gaps(
             )
 
 
-def _reaction(equations: Equations, point: np.ndarray, gap: np.ndarray, name: str) -> np.ndarray:
-    """What a fixed node lacks for its equilibrium, about its point."""
-    v = (point - equations.points[name])[: equations.network.space.translations]
-    return move_wrench(gap * equations.scale * equations.stiffness, v)
-
-
 def _beams(
     equations: Equations,
     system: SaddlePointSystem,
@@ -307,12 +304,8 @@ def _beams(
         c = cast("RelativeMotion", equations.connections[k])
         F = carried_wrench(equations, c, x[system.wrench_rows[k]])
         end = block_rotation(beam.rotation).T @ F
-        start = _at_start(beam, end)
+        start = move_wrench(end, np.array([-beam.length, 0.0, 0.0]))
         if k in on_beams:
             start = start + on_beams[k][1].at_start
         found[beam.name] = SectionForces(start, end)
     return found
-
-
-def _at_start(beam: BeamElement, end: np.ndarray) -> np.ndarray:
-    return move_wrench(end, np.array([-beam.length, 0.0, 0.0]))

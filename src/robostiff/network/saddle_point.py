@@ -65,7 +65,9 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     on_platform, doubtful, undetermined = [np.zeros((n, 0))], False, set()
     for nodes, numbers in _loops(equations, still):
         column = {name: i for i, name in enumerate(nodes)}
-        places = [(k, int(j)) for k in numbers for j in np.flatnonzero(_rigid(equations, k))]
+        places = [
+            (k, int(j)) for k in numbers for j in np.flatnonzero(equations.connections[k].rigid)
+        ]
         A, A_p = np.zeros((len(places), n * len(nodes))), np.zeros((len(places), n))
         row = 0
         for k in numbers:
@@ -86,10 +88,6 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
         shared = np.abs(spaces.left).max(axis=1, initial=0.0) > _SHARED
         undetermined |= {places[place][0] for place in np.flatnonzero(shared)}
     return Redundancy(dict(dropped), np.hstack(on_platform), doubtful, frozenset(undetermined))
-
-
-def _rigid(equations: Equations, number: int) -> np.ndarray:
-    return equations.connections[number].rigid
 
 
 def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], list[int]]]:

@@ -3,35 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.indices.stiffness_parts import EigenPart, StiffnessParts, stiffness_parts
+from robostiff.analysis.indices.stiffness_parts import (
+    EigenPart,
+    StationaryStiffness,
+    StiffnessParts,
+    stiffness_parts,
+)
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.spatial import Space, as_floats
-
-
-@dataclass(frozen=True)
-class StationaryStiffness:
-    """Stiffnesses of forces and of moments, ascending, with their directions as rows."""
-
-    units: ClassVar[tuple[str, str]] = ("N/m", "N m/rad")
-
-    translational: np.ndarray
-    translational_directions: np.ndarray
-    rotational: np.ndarray
-    rotational_directions: np.ndarray
-    status: Status
-
-    @classmethod
-    def of(cls, forces: EigenPart, moments: EigenPart, status: Status) -> Self:
-        """Those of two symmetric matrices."""
-        own = (forces.values, forces.directions, moments.values, moments.directions)
-        return cls(*own, status)
 
 
 @dataclass(frozen=True)
@@ -200,13 +186,8 @@ def anisotropy(result: RobotStiffness) -> Anisotropy:
     18.0
     """
     parts = stiffness_parts(result)
-    return Anisotropy(
-        _ratio(parts.forces_rotations_free), _ratio(parts.moments_translations_free), parts.status
-    )
-
-
-def _ratio(part: EigenPart) -> float | None:
-    return float(part.values[-1] / part.values[0]) if part.values[0] > 0 else None
+    forces, moments = parts.forces_rotations_free, parts.moments_translations_free
+    return Anisotropy(forces.ratio, moments.ratio, parts.status)
 
 
 _SMALL = 1e-7
@@ -403,14 +384,10 @@ def worst_deflection(result: RobotStiffness) -> WorstDeflections:
     """
     parts = stiffness_parts(result)
     forces, moments = parts.forces_rotations_free, parts.moments_translations_free
-    translational, rotational = _largest(forces), _largest(moments)
+    translational, rotational = forces.largest_inverse, moments.largest_inverse
     status = parts.status
     if parts.rank < parts.space.size and (translational is None or rotational is None):
         status |= Status.UNBALANCED
     return WorstDeflections(
         translational, forces.directions[0], rotational, moments.directions[0], status
     )
-
-
-def _largest(part: EigenPart) -> float | None:
-    return float(1 / part.values[0]) if part.values[0] > 0 else None

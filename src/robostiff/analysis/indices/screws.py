@@ -129,8 +129,7 @@ def eigenscrews(result: RobotStiffness) -> Eigenscrews:
     >>> [round(float(twist.stiffness)) for twist in found.twists]
     [12198795, 20545339, 20545339]
     """
-    stiffness_parts(result)
-    parts = stiffness_parts(result.about(result.origin))
+    parts = _parts(result)
     wrenches, twists = _wrenches(parts), _twists(parts)
     length = float(result.about_reference.length)
     return Eigenscrews(wrenches, twists, _compliant_axes(wrenches, twists, length), parts.status)
@@ -141,11 +140,12 @@ def _wrenches(parts: StiffnessParts) -> tuple[Eigenwrench, ...]:
     forces = parts.forces_rotations_held
     found = []
     for k, u in zip(forces.values, forces.directions, strict=True):
-        screw = None
+        screw, force = None, _spatial_shift(u)
         if k > 0:
             # A wrench is a twist with its halves exchanged: moment for displacement.
-            screw = _screw(parts, u, parts.K[d:, :d] @ u / k)
-        found.append(Eigenwrench(float(k), _spatial_shift(u), screw))
+            moment = _spatial_turn(parts.K[d:, :d] @ u / k)
+            screw = _screw(parts, np.concatenate([moment, force]))
+        found.append(Eigenwrench(float(k), force, screw))
     return tuple(found)
 
 
@@ -155,18 +155,15 @@ def _twists(parts: StiffnessParts) -> tuple[Eigentwist, ...]:
     found = []
     for k, w in zip(moments.values, moments.directions, strict=True):
         shift = -forces.solve((parts.K[:d, d:] @ w)[:, None])[:, 0]
-        twist = np.concatenate([_spatial_shift(shift), _spatial_turn(w)])
-        length = float(parts.result.about_reference.length)
-        screw = screw_of_twist(twist, parts.result.reference_point, length, _SMALL)
-        found.append(Eigentwist(float(k), _spatial_turn(w), screw))
+        turn = _spatial_turn(w)
+        screw = _screw(parts, np.concatenate([_spatial_shift(shift), turn]))
+        found.append(Eigentwist(float(k), turn, screw))
     return tuple(found)
 
 
-def _screw(parts: StiffnessParts, u: np.ndarray, m: np.ndarray) -> Screw:
-    result = parts.result
-    halves = np.concatenate([_spatial_turn(m), _spatial_shift(u)])
-    length = float(result.about_reference.length)
-    return screw_of_twist(halves, result.reference_point, length, _SMALL)
+def _screw(parts: StiffnessParts, twist: np.ndarray) -> Screw:
+    length = float(parts.result.about_reference.length)
+    return screw_of_twist(twist, parts.result.reference_point, length, _SMALL)
 
 
 def _spatial_shift(u: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ Their ranks are decided as that of K is: by the wrenches that hold the platform.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -46,15 +47,39 @@ class EigenPart:
         return int(np.count_nonzero(self.values))
 
     @property
-    def free(self) -> np.ndarray:
-        """Directions without stiffness, rows (f, d)."""
-        return self.directions[self.values == 0]
+    def largest_inverse(self) -> float | None:
+        """One over the smallest value; None where a direction is free."""
+        return float(1 / self.values[0]) if self.values[0] > 0 else None
+
+    @property
+    def ratio(self) -> float | None:
+        """Largest over smallest value; None where a direction is free."""
+        return float(self.values[-1] / self.values[0]) if self.values[0] > 0 else None
 
     def solve(self, load: np.ndarray) -> np.ndarray:
         """Displacements (d, m) under loads (d, m) without components along free directions."""
         held = self.values > 0
         e = self.directions[held]
         return e.T @ ((e @ load) / self.values[held, None])
+
+
+@dataclass(frozen=True)
+class StationaryStiffness:
+    """Stiffnesses of forces and of moments, ascending, with their directions as rows."""
+
+    units: ClassVar[tuple[str, str]] = ("N/m", "N m/rad")
+
+    translational: np.ndarray
+    translational_directions: np.ndarray
+    rotational: np.ndarray
+    rotational_directions: np.ndarray
+    status: Status
+
+    @classmethod
+    def of(cls, forces: EigenPart, moments: EigenPart, status: Status) -> Self:
+        """Those of two symmetric matrices."""
+        own = (forces.values, forces.directions, moments.values, moments.directions)
+        return cls(*own, status)
 
 
 @dataclass(frozen=True)
