@@ -1,5 +1,6 @@
 """What Plotly draws is what the picture says, on light and on dark ground."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -8,12 +9,14 @@ import pytest
 
 import robostiff as rs
 from robostiff.plot import Plotly, Theme
+from robostiff.plot.backend import plotly_figure
 from robostiff.plot.energy_bars import energy_picture
 from robostiff.plot.maps.isosurfaces import isosurface_picture
 from robostiff.plot.maps.slice import slice_picture
 from robostiff.plot.matrix_cells import matrix_picture
 from robostiff.plot.picture import Mesh, Path
 from robostiff.plot.posed_robot import robot_picture
+from robostiff.plot.theme import named_colours
 from tests.plot.machines import (
     POSE,
     all_plots,
@@ -36,6 +39,21 @@ def test_every_figure_has_the_colours_of_its_theme_and_nothing_is_registered(the
         assert figure.layout.height > 200
         assert len(figure.to_json()) > 1000
     assert (pio.templates.default, list(pio.templates)) == before
+
+
+class _ByNames:
+    """Draws with names of colours, and checks what these become in each theme."""
+
+    def draw(self, picture: Any) -> None:
+        named = named_colours()
+        drawn = plotly_figure(picture, named).to_json()
+        for k, theme in enumerate(Theme):
+            shown = re.sub(r"hsl\((\d+),0%,0%\)", lambda at: named.every[int(at[1])][k], drawn)
+            assert shown == plotly_figure(picture, theme.palette).to_json()
+
+
+def test_a_figure_drawn_with_names_of_colours_is_that_of_each_theme():
+    all_plots(_ByNames())
 
 
 def test_lines_of_the_robot_are_those_of_the_picture():

@@ -126,7 +126,7 @@ def unpacked(written: str) -> str:
 def test_figures_come_out_of_the_page_as_they_went_in(html):
     found = re.search(r'id="figures">([^<]*)</script>', html)
     assert found is not None
-    names = [figure["name"] for figure in json.loads(unpacked(found[1]))]
+    names = [figure["name"] for figure in json.loads(unpacked(found[1]))["figures"]]
     assert names[0] == "robot"
     assert f"plot-{names[-1]}" in html
 

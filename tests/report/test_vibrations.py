@@ -12,6 +12,8 @@ from robostiff.report.sections.finite_load import vibrations_section
 
 pytest.importorskip("plotly")
 
+PALETTE = rs.plot.Theme.LIGHT.palette
+
 
 def test_slowest_modes_are_listed_and_move():
     robot = rs.load("scara")
@@ -25,9 +27,9 @@ def test_slowest_modes_are_listed_and_move():
     for row, frequency in zip(table.rows, frequencies, strict=False):
         assert np.isclose(row[1].value, frequency)  # type: ignore[union-attr]
     (figure,) = section.figures
-    for level, drawn in zip(figure.levels, figure.data["levels"], strict=True):
+    for level, drawn in zip(figure.levels, figure.data(PALETTE)["levels"], strict=True):
         assert level.other is not None
-        assert len(drawn["other"]) == len(drawn["light"]["data"])
+        assert len(drawn["other"]) == len(drawn["drawn"]["data"])
         one, other = drawn_points(level.picture), drawn_points(level.other)
         # both ends are as far from rest, on opposite sides
         rest = 0.5 * (one + other)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from robostiff.errors import InputError, needs_extra
 from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Picture, Scene
 from robostiff.plot.picture.charts import with_words
-from robostiff.plot.theme import Theme
+from robostiff.plot.theme import Palette, Theme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -105,14 +105,25 @@ class Plotly:
         InputError
             When Plotly is missing.
         """
-        with needs_extra("plots", "plot"):
-            import plotly.graph_objects  # noqa: F401
+        return plotly_figure(picture, self.theme.palette)
 
-        from robostiff.plot.on_plotly import charts, scene
 
-        # Plotly interprets text as HTML.
-        shown = with_words(picture, lambda text: text.replace("&", "&amp;").replace("<", "&lt;"))
-        return _drawer(picture, charts, scene)(shown, self.theme.palette)
+def plotly_figure(picture: Picture, palette: Palette) -> Figure:
+    """A picture as a figure of Plotly, in the colours of a palette or in names of colours.
+
+    Raises
+    ------
+    InputError
+        When Plotly is missing.
+    """
+    with needs_extra("plots", "plot"):
+        import plotly.graph_objects  # noqa: F401
+
+    from robostiff.plot.on_plotly import charts, scene
+
+    # Plotly interprets text as HTML.
+    shown = with_words(picture, lambda text: text.replace("&", "&amp;").replace("<", "&lt;"))
+    return _drawer(picture, charts, scene)(shown, palette)
 
 
 def _drawer(picture: Picture, charts: Any, scene: Any) -> Any:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from enum import Enum
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,18 @@ _DARK = Palette(
     plate=_SKY,
     categories=(_SKY, _ORANGE, _GREEN, _PURPLE, _YELLOW, _VERMILION, "#ffffff", "#4f9fd8"),
     # the darkest steps would not stand out from the ground
-    values=("#2f4f87", *_CIVIDIS[3:]),
+    values=(
+        "#2f4f87",
+        "#4e5a73",
+        "#656870",
+        "#797875",
+        "#8d8878",
+        "#a29a74",
+        "#b9ab6d",
+        "#d0be60",
+        "#e7d24f",
+        "#fee838",
+    ),
     signed=("#b9a6e3", "#8573b8", "#4b4468", "#24282d", "#5f4528", "#c0741c", "#fdb863"),
 )
 
@@ -145,3 +157,56 @@ class Theme(Enum):
     def palette(self) -> Palette:
         """Its colours."""
         return _LIGHT if self is Theme.LIGHT else _DARK
+
+
+@dataclass(frozen=True)
+class NamedColours(Palette):
+    """Names in place of colours, so that what is drawn once is shown in every theme.
+
+    A name is a colour that no theme has, ``hsl(N,0%,0%)`` of number N in the list of its colours.
+
+    Attributes
+    ----------
+    every : list of tuple of str
+        Light and dark colour of each name given so far.
+
+    Examples
+    --------
+    >>> named = named_colours()
+    >>> named.ground, named.every[0]
+    ('hsl(0,0%,0%)', ('#ffffff', '#16191d'))
+    """
+
+    every: list[tuple[str, ...]] = field(default_factory=list)
+
+    def along(self, stops: tuple[str, ...], where: float) -> str:
+        """Name of the colours at a place from 0 to 1 along some stops."""
+        parts = zip(*map(self._colours, stops), strict=True)
+        own = (t.palette.along(stop, where) for t, stop in zip(Theme, parts, strict=True))
+        return _name(self.every, tuple(own))
+
+    def on(self, colour: str) -> str:
+        """Name of the colours that have most contrast on those of a name."""
+        own = zip(Theme, self._colours(colour), strict=True)
+        return _name(self.every, tuple(theme.palette.on(shown) for theme, shown in own))
+
+    def _colours(self, name: str) -> tuple[str, ...]:
+        return self.every[int(name[4:-7])]
+
+
+def named_colours() -> NamedColours:
+    """Names of all colours of a palette, to which those are added that are mixed of them."""
+    every: list[tuple[str, ...]] = []
+    names: dict[str, Any] = {}
+    for one in fields(Palette):
+        own = [getattr(theme.palette, one.name) for theme in Theme]
+        single = isinstance(own[0], str)
+        named = [_name(every, pair) for pair in zip(*([o] if single else o for o in own), strict=True)]
+        names[one.name] = named[0] if single else tuple(named)
+    return NamedColours(**names, every=every)
+
+
+def _name(every: list[tuple[str, ...]], colours: tuple[str, ...]) -> str:
+    if colours not in every:
+        every.append(colours)
+    return f"hsl({every.index(colours)},0%,0%)"

@@ -19,7 +19,7 @@
     return new Response(packed.pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
-  const figures = JSON.parse(await unpacked("figures"));
+  const { colours, figures } = JSON.parse(await unpacked("figures"));
   if (figures.length === 0) return;
   const script = document.createElement("script");
   script.textContent = await unpacked("plotly");
@@ -30,15 +30,14 @@
   const shown = new Map();
 
   function layoutOf(figure, theme) {
-    const drawn = figure.levels[shown.get(figure.name)][theme];
+    // names of colours become those of the theme
+    const text = JSON.stringify(figure.levels[shown.get(figure.name)].drawn);
+    const drawn = JSON.parse(text.replace(/hsl\((\d+),0%,0%\)/g, (_, i) => colours[theme][i]));
     const place = document.getElementById("plot-" + figure.name);
     // A view that was turned stays turned.
     const scene = place.layout && place.layout.scene;
-    const layout = Object.assign({}, drawn.layout);
-    if (scene && scene.camera && layout.scene) {
-      layout.scene = Object.assign({}, layout.scene, { camera: scene.camera });
-    }
-    return { data: drawn.data, layout: layout };
+    if (scene && scene.camera && drawn.layout.scene) drawn.layout.scene.camera = scene.camera;
+    return drawn;
   }
 
   function draw(figure) {

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+from base64 import b64decode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
+
+import numpy as np
 
 from robostiff.analysis import CableStiffness
 from robostiff.analytic import RobotDerivation
@@ -15,9 +19,11 @@ from robostiff.markup import Block, row
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.plot import Plotly, Theme
+from robostiff.plot import Theme
+from robostiff.plot.backend import plotly_figure
 from robostiff.plot.on_plotly.swinging import places
 from robostiff.plot.picture import Picture
+from robostiff.plot.theme import Palette, named_colours
 from robostiff.report.contents import ReportContents
 
 
@@ -37,12 +43,11 @@ class Level:
     picture: Picture
     other: Picture | None = None
 
-    @property
-    def drawn(self) -> dict[str, Any]:
-        """In both themes, and the other end where there is one."""
-        own: dict[str, Any] = {theme.value: _drawn(self.picture, theme) for theme in Theme}
+    def drawn(self, palette: Palette) -> dict[str, Any]:
+        """The figure for the script, and the other end where there is one."""
+        own: dict[str, Any] = {"drawn": plotly_figure(self.picture, palette).to_dict()}
         if self.other is not None:
-            own["other"] = places(Plotly().draw(self.other))
+            own["other"] = places(plotly_figure(self.other, palette))
         return own
 
 
@@ -67,14 +72,13 @@ class Figure:
     levels: tuple[Level, ...]
     start: int = 0
 
-    @property
-    def data(self) -> dict[str, Any]:
-        """Data for the script: the name, and each level with its label in both themes."""
+    def data(self, palette: Palette) -> dict[str, Any]:
+        """Data for the script: the name, and each level with its label."""
         return {
             "name": self.name,
             "start": self.start,
             "labels": [level.label for level in self.levels],
-            "levels": [level.drawn for level in self.levels],
+            "levels": [level.drawn(palette) for level in self.levels],
         }
 
 
@@ -84,19 +88,30 @@ def one_figure(name: str, caption: str, picture: Picture) -> Figure:
 
 
 def figures_json(figures: Sequence[Figure]) -> str:
-    """The figures of a page as JSON."""
-    return json.dumps([figure.data for figure in figures])
+    """The figures of a page as JSON, with the colours of each theme for the names in them."""
+    named = named_colours()
+    drawn = [figure.data(named) for figure in figures]
+    colours = {
+        theme.value: own for theme, own in zip(Theme, zip(*named.every, strict=True), strict=True)
+    }
+    return json.dumps(_short({"colours": colours, "figures": drawn}), separators=(",", ":"))
 
 
-def _drawn(picture: Picture, theme: Theme) -> dict[str, Any]:
-    drawn = Plotly(theme).draw(picture).to_plotly_json()
-    return json.loads(_encoded(drawn))
-
-
-def _encoded(drawn: dict[str, Any]) -> str:
-    from plotly.utils import PlotlyJSONEncoder
-
-    return json.dumps(drawn, cls=PlotlyJSONEncoder)
+def _short(value: Any) -> Any:
+    """What Plotly gives, with lists in place of arrays, seven digits a number, and null for NaN."""
+    if isinstance(value, np.ndarray):
+        return _short(value.tolist())
+    if isinstance(value, dict):
+        if "bdata" in value:
+            flat = np.frombuffer(b64decode(value["bdata"]), dtype=value["dtype"])
+            shape = value.get("shape", str(len(flat)))
+            return _short(flat.reshape([int(n) for n in shape.split(",")]))
+        return {key: _short(own) for key, own in value.items()}
+    if isinstance(value, list | tuple):
+        return [_short(own) for own in value]
+    if isinstance(value, float):
+        return float(f"{value:.7g}") if isfinite(value) else None
+    return value
 
 
 @dataclass(frozen=True)

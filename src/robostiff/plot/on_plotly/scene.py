@@ -144,7 +144,8 @@ class _PlotlyPencil:
                 y=closed[:, 1],
                 fill="toself",
                 mode="none",
-                fillcolor=_see_through(colour, item.opacity),
+                fillcolor=colour,
+                opacity=item.opacity,
                 hoverinfo="skip",
                 **_naming(item.label),
             )
@@ -184,11 +185,6 @@ class _PlotlyPencil:
 
 def _naming(label: str) -> dict[str, Any]:
     return {"name": label, "showlegend": bool(label)}
-
-
-def _see_through(colour: str, opacity: float) -> str:
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return f"rgba({red},{green},{blue},{opacity})"
 
 
 def _scale_alone(scale: ColourScale, palette: Palette, is_flat: bool) -> Any:
