@@ -47,8 +47,8 @@ class _ByNames:
     def draw(self, picture: Any) -> None:
         named = named_colours()
         drawn = plotly_figure(picture, named).to_json()
-        for k, theme in enumerate(Theme):
-            shown = re.sub(r"hsl\((\d+),0%,0%\)", lambda at: named.every[int(at[1])][k], drawn)
+        for theme, colours in zip(Theme, zip(*named.every, strict=True), strict=True):
+            shown = re.sub(r"hsl\((\d+),0%,0%\)", lambda at, c=colours: c[int(at[1])], drawn)
             assert shown == plotly_figure(picture, theme.palette).to_json()
 
 

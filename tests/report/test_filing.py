@@ -5,6 +5,7 @@ import gzip
 import hashlib
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from robostiff.report import (
     report_typst,
 )
 from robostiff.report.page import packed
+from robostiff.report.sections.map_slices import map_section
 from robostiff.robots import robot_file
 from tests.report.machines import shipped
 
@@ -116,6 +118,30 @@ def test_paper_has_what_the_page_has(contents, html):
 
 def test_a_page_is_below_two_megabytes(html):
     assert len(html.encode()) < 2_000_000
+
+
+def test_slices_of_a_map_of_millions_of_poses_stay_small(contents):
+    grid = rs.Grid(x=rs.Axis(-0.1, 0.1, 2), y=rs.Axis(-0.1, 0.1, 2), rz=rs.Axis(-0.1, 0.1, 2))
+    few = rs.stiffness_map(shipped("3-rrr"), grid, [rs.Quantity.WORST_DEFLECTION])
+    sizes = {"x": 300, "y": 200, "rz": 30}
+    many = few.isel({name: np.arange(n) * 2 // n for name, n in sizes.items()})
+    for name, n in sizes.items():
+        many[name] = (name, np.linspace(-0.1, 0.1, n), few[name].attrs)
+    section = map_section(replace(contents, found=many))
+    assert section is not None
+    words, *_ = section.parts
+    assert "The slices show" in words.text
+    assert "of 300 values of x" in words.text
+    (figure,) = section.figures
+    shown = [level.picture for level in figure.levels]
+    assert 20_000 < sum(picture.values.size for picture in shown) <= 40_000
+    first, last = shown[0], shown[-1]
+    assert first.x.values[[0, -1]].tolist() == [-0.1, 0.1]
+    picked = many.worst_deflection.sel(x=first.x.values, y=first.y.values)
+    for picture, k in ((first, 0), (last, -1)):
+        values = picked.isel(rz=k).transpose("y", "x").values
+        ratio = picture.values / values  # in a unit with a prefix
+        np.testing.assert_allclose(ratio, ratio[0, 0], rtol=1e-6)
 
 
 def unpacked(written: str) -> str:

@@ -201,7 +201,9 @@ def named_colours() -> NamedColours:
     for one in fields(Palette):
         own = [getattr(theme.palette, one.name) for theme in Theme]
         single = isinstance(own[0], str)
-        named = [_name(every, pair) for pair in zip(*([o] if single else o for o in own), strict=True)]
+        named = [
+            _name(every, pair) for pair in zip(*([o] if single else o for o in own), strict=True)
+        ]
         names[one.name] = named[0] if single else tuple(named)
     return NamedColours(**names, every=every)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
 _MOST_LEVELS = 25
+_MOST_VALUES = 40_000  # of all figures, by which a page stays below 2 MB
 
 
 def map_section(contents: ReportContents) -> Section | None:
@@ -34,20 +35,42 @@ def map_section(contents: ReportContents) -> Section | None:
         return section("map", title, [Paragraph(why)])
     # ranks and statuses where there is more than one of them
     several = [name for name in CLASSES if len(np.unique(found[name].values)) > 1]
-    names = (*OVERVIEW, *several)
-    figures = [figure for name in names if (figure := _slices(contents, name, axes)) is not None]
+    names = [name for name in (*OVERVIEW, *several) if name in found]
     poses = int(np.prod([found.sizes[name] for name in axes]))
-    words = f"{poses} poses over {', '.join(axes)}."
-    return section("map", title, [Paragraph(words), *figures])
+    words = [f"{poses} poses over {', '.join(axes)}."]
+    shown = _thinned(found, axes, len(names))
+    thin = [
+        f"{shown.sizes[name]} of {found.sizes[name]} values of {name}"
+        for name in axes[:3]
+        if shown.sizes[name] < found.sizes[name]
+    ]
+    if thin:
+        words.append(f"The slices show {', '.join(thin)}.")
+    figures = [_slices(contents, shown, name, axes) for name in names]
+    return section("map", title, [Paragraph(" ".join(words)), *figures])
 
 
-def _slices(contents: ReportContents, variable: str, axes: list[str]) -> Figure | None:
-    found = contents.found
-    if found is None or variable not in found:
-        return None
+def _thinned(found: xarray.Dataset, axes: list[str], figures: int) -> xarray.Dataset:
+    """A map with so few values of its first coordinates that slices of all stay small."""
+    kept = {name: found.sizes[name] for name in axes[:3]}
+    for name in axes[2:3]:
+        kept[name] = min(kept[name], _MOST_LEVELS)
+    while figures * math.prod(kept.values()) > _MOST_VALUES:
+        longest = max(axes[:2], key=lambda name: kept[name])
+        kept[longest] = math.ceil(0.9 * kept[longest])
+    chosen = {
+        name: np.round(np.linspace(0, found.sizes[name] - 1, n)).astype(int)
+        for name, n in kept.items()
+    }
+    return found.isel(chosen)
+
+
+def _slices(
+    contents: ReportContents, found: xarray.Dataset, variable: str, axes: list[str]
+) -> Figure:
     x, y, *others = axes
     fixed: dict[str, Any] = {name: _near(contents, found, name) for name in others[1:]}
-    levels = list(_levels(found, others[0])) if others else [None]
+    levels = [float(value) for value in found[others[0]].values] if others else [None]
     rank = contents.stiffness.space.size
     pictures = []
     for value in levels:
@@ -64,13 +87,6 @@ def _slices(contents: ReportContents, variable: str, axes: list[str]) -> Figure 
         start = int(np.argmin(np.abs(np.array(levels) - _near(contents, found, others[0]))))
     shown = map(Level, labels, _on_one_scale(pictures))
     return Figure(variable.replace("_", "-"), _caption(found, variable, fixed), tuple(shown), start)
-
-
-def _levels(found: xarray.Dataset, name: str) -> Iterator[float]:
-    """Values of a coordinate, some of them where there are very many."""
-    values = found[name].values
-    step = math.ceil(len(values) / _MOST_LEVELS)
-    return map(float, values[::step])
 
 
 def _near(contents: ReportContents, found: xarray.Dataset, name: str) -> float:
