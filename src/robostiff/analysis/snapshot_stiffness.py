@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -26,6 +27,7 @@ from robostiff.elastostatics.leg import felt_by_modes
 from robostiff.elastostatics.parallel_block import block_of
 from robostiff.errors import InputError
 from robostiff.kinematics import felt_by_springs, leg_compliance, passive_jacobian
+from robostiff.kinematics.legs_together import LegsTogether, in_order, legs_alone, legs_together
 from robostiff.model import PlacedBlock, PlacedLeg, Snapshot
 from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
@@ -228,9 +230,24 @@ def leg_matrices(
 def _block(
     block: PlacedBlock, at: np.ndarray, space: Space, length: np.ndarray, tolerance: Tolerance
 ) -> SolvedBlock:
-    branches = tuple(leg_matrices(leg, at, space, length, tolerance) for leg in block.branches)
-    whole = block_of([branch.wrenches(length, tolerance) for branch in branches], length, tolerance)
-    return SolvedBlock(block, whole, branches)
+    branches: dict[int, tuple[LegMatrices, LegWrenches]] = {}
+    alone = space is Space.PLANAR or any(branch.blocks for branch in block.branches)
+    together = legs_alone(block.branches)
+    if not alone:
+        together = legs_together(block.branches, at.shape[:-1])
+    for own in together:
+        one = leg_matrices(own.leg, own.each(at), space, own.each(length), tolerance)
+        wrenches = one.wrenches(one.length, tolerance)
+        if len(own.places) == 1:
+            branches[own.places[0]] = one, wrenches
+            continue
+        for k, i in enumerate(own.places):
+            J_q, placed = one.J_q[k], block.branches[i]
+            matrices = LegMatrices(placed, at, space, length, J_q, one.names)
+            branches[i] = matrices, wrenches[k]
+    found = [branches[i] for i in range(len(block.branches))]
+    whole = block_of([wrenches for _, wrenches in found], length, tolerance)
+    return SolvedBlock(block, whole, tuple(matrices for matrices, _ in found))
 
 
 _DEFAULT_METHOD = WrenchBasis()
@@ -265,30 +282,47 @@ class SnapshotStiffness:
 
 def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> SnapshotStiffness:
     """Stiffness of the legs of a snapshot and of the whole."""
+    together = legs_alone(snapshot.legs)
+    if method == _DEFAULT_METHOD:
+        together = legs_together(snapshot.legs, snapshot.reference_point.shape[:-1])
+        if len(together) < len(snapshot.legs):
+            try:
+                return _solved_together(snapshot, together, method, tolerance)
+            except InputError:  # of one of the legs: which, they say one by one
+                together = legs_alone(snapshot.legs)
+    return _solved_together(snapshot, together, method, tolerance)
+
+
+def _solved_together(
+    snapshot: Snapshot, together: Sequence[LegsTogether], method: Form, tolerance: Tolerance
+) -> SnapshotStiffness:
     length = snapshot.characteristic_length
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
     length = np.where(length > tolerance.independence * _length_of_parts(snapshot), length, 0.0)
     origin = _origin(snapshot, length)
-    problems = _legs(snapshot, origin, np.where(length > 0, length, 1.0), tolerance)
+    problems = _legs(snapshot, together, origin, np.where(length > 0, length, 1.0), tolerance)
     if not np.all(length > 0):  # all in one point: a length from the springs
-        of_springs = np.max([matrix_length(own.C, own.J_q) for own in problems], axis=0)
+        own = [matrix_length(one.C, one.J_q) for one in problems]
+        of_springs = np.max(in_order(together, own), axis=0)
         # Lever arms between points that are one are rounding of their coordinates.
         arms = _ROUNDING * np.max(np.abs(snapshot.centre), axis=-1)
         of_springs = np.where(of_springs > arms, of_springs, 1.0)
         length = np.where(length > 0, length, of_springs)
-        problems = _legs(snapshot, origin, length, tolerance)
-    names = [
-        f"{leg.name}/{name}"
-        for leg, own in zip(snapshot.legs, problems, strict=True)
-        for name in own.reported_names
-    ]
-    legs = tuple(_solved(own, method, length, tolerance) for own in problems)
+        problems = _legs(snapshot, together, origin, length, tolerance)
+    reported = {
+        i: one.reported_names
+        for own, one in zip(together, problems, strict=True)
+        for i in own.places
+    }
+    names = [f"{leg.name}/{name}" for i, leg in enumerate(snapshot.legs) for name in reported[i]]
+    solved = [_solved(one, method, tolerance) for one in problems]
+    legs = tuple(in_order(together, solved))
     alone = len(legs) == 1 and problems[0].J_q.shape[-1] == 0
     whole, C = aggregate(legs), problems[0].C if alone else None
     if snapshot.platform is not None:
         from robostiff.analysis.flexible_platform import legs_on_platform
 
-        of_legs = [own.C for own in problems]
+        of_legs = in_order(together, [one.C for one in problems])
         whole, legs, C, more = legs_on_platform(snapshot.platform, legs, of_legs, C, origin, method)
         names += more
     return SnapshotStiffness(
@@ -300,10 +334,9 @@ def solve_snapshot(snapshot: Snapshot, method: Form, tolerance: Tolerance) -> Sn
     )
 
 
-def _solved(
-    leg: LegMatrices, method: Form, length: np.ndarray, tolerance: Tolerance
-) -> CartesianStiffness:
+def _solved(leg: LegMatrices, method: Form, tolerance: Tolerance) -> CartesianStiffness:
     """Stiffness of a leg, with the status of its blocks."""
+    length = leg.length
     if method == _DEFAULT_METHOD:
         solved = solved_leg(leg.wrenches(length, tolerance), length, tolerance)
     else:
@@ -343,6 +376,14 @@ def _length_of_parts(snapshot: Snapshot) -> np.ndarray:
 
 
 def _legs(
-    snapshot: Snapshot, origin: np.ndarray, length: np.ndarray, tolerance: Tolerance
+    snapshot: Snapshot,
+    together: Sequence[LegsTogether],
+    origin: np.ndarray,
+    length: np.ndarray,
+    tolerance: Tolerance,
 ) -> list[LegMatrices]:
-    return [leg_matrices(leg, origin, snapshot.space, length, tolerance) for leg in snapshot.legs]
+    space = snapshot.space
+    return [
+        leg_matrices(own.leg, own.each(origin), space, own.each(length), tolerance)
+        for own in together
+    ]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +40,10 @@ class LegWrenches:
     W: Float[np.ndarray, "*batch n m"]
     margins: Float[np.ndarray, "*batch q"]
     conjugate: ConjugateWrenches
+
+    def __getitem__(self, index: Any) -> LegWrenches:
+        """The wrenches at one pose, or at some poses, of a batch."""
+        return LegWrenches(self.W[index], self.margins[index], self.conjugate[index])
 
 
 def leg_wrenches(

@@ -33,6 +33,8 @@ from robostiff.model.coupled_joints import Transmission
 from robostiff.spatial import Screw, is_formula
 from robostiff.spatial.batch import poses_side_by_side, product
 
+_EYE = np.eye(3)
+
 
 @dataclass(frozen=True)
 class Loop:
@@ -223,9 +225,9 @@ class ChainWalk:
 
     def go(self, to: np.ndarray, R: np.ndarray | None = None) -> None:
         """Move the frame to a point of itself, and turn it."""
-        if np.any(to):
+        if to.any():
             self.p = self.p + np.einsum("...ij,j->...i", self.R, to)
-        if R is not None and not np.array_equal(R, np.eye(3)):
+        if R is not None and (R != _EYE).any():
             self.R = product(self.R, R)
 
     def joint(self, joint: Joint, q: np.ndarray) -> None:

@@ -30,8 +30,23 @@ def freedom_twists(
     freedoms: Iterable[PlacedFreedom], at: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 6 q"]:
     """Columns (17) of several joints about the point `at`, world axes (..., 6, q)."""
-    columns = [freedom_twist(freedom, at) for freedom in freedoms]
-    return _columns(columns, at)
+    every = list(freedoms)
+    if not every or any(type(one) is not PlacedFreedom for one in every):
+        return _columns([freedom_twist(one, at) for one in every], at)
+    shapes = {own.shape[:-1] for one in every for own in (one.axis, one.point)}
+    batch = np.broadcast_shapes(at.shape[:-1], *shapes)
+    e = matrix_of_columns([one.axis for one in every], batch, 3)
+    r = at[..., None] - matrix_of_columns([one.point for one in every], batch, 3)
+    J = empty_batch(batch, (6, len(every)), np.result_type(e, r))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        J[..., i, :] = e[..., j, :] * r[..., k, :] - e[..., k, :] * r[..., j, :]
+    J[..., 3:, :] = e
+    for k, one in enumerate(every):
+        if not one.turns:
+            J[..., :3, k], J[..., 3:, k] = e[..., k], 0
+        elif one.slides:
+            J[..., :3, k] += one.pitch * e[..., k]
+    return J
 
 
 def passive_jacobian(
@@ -51,8 +66,12 @@ def passive_jacobian(
         World axes. Freedoms of a singular spring count as passive joints.
     names : tuple of str
     """
+    elements = list(_plain(leg))
+    if all(isinstance(e, PlacedFreedom) or not e.elasticity.freedoms.size for e in elements):
+        joints = [e for e in elements if isinstance(e, PlacedFreedom) and e.is_passive]
+        return freedom_twists(joints, at), tuple(e.name for e in joints)
     columns, names = [], []
-    for element in _plain(leg):
+    for element in elements:
         if isinstance(element, PlacedFreedom):
             if element.is_passive:
                 columns.append(freedom_twist(element, at))

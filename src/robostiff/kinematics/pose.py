@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, warn_of_slip
-from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import ALL_COORDINATES, Chain, Joint, Leg, Link, Locked, Rigid, Robot
@@ -139,13 +139,12 @@ def home_coordinates(robot: Robot) -> np.ndarray:
     if robot.home is not None:
         return six_coordinates(nearest_rotation(robot.home.R), robot.home.p)
     leg = robot.legs[0]
-    return six_coordinates(*platform_pose(robot, leg.chain.home))
+    placed = place_chain(leg.chain, leg.chain.home, leg.base.R, leg.base.p)
+    return six_coordinates(*platform_at_end(leg, placed))
 
 
-def platform_pose(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Axes (..., 3, 3) and origin (..., 3) of the platform of a serial arm at (..., size)."""
-    leg = robot.legs[0]
-    placed = place_chain(leg.chain, q, leg.base.R, leg.base.p)
+def platform_at_end(leg: Leg, placed: PlacedChain) -> tuple[np.ndarray, np.ndarray]:
+    """Axes (..., 3, 3) and origin (..., 3) of the platform at the end of a placed leg."""
     tool = leg.attachment.inverse
     return placed.R @ tool.R, placed.p + placed.R @ tool.p
 

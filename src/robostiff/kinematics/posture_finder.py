@@ -20,7 +20,7 @@ from robostiff.kinematics.closure import (
     legs_alike,
 )
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.frames import place_chain
+from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.pose import (
     JointCoordinates,
@@ -31,7 +31,7 @@ from robostiff.kinematics.pose import (
     home_coordinates,
     joint_units,
     near_coordinates,
-    platform_pose,
+    platform_at_end,
     question_joints,
     requested_pose,
     six_coordinates,
@@ -148,11 +148,12 @@ class PostureFinder:
 
     def at_joints(self, q: np.ndarray) -> Posture:
         """Posture of a serial arm at joint coordinates (..., size)."""
-        rows = q.reshape(math.prod(q.shape[:-1]), q.shape[-1])
-        R, p = platform_pose(self.robot, rows)
+        rows = poses_side_by_side(q.reshape(math.prod(q.shape[:-1]), q.shape[-1]), 1)
+        (leg,) = self.robot.legs
+        chain = place_chain(leg.chain, rows, leg.base.R, leg.base.p)
+        R, p = platform_at_end(leg, chain)
         pose = six_coordinates(R, p)
-        R = poses_side_by_side(R, 2)
-        return self.placed(q.shape[:-1], pose, R, [poses_side_by_side(rows, 1)])
+        return self.placed(q.shape[:-1], pose, poses_side_by_side(R, 2), [rows], chain=chain)
 
     def at_poses(self, request: PoseRequest, near: Sequence[np.ndarray] | None = None) -> Posture:
         """Posture at platform poses; the other coordinates follow from the legs.
@@ -279,13 +280,17 @@ class PostureFinder:
         R: np.ndarray,
         q: list[np.ndarray],
         elsewhere: np.ndarray | None = None,
+        chain: PlacedChain | None = None,
     ) -> Posture:
-        """Posture at poses (N, 6), rotations R among them, with coordinates q of every leg."""
+        """Posture at poses (N, 6), rotations R among them, with coordinates q of every leg.
+
+        The chain of a leg that is alone may be placed already.
+        """
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
         legs = {}
         gaps = np.empty((2, len(robot.legs), len(pose)))
         for group in self._groups(len(pose)):
-            placed, *missed = group.placed([q[i] for i in group.places], R, p)
+            placed, *missed = group.placed([q[i] for i in group.places], R, p, chain)
             legs |= dict(zip(group.places, placed, strict=True))
             gaps[:, list(group.places)] = missed
         reference = p + np.einsum("...ij,j->...i", R, robot.reference_point)

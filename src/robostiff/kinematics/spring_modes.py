@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 from robostiff.kinematics.jacobians import freedom_twist
+from robostiff.kinematics.legs_together import FEW, beside
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial.batch import empty_batch, product, transposed
 from robostiff.spatial.shapes import Float
@@ -40,36 +44,39 @@ def felt_by_springs(
         Root of the compliance along it.
     """
     rows, sizes = [np.zeros((0, wrenches.shape[-1]))], [np.zeros(0)]
-    for element in leg.elements:
-        if isinstance(element, PlacedSpring):
-            own, size = _felt_by_spring(element, at, wrenches, length)
-        elif isinstance(element, PlacedFreedom) and element.stiffness is not None:
-            own, size = _felt_by_drive(element, at, wrenches, length)
-        else:
-            continue
-        rows.append(own)
-        sizes.append(size)
+    springs = [e for e in leg.elements if isinstance(e, PlacedSpring)]
+    drives = [e for e in leg.elements if isinstance(e, PlacedFreedom) and e.stiffness is not None]
+    few = math.prod(wrenches.shape[:-2]) <= FEW
+    for felt, elements in ((_felt_by_springs, springs), (_felt_by_drives, drives)):
+        for together in [elements] * bool(elements) if few else [[one] for one in elements]:
+            own, size = felt(together, at, wrenches, length)
+            rows += list(own)
+            sizes += list(np.broadcast_to(size, own.shape[:-1]) if few else size)
     batch = np.broadcast_shapes(wrenches.shape[:-2], *(own.shape[:-2] for own in rows))
     return _stacked(rows, batch, -2), _stacked(sizes, batch, -1)
 
 
-def _felt_by_spring(
-    spring: PlacedSpring, at: np.ndarray, wrenches: np.ndarray, length: np.ndarray
+def _felt_by_springs(
+    springs: Sequence[PlacedSpring], at: np.ndarray, wrenches: np.ndarray, length: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    modes = spring.elasticity.modes
+    axes = wrenches.ndim - 2
+    modes = beside([spring.elasticity.modes for spring in springs], axes, 2)
     modes = modes[..., np.any(modes != 0, axis=tuple(range(modes.ndim - 1)))]
     unit, size = _unit(modes, length)
-    F, M = _moved(wrenches, spring.point - at)
-    to_own = transposed(spring.rotation)
+    F, M = _moved(wrenches, beside([spring.point for spring in springs], axes, 1) - at)
+    to_own = transposed(beside([spring.rotation for spring in springs], axes, 2))
     return _along(unit, product(to_own, F), product(to_own, M)), size
 
 
-def _felt_by_drive(
-    drive: PlacedFreedom, at: np.ndarray, wrenches: np.ndarray, length: np.ndarray
+def _felt_by_drives(
+    drives: Sequence[PlacedFreedom], at: np.ndarray, wrenches: np.ndarray, length: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    unit, size = _unit(freedom_twist(drive, drive.point)[..., None], length)
-    softness = 1.0 / np.sqrt(np.asarray(drive.stiffness, dtype=float))
-    return _along(unit, *_moved(wrenches, drive.point - at)), size * softness[..., None]
+    axes = wrenches.ndim - 2
+    twists = beside([freedom_twist(drive, drive.point) for drive in drives], axes, 1)
+    unit, size = _unit(twists[..., None], length)
+    softness = [1.0 / np.sqrt(np.asarray(drive.stiffness, dtype=float)) for drive in drives]
+    v = beside([drive.point for drive in drives], axes, 1) - at
+    return _along(unit, *_moved(wrenches, v)), size * beside(softness, axes, 0)[..., None]
 
 
 def _unit(twists: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

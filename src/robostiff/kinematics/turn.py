@@ -15,6 +15,7 @@ from robostiff.spatial.shapes import Float, Shaped
 
 #: Keeps the root of a vanishing angle regular.
 _TINY = 1e-300
+_EYE = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -124,11 +125,12 @@ def turn_about(
     """
     if object in (angle.dtype, axis.dtype):
         return Turn.by(angle.item()).about(axis)
-    E = skew(axis)
+    x, y, z = axis.tolist()
+    E = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     entries = (3, 3, *(1,) * angle.ndim)
     sine, versine = np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2
-    R = np.eye(3).reshape(entries) + sine * E.reshape(entries) + versine * (E @ E).reshape(entries)
-    return np.moveaxis(R, (0, 1), (-2, -1))
+    R = _EYE.reshape(entries) + sine * E.reshape(entries) + versine * (E @ E).reshape(entries)
+    return R.transpose(*range(2, R.ndim), 0, 1)
 
 
 def turn_by_vector(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:

@@ -272,13 +272,13 @@ class Snapshot:
     gravity: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        elements = [e for leg in self.legs for e in leg.parts]
-        batches = [e.point.shape[:-1] for e in elements] + [leg.end.shape[:-1] for leg in self.legs]
-        for e in elements:
-            batches.append(
-                e.axis.shape[:-1] if isinstance(e, PlacedFreedom) else e.rotation.shape[:-2]
-            )
-        batch = np.broadcast_shapes(self.reference_point.shape[:-1], *set(batches))
+        batches = {leg.end.shape[:-1] for leg in self.legs}
+        for leg in self.legs:
+            for e in leg.parts:
+                batches.add(e.point.shape[:-1])
+                own = e.axis.shape[:-1] if isinstance(e, PlacedFreedom) else e.rotation.shape[:-2]
+                batches.add(own)
+        batch = np.broadcast_shapes(self.reference_point.shape[:-1], *batches)
         if batch != self.reference_point.shape[:-1]:
             reference = np.broadcast_to(self.reference_point, (*batch, 3))
             object.__setattr__(self, "reference_point", reference)
@@ -348,7 +348,8 @@ class Snapshot:
 
 def _together(points: list[np.ndarray]) -> np.ndarray:
     """Points that may or may not have batch axes, as one array (points, ..., 3)."""
-    return np.stack(np.broadcast_arrays(*points))
+    alike = len({point.shape for point in points}) == 1
+    return np.array(points if alike else np.broadcast_arrays(*points))
 
 
 def _one_element(

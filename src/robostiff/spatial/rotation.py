@@ -189,7 +189,7 @@ class Frame:
         R, p, R_other, p_other = exact_arrays(self.R, self.p, other.R, other.p)
         return Frame(R @ R_other, p + R @ p_other)
 
-    @property
+    @cached_property
     def inverse(self) -> Frame:
         """The reference frame relative to this frame."""
         R, p = exact_arrays(self.R, self.p)

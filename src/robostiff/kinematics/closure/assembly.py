@@ -12,6 +12,8 @@ import numpy as np
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Joint, JointKind, Locked, Telescope
 
+# Under this name a chain keeps what counts full turns in it.
+_KEPT = "_turning"
 _DIGITS = 9  # to which two distances from home count as equal
 
 
@@ -147,23 +149,33 @@ def on_turn_of_home(chain: Chain, q: np.ndarray, near: np.ndarray) -> np.ndarray
     near : (size,) array
         Such as those of home.
     """
-    balls = list(_balls(chain))
-    of_balls = {i for place in balls for i in range(place.start, place.stop)}
-    for i, (screw, role) in enumerate(zip(chain.freedoms, chain.roles, strict=True)):
-        if not screw.is_rotation or i in of_balls or isinstance(role, Locked):
-            continue
-        limits = role.limits if isinstance(role, Actuated) else None
-        centre = middle_of_turn(near[i], limits)
-        turns = np.round((centre - q[..., i]) / (2.0 * np.pi))
-        if limits is not None:
-            low, high = limits
-            found = q[..., i] + 2.0 * np.pi * turns
-            turns += (found < low) & (found + 2.0 * np.pi <= high)
-            turns -= (found > high) & (found - 2.0 * np.pi >= low)
-        q[..., i] += 2.0 * np.pi * turns
+    known = vars(chain).get(_KEPT)
+    if known is None:
+        known = vars(chain)[_KEPT] = _turning(chain)
+    places, low, high, balls = known
+    if places.size:
+        own, one = q[..., places], 2.0 * np.pi
+        turns = np.round((np.minimum(np.maximum(near[places], low), high) - own) / one)
+        found = own + one * turns
+        turns += (found < low) & (found + one <= high)
+        turns -= (found > high) & (found - one >= low)
+        q[..., places] += one * turns
     for place in balls:
         _unwind(q[..., place], near[place])
     return q
+
+
+def _turning(chain: Chain) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[slice]]:
+    """Places of coordinates that count full turns, their limits, and spherical joints."""
+    balls = list(_balls(chain))
+    of_balls = {i for place in balls for i in range(place.start, place.stop)}
+    found = []
+    for i, (screw, role) in enumerate(zip(chain.freedoms, chain.roles, strict=True)):
+        if screw.is_rotation and i not in of_balls and not isinstance(role, Locked):
+            limits = role.limits if isinstance(role, Actuated) else None
+            found.append((i, *(limits or (-np.inf, np.inf))))
+    places, low, high = np.array(found, dtype=float).reshape(-1, 3).T
+    return places.astype(int), low, high, balls
 
 
 def middle_of_turn(home: float, limits: tuple[float, float] | None) -> float:

@@ -94,7 +94,7 @@ class LegSolver:
                 q, elsewhere = found.coordinates[0], found.elsewhere
             else:
                 q = self._task.close(pose, [np.tile(self.home, (len(pose), 1))])[1][0]
-            return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere
+            return on_turn_of_home(self.leg.chain, q, self._as_given), elsewhere
         q = self._copies_at(self.closed_form, pose, R_platform)
         if self.leg.chain.has_blocks and from_afar:
             rows = np.flatnonzero(self._leaves_loops_open(q, pose, R_platform))
@@ -103,7 +103,7 @@ class LegSolver:
                 met = found.closed | found.elsewhere
                 q[rows[met]] = found.coordinates[0][met]
                 elsewhere[rows] = found.elsewhere
-        return on_turn_of_home(self.leg.chain, q, self.leg.chain.home), elsewhere
+        return on_turn_of_home(self.leg.chain, q, self._as_given), elsewhere
 
     def solve_near(self, near: np.ndarray, pose: np.ndarray, R_platform: np.ndarray) -> np.ndarray:
         """Leg coordinates (N, size) at platform poses, in the posture nearest to given ones.
@@ -244,6 +244,11 @@ class LegSolver:
         return self._task.follow(self.home_pose, [self.home], pose)
 
     @cached_property
+    def _as_given(self) -> np.ndarray:
+        """Home coordinates of the chain, as they are given."""
+        return self.leg.chain.home
+
+    @cached_property
     def _task(self) -> NewtonTask:
         """The equations of the leg alone."""
         return NewtonTask((self.leg,), (), self.length)
@@ -286,7 +291,7 @@ class LegSolver:
     def closed_at(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Coordinates (N, size) in closed form, the end frame at (R, p) in that of the base."""
         q = self._in_form(form, R, p)
-        return on_turn_of_home(self.leg.chain, q, self.leg.chain.home)
+        return on_turn_of_home(self.leg.chain, q, self._as_given)
 
     def _in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
         q = form.solve(R, p)

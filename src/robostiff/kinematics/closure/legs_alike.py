@@ -11,7 +11,7 @@ import numpy as np
 
 from robostiff.kinematics.closure.leg_equations import gaps
 from robostiff.kinematics.closure.leg_solver import LegSolver
-from robostiff.kinematics.frames import Loop, place_chain
+from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.model import PlacedLeg
 from robostiff.spatial.batch import poses_side_by_side, product, transposed
 
@@ -52,9 +52,15 @@ class LegsAlike:
         return [(q[start : start + count], nowhere) for start in rows]
 
     def placed(
-        self, q: Sequence[np.ndarray], R: np.ndarray, p: np.ndarray
+        self,
+        q: Sequence[np.ndarray],
+        R: np.ndarray,
+        p: np.ndarray,
+        placed: PlacedChain | None = None,
     ) -> tuple[list[PlacedLeg], np.ndarray, np.ndarray]:
         """The legs at coordinates (N, size) of each, with the platform at (R, p).
+
+        The chain of a leg that is alone may be placed already.
 
         Returns
         -------
@@ -68,7 +74,8 @@ class LegsAlike:
         else:
             R_base, p_base = self._bases(count)
             together = poses_side_by_side(np.concatenate(q), 1)
-        placed = place_chain(first.chain, together, R_base, p_base)
+        if placed is None:
+            placed = place_chain(first.chain, together, R_base, p_base)
         shift, turn = _largest(gaps(first, placed, *self._ends(R, p)))
         whole = PlacedLeg(first.name, placed.elements, placed.p)
         legs = [whole]
@@ -111,17 +118,13 @@ def each_alone(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
 
 
 def legs_alike(solvers: Sequence[LegSolver]) -> tuple[LegsAlike, ...]:
-    """Legs of a robot in groups of equal chains that are closed in the same assembly mode."""
+    """Legs of a robot in groups of equal chains, closed in the same assembly mode or by steps."""
     groups: list[list[int]] = []
     for i, one in enumerate(solvers):
         for group in groups:
             first = solvers[group[0]]
-            if (
-                one.closed_form is not None
-                and first.closed_form is not None
-                and one.closed_form.mode == first.closed_form.mode
-                and _are_equal(one.leg.chain, first.leg.chain)
-            ):
+            modes = [own.closed_form and own.closed_form.mode for own in (one, first)]
+            if modes[0] == modes[1] and _are_equal(one.leg.chain, first.leg.chain):
                 group.append(i)
                 break
         else:
