@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.cable_stiffness import CableStiffness, cable_stiffness, judged
 from robostiff.analysis.result import require_one_pose
 from robostiff.cables import CableStatus, TensionRule
-from robostiff.cables.equilibrium import Hanging, Loading, first_slack, load_path
+from robostiff.cables.equilibrium import Hanging, first_slack, load_path
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Tolerance
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.kinematics import Pose
@@ -190,18 +190,21 @@ def _followed(
     """The first slack cable, the state under the full load, and the part that is carried."""
     if not np.any(F):
         return None, rest, 1.0
-    # Others hold what the tensions do not balance, before the load and under it.
-    loading = Loading(rest.holding, F)
+    holding = rest.holding  # others hold what the tensions do not balance, also under the load
+
+    def under(factor: float, start: Hanging) -> Hanging | None:
+        return start.at_equilibrium(holding + factor * F)
+
     event, last = None, (0.0, rest)
-    for here in load_path(loading, last, 1.0):
-        event = event or first_slack(loading, last, here)
+    for here in load_path(under, last, 1.0):
+        event = event or first_slack(under, last, here)
         last = here
     if last[0] < 1.0:
         return event, None, last[0]
     state = last[1]
     if event is None:
-        for here in load_path(loading, last, _FURTHEST):
-            event = first_slack(loading, last, here)
+        for here in load_path(under, last, _FURTHEST):
+            event = first_slack(under, last, here)
             if event is not None:
                 break
             last = here

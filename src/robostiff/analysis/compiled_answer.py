@@ -356,9 +356,7 @@ class CompiledStiffness(AtGeneralPoses, ABC):
         kernel, inputs, _, _ = self._given(pose, parameters)
         return attempted(kernel, inputs, self, threads)
 
-    def results(
-        self, pose: Any, *, parameters: Mapping[str, ArrayLike] | None = None
-    ) -> Iterator[tuple[slice, CheckedResults]]:
+    def results(self, pose: Any) -> Iterator[tuple[slice, CheckedResults]]:
         """Which poses, and rows of results at them, in chunks of a size that suits the cache.
 
         Each chunk must be used before the next is asked for: it takes its place. Poses that are
@@ -367,9 +365,9 @@ class CompiledStiffness(AtGeneralPoses, ABC):
         Raises
         ------
         InputError
-            When the poses or the parameters do not fit the robot.
+            When the poses do not fit the robot.
         """
-        kernel, inputs, _, _ = self._given(pose, parameters)
+        kernel, inputs, _, _ = self._given(pose, None)
         yield from checked_chunks(kernel, inputs, self, slice(0, len(inputs.missed)))
 
     @abstractmethod

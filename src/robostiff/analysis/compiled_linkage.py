@@ -147,8 +147,7 @@ def compile_driven(
     backend: Backend = Backend.BEST,
 ) -> CompiledLinkage:
     """As `compile_linkage`, from what drives it."""
-    found = _Recorded.of(driven)
-    recorded = found.recorded
+    recorded, undetermined, samples, nearer = _recorded(driven)
     for output in outputs:
         if isinstance(output, Derivative) and isinstance(output.of, Derivative):
             raise InputError(
@@ -157,75 +156,74 @@ def compile_driven(
                 expected="first derivatives",
             )
     kernel = kernel_of(recorded, outputs, backend)
-    verified = found.is_trusted()
+    others = driven.samples(_OTHER_SEED, nearer)
+    verified = _is_trusted(driven, recorded, undetermined, (samples, others))
     return CompiledLinkage(recorded.factors.rank, recorded.status, verified, kernel, driven)
 
 
-@dataclass(frozen=True)
-class _Recorded:
-    """The record of a linkage, its samples, and how near to home they are."""
+def _recorded(
+    driven: DrivenLinkage,
+) -> tuple[RecordedRobot, tuple[str, ...], list[Configuration], int]:
+    """The record, joints left undetermined, samples, and how near these are to home.
 
-    driven: DrivenLinkage
-    recorded: RecordedRobot
-    undetermined: tuple[str, ...]
-    samples: list[Configuration]
-    nearer: int
+    They are as near as home's surroundings are regular.
+    """
+    for nearer in range(_NEARER):
+        samples = driven.samples(nearer=nearer)
+        recorded, undetermined = record_linkage(driven, samples)
+        if recorded is not None:
+            return recorded, undetermined, samples, nearer
+        if undetermined:
+            raise _undetermined(driven, undetermined)
+    raise InputError(
+        f"home of {driven.part.name!r}",
+        got="a configuration in which assembly modes meet",
+        expected="a regular home for a kernel",
+        hint="give another home, or use linkage.network_at pose by pose",
+    )
 
-    @classmethod
-    def of(cls, driven: DrivenLinkage) -> _Recorded:
-        """With samples as near as home's surroundings are regular."""
-        for nearer in range(_NEARER):
-            samples = driven.samples(nearer=nearer)
-            recorded, undetermined = record_linkage(driven, samples)
-            if recorded is not None:
-                return cls(driven, recorded, undetermined, samples, nearer)
-            if undetermined:
-                raise _undetermined(driven, undetermined)
-        raise InputError(
-            f"home of {driven.part.name!r}",
-            got="a configuration in which assembly modes meet",
-            expected="a regular home for a kernel",
-            hint="give another home, or use linkage.network_at pose by pose",
-        )
 
-    def is_trusted(self) -> bool:
-        """Whether it has been confirmed at generic poses, those of its own samples and others.
+def _is_trusted(
+    driven: DrivenLinkage,
+    recorded: RecordedRobot,
+    undetermined: tuple[str, ...],
+    drawn: Sequence[list[Configuration]],
+) -> bool:
+    """Whether a record has been confirmed at generic poses, those of its own samples and others.
 
-        Raises
-        ------
-        DisagreementError
-            When record and network differ at a pose where both are well conditioned.
-        InputError
-            When K depends on joints that are left undetermined.
-        """
-        driven, recorded = self.driven, self.recorded
-        general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
-        kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
-        strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-9)
-        trusted = True
-        other = driven.samples(_OTHER_SEED, self.nearer)
-        for seed, own in enumerate((self.samples, other)):
-            rows = np.array([driven.given_in(one) for one in own])
-            some = {name: values[seed] for name, values in parameter_samples(driven.part).items()}
-            given = ParameterValues.of(driven.part, some, len(rows))
-            closed = closes(kernel, kernel.evaluate(_as_inputs(rows, given).rows))
-            if not closed.any():
-                return False
-            rows, given = rows[closed], replace(given, rows=given.rows[:, closed])
-            answer = attempted(kernel, _as_inputs(rows, given), general, 1)
-            part = driven.part.substituted(some) if some else driven.part
-            careful = linkage_stiffness(replace(driven, part=part), rows, strict)
-            doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
-            trusted &= not doubtful.any()
-            K, rank, codes = answer.values["K"], answer.rank, answer.status_codes
-            for k, distance in differences(K, rank, codes, careful, free=FREE):
-                if not (answer.guarded[k] or doubtful[k]):
-                    if self.undetermined:
-                        raise _undetermined(driven, self.undetermined)
-                    place = dict(zip(driven.inputs, rows[k].tolist(), strict=True))
-                    raise DisagreementError(SUBJECT, distance, f"{driven.part.name!r} at {place}")
-                trusted = False
-        return trusted
+    Raises
+    ------
+    DisagreementError
+        When record and network differ at a pose where both are well conditioned.
+    InputError
+        When K depends on joints that are left undetermined.
+    """
+    general = AtGeneralPoses(recorded.factors.rank, recorded.status, verified=True)
+    kernel = kernel_of(recorded, (StiffnessMatrix(),), Backend.ARRAYS)
+    strict = replace(DEFAULT_TOLERANCE, near_independence=1e-4, near_rigidity=1e-9)
+    trusted = True
+    for seed, own in enumerate(drawn):
+        rows = np.array([driven.given_in(one) for one in own])
+        some = {name: values[seed] for name, values in parameter_samples(driven.part).items()}
+        given = ParameterValues.of(driven.part, some, len(rows))
+        closed = closes(kernel, kernel.evaluate(_as_inputs(rows, given).rows))
+        if not closed.any():
+            return False
+        rows, given = rows[closed], replace(given, rows=given.rows[:, closed])
+        answer = attempted(kernel, _as_inputs(rows, given), general, 1)
+        part = driven.part.substituted(some) if some else driven.part
+        careful = linkage_stiffness(replace(driven, part=part), rows, strict)
+        doubtful = (careful.status_codes & int(Status.ILL_CONDITIONED)) != 0
+        trusted &= not doubtful.any()
+        K, rank, codes = answer.values["K"], answer.rank, answer.status_codes
+        for k, distance in differences(K, rank, codes, careful, free=FREE):
+            if not (answer.guarded[k] or doubtful[k]):
+                if undetermined:
+                    raise _undetermined(driven, undetermined)
+                place = dict(zip(driven.inputs, rows[k].tolist(), strict=True))
+                raise DisagreementError(SUBJECT, distance, f"{driven.part.name!r} at {place}")
+            trusted = False
+    return trusted
 
 
 def _undetermined(driven: DrivenLinkage, names: Sequence[str]) -> InputError:

@@ -9,15 +9,11 @@ import numpy as np
 from robostiff.spatial import Screw, Space, cross, screw_of_twist, skew
 
 _SMALL = 1e-7
+_ROUNDING = 1e-12  # part of the largest entry
 
 
 def direction_in_words(direction: np.ndarray) -> str:
-    """A direction as text: x, y or z along an axis, otherwise its components.
-
-    Parameters
-    ----------
-    direction : (2,) or (3,) array
-        Unit vector in world axes; of two components one in the x-y plane.
+    """A unit vector (2,) or (3,) as text: x, y or z along an axis, otherwise its components.
 
     Examples
     --------
@@ -33,10 +29,6 @@ def direction_in_words(direction: np.ndarray) -> str:
 
 def numbers_in_words(values: np.ndarray) -> str:
     """Numbers of one unit in four digits; what is rounding beside the largest is 0.
-
-    Parameters
-    ----------
-    values : (n,) array
 
     Examples
     --------
@@ -117,7 +109,9 @@ def free_motions_in_words(
         if screw.is_rotation and common is not None:
             screw = Screw(screw.axis, reference_point + common, screw.pitch)
         size = 1.0 if screw.is_translation else np.linalg.norm(twist[3:])
-        readable.append(FreeMotion(_clean(twist[rows] / size), screw))
+        own = twist[rows] / size
+        own[np.abs(own) < _ROUNDING * np.max(np.abs(own))] = 0.0
+        readable.append(FreeMotion(own, screw))
     return tuple(readable)
 
 
@@ -128,26 +122,16 @@ def _taken_apart(twists: np.ndarray, length: float) -> tuple[np.ndarray, np.ndar
     U, values, _ = np.linalg.svd(scaled[:, 3:])
     values = np.concatenate([values, np.zeros(len(U) - len(values))])
     turning = values > _SMALL
-    translations = _along_axes((U.T @ scaled)[~turning, :3])
+    translations = (U.T @ scaled)[~turning, :3]
+    if len(translations):  # as near to the world axes as the span allows
+        translations = _echelon(translations, range(3))
+        translations /= np.linalg.norm(translations, axis=-1, keepdims=True)
     rotations = (U.T @ scaled)[turning]
     if len(translations):
         T = np.linalg.qr(translations.T)[0]
         rotations[:, :3] -= rotations[:, :3] @ T @ T.T
     rotations[:, 3:] /= length
-    return translations, _reduced(rotations)
-
-
-def _along_axes(directions: np.ndarray) -> np.ndarray:
-    """Unit directions of the same span, as near to the world axes as the span allows."""
-    if len(directions) == 0:
-        return directions.reshape(0, 3)
-    reduced = _echelon(directions, range(3))
-    return reduced / np.linalg.norm(reduced, axis=-1, keepdims=True)
-
-
-def _reduced(rotations: np.ndarray) -> np.ndarray:
-    """The same twists combined so that their rotations lie along world axes where they can."""
-    return _echelon(rotations, range(3, 6)) if len(rotations) else rotations
+    return translations, _echelon(rotations, range(3, 6))
 
 
 def _echelon(rows: np.ndarray, columns: range) -> np.ndarray:
@@ -187,7 +171,3 @@ def _about_common_point(
     for twist in shared:
         twist[:3] = -cross(twist[3:], r)
     return shared, r
-
-
-def _clean(values: np.ndarray) -> np.ndarray:
-    return np.where(np.abs(values) < 1e-12 * np.max(np.abs(values)), 0.0, values)

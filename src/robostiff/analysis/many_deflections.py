@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.deflection_under_load import deflection_at
-from robostiff.analysis.leg_loads import LegLoads, leg_loads, loads_known
+from robostiff.analysis.leg_loads import leg_loads, loads_known
 from robostiff.analysis.posed_stiffness import PosedStiffness, careful_answer
 from robostiff.analysis.result import RobotStiffness
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
@@ -56,7 +56,12 @@ class DeflectionsOfPoses:
             if loads is None:
                 known[rows] = False
                 continue
-            _fill(twist, of_legs, codes, rows, loads)
+            balanced = np.asarray(loads.balanced)
+            codes[rows] |= np.where(balanced, np.uint8(0), np.uint8(Status.UNBALANCED))
+            held = balanced[..., None]
+            twist[rows] = np.where(held, loads.twist, np.nan)
+            for own, wrench in zip(of_legs, loads.wrenches, strict=True):
+                own[rows] = np.where(held, wrench, np.nan)
         lost = ~known & answer.answered
         codes[lost] |= np.uint8(Status.ILL_CONDITIONED)
         return codes, twist, of_legs
@@ -203,22 +208,6 @@ def deflection(
     return (
         DeflectionsOfPoses(F, posed) if posed.batch_shape else deflection_at(posed, F, posed.placed)
     )
-
-
-def _fill(
-    twist: np.ndarray,
-    of_legs: tuple[np.ndarray, ...],
-    codes: np.ndarray,
-    rows: np.ndarray,
-    loads: LegLoads,
-) -> None:
-    """Put in what poses carry that are given by a mask (...)."""
-    balanced = np.asarray(loads.balanced)
-    codes[rows] |= np.where(balanced, np.uint8(0), np.uint8(Status.UNBALANCED))
-    held = balanced[..., None]
-    twist[rows] = np.where(held, loads.twist, np.nan)
-    for own, wrench in zip(of_legs, loads.wrenches, strict=True):
-        own[rows] = np.where(held, wrench, np.nan)
 
 
 def _checked_wrench(wrench: ArrayLike, answer: RobotStiffness) -> np.ndarray:

@@ -305,24 +305,10 @@ def about_point(result: Answer, at: ArrayLike | None) -> Answer:
 
 
 def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = None) -> None:
-    """Raise for a batch of poses.
-
-    Parameters
-    ----------
-    subject : str
-        What the pose is of, such as ``"a deflection"``.
-    batch : tuple of int
-        Shape of the batch, () for one pose.
-    hint : str, optional
-        What to do with several.
-
-    Raises
-    ------
-    InputError
+    """Raise for a batch of poses (``batch`` is its shape) of ``subject``.
 
     Examples
     --------
-    >>> require_one_pose("a deflection", ())
     >>> require_one_pose("a deflection", (2, 3))
     Traceback (most recent call last):
     ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -152,26 +152,12 @@ class Hanging:
         return None
 
 
-@dataclass(frozen=True)
-class Loading:
-    """A growing wrench in addition to the wrench that holds the platform at the first pose.
-
-    Attributes
-    ----------
-    base, growing : (n,) arrays
-        The wrench at load factor f is ``base + f growing`` [N, N m].
-    """
-
-    base: np.ndarray
-    growing: np.ndarray
-
-    def rest(self, factor: float, start: Hanging) -> Hanging | None:
-        """Equilibrium under a part of the load, found from another state."""
-        return start.at_equilibrium(self.base + factor * self.growing)
+Rest = Callable[[float, Hanging], Hanging | None]
+"""Equilibrium under a part of the load, found from another state."""
 
 
 def load_path(
-    loading: Loading, start: tuple[float, Hanging], last: float
+    rest: Rest, start: tuple[float, Hanging], last: float
 ) -> Iterator[tuple[float, Hanging]]:
     """Stable equilibria under a growing load: load factors and states, after `start` up to `last`.
 
@@ -181,7 +167,7 @@ def load_path(
     step = min(1.0, last - factor)
     while factor < last:
         target = min(factor + step, last)
-        found = loading.rest(target, state)
+        found = rest(target, state)
         if found is not None and found.is_stable and _near(state, found):
             factor, state = target, found
             yield factor, state
@@ -193,7 +179,7 @@ def load_path(
 
 
 def first_slack(
-    loading: Loading, before: tuple[float, Hanging], after: tuple[float, Hanging]
+    rest: Rest, before: tuple[float, Hanging], after: tuple[float, Hanging]
 ) -> tuple[float, int] | None:
     """Load factor at which the first cable becomes slack on a part of the path, and its number."""
     start = before[1]
@@ -204,7 +190,7 @@ def first_slack(
         return None
 
     def least(factor: float) -> float:
-        found = loading.rest(factor, start)
+        found = rest(factor, start)
         # If Newton's method finds no equilibrium, the cable is already slack.
         return -1.0 if found is None else float(found.pulls[taut].min()) + margin
 
@@ -216,7 +202,7 @@ def first_slack(
 
     found = root_scalar(least, bracket=(before[0], after[0]), method="brentq", xtol=1e-12)
     factor = float(found.root)
-    state = loading.rest(factor, start) or after[1]
+    state = rest(factor, start) or after[1]
     return factor, int(np.argmin(np.where(taut, state.pulls, np.inf)))
 
 
