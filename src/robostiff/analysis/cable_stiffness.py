@@ -37,11 +37,8 @@ class CableStiffness(CableAnswer):
 
     Attributes
     ----------
-    name : str
-        Of the robot.
-    cable_names : tuple of str
-    pose : (..., 6) array
-        x, y, z [m] and rotation vector [rad] of the platform.
+    name, cable_names, pose, status_codes, rule
+        As of `CableTensions`.
     placed : PlacedCables
         Where the cables run, and the point about which the matrices are given.
     tensions : (..., m) array
@@ -52,12 +49,8 @@ class CableStiffness(CableAnswer):
         Applied to the platform beside its weight, about the reference point [N, N m].
     load_point : (..., 3) array
         Point of the platform at which the force of the wrench acts, in the world [m].
-    status_codes : (...) array of uint16
-        `CableStatus` of every pose.
     held_rank, rank : (...) arrays of int
         Rank of the structure matrix and of K; -1 where there is no answer.
-    rule : str
-        How the tensions were chosen.
     tolerance : Tolerance
     """
 

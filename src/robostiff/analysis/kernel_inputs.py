@@ -169,8 +169,12 @@ class KernelInputs:
     def checked(self, pose: Pose) -> np.ndarray:
         """The numbers of poses (N, n)."""
         subject = f"poses of {self.robot.name!r}"
-        by_joints = isinstance(pose, JointCoordinates) and self._takes_joints
-        expected = self._joints_in_words if by_joints else self._pose_in_words
+        # A chain without joints has no coordinates, (N, 0).
+        takes_joints = self.joints > 0 or not self.robot.legs[0].chain.size
+        by_joints = isinstance(pose, JointCoordinates) and self.robot.is_serial and takes_joints
+        expected = self._pose_in_words
+        if by_joints:
+            expected = f"joint coordinates (N, {self.joints}), one pose a row"
         if isinstance(pose, JointCoordinates):
             if not by_joints:
                 raise InputError(
@@ -219,18 +223,9 @@ class KernelInputs:
         return InputRows(rows, missed, loose)
 
     @property
-    def _takes_joints(self) -> bool:
-        """Whether joint coordinates pose it; a chain without joints has none, (N, 0)."""
-        return self.robot.is_serial and (self.joints > 0 or not self.robot.legs[0].chain.size)
-
-    @property
     def _needs_joints(self) -> bool:
         """Whether nothing but joint coordinates poses it."""
         return self.robot.is_posed_by_joints and self.robot.legs[0].chain.size > 0
-
-    @property
-    def _joints_in_words(self) -> str:
-        return f"joint coordinates (N, {self.joints}), one pose a row"
 
     @property
     def _pose_in_words(self) -> str:

@@ -154,21 +154,7 @@ def deflection(
 ) -> Any:
     """Deflection of the platform under a wrench, and how the parts of the robot share in it.
 
-    Parameters
-    ----------
-    robot : Robot, Snapshot, Network or Linkage
-        The parts of a network are reported by name; joints of it whose reaction is not determined,
-        because rigid parts hold one another, are left out.
-    pose : RigidTransform, array, JointCoordinates or None
-        One pose or a batch, as for `stiffness`.
-    wrench : (6,) or (..., 6) array, or (3,) or (..., 3) for a planar robot
-        Force [N] and moment [N m] of the environment on the platform, about `at`, world axes; one
-        for all poses, or one a pose.
-    at : (3,) or (..., 3) array, optional
-        Point of the platform in the world [m]; the robot's reference point when left out.
-    near : joint coordinates, optional
-        Those that choose the posture, as for `stiffness`.
-    tolerance : Tolerance
+    Parameters as for `robostiff.deflection`, which takes loads at bodies besides.
 
     Returns
     -------
@@ -179,19 +165,6 @@ def deflection(
     ------
     InputError
         When the wrench or the pose does not fit.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> robot = rs.load("gough-stewart-b")
-    >>> bent = rs.deflection(robot, wrench=[0, 0, -1000, 0, 0, 0])
-    >>> round(1e6 * float(bent.twist[2]), 3), round(bent.parts[0].share, 3)
-    (-2.161, 0.167)
-    >>> bent = rs.deflection(rs.load("3-puu"), [[0, 0, 0.3], [1, 0, 0.3]], [0, 0, -100, 0, 0, 0])
-    >>> print((1e6 * bent.twist[:, 2]).round(1), bent[0].parts[0].part)
-    [-2.4 --] drive
-    >>> [str(rs.Status(code)) for code in bent.status_codes.tolist()]
-    ['ok', 'unreachable']
     """
     if isinstance(robot, CableRobot):
         raise InputError(
