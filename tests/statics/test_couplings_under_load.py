@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import robostiff as rs
 from robostiff.kinematics import find_posture
 from robostiff.model import Actuated, CoupledFreedom, Passive, PlacedFreedom, PlacedSpring, Robot
-from robostiff.network.snapshot_network import network_of_snapshot
+from robostiff.network.network import network_of_snapshot
 from tests.cases.metric import distance
 from tests.robots.test_coupled_joints import CASES, LENGTH, POSES, arm, tripod
 from tests.statics.jets import JetLeg, JetRobot, Part, Turn, at_rest

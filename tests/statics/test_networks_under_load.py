@@ -7,7 +7,7 @@ import robostiff as rs
 from robostiff.linkage import Connection, Linkage
 from robostiff.model import Actuated, Passive, PlacedFreedom, revolute
 from robostiff.network import JointElement, Network, Node
-from robostiff.network.snapshot_network import network_of_snapshot
+from robostiff.network.network import network_of_snapshot
 from robostiff.spatial import Frame
 from tests.statics.robots_under_load import loaded, root
 

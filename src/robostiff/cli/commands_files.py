@@ -142,7 +142,7 @@ def _frozen(source: str, robot: Any, place: Place, form: str) -> Any:
     from robostiff.kinematics import find_posture, with_masses
     from robostiff.model import Robot, Snapshot
     from robostiff.network import Network
-    from robostiff.network.snapshot_network import network_of_snapshot
+    from robostiff.network.network import network_of_snapshot
 
     pose = pose_from(robot, place)
     if isinstance(robot, Robot):

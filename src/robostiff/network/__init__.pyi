@@ -17,10 +17,9 @@ from robostiff.network.internal_loads import (
     loads_under,
     motions_under,
 )
-from robostiff.network.network import Network
+from robostiff.network.network import Network, network_of_snapshot
 from robostiff.network.platform_flexibility import PlatformFlexibility, platform_flexibility
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
-from robostiff.network.snapshot_network import network_of_snapshot
 
 __all__ = [
     "BeamElement",

@@ -32,7 +32,7 @@ from robostiff.model import (
 )
 from robostiff.model.snapshot import PlacedBlock
 from robostiff.network import Network, motions_under, network_of_snapshot
-from robostiff.network.snapshot_network import platform_node
+from robostiff.network.network import platform_node
 from robostiff.spatial import Space, move_twist, move_wrench
 from robostiff.statics import BodyPlace, BodyPlaces
 
